@@ -24,6 +24,7 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=build");
     println!("cargo:rerun-if-changed=../wstac-host/src/config.rs");
+    println!("cargo:rerun-if-changed=../wstac-host/src/config/speed.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     link::emulated(&out);
     link::h743();

@@ -1,6 +1,7 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion and kinds of touch are known, on touches that nobody used
 //! while the estimators were built. `ci/answers` compares it with the page.
 
+mod live;
 mod touches;
 
 use std::fmt::Write as _;
@@ -183,5 +184,6 @@ fn main() {
         let answered = answers(kind, OTHERS);
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));
     }
+    live::tables(&mut page);
     print!("{page}");
 }

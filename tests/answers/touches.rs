@@ -50,6 +50,8 @@ pub(crate) enum Kind {
     Pitch,
     /// The speed changes by a factor of 0.4 to 2.4 within 40 mm.
     Changing,
+    /// The speed changes from 80 to 200 mm/s after 40 mm.
+    Step,
 }
 
 /// A touch, and the answers to its first event.
@@ -72,7 +74,7 @@ impl Answered {
 }
 
 /// Draws the touch of a number, its sensor, and everything else about its scene.
-fn script(kind: Kind, number: u64) -> SceneConfig {
+pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
     let mut rng = Rng::new(SEED, (kind as u64) << 32 | number);
     let mut between = |low: f64, high: f64| low + (high - low) * rng.uniform();
     let speed = SPEEDS.0 * (SPEEDS.1 / SPEEDS.0).powf(between(0.0, 1.0));
@@ -101,6 +103,11 @@ fn script(kind: Kind, number: u64) -> SceneConfig {
         Kind::Narrow => {
             let specimen = Specimen { width_mm: between(6.0, 20.0), ..specimen };
             Touch::Slide(Slide { specimen, offset_mm: between(-6.0, 6.0), ..slide })
+        }
+        Kind::Step => {
+            let specimen = Specimen { length_mm: 105.0, ..specimen };
+            let profile = SpeedProfile::new(&[[0.0, 80.0], [40.0, 80.0], [42.0, 200.0]]);
+            Touch::Slide(Slide { profile, ..Slide::new(specimen, 80.0, degrees) })
         }
         Kind::Changing => {
             let then = speed * between(0.4, 2.4);
@@ -156,12 +163,18 @@ fn answer(kind: Kind, number: u64) -> Answered {
 
 /// Answers `count` touches of a kind, on all processors.
 pub(crate) fn answers(kind: Kind, count: u64) -> Vec<Answered> {
+    each(count, |number| answer(kind, number))
+}
+
+/// Returns what a function returns for each number below `count`, computed on all processors.
+pub(crate) fn each<T: Send>(count: u64, of: impl Fn(u64) -> T + Sync) -> Vec<T> {
     let workers = std::thread::available_parallelism().map_or(1, usize::from) as u64;
+    let of = &of;
     std::thread::scope(|scope| {
         let parts: Vec<_> = (0..workers)
             .map(|worker| {
                 let numbers = count * worker / workers..count * (worker + 1) / workers;
-                scope.spawn(move || numbers.map(|number| answer(kind, number)).collect::<Vec<_>>())
+                scope.spawn(move || numbers.map(of).collect::<Vec<_>>())
             })
             .collect();
         parts.into_iter().flat_map(|part| part.join().expect("a worker returns")).collect()

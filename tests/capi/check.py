@@ -36,7 +36,7 @@ PLANAR = ["NV12", "YU12"]
 SIZE = (100, 80)
 # The budget of a call's stack on a Cortex-M4F, in bytes. docs/C.md has the same numbers, and what was measured.
 PAGE = ROOT / "docs/C.md"
-STACK = {"init": 5120, "push": 1024, "speed": 256, "direction": 640, "sample": 160, "model_init": 512, "classify": 1024}
+STACK = {"init": 5120, "push": 1024, "motion": 2048, "motion_by_edges": 1024, "speed": 384, "direction": 640, "sample": 256, "model_init": 512, "classify": 1024}
 SLIDES = """
 seed = 5
 gap = 100
@@ -44,11 +44,24 @@ gap = 100
 size = [400, 400]
 """
 SLIDE = """
-[[slide]]
+[[touch]]
+kind = "slide"
 specimen = "{}"
 speed = {}
 direction = {}
 """
+# Not slides: they have neither speed nor direction.
+OTHERS = """
+[[touch]]
+kind = "press"
+[[touch]]
+kind = "poke"
+whisker = [3, 3]
+overlap = 4
+approach = 2000
+"""
+# A configuration with the published law.
+PUBLISHED = "published.toml"
 
 
 def fail(message):
@@ -74,19 +87,47 @@ class Wstac:
         return [json.loads(line) for line in lines.splitlines()]
 
     def record(self):
-        """Records several slides, one of them too slow. Returns the recording, its frames and their size."""
-        slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 180)]
-        (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides))
+        """Records several slides, one of them too slow for the published law, a press and a poke. Saves the frames, too."""
+        slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 215)]
+        (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides) + OTHERS)
+        (self.folder / PUBLISHED).write_text('[speed]\nlaw = "published"\n')
         run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
-        return self.run("slides.mcap", "--save-raw", "slides.raw")
+        self.run("slides.mcap", "--save-raw", "slides.raw")
 
 
 def line(event, speed_decimals=2):
     """Returns an event as the examples print it."""
-    speed, direction, texture = event["speed"], event["direction"]["deg"], event["texture"]
+    speed, direction, texture = event["speed"], (event["direction"] or {"deg": None})["deg"], event["texture"]
     speed = "-" if speed is None else f"{speed['mm_s']:.{speed_decimals}f}"
     direction = "-" if direction is None else f"{direction:.1f}"
     return f"frame={event['frame']} speed={speed} direction={direction} texture={texture['specimen'] if texture else '-'}"
+
+
+def record_of(line):
+    """Returns what tests/capi/records.c should print for an event or the end of a contact."""
+    if line["kind"] == "contact_end":
+        return line
+    speed, direction, texture = line["speed"] or {}, line["direction"] or {}, line["texture"] or {}
+    why, at_most = line.get("why", {}), line.get("speed_at_most", {})
+    signed = {name: -1 if line.get(name) is None else line[name] for name in ("duration_frames", "touch_frame", "end_frame")}
+    return {
+        **{name: line[name] for name in ("kind", "frame", "frames_filled", "reliable")},
+        **signed,
+        **{name: line.get(name) for name in ("contact", "completed_s", "stamp")},
+        "touch_s": line.get("time_s"),
+        "speed_mm_s": speed.get("mm_s"),
+        "speed_sd_mm_s": speed.get("sd"),
+        "speed_extrapolated": speed.get("extrapolated", False),
+        "speed_at_most_mm_s": at_most.get("mm_s"),
+        "direction_deg": direction.get("deg"),
+        "direction_sd_deg": direction.get("sd"),
+        "direction_confidence": direction.get("confidence"),
+        "why_no_speed": why.get("speed"),
+        "why_no_direction": why.get("direction"),
+        **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm")},
+        "other": texture.get("class"),
+        "sample": [units(line["sample"][feature][frame]) for frame in range(70) for feature in range(10)],
+    }
 
 
 def nearest(lines):
@@ -103,7 +144,7 @@ def units(number):
 
 
 def firmware_lines(records):
-    """Returns what tests/capi/firmware.c should print for these records. Speeds are compared separately."""
+    """Returns what tests/capi/firmware.c should print for these records of the published law. Speeds are compared separately."""
     lines, speeds = [], []
     for record in records:
         if record["kind"] == "features":
@@ -120,10 +161,42 @@ def firmware_lines(records):
     return lines, speeds
 
 
+def motion_line(by_coherence, by_edges):
+    """Returns the words of the program's line about the motion of an event: those of two records. Numbers are in lists."""
+    words = [-1 if by_coherence[name] is None else by_coherence[name] for name in ("touch_frame", "end_frame")]
+    for record in (by_coherence, by_edges):
+        speed, direction = record["speed"] or {"mm_s": 0, "sd": 0}, record["direction"] or {"deg": -1, "sd": 0}
+        words += [record["contact"], [speed["mm_s"], speed["sd"], direction["deg"], direction["sd"]], record["reliable"]]
+    return words
+
+
+def parsed_motion(text):
+    """Returns the same words from the program's line."""
+    word = text.split()[1:]
+    words = [int(number) for number in word[:2]]
+    for at in (2, 8):
+        words += [word[at], [float(number) for number in word[at + 1 : at + 5]], word[at + 5] == "1"]
+    return words
+
+
+def same_motion(found, expected, what):
+    """Compares the words of two lines. Numbers of a record are rounded."""
+    plain = lambda words: [word for word in words if not isinstance(word, list)]
+    same(plain(found), plain(expected), what)
+    for index in (3, 6):
+        # A speed and its deviation have four digits or more; angles one decimal, and their deviations two.
+        for number, want, off in zip(found[index], expected[index], (None, None, 0.0551, 0.0056), strict=True):
+            if abs(number - want) > (off or max(6e-4 * want, 6e-4)):
+                fail(f"{what}: motion {found}, expected {expected}")
+
+
 def parsed(output):
-    """Returns the same kinds of lines from the program's output."""
-    lines, speeds = [], []
+    """Returns the same kinds of lines from the program's output, and the words of the lines about motions."""
+    lines, speeds, motions = [], [], []
     for text in output.splitlines():
+        if text.startswith("motion "):
+            motions.append(parsed_motion(text))
+            continue
         if not text.startswith("event "):
             lines.append(text)
             continue
@@ -132,7 +205,7 @@ def parsed(output):
         confidence = round(int(word[7]) / 32768, 4)
         numbers = [float(word[1]), float(word[2]), float(word[5]), float(word[6]), confidence, float(word[8]), float(word[9])]
         lines.append(("event", numbers, word[10], [int(number) for number in word[11:]]))
-    return lines, speeds
+    return lines, speeds, motions
 
 
 class Programs:
@@ -204,7 +277,8 @@ def check_symbols(host, elf):
     print(f"names: {len(given)} of the host library, {len(declared)} of the firmware's, and no panic with these")
 
 
-def check_host(programs, records):
+def check_host(programs, wstac):
+    records = wstac.run("slides.mcap")
     expected = "".join(line(record) + "\n" for record in records if record["kind"] == "event")
     plain, sanitized = programs.build_host(ROOT / "wstac-c/examples/events.c")
     for how in ([sanitized], [*VALGRIND, plain]):
@@ -216,8 +290,45 @@ def check_host(programs, records):
     print(f"host library: {said}", end="")
 
 
-def check_firmware_example(programs, records):
-    expected = "".join(line(record, 1) + "\n" for record in records if record["kind"] == "event")
+def check_page(programs):
+    """Checks that the program on the crate's page prints what the page says."""
+    page = (ROOT / "wstac-c/README.md").read_text()
+    program, printed = re.search(r"```c\n(.*?)```\n\nThis prints `(.*?)`", page, re.DOTALL).groups()
+    source = programs.folder / "page.c"
+    source.write_text("#include <stdio.h>\n#include <wstac.h>\nint main(void)\n{\n" + program + "return status != WSTAC_STATUS_OK;\n}\n")
+    _, sanitized = programs.build_host(source)
+    same(programs.run(sanitized), printed + "\n", "the program of wstac-c/README.md")
+
+
+def check_host_records(programs, wstac):
+    """Checks every field of events and ends of contacts by both laws."""
+    plain, sanitized = programs.build_host(TESTS / "records.c")
+    for law, more in (("arrival times", []), ("the published law", [PUBLISHED])):
+        lines = wstac.run("slides.mcap", "--samples", *(["--config", *more] if more else []))
+        expected = [record_of(line) for line in lines if line["kind"] in ("event", "contact_end")]
+        for how in ([sanitized], [*VALGRIND, plain]):
+            found = [json.loads(text) for text in programs.run(*how, "slides.mcap", *more).splitlines()]
+            same(found, expected, f"records by {law}")
+        events = [record for record in expected if record["kind"] == "event"]
+        ends = [record["event_frame"] for record in expected if record["kind"] == "contact_end"]
+        kinds = sorted({str(event["contact"]) for event in events})
+        # All that a law gives is there to be compared.
+        same(kinds, ["None"] if more else ["poke", "press", "slide"], f"kinds of touch by {law}")
+        same(ends, [] if more else [event["frame"] for event in events], f"ends of contacts by {law}")
+        print(f"host library, {law}: every field of {len(events)} events and {len(ends)} ends of contacts")
+
+
+def example_line(record):
+    """Returns an event, or the end of a touch, as the firmware example prints it."""
+    if record["kind"] == "contact_end":
+        return f"frame={record['frame']} end of the touch of event {record['event_frame']}"
+    frame, answers = line(record, 1).split(" ", 1)
+    return f"{frame} contact={record['contact']} {answers}"
+
+
+def check_firmware_example(programs, wstac):
+    records = wstac.run("slides.mcap")
+    expected = "".join(example_line(record) + "\n" for record in records if record["kind"] in ("event", "contact_end"))
     plain, sanitized, elf = programs.build_firmware(EXAMPLES / "events.c")
     arguments = ["slides.raw", 400, 400, MODEL]
     for how in ([sanitized], [*VALGRIND, plain]):
@@ -228,32 +339,39 @@ def check_firmware_example(programs, records):
 
 def check_firmware(programs, wstac):
     """Checks every format: features, samples and answers equal those of `wstac run` bit for bit, and speeds equal what
-    it prints.
+    it prints, by every law.
     """
     plain, sanitized, elf = programs.build_firmware(TESTS / "firmware.c")
     check_symbols(programs.host, elf)
-    (programs.folder / "linear.toml").write_text('[green]\nyuv = "linear"\n')
+    laws = {"published": 'law = "published"', "coherence": 'law = "arrival"', "edges": 'estimator = "edges"'}
     width, height = SIZE
     for number, name in enumerate([*FORMATS, *(f"{name}-linear" for name in LINEAR)]):
         fourcc, _, linear = name.partition("-")
         raw = f"{name}.raw"
-        more = ["--config", "linear.toml"] if linear else []
-        asked = ["--format", fourcc, "--size", f"{width}x{height}", "--features", "--samples", "--save-raw", raw, *more]
-        records = wstac.run("scene:Saw3@150,90deg", *asked)
-        lines, speeds = firmware_lines(records)
-        if not any(record["kind"] == "event" for record in records):
-            fail(f"{name}: no event")
-        frame_bytes = (programs.folder / raw).stat().st_size // records[-1]["frames"]
+        records = {}
+        for law, key in laws.items():
+            (programs.folder / "law.toml").write_text(f"[speed]\n{key}\n" + ('[green]\nyuv = "linear"\n' if linear else ""))
+            asked = ["--format", fourcc, "--size", f"{width}x{height}", "--config", "law.toml"]
+            more = ["--features", "--samples", "--save-raw", raw] if law == "published" else []
+            records[law] = wstac.run("scene:Saw3@150,90deg", *asked, *more)
+        lines, speeds = firmware_lines(records["published"])
+        events = {law: [record for record in records[law] if record["kind"] == "event"] for law in laws}
+        motions = [motion_line(*pair) for pair in zip(events["coherence"], events["edges"], strict=True)]
+        if not motions or motions[0][2] != "slide":
+            fail(f"{name}: no slide")
+        frame_bytes = (programs.folder / raw).stat().st_size // records["published"][-1]["frames"]
         rows = 0 if fourcc in PLANAR else 1 + number % 9
         arguments = [name, raw, width, height, MODEL, rows, frame_bytes]
         outputs = [programs.run(sanitized, *arguments), programs.on_board(elf, *arguments)]
         if number == 0:
             outputs.append(programs.run(*VALGRIND, plain, *arguments))
         for output in outputs:
-            found, found_speeds = parsed(output)
+            found, found_speeds, found_motions = parsed(output)
             same(found, lines, name)
             if any(abs(a - b) > 0.0501 for a, b in zip(found_speeds, speeds, strict=True)):
                 fail(f"{name}: speeds are {found_speeds}, expected {speeds}")
+            for found_motion, motion in zip(found_motions, motions, strict=True):
+                same_motion(found_motion, motion, name)
     print(f"firmware library: {len(FORMATS) + len(LINEAR)} formats to the bit, with sanitizers and on the board; GREY in valgrind")
 
 
@@ -283,9 +401,11 @@ def main():
         shutil.copy(MODEL_FILE, folder / MODEL)
         wstac, programs = Wstac(command, folder), Programs(folder, host, firmware, board)
         check_headers(host)
-        records = wstac.record()
-        check_host(programs, records)
-        check_firmware_example(programs, records)
+        wstac.record()
+        check_host(programs, wstac)
+        check_page(programs)
+        check_host_records(programs, wstac)
+        check_firmware_example(programs, wstac)
         check_firmware(programs, wstac)
         check_stack(programs)
 

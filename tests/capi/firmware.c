@@ -4,7 +4,7 @@
  *     firmware FORMAT FRAMES WIDTH HEIGHT MODEL.wsm STRIPE_ROWS FRAME_BYTES
  *
  * Frames are pushed in stripes of STRIPE_ROWS rows, or as a whole if it is 0. Prints a line of ten features per frame. For an event, prints
- * its frame, speed, direction, texture and 700 numbers.
+ * its frame, speed and direction by either law, texture and 700 numbers.
  */
 #include <math.h>
 #include <stdint.h>
@@ -46,6 +46,8 @@ static void memory_is_checked(void)
     WstacFwEvent event;
     WstacFwSpeed speed;
     WstacFwDirection direction;
+    WstacFwMotion motion;
+    WstacFwContactEnd contact_end;
     WstacFwEnd end;
     WstacFwIncomplete incomplete;
     WstacFwTexture texture;
@@ -74,6 +76,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_abandon_frame(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_finish(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_take_interrupted(NULL, &incomplete) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_take_contact_end(NULL, &contact_end) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_classify(NULL, sample, &texture) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_trigger_defaults(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_speed_law_defaults(NULL, false) == WSTAC_FW_STATUS_NULL);
@@ -93,10 +96,16 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_direction(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_end(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_take_interrupted(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_motion(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_motion_by_edges(&pipeline, NULL) == WSTAC_FW_STATUS_NULL);
     /* There is no event yet, and there are no features. */
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_direction(&pipeline, &direction) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_motion(&pipeline, &motion) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_motion_by_edges(&pipeline, &motion) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_NONE);
     EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_features(&pipeline, features, NULL) == WSTAC_FW_STATUS_NONE);
 }
@@ -129,6 +138,11 @@ static void options_are_checked(void)
     EXPECT(init(&options) == WSTAC_FW_STATUS_BYTES_PER_ROW);
     options = tiny, options.fps_numerator = 30;
     EXPECT(init(&options) == WSTAC_FW_STATUS_FRAME_RATE);
+    static const float wrong_pitches[] = {-1, 1001, NAN, INFINITY};
+    for (size_t i = 0; i < sizeof wrong_pitches / sizeof *wrong_pitches; i++) {
+        options = tiny, options.pitch_mm = wrong_pitches[i];
+        EXPECT(init(&options) == WSTAC_FW_STATUS_PITCH);
+    }
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
         options = tiny, options.width = options.height = 40;
         options.format = formats[i].format, options.bt709 = options.full_range = true;
@@ -141,7 +155,7 @@ static void settings_are_checked(void)
     WstacFwTrigger trigger;
     WstacFwSpeedLaw law;
     EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
-    EXPECT(wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK && trigger.window == 5);
+    EXPECT(wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK && trigger.window == 5 && trigger.one_event_per_touch);
     EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_OK);
     trigger.follow = 17;
     EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_FOLLOW);
@@ -185,6 +199,7 @@ static void streams_are_checked(void)
     WstacFwEnd end;
     WstacFwIncomplete incomplete;
     WstacFwEvent event;
+    WstacFwContactEnd contact_end;
     int16_t features[WSTAC_FW_FEATURES];
     uint64_t number = 99;
     EXPECT(init(&planar) == WSTAC_FW_STATUS_OK);
@@ -214,6 +229,11 @@ static void streams_are_checked(void)
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_EVENT);
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_OK);
     EXPECT(event.frame == 30 && event.frames_filled == 5 && event.reliable);
+    /* The last bright frame is repeated for the lost ones. */
+    EXPECT(event.touch_frame == 40 && event.end_frame == 65);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_OK);
+    EXPECT(contact_end.frame == 65 && contact_end.event_frame == 30);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_NONE);
     EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK && sample[0] < sample[100]);
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
@@ -230,6 +250,54 @@ static void streams_are_checked(void)
     EXPECT(wstac_fw_finish(&pipeline) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_push_frame(&pipeline, dark, sizeof dark) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_OK && end.frames == 124 && end.incomplete_frames == 0);
+}
+
+/* Pushes frames until one completes an event, and returns its number. */
+static int event_at(int from, int to, const uint8_t *bytes)
+{
+    int found = -1;
+    for (int i = from; i < to; i++) {
+        WstacFwStatus status = wstac_fw_push_frame(&pipeline, bytes, 100);
+        EXPECT(status == WSTAC_FW_STATUS_OK || (status == WSTAC_FW_STATUS_EVENT && found < 0));
+        if (status == WSTAC_FW_STATUS_EVENT)
+            found = i;
+    }
+    return found;
+}
+
+/* A touch of 200 frames is one event, or, as published, one after each 70 frames. */
+static void long_touches_are_one_event(void)
+{
+    WstacFwTrigger trigger;
+    WstacFwEvent event;
+    WstacFwMotion motion;
+    WstacFwContactEnd contact_end;
+    EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
+    EXPECT(event_at(0, 40, dark) < 0);
+    EXPECT(event_at(40, 100, bright) == 99);
+    EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_OK);
+    EXPECT(event.frame == 30 && event.touch_frame == 40 && event.end_frame == -1);
+    EXPECT(wstac_fw_motion(&pipeline, &motion) == WSTAC_FW_STATUS_OK && motion.contact == WSTAC_FW_CONTACT_PRESS);
+    EXPECT(motion.mm_s == 0 && motion.mm_s_sd == 0 && motion.degrees == -1 && motion.degrees_sd == 0 && motion.reliable);
+    EXPECT(wstac_fw_motion_by_edges(&pipeline, &motion) == WSTAC_FW_STATUS_OK && motion.contact == WSTAC_FW_CONTACT_PRESS);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_NONE);
+    EXPECT(event_at(100, 240, bright) < 0 && event_at(240, 244, dark) < 0);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_NONE);
+    EXPECT(event_at(244, 245, dark) < 0);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_OK);
+    EXPECT(contact_end.frame == 240 && contact_end.event_frame == 30);
+
+    EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK);
+    trigger.one_event_per_touch = false;
+    EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_OK);
+    EXPECT(event_at(0, 40, dark) < 0);
+    EXPECT(event_at(40, 100, bright) == 99);
+    EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_OK);
+    EXPECT(event.frame == 30 && event.touch_frame == -1 && event.end_frame == -1);
+    EXPECT(event_at(100, 170, bright) == 169);
+    EXPECT(event_at(170, 240, dark) < 0);
+    EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_NONE);
 }
 
 static void models_are_checked(size_t bytes)
@@ -254,9 +322,16 @@ static void models_are_checked(size_t bytes)
 static void texts_are_there(void)
 {
     const char *unknown = wstac_fw_status_text(3);
-    for (WstacFwStatus status = WSTAC_FW_STATUS_OTHER; status <= WSTAC_FW_STATUS_NONE; status++)
+    for (WstacFwStatus status = WSTAC_FW_STATUS_PITCH; status <= WSTAC_FW_STATUS_NONE; status++)
         EXPECT(strlen(wstac_fw_status_text(status)) > 3 && wstac_fw_status_text(status) != unknown);
-    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_OTHER - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
+    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_PITCH - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
+}
+
+static void print_motion(const WstacFwMotion *motion)
+{
+    static const char *const contacts[] = {"unclear", "slide", "press", "poke"};
+    printf(" %s %.3f %.4f %.2f %.3f %d", contacts[motion->contact], (double)motion->mm_s, (double)motion->mm_s_sd,
+           (double)motion->degrees, (double)motion->degrees_sd, motion->reliable);
 }
 
 static void print_event(void)
@@ -264,10 +339,13 @@ static void print_event(void)
     WstacFwEvent event;
     WstacFwSpeed speed;
     WstacFwDirection direction;
+    WstacFwMotion motion, by_edges;
     WstacFwTexture texture;
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_direction(&pipeline, &direction) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_motion(&pipeline, &motion) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_motion_by_edges(&pipeline, &by_edges) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_OK && texture.task == WSTAC_FW_TASK_SPECIMEN);
     printf("event %lu %d %.3f %.3f %d %d %d %d %d %s", (unsigned long)event.frame, speed.duration_frames, (double)speed.mm_s,
@@ -275,6 +353,9 @@ static void print_event(void)
            event.reliable, texture.label);
     for (int i = 0; i < WSTAC_FW_SAMPLE_NUMBERS; i++)
         printf(" %d", sample[i]);
+    printf("\nmotion %ld %ld", (long)event.touch_frame, (long)event.end_frame);
+    print_motion(&motion);
+    print_motion(&by_edges);
     printf("\n");
 }
 
@@ -318,6 +399,7 @@ int main(int argc, char **argv)
     options_are_checked();
     settings_are_checked();
     streams_are_checked();
+    long_touches_are_one_event();
     texts_are_there();
     FILE *file = fopen(argv[5], "rb");
     EXPECT(file != NULL);

@@ -135,8 +135,16 @@ static void pushed_frames_are_checked(void)
     record = next(handle, WSTAC_KIND_EVENT);
     EXPECT(record.event.frames_filled == 7 && record.event.reliable && record.event.sample[0][0] < record.event.sample[15][0]);
     EXPECT(isnan(record.event.speed_mm_s) == (record.event.why_no_speed != NULL));
-    EXPECT(isnan(record.event.direction_deg) && strstr(record.event.why_no_direction, "unclear") != NULL);
+    EXPECT(isnan(record.event.direction_deg) && strstr(record.event.why_no_direction, "press") != NULL);
+    /* The lost frames are filled from bright to dark: frame 107 is the first dark one. */
+    EXPECT(strcmp(record.event.contact, "press") == 0 && record.event.stamp == NULL);
+    EXPECT(record.event.touch_frame == 80 && fabs(record.event.touch_s - 80 / 30.0) < 1e-4);
+    EXPECT(record.event.end_frame == 107 && fabs(record.event.completed_s - (record.frame + 69) / 30.0) < 1e-4);
+    EXPECT(isnan(record.event.speed_sd_mm_s) && isnan(record.event.direction_sd_deg) && isnan(record.event.direction_confidence));
     EXPECT(record.texture.specimen == NULL && isnan(record.texture.depth_mm));
+    uint64_t event_frame = record.frame;
+    record = next(handle, WSTAC_KIND_CONTACT_END);
+    EXPECT(record.frame == 107 && record.event_frame == event_frame && fabs(record.time_s - 107 / 30.0) < 1e-4);
     next(handle, WSTAC_KIND_WAITING);
     EXPECT(wstac_finish(handle) == WSTAC_STATUS_OK);
     EXPECT(wstac_push_frame(handle, dark, sizeof dark) == WSTAC_STATUS_STATE && says(handle, "has ended"));
@@ -211,7 +219,11 @@ static void same_record(const WstacRecord *a, const WstacRecord *b)
     EXPECT(a->kind == b->kind && a->frame == b->frame && a->frames == b->frames);
     EXPECT(memcmp(a->features, b->features, sizeof a->features) == 0);
     EXPECT(same_number(x->speed_mm_s, y->speed_mm_s) && same_number(x->speed_at_most_mm_s, y->speed_at_most_mm_s));
-    EXPECT(same_number(x->direction_deg, y->direction_deg) && x->direction_confidence == y->direction_confidence);
+    EXPECT(same_number(x->direction_deg, y->direction_deg) && same_number(x->direction_confidence, y->direction_confidence));
+    EXPECT(same_number(x->speed_sd_mm_s, y->speed_sd_mm_s) && same_number(x->direction_sd_deg, y->direction_sd_deg));
+    EXPECT(same_text(x->contact, y->contact) && x->touch_frame == y->touch_frame && x->end_frame == y->end_frame);
+    EXPECT(same_number(x->touch_s, y->touch_s) && same_number(x->completed_s, y->completed_s) && same_text(x->stamp, y->stamp));
+    EXPECT(a->event_frame == b->event_frame && same_number(a->time_s, b->time_s));
     EXPECT(x->duration_frames == y->duration_frames && x->speed_extrapolated == y->speed_extrapolated);
     EXPECT(same_text(x->why_no_speed, y->why_no_speed) && same_text(x->why_no_direction, y->why_no_direction));
     EXPECT(same_text(a->texture.specimen, b->texture.specimen) && same_text(a->texture.pattern, b->texture.pattern));

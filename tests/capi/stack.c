@@ -38,6 +38,18 @@ static void call_direction(void)
     status = wstac_fw_direction(&pipeline, &direction);
 }
 
+static void call_motion(void)
+{
+    WstacFwMotion motion;
+    status = wstac_fw_motion(&pipeline, &motion);
+}
+
+static void call_motion_by_edges(void)
+{
+    WstacFwMotion motion;
+    status = wstac_fw_motion_by_edges(&pipeline, &motion);
+}
+
 static void call_classify(void)
 {
     WstacFwTexture texture;
@@ -69,7 +81,7 @@ static void keep(uint32_t *most, void (*call)(void))
 
 int main(int argc, char **argv)
 {
-    uint32_t init = 0, push = 0, speed = 0, direction = 0, take_sample = 0, model_init = 0, classify = 0;
+    uint32_t init = 0, push = 0, speed = 0, direction = 0, motion = 0, by_edges = 0, take_sample = 0, model_init = 0, classify = 0;
     EXPECT(argc == 5);
     FILE *file = fopen(argv[4], "rb");
     EXPECT(file != NULL);
@@ -87,13 +99,16 @@ int main(int argc, char **argv)
         if (status == WSTAC_FW_STATUS_EVENT) {
             keep(&speed, call_speed);
             keep(&direction, call_direction);
+            keep(&motion, call_motion);
+            keep(&by_edges, call_motion_by_edges);
             keep(&take_sample, call_sample);
             keep(&classify, call_classify);
         }
     }
     fclose(file);
-    printf("init %lu push %lu speed %lu direction %lu sample %lu model_init %lu classify %lu\n", (unsigned long)init,
-           (unsigned long)push, (unsigned long)speed, (unsigned long)direction, (unsigned long)take_sample,
-           (unsigned long)model_init, (unsigned long)classify);
+    printf("init %lu push %lu motion %lu motion_by_edges %lu", (unsigned long)init, (unsigned long)push, (unsigned long)motion,
+           (unsigned long)by_edges);
+    printf(" speed %lu direction %lu sample %lu model_init %lu classify %lu\n", (unsigned long)speed, (unsigned long)direction,
+           (unsigned long)take_sample, (unsigned long)model_init, (unsigned long)classify);
     return 0;
 }

@@ -28,7 +28,10 @@ fn answers(folder: &Folder, config: &str) -> (usize, Vec<f64>) {
             .map(|line| serde_json::from_str::<Value>(line).unwrap())
             .find(|record| record["kind"] == "event");
         let event = event.unwrap_or_default();
-        wrong += usize::from(event["direction"]["deg"] != degrees);
+        let found = event["direction"]["deg"].as_f64().unwrap_or(f64::NAN);
+        let turned = (found - f64::from(degrees) + 180.0).rem_euclid(360.0) - 180.0;
+        // Not a number is wrong, too.
+        wrong += usize::from(!(turned.abs() < 5.0));
         errors.push(event["speed"]["mm_s"].as_f64().map_or(f64::INFINITY, |found| (found / speed - 1.0).abs()));
     }
     (wrong, errors)

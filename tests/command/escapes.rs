@@ -161,7 +161,7 @@ fn names_and_contents_of_files_never_control_the_terminal() {
     check(&["model", "inspect", "a.wsm"], ESCAPED);
     check(&["model", "inspect", "a.wsm", "--json"], r"\u001b]52");
     check(&["run", "scene:Saw3@150", "--model", "a.wsm"], "event at frame");
-    check(&["demo", "--model", "a.wsm"], "right");
+    check(&["demo", "--model", "a.wsm"], "105 mm");
     let _ = fs::copy(folder.0.join("a.wsm"), folder.0.join(format!("{FORGED}.wsm")));
     check(&["run", "scene:Saw3@150", "--model", &format!("{FORGED}.wsm")], "event at frame");
     let label = format!("{FORGED}={FORGED}");

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
@@ -81,7 +81,7 @@ impl Crate {
 
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("\"Klasse\" {class}\n\\ µ𝛼")).collect();
-    Trained { labels, task: Task::Other, inputs: INPUTS, kind, remarks: Vec::new() }
+    Trained { labels, task: Task::Other, input: Input::Frames, inputs: INPUTS, kind, remarks: Vec::new() }
 }
 
 /// Returns a random tree with this many splits.

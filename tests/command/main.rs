@@ -7,6 +7,7 @@ mod hostile;
 mod inline;
 mod model;
 mod monitor;
+mod names;
 mod outputs;
 mod program;
 mod recording;

@@ -13,22 +13,68 @@ fn output(arguments: &[&str]) -> Vec<String> {
 #[test]
 fn records_are_as_documented_to_the_letter() {
     let lines = output(&["run", "scene:Saw3@150,90deg", "--json", "--features"]);
-    assert_eq!(lines.len(), 140 + 2);
+    assert_eq!(lines.len(), 140 + 3);
     assert!(lines[0].starts_with(r#"{"kind":"features","frame":0,"f":[-"#), "{}", lines[0]);
     assert_eq!(lines[0].matches(',').count(), 2 + 9);
+    let event = concat!(
+        r#"{"kind":"event","frame":35,"frames":70,"touch_frame":46,"end_frame":74,"#,
+        r#""time_s":1.5333,"completed_s":3.4667,"stamp":null,"contact":"slide","duration_frames":27,"#,
+        r#""speed":{"mm_s":150.1,"sd":1.26},"direction":{"deg":89.5,"sd":0.27},"#,
+        r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
+    );
+    let contact_end = r#"{"kind":"contact_end","frame":74,"event_frame":35,"time_s":2.4667}"#;
+    for line in [event, contact_end] {
+        assert_eq!(lines.iter().filter(|found| *found == line).count(), 1, "{line} {lines:#?}");
+    }
+    let end = r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null}"#;
+    assert_eq!(lines.last().unwrap(), end);
+}
+
+/// Returns the path of a configuration with the published law.
+fn published(folder: &Folder) -> String {
+    folder.file("published.toml", "[speed]\nlaw = \"published\"\n").to_str().unwrap().to_owned()
+}
+
+#[test]
+fn the_published_law_keeps_its_records_to_the_letter() {
+    let folder = Folder::new("published");
+    let lines = output(&["run", "scene:Saw3@150,90deg", "--json", "--config", &published(&folder)]);
     let event = concat!(
         r#"{"kind":"event","frame":35,"frames":70,"duration_frames":27,"#,
         r#""speed":{"mm_s":159.9,"extrapolated":false},"direction":{"deg":90,"confidence":0.9831},"#,
         r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
     );
-    assert_eq!(lines.iter().filter(|line| *line == event).count(), 1, "{lines:#?}");
     let end = r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null}"#;
-    assert_eq!(lines.last().unwrap(), end);
+    assert_eq!(lines, [event, end]);
+}
+
+#[test]
+fn a_press_has_no_speed_and_says_why() {
+    let folder = Folder::new("press");
+    let scene = folder.file("press.toml", "fidelity = \"taxel\"\n[[touch]]\nkind = \"press\"\n");
+    let lines = output(&["run", &format!("scene:{}", scene.display()), "--json", "--model", "builtin:svm"]);
+    let event: serde_json::Value = serde_json::from_str(&lines[0]).unwrap();
+    assert_eq!((&event["contact"], &event["speed"]), (&"press".into(), &serde_json::Value::Null), "{event}");
+    assert!(event["direction"].is_null() && event["texture"].is_null(), "{event}");
+    let reason = "the touch is a press, which does not slide";
+    assert_eq!(
+        event["why"],
+        serde_json::json!({"speed": reason, "direction": reason, "texture": "the touch is not a slide"})
+    );
+}
+
+#[test]
+fn a_slide_that_is_longer_than_a_sample_is_one_event() {
+    let lines = output(&["run", "scene:Saw3@30", "--json", "--size", "320x180"]);
+    let kinds = |kind: &str| lines.iter().filter(|line| line.contains(&format!("\"kind\":\"{kind}\""))).count();
+    assert_eq!((kinds("event"), kinds("contact_end")), (1, 1), "{lines:#?}");
+    assert!(lines[0].contains("\"end_frame\":null"), "{}", lines[0]);
 }
 
 #[test]
 fn a_cut_off_event_has_a_bound_and_says_why() {
-    let lines = output(&["run", "scene:Saw3@50", "--json"]);
+    let folder = Folder::new("cut-off");
+    let lines = output(&["run", "scene:Saw3@50", "--json", "--config", &published(&folder)]);
     let speed = r#""speed":null,"speed_at_most":{"mm_s":"#;
     assert!(lines[0].contains(speed) && lines[0].contains(r#""why":{"speed":"cut off: "#), "{}", lines[0]);
 }

@@ -17,7 +17,7 @@ const SCENE: &str = "scene:Saw3@150";
 fn models_that_come_with_the_program_name_specimens() {
     for model in ["svm", "forest", "boosted"] {
         let found = records(&["run", SCENE, "--json", "--model", &format!("builtin:{model}")]);
-        let [event, end] = &found[..] else { panic!("{model}: {found:?}") };
+        let [event, _, end] = &found[..] else { panic!("{model}: {found:?}") };
         assert_eq!(end["kind"], "end");
         let texture = &event["texture"];
         let specimen = texture["specimen"].as_str().unwrap();

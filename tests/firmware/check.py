@@ -24,7 +24,9 @@ from host import features, host, same
 HERE = Path(__file__).resolve().parent
 MODELS = {None: None} | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
 # The numbers of an image without a model.
-BASE = ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "flash", "ram")
+BASE = ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live", "flash", "ram")
+# Keys of [speed].
+LAWS = ('estimator = "edges"', 'law = "published"', 'law = "physical"', 'law = "arrival"')
 FRAME = 400 * 400
 STRIPE = 8 * 400
 
@@ -67,7 +69,7 @@ def measure(wstac, folder, models):
                 if name is None:
                     print(f"{board.core}: {link.check(board, programs / 'emulated', folder, wstac, everything)}", flush=True)
                     print(f"{board.core}: {golden.check(board, programs, folder)}", flush=True)
-                    found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion") if cost[key]}
+                    found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live") if cost[key]}
                     found |= {"flash": size.flash, "ram": size.ram + stack}
                 else:
                     found |= {name: cost["texture"], f"{name}, flash": size.flash - found["flash"], f"{name}, ram": size.ram + stack}
@@ -79,12 +81,13 @@ def measure(wstac, folder, models):
 
 
 def formats_too(wstac, folder):
-    """Checks every pixel format on one of the boards in turn. An unknown name must be refused."""
+    """Checks every pixel format on one of the boards in turn, and with one of the laws. An unknown name must be refused."""
     counter = Counter(wstac, folder, debug=True)
     for k, name in enumerate(formats()):
         board = BOARDS[k % len(BOARDS)]
-        counter.setting(Setting(name), cores=(board.core,))
-        print(f"{board.core}: events and features of {name} as on the host", flush=True)
+        law = LAWS[(k + k // len(BOARDS)) % len(LAWS)]
+        counter.setting(Setting(name, law=law), cores=(board.core,))
+        print(f"{board.core}: events and features of {name} with {law} as on the host", flush=True)
     refused = boards.refused(pixels="YUY2")
     if "WSTAC_PIXELS=YUY2: expected one of GREY, " not in refused:
         sys.exit(f"WSTAC_PIXELS=YUY2 must be refused, the build said {refused!r}")

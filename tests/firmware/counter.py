@@ -27,16 +27,17 @@ CORES = tuple(board.core for board in BOARDS)
 
 @dataclass(frozen=True)
 class Setting:
-    """A build: a name of `formats()`, a stride, a logarithm, and a model's file."""
+    """A build: a name of `formats()`, a stride, a logarithm, a model's file, and a key of `[speed]`."""
 
     format: str = "GREY"
     stride: int = 1
     ln: str = "fixed"
     model: Path | None = None
+    law: str = 'law = "arrival"'
 
     def toml(self):
         yuv = self.format.partition(" ")[2] or "exact"
-        return f'[green]\nstride = {self.stride}\nyuv = "{yuv}"\n[features]\nln = "{self.ln}"\n'
+        return f'[green]\nstride = {self.stride}\nyuv = "{yuv}"\n[features]\nln = "{self.ln}"\n[speed]\n{self.law}\n'
 
 
 def formats():

@@ -1,5 +1,5 @@
 """Runs the golden vectors of the independent reference on emulated boards: every pixel format, layout, rate, gap and
-rule.
+rule by the published algorithm, and every motion by arrival times.
 """
 
 import json
@@ -15,7 +15,9 @@ FORMATS = "GREY Y10 Y12 Y16 RGB24 BGR24 RGBX32 XRGB32 RGB565 YUYV UYVY NV12 YU12
 ]
 ALIKE = {"BGRX32": "RGBX32", "XBGR32": "XRGB32"}  # formats whose green is in the same place
 HEADER = 80  # words
-FEATURES, EVENT, END = 1, 2, 3
+FEATURES, EVENT, END, CONTACT_END = 1, 2, 3, 4
+# Every bit of every motion, by coherence and by edges. tests/whole checks that this machine's are the same.
+MOTIONS = Path(__file__).with_name("motions.txt")
 
 
 def packed(case):
@@ -32,7 +34,7 @@ def packed(case):
     words += struct.pack("<d", case["floor_levels"])
     words += struct.pack("<IdIId", trigger["window"], trigger["multiplier"], trigger["backtrack"], trigger["rule"] == "signed", trigger["margin"])
     words += struct.pack("<IdIff", speed["law"] == "physical", speed["threshold"], speed["threshold_on"] == "above_baseline", speed["length_mm"], speed["afterglow_frames"])
-    words += struct.pack("<I", case["frames"])
+    words += struct.pack("<II", trigger.get("per_touch", False), case["frames"])
     words = words.ljust(4 * HEADER, b"\0")
     frames = (GOLDEN / f"{case['name']}.raw").read_bytes()
     lost = dict.fromkeys(range(case["frames"] + 1), 0)
@@ -44,19 +46,22 @@ def packed(case):
 
 
 def results(numbers):
-    """Returns the features, the events and the end of every case."""
-    at, features, events = 0, [], []
+    """Returns the features, the events, the ends of contacts and the end of every case."""
+    at, features, events, ends = 0, [], [], []
     while at < len(numbers):
         kind = numbers[at]
         if kind == FEATURES:
             features.append(numbers[at + 2 : at + 12])
             at += 12
         elif kind == EVENT:
-            events.append(numbers[at + 1 : at + 7])
-            at += 7
+            events.append(numbers[at + 1 : at + 9])
+            at += 9
+        elif kind == CONTACT_END:
+            ends.append(numbers[at + 1 : at + 3])
+            at += 3
         else:
-            yield features, events, numbers[at + 1 : at + 3]
-            at, features, events = at + 3, [], []
+            yield features, events, ends, numbers[at + 1 : at + 3]
+            at, features, events, ends = at + 3, [], [], []
 
 
 def cases(board):
@@ -71,16 +76,37 @@ def cases(board):
     return [case for case in fits if all(count < 2**32 for _, count in case["lost"])], len(every)
 
 
+def write_touches(file):
+    """Writes the samples of the motions as the program `golden` reads them. Returns their names."""
+    every = json.loads((GOLDEN / "motion.json").read_text())["cases"]
+    packed = (struct.pack("<10iI700h", *case["totals"], case["frames"], *(f for frame in case["features"] for f in frame)) for case in every)
+    file.write_bytes(b"".join(packed))
+    return [case["name"] for case in every]
+
+
+def check_motions(board, names, found):
+    """Compares the bits of a board's motions with those of a host. Returns how many there were."""
+    expected = MOTIONS.read_text().splitlines()
+    each = len(found) // len(names) // 2
+    lines = [" ".join([name, *(found[at : at + each].hex() for at in (2 * k * each, (2 * k + 1) * each))]) for k, name in enumerate(names)]
+    for line, want in zip(lines, expected, strict=True):
+        if line != want:
+            sys.exit(f"{board.core}: motion {line}, expected {want}")
+    return len(lines)
+
+
 def check(board, programs, folder):
     """Runs the cases on a board and compares. Returns how many there were."""
     chosen, every = cases(board)
     (folder / "cases").write_bytes(b"".join(packed(case) for case in chosen))
+    names = write_touches(folder / "touches")
     boards.run(board, programs / "golden", folder)
+    motions = check_motions(board, names, (folder / "motions").read_bytes())
     found = list(results(memoryview((folder / "results").read_bytes()).cast("h").tolist()))
     if len(found) != len(chosen):
         sys.exit(f"{board.core}: results of {len(found)} golden cases, expected {len(chosen)}")
-    equal = numbers = events_seen = 0
-    for case, (features, events, end) in zip(chosen, found, strict=True):
+    equal = numbers = events_seen = ends_seen = 0
+    for case, (features, events, contact_ends, end) in zip(chosen, found, strict=True):
         at = f"{board.core}, golden case {case['name']}"
         expected = json.loads((GOLDEN / f"{case['name']}.json").read_text())
         if len(features) != len(expected["features"]):
@@ -101,13 +127,19 @@ def check(board, programs, folder):
             wanted.append([
                 event["frame"], event["frames_filled"], event["reliable"],
                 -1 if duration is None else duration, -1 if degrees is None else degrees,
+                *(-1 if frame is None else frame % 2**15 for frame in event.get("touch", [None, None])),
             ])
-        if [[event[0] % 2**16, *event[1:5]] for event in events] != [[event[0] % 2**16, *event[1:]] for event in wanted]:
+        low = lambda event: [event[0] % 2**16, *event[1:]]
+        if [low([*event[:5], *event[6:]]) for event in events] != [low(event) for event in wanted]:
             sys.exit(f"{at}: events {events}, expected {wanted}")
+        wanted_ends = [[end["frame"] % 2**16, end["event_frame"] % 2**16] for end in expected.get("contact_ends", [])]
+        if [[number % 2**16 for number in end] for end in contact_ends] != wanted_ends:
+            sys.exit(f"{at}: ends of contacts {contact_ends}, expected {wanted_ends}")
+        ends_seen += len(contact_ends)
         for event, want in zip(events, expected["events"], strict=True):
             mm_s = want["speed"]["mm_s"]
             most = 2**15 - 1
             if abs(event[5] - (-1 if mm_s is None else min(16 * mm_s, most))) > 1:
                 sys.exit(f"{at}: speed {event[5] / 16} mm/s, expected {mm_s}")
         events_seen += len(events)
-    return f"{len(chosen)} of {every} golden cases, {events_seen} events; {equal} of {numbers} features equal, the others off by 1"
+    return f"{len(chosen)} of {every} golden cases, {events_seen} events, {ends_seen} ends of contacts; {motions} motions to the bit; {equal} of {numbers} features equal, the others off by 1"

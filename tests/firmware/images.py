@@ -17,8 +17,9 @@ ABSENT = {
     "trigger": ("baseline_policy", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
     "speed": ("baseline_policy", "direction", "texture", "early", "model/", "wire/"),
     "direction": ("baseline_policy", "texture", "early", "model/", "wire/", "motion/"),
-    "edges": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/", "motion/shape", "motion/shift"),
-    "motion": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/"),
+    "edges": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/", "motion/shape", "motion/shift", "motion/live/"),
+    "motion": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/", "motion/live/"),
+    "live": ("baseline_policy", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "motion/axis", "motion/shape", "motion/shift"),
 } | {
     name: ("baseline_policy", "speed", "direction", "exp", "early", "wire/", "libm")
     + tuple(f"model/{part}" for other, parts in MODELS.items() if other != name for part in parts)
@@ -26,7 +27,7 @@ ABSENT = {
     for name in MODELS
 }
 # Files that it must contain, so that an absence has a meaning.
-PRESENT = {"features": "taxels", "trigger": "trigger", "speed": "speed", "direction": "direction", "edges": "motion/edges", "motion": "motion/shift"} | {
+PRESENT = {"features": "taxels", "trigger": "trigger", "speed": "speed", "direction": "direction", "edges": "motion/edges", "motion": "motion/shift", "live": "motion/live/track"} | {
     name: f"model/{name}" for name in MODELS
 }
 

@@ -113,16 +113,16 @@ fn a_day_has_the_events_of_its_slides_and_no_others() {
         // is equal.
         assert_eq!(event.is_some(), afresh.is_some(), "frame {frame}: {event:?} {afresh:?}");
         let (Some(event), Some(afresh)) = (event, afresh) else { continue };
-        differences.push(event.direction.confidence.abs_diff(afresh.direction.confidence));
+        differences.push(event.direction.confidence.unwrap().abs_diff(afresh.direction.confidence.unwrap()));
         let without_baseline = |answered: &Answered| {
             let event = OwnedEvent { totals: [0; 10], ..answered.event.clone() };
-            (event, answered.direction.heading, answered.speed)
+            (event, answered.direction.degrees, answered.speed)
         };
         assert_eq!(without_baseline(&event), without_baseline(&afresh));
         let slide = &truth[found.len()];
         let offset = event.event.frame as i64 - slide.start_frame() as i64;
         assert!((-14..=-6).contains(&offset), "event {} of a slide from {}", event.event.frame, slide.start);
-        assert_eq!(event.direction.heading.ok(), slide.touch.slide().unwrap().heading(), "slide from {}", slide.start);
+        assert_eq!(event.direction.heading(), slide.touch.slide().unwrap().heading(), "slide from {}", slide.start);
         let speed = f64::from(event.speed.unwrap().mm_s);
         found.push((offset, (speed / slide.touch.slide().unwrap().speed_mm_s - 1.0).abs()));
     }

@@ -20,7 +20,10 @@ from vectors.case import Case
 from vectors.event_cases import event_cases
 from vectors.follow_cases import follow_cases
 from vectors.format_cases import format_cases
+from vectors.live_cases import live_cases
 from vectors.motion_cases import motion_cases
+from vectors.path_cases import path_cases
+from vectors.touch_cases import touch_cases
 
 VERSION = 1
 SUFFIXES = (".json", ".raw")
@@ -39,9 +42,14 @@ def lines_of(value: dict[str, Any]) -> str:
 
 def made_files() -> dict[str, bytes]:
     """Returns the name and content of every file of the vectors."""
-    cases: list[Case] = format_cases() + event_cases() + follow_cases()
+    cases: list[Case] = format_cases() + event_cases() + follow_cases() + touch_cases()
     manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
-    files = {"manifest.json": lines_of(manifest).encode(), "motion.json": lines_of({"cases": motion_cases()}).encode()}
+    files = {
+        "manifest.json": lines_of(manifest).encode(),
+        "live.json": lines_of({"cases": live_cases()}).encode(),
+        "motion.json": lines_of({"cases": motion_cases()}).encode(),
+        "path.json": lines_of({"cases": path_cases()}).encode(),
+    }
     for case in cases:
         assert f"{case.name}.raw" not in files, f"two cases are called {case.name}"
         files[f"{case.name}.raw"] = b"".join(case.data)
@@ -58,7 +66,7 @@ def write(directory: Path) -> int:
             old.unlink()
     for name, content in files.items():
         (directory / name).write_bytes(content)
-    return len(files) // 2 - 1
+    return sum(name.endswith(".raw") for name in files)
 
 
 def first_difference(made: Path, stored: Path) -> str | None:

@@ -119,7 +119,10 @@ def events(slides: Sequence[Slide], seed: int, changes: Changes = DEFAULTS, samp
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "scene.toml")
         file.write_text(scene_text(slides, seed, changes))
-        printed = run_wstac(["run", f"scene:{file}", "--json", *(["--samples"] if samples else [])])
+        published = Path(folder, "published.toml")
+        published.write_text('[speed]\nlaw = "published"\n')
+        arguments = ["run", f"scene:{file}", "--config", str(published), "--json"]
+        printed = run_wstac([*arguments, *(["--samples"] if samples else [])])
     lines = [json.loads(line) for line in printed.splitlines()]
     found = [event_of(line) for line in lines if line["kind"] == "event"]
     if len(found) != len(slides):

@@ -17,6 +17,7 @@ from wstac_reference.features import Features, floor_feature, row_and_column_sum
 from wstac_reference.formats import FORMATS, by_fourcc
 from wstac_reference.green import GreenSums, YCbCr
 from wstac_reference.layout import Layout, paper_layout
+from wstac_reference.path_sample import BY_TAXELS, RINGS, along, by_lines, edge, sums_along, taxels_along
 from wstac_reference.speed import SpeedConfig, measure_speed
 from wstac_reference.trigger import Baseline, Incomplete, Sample, Trigger, TriggerConfig, measure_baseline
 
@@ -406,6 +407,49 @@ class DirectionTest(unittest.TestCase):
         spot = self.ask([None, 20, 28, None, None], [None, 20, 22, None, None])  # 8 and 2
         self.assertEqual((spot.deg, round(spot.confidence, 9)), (None, 0.6))
         self.assertEqual(self.ask([None, None, 20, None, None], [10, 18, 26, 34, 42]).deg, 0)
+
+
+class PathTest(unittest.TestCase):
+    def step_light(self, gains: Sequence[float], first: int = 20) -> np.ndarray:
+        # All taxels light up between two frames; at 1e6 mm/s nothing is delayed, and a mm is no time.
+        sums = np.zeros((25, 70))
+        sums[:, first:] = 1000 * np.array(gains)[:, None]
+        return sums
+
+    def test_places(self) -> None:
+        self.assertEqual([len(ring) for ring in RINGS], [9, 12, 4])
+        self.assertEqual((RINGS[0][0], RINGS[1][:3], RINGS[2]), (6, [1, 2, 3], [0, 4, 20, 24]))
+        self.assertEqual(by_lines(5, 0).groups, [[7], [6, 8], [5, 9], [2], [1, 3], [0, 4]])
+        self.assertEqual(len(BY_TAXELS.groups) * BY_TAXELS.window, 96)
+
+    def test_edge_and_interpolation(self) -> None:
+        self.assertEqual(edge(np.array([0, 0, 8.0, 4])), 1.125)  # a level of 1 between 0 and 8
+        self.assertEqual(edge(np.array([1.0, 8])), 0.0)  # 1 is no more than an eighth of 8, but 8 is
+        light = np.arange(70.0) * 2
+        self.assertEqual(along(light, np.array([-0.5, 2.25, 80.0])).tolist(), [0.0, 4.5, 138.0])
+
+    def test_facts(self) -> None:
+        numbers = taxels_along(self.step_light([1.0] * 25), 120 * math.exp(0.5), 22.5)
+        assert numbers is not None
+        for found, expected in zip(numbers[:4], (0.5, 0.0, 0.25, 0.0), strict=True):
+            self.assertAlmostEqual(found, expected)
+        fast = taxels_along(self.step_light([1.0] * 25), 1e6, 180)
+        assert fast is not None
+        self.assertEqual(np.round(fast[:4], 9).tolist(), [1, 1, 1, 1])
+
+    def test_groups_and_spread(self) -> None:
+        # The level is crossed at 19.125, where the light is an eighth of what follows, and it stays there: no time passes.
+        gains = [2.0 if k in RINGS[2] else 1.0 for k in range(25)]
+        numbers = taxels_along(self.step_light(gains), 1e9, 0)
+        assert numbers is not None
+        mean = (1 + 1 + 2) / 3
+        expected = [math.log(light / mean + 1 / 64) for light in (1, 1, 2)] + [math.log(1 / 64)]
+        self.assertEqual(np.round(numbers[4:8] - expected, 5).tolist(), [0, 0, 0, 0])  # gains are no spread
+        self.assertEqual(np.round(numbers[8:12] - expected, 5).tolist(), [0, 0, 0, 0])  # times a speed of 1
+
+    def test_dark(self) -> None:
+        self.assertIsNone(taxels_along(np.full((25, 70), 800), 100, 0))
+        self.assertIsNone(sums_along(np.full((10, 70), -9000), np.full(10, -9000 * 25), 25, 100, 0))
 
 
 if __name__ == "__main__":

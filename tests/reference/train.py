@@ -4,6 +4,7 @@
     WSTAC=… train.py measure RESULTS [--only KIND] [--repeats N]  # the paper's table 2, and tests that are fair to use
     train.py page RESULTS PAGE.md                                 # the page about them
     WSTAC=… train.py models FOLDER                                # the models that are shipped, and README.md about them
+    WSTAC=… PATH_SLIDES=… train.py path FOLDER                    # the models of light along the path, and their README.md
     WSTAC=… train.py trade FOLDER                                 # the models that `wstac trade` compares with them; README.md
 
 Seeds are fixed and every fit has one thread, so the same command gives the same bytes again. On another processor,
@@ -17,6 +18,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+import path_models
 import shipped
 import table2
 import texture_report
@@ -50,6 +52,8 @@ def main() -> int:
     page.add_argument("page", type=Path, help="file to write")
     models = commands.add_parser("models", help="the models that are shipped")
     models.add_argument("folder", type=Path, help="where to write them")
+    path = commands.add_parser("path", help="the models of light along the path")
+    path.add_argument("folder", type=Path, help="where to write them")
     trade = commands.add_parser("trade", help="the models that are compared with those that are shipped")
     trade.add_argument("folder", type=Path, help="where to write them and README.md; models of the same sources are kept")
     trade.add_argument("--keep", action="store_true", help="keep models of any sources, and what their page says made them")
@@ -61,6 +65,8 @@ def main() -> int:
         arguments.page.write_text(texture_report.page(results, how()))
     elif arguments.what == "trade":
         trade_models.write(arguments.folder, arguments.keep)
+    elif arguments.what == "path":
+        path_models.write(arguments.folder)
     else:
         shipped.write(arguments.folder)
     return 0

@@ -29,19 +29,28 @@ def refusal(*arguments: str) -> str:
 
 SCENE = """
 seed = 5
-[[slide]]
+[[touch]]
+kind = "slide"
 specimen = "Saw3"
 speed = 150
 direction = 90
-[[slide]]
+[[touch]]
+kind = "slide"
 specimen = "Fla0"
 speed = 110
-[[slide]]
+direction = 33
+[[touch]]
+kind = "slide"
 specimen = "Tri4"
 speed = 40
 direction = 180
+[[touch]]
+kind = "press"
 """
-"""Three slides; the last is longer than an event, so that it has no speed."""
+"""Three slides and a press; the last slide is longer than an event, so that it has no speed by the published law."""
+
+LAWS = {"arrival": "", "published": '[speed]\nlaw = "published"\n'}
+"""Configurations of both kinds of laws: arrival times are the default."""
 
 
 @pytest.fixture(scope="session")

@@ -63,7 +63,7 @@ WRONG = [
     (lambda: wstac.open("scene:Saw3@150", controls={"gain": 1 << 40}), wstac.Error, "control gain is 1099511627776"),
     (lambda: wstac.open("scene:Saw3@150", matrix="bt709"), wstac.Error, "are for YCbCr sources, expected neither"),
     (lambda: wstac.read("/dev/null"), wstac.Error, "a camera has no end"),
-    (lambda: wstac.read("a\0b"), wstac.Error, "a\0b: file name contained an unexpected NUL byte"),
+    (lambda: wstac.read("a\0b"), wstac.Error, "a\\u0000b: file name contained an unexpected NUL byte"),
     (lambda: wstac.dataset({"slides": 0}), wstac.Error, "sweep: slides is 0"),
     (lambda: wstac.dataset({}, threads=0), wstac.Error, "threads is 0, expected 1 to 1024"),
     (lambda: wstac.dataset({"slides": 1, "scene": {"sensor": {"dropped": 0.9}}}), wstac.Error, "no slide became a sample"),

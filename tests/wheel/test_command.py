@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import wstac
-from conftest import REPOSITORY, SCENE, WSTAC, command, refusal
+from conftest import LAWS, REPOSITORY, SCENE, WSTAC, command, refusal
 
 MODELS = ["builtin:svm", "builtin:forest", "builtin:boosted"]
 
@@ -18,7 +20,7 @@ MODELS = ["builtin:svm", "builtin:forest", "builtin:boosted"]
 def check(source: str, found: wstac.Recording, *options: str) -> int:
     """Compares a recording with the output of `wstac run`. Returns the number of events."""
     lines = command("run", source, "--json", "--features", "--samples", "--model", "builtin:svm", *options)
-    kinds: dict[str, list[Any]] = {kind: [line for line in lines if line["kind"] == kind] for kind in ("features", "event", "end")}
+    kinds: dict[str, list[Any]] = {kind: [line for line in lines if line["kind"] == kind] for kind in ("features", "event", "contact_end", "end")}
     assert found.feature_frames.tolist() == [line["frame"] for line in kinds["features"]]
     assert (found.features / 2048).tolist() == [line["f"] for line in kinds["features"]]
     assert found.features.dtype == np.int16
@@ -26,15 +28,30 @@ def check(source: str, found: wstac.Recording, *options: str) -> int:
         assert (event.sample / 2048).tolist() == line.pop("sample")
         assert event.record == line
     assert len(found.events) == len(kinds["event"])
+    assert [end.record for end in found.contact_ends] == kinds["contact_end"]
     [end] = kinds["end"]
     assert (found.end.frames, found.end.dropped, found.end.baseline) == (end["frames"], end["dropped"], end["baseline"])
     return len(found.events)
 
 
-def test_a_recording(recording: Path) -> None:
-    found = wstac.read(recording, models="builtin:svm")
-    assert check(str(recording), found) >= 3
-    assert any(event.speed is None and event.speed_at_most and "speed" in event.why for event in found.events)
+@pytest.mark.parametrize("law", LAWS)
+def test_a_recording(law: str, recording: Path, tmp_path: Path) -> None:
+    config = tmp_path / "law.toml"
+    config.write_text(LAWS[law])
+    keys = wstac.Config.read(config)
+    found = wstac.read(recording, config=keys, models="builtin:svm")
+    assert check(str(recording), found, "--config", str(config)) >= 4
+    # All that a law gives is there to be compared.
+    without_speed = [event for event in found.events if event.speed is None]
+    assert without_speed and all("speed" in event.why for event in without_speed)
+    if law == "arrival":
+        assert [event.contact for event in found.events] == ["slide", "slide", "slide", "press"]
+        assert [end.event_frame for end in found.contact_ends] == [event.frame for event in found.events]
+        assert any(event.end_frame is None for event in found.events) and any(event.end_frame for event in found.events)
+        assert all(event.speed.sd and event.direction.sd for event in found.events[:3])
+    else:
+        assert any(event.speed_at_most for event in without_speed) and not found.contact_ends
+        assert all(event.direction.confidence is not None and event.contact is None for event in found.events)
     assert found.labels == {"specimen": "Saw3", "who": "me"}
     assert found.frames is not None and found.frames.shape[1:] == (200, 200) and found.frames.dtype == np.uint8
     lost = sum(one.frames for one in found.lost)
@@ -43,7 +60,7 @@ def test_a_recording(recording: Path) -> None:
     gaps = sorted(number for one in found.lost for number in range(one.at, one.at + one.frames))
     assert sorted([*found.frame_numbers.tolist(), *gaps]) == list(range(found.end.frames))
     # The other direction: its frames, as they arrived, through a pipeline.
-    pipeline = wstac.Pipeline(models="builtin:svm")
+    pipeline = wstac.Pipeline(config=keys, models="builtin:svm")
     events, before = [], -1
     for number, frame, taxels in zip(found.frame_numbers, found.frames, found.taxels):
         events += [event for event in [pipeline.lose(int(number) - before - 1)] if event]
@@ -52,10 +69,24 @@ def test_a_recording(recording: Path) -> None:
         before = int(number)
     assert events == found.events
     assert all(np.array_equal(one.sample, two.sample) for one, two in zip(events, found.events))
-    without = wstac.read(recording, models=[wstac.Model.load("builtin:svm")], frames=False)
+    assert pipeline.contact_ends == found.contact_ends
+    without = wstac.read(recording, config=keys, models=[wstac.Model.load("builtin:svm")], frames=False)
     assert without.frames is None and without.events == events
-    with wstac.open(recording, models="builtin:svm") as stream:
+    with wstac.open(recording, config=keys, models="builtin:svm") as stream:
         assert list(stream) == events and stream.end == found.end and stream.labels == found.labels
+        assert stream.contact_ends == found.contact_ends
+    with wstac.open(recording, config=keys) as stream:
+        records = list(stream.records())
+    assert [record for record in records if isinstance(record, wstac.ContactEnd)] == found.contact_ends
+    assert [record.frame for record in records if isinstance(record, wstac.Event)] == [event.frame for event in events]
+    assert records[-1] == found.end and len(records) == len(events) + len(found.contact_ends) + len(found.lost) + 1
+
+
+def test_the_wall_clock_is_written_as_the_command_writes_it() -> None:
+    [event] = wstac.simulate("Saw3@150", size=(80, 80)).events
+    assert event.stamp is None and event.record["stamp"] is None
+    stamped = replace(event, stamp=datetime(2026, 11, 22, 10, 0, 1, 500_999, tzinfo=timezone.utc))
+    assert stamped.record == {**event.record, "stamp": "2026-11-22T10:00:01.500Z"}
 
 
 @pytest.mark.parametrize("format", ["GREY", "Y16", "Y10", "RGB3", "YUYV", "UYVY", "RG10", "RGGB", "XR24", "RGBP", "NV12", "422P", "MJPG"])
@@ -63,7 +94,7 @@ def test_every_kind_of_format(format: str, tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text(SCENE + f'[sensor]\nsize = [80, 80]\nformat = "{format}"\n')
     found = wstac.simulate(scene, models="builtin:svm")
-    assert check(f"scene:{scene}", found) >= len(found.truth) == 3
+    assert check(f"scene:{scene}", found) >= len(found.truth) == 4
     assert found.frames is not None
     size = None if found.frames.ndim > 2 else found.size
     features = wstac.features(found.frames, found.format, size=size)
@@ -180,8 +211,8 @@ def test_the_example_prints_what_the_command_says(recording: Path) -> None:
     for line in command("run", str(recording), "--json", "--model", "builtin:svm"):
         if line["kind"] == "event":
             speed = f"{line['speed']['mm_s']:.2f}" if line["speed"] else "-"
-            deg = line["direction"]["deg"]
-            direction = "-" if deg is None else f"{deg:.1f}"
-            expected.append(f"frame={line['frame']} speed={speed} direction={direction} texture={line['texture']['specimen']}")
+            direction = f"{line['direction']['deg']:.1f}" if line["direction"] else "-"
+            texture = line["texture"]["specimen"] if line["texture"] else "-"
+            expected.append(f"frame={line['frame']} speed={speed} direction={direction} texture={texture}")
     print(done.stdout)
-    assert done.stdout.splitlines() == expected and len(expected) >= 3
+    assert done.stdout.splitlines() == expected and len(expected) >= 4

@@ -38,16 +38,19 @@ UNIT = 1
 
 
 def config(case: dict[str, Any]) -> wstac.Config:
-    speed = dict(case["speed"])
+    speed, trigger = dict(case["speed"]), dict(case["trigger"])
     track, afterglow = speed.pop("length_mm"), speed.pop("afterglow_frames")
     if speed["law"] == "physical":
         speed.update(track_mm=track, afterglow_frames=afterglow)
+    if trigger.pop("per_touch", False):
+        # The law with one event per touch. Its speeds are compared elsewhere.
+        speed["law"] = "arrival"
     return wstac.Config(
         {
             "layout": case["layout"],
             "green": {"yuv": case["yuv"], "stride": case["stride"]},
             "features": {"floor_levels": case["floor_levels"]},
-            "trigger": case["trigger"],
+            "trigger": trigger,
             "speed": speed,
         }
     )
@@ -55,6 +58,10 @@ def config(case: dict[str, Any]) -> wstac.Config:
 
 def check_event(event: wstac.Event, expected: dict[str, Any]) -> None:
     assert (event.frame, event.frames, event.frames_filled) == (expected["frame"], 70, expected["frames_filled"])
+    check_sample(event, expected)
+    if event.contact is not None:
+        assert [event.touch_frame, event.end_frame] == expected["touch"]
+        return
     assert (event.reliable, event.duration_frames) == (expected["reliable"], expected["duration_frames"])
     speed = expected["speed"]
     assert (event.speed is None) == (speed["mm_s"] is None), event.why
@@ -63,6 +70,9 @@ def check_event(event: wstac.Event, expected: dict[str, Any]) -> None:
         assert event.speed.mm_s == pytest.approx(speed["mm_s"], abs=0.051, rel=5.1e-4)
         assert event.speed.extrapolated == speed["extrapolated"]
     assert event.direction.deg == expected["direction"]["deg"], event
+
+
+def check_sample(event: wstac.Event, expected: dict[str, Any]) -> None:
     if "sample" in expected:
         off = np.abs(event.sample.astype(int) - np.array(expected["sample"]))
         assert event.sample.shape == (10, 70) and off.max() <= UNIT
@@ -113,3 +123,5 @@ def test_case(case: dict[str, Any]) -> None:
         assert len(events) == len(expected["events"])
         for event, one in zip(events, expected["events"]):
             check_event(event, one)
+        ends = [{"frame": end.frame, "event_frame": end.event_frame} for end in pipeline.contact_ends]
+        assert ends == expected.get("contact_ends", [])

@@ -51,8 +51,8 @@ fn of_slides(truth: &[Truth], events: &[TactileEvent]) -> Vec<Option<TactileEven
     truth.iter().map(|truth| events.iter().find(|event| is_of(truth, event)).cloned()).collect()
 }
 
-const ABOVE: &str = "[speed]\nthreshold_on = \"above_baseline\"\n";
-const FOLLOW: &str = "[trigger]\nfollow = 512\n[speed]\nthreshold_on = \"above_baseline\"\n";
+const ABOVE: &str = "[speed]\nlaw = \"published\"\nthreshold_on = \"above_baseline\"\n";
+const FOLLOW: &str = "[trigger]\nfollow = 512\n[speed]\nlaw = \"published\"\nthreshold_on = \"above_baseline\"\n";
 
 #[test]
 fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
@@ -88,8 +88,8 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
     for (drift, still) in
         of_slides(&truth, &followed).iter().flatten().zip(of_slides(&truth, &expected).iter().flatten())
     {
-        assert_eq!(drift.direction.heading, still.direction.heading, "at frame {}", drift.frame);
-        assert!(drift.direction.heading.is_ok() && drift.reliable, "at frame {}", drift.frame);
+        assert_eq!(drift.direction.degrees, still.direction.degrees, "at frame {}", drift.frame);
+        assert!(drift.direction.degrees.is_ok() && drift.reliable, "at frame {}", drift.frame);
         let (a, b) = (drift.lit_frames.unwrap(), still.lit_frames.unwrap());
         assert!(a.abs_diff(b) <= 1, "at frame {}: {a} frames, {b} without drift", drift.frame);
         if a == b { same += 1 } else { off += 1 }

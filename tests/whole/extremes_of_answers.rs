@@ -51,7 +51,7 @@ fn durations_0_and_69() {
     assert_eq!((duration(0..0), answer(0..0)), (None, Err(NoSpeed::NeverValid)));
     // Without any light above baseline there is no direction either.
     let direction = with_event(0..0, direction::direction);
-    assert_eq!((direction.heading, direction.confidence), (Err(Unclear::NeverLit), 0));
+    assert_eq!((direction.degrees, direction.confidence), (Err(Unclear::NeverLit), Some(0)));
 }
 
 /// The laws at their poles and beyond: no speed, never an infinite or negative one.
@@ -191,7 +191,7 @@ fn recorded_numbers_that_no_sensor_makes() {
             let mut event = Event::new(u64::MAX, sample, &baseline);
             event.frames_filled = 255;
             let direction = direction::direction(&event);
-            assert!(direction.heading.is_err() && direction.confidence <= 32_768);
+            assert!(direction.degrees.is_err() && direction.confidence.unwrap() <= 32_768);
             for on in [ThresholdOn::Absolute, ThresholdOn::AboveBaseline] {
                 let config = SpeedConfig::new(Law::PUBLISHED, 0.0475, on, FrameRate::NOMINAL).unwrap();
                 assert!(speed::speed(&event, &config).is_err(), "the last frame is lit");

@@ -9,5 +9,6 @@ mod extremes_of_answers;
 mod extremes_page;
 mod golden_vectors;
 mod ln;
+mod path_models;
 mod properties;
 mod serialized;

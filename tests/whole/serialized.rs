@@ -11,10 +11,11 @@ use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::motion::Contact;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{Law, LitSpan, NoSpeed, Speed, ThresholdOn};
 use wstac_core::stream::FeatureFrame;
-use wstac_core::trigger::{InterruptedSample, Rule, StreamEnd, TriggerConfig};
+use wstac_core::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use wstac_tests::formats;
 
 /// Writes and reads `value`, and checks that every shorter message is refused.
@@ -74,14 +75,20 @@ fn data_types_are_read_as_they_were_written() {
     round_trip(&[Law::PUBLISHED, Law::PHYSICAL]);
     round_trip(&[ThresholdOn::Absolute, ThresholdOn::AboveBaseline]);
     round_trip(&LitSpan::new(0, 69));
-    round_trip(&Speed::new(102.5));
+    round_trip(&[Speed::new(102.5), Speed::by_arrival(102.5, 0.5)]);
+    for contact in [Contact::Slide, Contact::Press, Contact::Poke, Contact::Unclear] {
+        round_trip(&[NoSpeed::NoSlide(contact)]);
+        round_trip(&Direction::by_arrival(Err(Unclear::NoSlide(contact))));
+    }
+    round_trip(&Direction::by_arrival(Ok([359.5, 0.25])));
+    round_trip(&ContactEnd::new(u64::MAX, 0));
     round_trip(&[NoSpeed::BaselineAbove, NoSpeed::NeverValid, NoSpeed::OutsideLaw]);
     round_trip(&[NoSpeed::CutOff { at_most: None }, NoSpeed::CutOff { at_most: Some(45.0) }]);
     for heading in [Ok(Heading::Right), Ok(Heading::Up), Ok(Heading::Left), Ok(Heading::Down)] {
-        round_trip(&Direction::new(heading, 32_768));
+        round_trip(&Direction::by_centroids(heading, 32_768));
     }
-    round_trip(&Direction::new(Err(Unclear::NeverLit), 0));
-    round_trip(&Direction::new(Err(Unclear::NoOrder), 6553));
+    round_trip(&Direction::by_centroids(Err(Unclear::NeverLit), 0));
+    round_trip(&Direction::by_centroids(Err(Unclear::NoOrder), 6553));
 }
 
 #[test]
@@ -120,7 +127,7 @@ fn layouts_that_leave_the_frame_are_refused() {
 fn trigger_parameters_that_cannot_be_are_refused() {
     let q16 = |x: f64| (x * 65_536.0) as u32;
     let read = |window: u8, backtrack: u8, rule: Rule, multiplier: f64| {
-        read_as::<TriggerConfig>((window, backtrack, rule, q16(multiplier), q16(0.2)))
+        read_as::<TriggerConfig>((window, backtrack, rule, q16(multiplier), q16(0.2), false))
     };
     assert_eq!(
         read(7, 9, Rule::Signed, 1.5),

@@ -22,6 +22,9 @@
 // Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
 #define WSTAC_FEATURE_ONE 2048
 
+// Most records of pushed frames that wait for wstac_next.
+#define WSTAC_MOST_RECORDS 1024
+
 // Status of a call.
 enum WstacStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -78,6 +81,9 @@ enum WstacKind
   WSTAC_KIND_FAULT = 5,
   // The end of the stream. Has frame, the number of feature frames, and end.
   WSTAC_KIND_END = 6,
+  // The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
+  // A law of durations gives none.
+  WSTAC_KIND_CONTACT_END = 7,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -89,6 +95,9 @@ typedef int32_t WstacKind;
 
 // A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 typedef struct Wstac Wstac;
+
+// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+typedef uint8_t WstacBool;
 
 // Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
 typedef struct WstacOptions {
@@ -107,12 +116,12 @@ typedef struct WstacOptions {
   // Height in pixels requested from a camera.
   uint32_t height;
   // Give the features of every frame as a record.
-  bool features;
+  WstacBool features;
   // Take every frame of a camera, the oldest first, as long as the driver has buffers. Otherwise a slow program
   // gets the newest frame.
-  bool every_frame;
+  WstacBool every_frame;
   // Leave the controls of a camera as they are instead of locking them.
-  bool keep_controls;
+  WstacBool keep_controls;
 } WstacOptions;
 
 // Describes frames that a program pushes.
@@ -131,28 +140,30 @@ typedef struct WstacFrames {
   // Frames per second, denominator.
   uint32_t fps_denominator;
   // YCbCr is encoded as ITU-R BT.709 instead of BT.601.
-  bool bt709;
+  WstacBool bt709;
   // YCbCr has full range instead of limited range.
-  bool full_range;
+  WstacBool full_range;
 } WstacFrames;
 
 // A tactile event, with the numbers that `wstac run --json` prints.
 typedef struct WstacEvent {
   // Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
   double speed_mm_s;
-  // The speed is outside the range that the speed law was fitted on.
+  // The speed is outside the range that the law of durations was fitted on; false by arrival times.
   bool speed_extrapolated;
-  // Upper bound in mm/s of the speed of an event that is cut off; NAN otherwise.
+  // Upper bound in mm/s of the speed of an event that is cut off, by a law of durations; NAN otherwise.
   double speed_at_most_mm_s;
   // Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
   int32_t duration_frames;
-  // Sliding direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; NAN if it is unclear.
+  // Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a law
+  // of durations it is 0, 90, 180 or 270.
   double direction_deg;
-  // Confidence of the direction: 0 to 1, four decimals.
+  // Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.
   double direction_confidence;
   // Frames of the sample that were lost and filled: 0 to 70.
   uint32_t frames_filled;
-  // The baseline was quiet, and at most a tenth of the sample was filled.
+  // The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction hold
+  // within their standard deviations, and the kind of the touch is clear.
   bool reliable;
   // Why there is no speed; null if there is one.
   const char *why_no_speed;
@@ -160,6 +171,22 @@ typedef struct WstacEvent {
   const char *why_no_direction;
   // The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
   const int16_t (*sample)[10];
+  // Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
+  const char *contact;
+  // Standard deviation of the speed in mm/s; NAN if there is none.
+  double speed_sd_mm_s;
+  // Standard deviation of the direction in degrees; NAN if there is none.
+  double direction_sd_deg;
+  // Number of the first lit frame of the touch; -1 by a law of durations.
+  int64_t touch_frame;
+  // Number of the first dark frame behind the touch; -1 if the light has not left, or by a law of durations.
+  int64_t end_frame;
+  // Time of the first lit frame in seconds from the first frame; NAN by a law of durations.
+  double touch_s;
+  // Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
+  double completed_s;
+  // Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none.
+  const char *stamp;
 } WstacEvent;
 
 // Answer of the texture models. Strings are UTF-8, and null if no model tells.
@@ -206,6 +233,10 @@ typedef struct WstacRecord {
   const char *message;
   // Summary of a stream.
   struct WstacEnd end;
+  // Number of the first frame of the event whose touch has ended.
+  uint64_t event_frame;
+  // Time of a touch's end in seconds from the first frame; NAN if it is not known.
+  double time_s;
 } WstacRecord;
 
 #ifdef __cplusplus
@@ -215,8 +246,8 @@ extern "C" {
 // Opens a source, as `wstac run SOURCE` does.
 //
 // A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or "-".
-// `source` is UTF-8; `options` may be null. If the call fails, the handle is null, and wstac_error_message(NULL)
-// returns the message.
+// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
+// wstac_error_message(NULL) returns the message.
 //
 // # Safety
 // `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
@@ -248,13 +279,15 @@ WstacStatus wstac_next(struct Wstac *handle, struct WstacRecord *record);
 // Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
 // follow.
 //
-// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time.
+// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. At most
+// WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
 //
 // # Safety
 // `handle` is null or an open handle; `bytes` is null or `length` bytes.
 WstacStatus wstac_push_frame(struct Wstac *handle, const uint8_t *bytes, size_t length);
 
-// Keeps the place of lost frames in time. A short gap is filled; a long one interrupts the sample.
+// Keeps the place of lost frames in time, unless WSTAC_MOST_RECORDS records wait. A short gap is filled; a long one
+// interrupts the sample.
 //
 // # Safety
 // `handle` is null or an open handle.
@@ -284,7 +317,7 @@ const char *wstac_error_message(const struct Wstac *handle);
 // Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 
-// Returns the version of the library, such as "0.2.0".
+// Returns the version of the library, such as "0.3.0".
 const char *wstac_version(void);
 
 #ifdef __cplusplus

@@ -18,7 +18,7 @@ pub mod record;
 mod sensor;
 pub mod status;
 
-use std::ffi::c_char;
+use std::ffi::{OsStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
 use wstac_host::source::Source;
@@ -27,7 +27,7 @@ use wstac_host::source::open::{OpenOptions, SourceKind};
 use self::options::{WstacFrames, WstacOptions};
 use self::record::WstacRecord;
 pub use self::sensor::Sensor;
-use self::status::{Failure, WstacStatus, failed, message, remember, text};
+use self::status::{Failure, WstacStatus, failed, message, path, remember};
 
 /// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 pub struct Wstac {
@@ -93,8 +93,8 @@ unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut Sensor) -> Result<(), 
 /// Opens a source, as `wstac run SOURCE` does.
 ///
 /// A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs, a recording (.mcap), or "-".
-/// `source` is UTF-8; `options` may be null. If the call fails, the handle is null, and wstac_error_message(NULL)
-/// returns the message.
+/// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
+/// wstac_error_message(NULL) returns the message.
 ///
 /// # Safety
 /// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
@@ -106,7 +106,7 @@ pub unsafe extern "C" fn wstac_open(
 ) -> WstacStatus {
     let make = || {
         // SAFETY: the caller's.
-        let source = unsafe { text("source", source) }?;
+        let source = unsafe { path("source", source) }?;
         // SAFETY: the caller's.
         let options = unsafe { options::read(options) }?;
         Sensor::open(source, &options)
@@ -169,7 +169,8 @@ pub unsafe extern "C" fn wstac_next(handle: *mut Wstac, record: *mut WstacRecord
 /// Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
 /// follow.
 ///
-/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time.
+/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. At most
+/// WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
 ///
 /// # Safety
 /// `handle` is null or an open handle; `bytes` is null or `length` bytes.
@@ -189,7 +190,8 @@ pub unsafe extern "C" fn wstac_push_frame(handle: *mut Wstac, bytes: *const u8, 
     unsafe { with(handle, push) }
 }
 
-/// Keeps the place of lost frames in time. A short gap is filled; a long one interrupts the sample.
+/// Keeps the place of lost frames in time, unless WSTAC_MOST_RECORDS records wait. A short gap is filled; a long one
+/// interrupts the sample.
 ///
 /// # Safety
 /// `handle` is null or an open handle.
@@ -243,7 +245,7 @@ pub extern "C" fn wstac_error_text(status: i32) -> *const c_char {
     status::in_words(status).as_ptr()
 }
 
-/// Returns the version of the library, such as "0.2.0".
+/// Returns the version of the library, such as "0.3.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
@@ -256,6 +258,6 @@ mod tests;
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// Opens a source of any kind by its name.
-fn open_source(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
+fn open_source(name: &OsStr, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
     wstac_host::source::open::open(name, options, SOURCE_KINDS)
 }

@@ -7,12 +7,23 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
-use super::status::{Failure, WstacStatus, failed, text};
+use super::status::{Failure, WstacStatus, failed, path, text};
 use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, StreamInfo};
 use wstac_scene::sensor::SensorFormat;
+
+/// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+pub type WstacBool = u8;
+
+/// Returns a choice of a program.
+fn choice(name: &str, byte: WstacBool) -> Result<bool, Failure> {
+    match byte {
+        0 | 1 => Ok(byte == 1),
+        other => Err(failed(WstacStatus::Option, format_args!("{name} is {other}, expected 0 or 1"))),
+    }
+}
 
 /// Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
 #[repr(C)]
@@ -32,12 +43,14 @@ pub struct WstacOptions {
     /// Height in pixels requested from a camera.
     pub height: u32,
     /// Give the features of every frame as a record.
-    pub features: bool,
+    pub features: WstacBool,
     /// Take every frame of a camera, the oldest first, as long as the driver has buffers. Otherwise a slow program
     /// gets the newest frame.
-    pub every_frame: bool,
+    pub every_frame: WstacBool,
     /// Leave the controls of a camera as they are instead of locking them.
-    pub keep_controls: bool,
+    pub keep_controls: WstacBool,
+    /// Give speed and direction of every frame as a record while something slides.
+    pub motion: WstacBool,
 }
 
 /// Describes frames that a program pushes.
@@ -57,9 +70,9 @@ pub struct WstacFrames {
     /// Frames per second, denominator.
     pub fps_denominator: u32,
     /// YCbCr is encoded as ITU-R BT.709 instead of BT.601.
-    pub bt709: bool,
+    pub bt709: WstacBool,
     /// YCbCr has full range instead of limited range.
-    pub full_range: bool,
+    pub full_range: WstacBool,
 }
 
 /// Options that were read.
@@ -69,6 +82,8 @@ pub(super) struct Options {
     pub(super) models: Vec<ModelFile>,
     pub(super) open: OpenOptions,
     pub(super) features: bool,
+    /// Whether the motion of every frame is a record.
+    pub(super) motion: bool,
 }
 
 /// Reads a program's options.
@@ -82,15 +97,16 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
     // SAFETY: null or options (the caller).
     let Some(options) = (unsafe { options.as_ref() }) else {
         let open = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
-        return Ok(Options { config: None, models: Vec::new(), open, features: false });
+        return Ok(Options { config: None, models: Vec::new(), open, features: false, motion: false });
     };
     let config = if options.config.is_null() {
         None
     } else {
         // SAFETY: the caller's.
-        let path = unsafe { text("config", options.config) }?;
+        let path = unsafe { path("config", options.config) }?;
         Some(Config::read(Path::new(path)).map_err(|error| failed(WstacStatus::Config, error))?)
     };
+    let features = choice("features", options.features)?;
     // SAFETY: the caller's.
     let names = unsafe { names(options.models) }?;
     let models = ModelFile::open_all(&names).map_err(|error| failed(WstacStatus::Model, error))?;
@@ -113,11 +129,12 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         fps: rate(options.fps_numerator, options.fps_denominator)?,
         format,
         size,
-        delivery: if options.every_frame { FramePolicy::Every } else { FramePolicy::Newest },
-        keep_controls: options.keep_controls,
+        delivery: if choice("every_frame", options.every_frame)? { FramePolicy::Every } else { FramePolicy::Newest },
+        keep_controls: choice("keep_controls", options.keep_controls)?,
         controls: Vec::new(),
     };
-    Ok(Options { config, models, open, features: options.features })
+    let motion = choice("motion", options.motion)?;
+    Ok(Options { config, models, open, features, motion })
 }
 
 impl Options {
@@ -161,8 +178,12 @@ impl WstacFrames {
         let about = format!("frames of {}x{} {format}", self.width, self.height);
         let mut info = StreamInfo::new(about, size, format.pixels(), rate);
         info.color = YcbcrEncoding {
-            matrix: if self.bt709 { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
-            range: if self.full_range { QuantizationRange::Full } else { QuantizationRange::Limited },
+            matrix: if choice("frames: bt709", self.bt709)? { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
+            range: if choice("frames: full_range", self.full_range)? {
+                QuantizationRange::Full
+            } else {
+                QuantizationRange::Limited
+            },
         };
         if self.bytes_per_row != 0 {
             info.bytes_per_row = self.bytes_per_row;
@@ -184,6 +205,9 @@ fn sensor_format(code: &str) -> Result<SensorFormat, Failure> {
     code.parse().map_err(|error: String| failed(WstacStatus::Option, error))
 }
 
+/// Most texture models: there is one per task.
+const MOST_MODELS: usize = 16;
+
 /// Returns the names of a list that ends in null.
 ///
 /// # Safety
@@ -201,7 +225,11 @@ unsafe fn names(list: *const *const c_char) -> Result<Vec<PathBuf>, Failure> {
         if name.is_null() {
             return Ok(names);
         }
+        if names.len() == MOST_MODELS {
+            let message = format_args!("models has more than {MOST_MODELS} names, expected a null after the last");
+            return Err(failed(WstacStatus::Option, message));
+        }
         // SAFETY: the caller's.
-        names.push(PathBuf::from(unsafe { text("models", name) }?));
+        names.push(PathBuf::from(unsafe { path("models", name) }?));
     }
 }

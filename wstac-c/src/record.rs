@@ -4,10 +4,11 @@ use std::ffi::{CString, c_char};
 use std::ptr;
 
 use wstac_core::direction::Unclear;
+use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::NoSpeed;
-use wstac_host::json::{confidence, rounded};
-use wstac_host::output::{FaultReport, FrameFeatures, Output, SampleFrames, TactileEvent};
+use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread};
+use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::texture::Texture;
 
 use crate::status::c_string;
@@ -18,6 +19,9 @@ pub const WSTAC_FEATURES: usize = 10;
 pub const WSTAC_SAMPLE_FRAMES: usize = 70;
 /// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
 pub const WSTAC_FEATURE_ONE: i32 = 2048;
+
+/// Most records of pushed frames that wait for wstac_next.
+pub const WSTAC_MOST_RECORDS: usize = 1024;
 
 const _: () = assert!(WSTAC_FEATURES == FEATURES && WSTAC_SAMPLE_FRAMES == SAMPLE_FRAMES);
 const _: () = assert!(WSTAC_FEATURE_ONE == FEATURE_ONE);
@@ -41,6 +45,12 @@ pub enum WstacKind {
     Fault = 5,
     /// The end of the stream. Has frame, the number of feature frames, and end.
     End = 6,
+    /// The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
+    /// A law of durations gives none.
+    ContactEnd = 7,
+    /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
+    /// event the contact, and speed and direction with their standard deviations.
+    Motion = 8,
 }
 
 /// Answer of the texture models. Strings are UTF-8, and null if no model tells.
@@ -63,19 +73,21 @@ pub struct WstacTexture {
 pub struct WstacEvent {
     /// Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
     pub speed_mm_s: f64,
-    /// The speed is outside the range that the speed law was fitted on.
+    /// The speed is outside the range that the law of durations was fitted on; false by arrival times.
     pub speed_extrapolated: bool,
-    /// Upper bound in mm/s of the speed of an event that is cut off; NAN otherwise.
+    /// Upper bound in mm/s of the speed of an event that is cut off, by a law of durations; NAN otherwise.
     pub speed_at_most_mm_s: f64,
     /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
     pub duration_frames: i32,
-    /// Sliding direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; NAN if it is unclear.
+    /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a law
+    /// of durations it is 0, 90, 180 or 270.
     pub direction_deg: f64,
-    /// Confidence of the direction: 0 to 1, four decimals.
+    /// Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.
     pub direction_confidence: f64,
     /// Frames of the sample that were lost and filled: 0 to 70.
     pub frames_filled: u32,
-    /// The baseline was quiet, and at most a tenth of the sample was filled.
+    /// The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction hold
+    /// within their standard deviations, and the kind of the touch is clear.
     pub reliable: bool,
     /// Why there is no speed; null if there is one.
     pub why_no_speed: *const c_char,
@@ -83,6 +95,22 @@ pub struct WstacEvent {
     pub why_no_direction: *const c_char,
     /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
     pub sample: *const [i16; 10],
+    /// Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
+    pub contact: *const c_char,
+    /// Standard deviation of the speed in mm/s; NAN if there is none.
+    pub speed_sd_mm_s: f64,
+    /// Standard deviation of the direction in degrees; NAN if there is none.
+    pub direction_sd_deg: f64,
+    /// Number of the first lit frame of the touch; -1 by a law of durations.
+    pub touch_frame: i64,
+    /// Number of the first dark frame behind the touch; -1 if the light has not left, or by a law of durations.
+    pub end_frame: i64,
+    /// Time of the first lit frame in seconds from the first frame; NAN by a law of durations.
+    pub touch_s: f64,
+    /// Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
+    pub completed_s: f64,
+    /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none.
+    pub stamp: *const c_char,
 }
 
 /// How a stream ended.
@@ -120,6 +148,10 @@ pub struct WstacRecord {
     pub message: *const c_char,
     /// Summary of a stream.
     pub end: WstacEnd,
+    /// Number of the first frame of the event whose touch has ended.
+    pub event_frame: u64,
+    /// Time of a touch's end in seconds from the first frame; NAN if it is not known.
+    pub time_s: f64,
 }
 
 /// A record without content.
@@ -133,22 +165,37 @@ const EMPTY: WstacRecord = WstacRecord {
         speed_at_most_mm_s: f64::NAN,
         duration_frames: -1,
         direction_deg: f64::NAN,
-        direction_confidence: 0.0,
+        direction_confidence: f64::NAN,
         frames_filled: 0,
         reliable: false,
         why_no_speed: ptr::null(),
         why_no_direction: ptr::null(),
         sample: ptr::null(),
+        contact: ptr::null(),
+        speed_sd_mm_s: f64::NAN,
+        direction_sd_deg: f64::NAN,
+        touch_frame: -1,
+        end_frame: -1,
+        touch_s: f64::NAN,
+        completed_s: f64::NAN,
+        stamp: ptr::null(),
     },
     texture: NO_TEXTURE,
     frames: 0,
     fault: ptr::null(),
     message: ptr::null(),
     end: WstacEnd { dropped: 0, baseline_complete: false, incomplete_frame: 0, incomplete_frames: 0 },
+    event_frame: 0,
+    time_s: f64::NAN,
 };
 
 const NO_TEXTURE: WstacTexture =
     WstacTexture { specimen: ptr::null(), pattern: ptr::null(), depth_mm: f64::NAN, other: ptr::null() };
+
+/// Returns the number of a frame as a signed one.
+fn signed(frame: u64) -> i64 {
+    i64::try_from(frame).unwrap_or(i64::MAX)
+}
 
 /// The data that the last record points to.
 #[derive(Default)]
@@ -172,10 +219,18 @@ impl Given {
             Output::Features(FrameFeatures { frame, features, .. }) => {
                 WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
             }
+            Output::Motion(motion) => self.motion(motion),
+            Output::ContactEnd(end) => WstacRecord {
+                kind: WstacKind::ContactEnd,
+                frame: end.frame,
+                event_frame: end.event_frame,
+                time_s: end.time_s.map_or(f64::NAN, seconds),
+                ..EMPTY
+            },
             Output::Event(event) => WstacRecord {
                 kind: WstacKind::Event,
                 frame: event.frame,
-                texture: self.texture(event.texture.as_ref()),
+                texture: self.texture(event.texture.as_ref().ok()),
                 event: self.event(*event),
                 ..EMPTY
             },
@@ -222,14 +277,36 @@ impl Given {
             speed_extrapolated: event.speed.is_ok_and(|speed| speed.extrapolated),
             speed_at_most_mm_s: event.speed_at_most.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
             duration_frames: event.lit_frames.map_or(-1, i32::from),
-            direction_deg: direction.heading.map_or(f64::NAN, |heading| f64::from(heading.degrees())),
-            direction_confidence: confidence(direction),
+            direction_deg: direction.degrees.map_or(f64::NAN, angle),
+            direction_confidence: confidence(direction).unwrap_or(f64::NAN),
             frames_filled: u32::from(event.frames_filled),
             reliable: event.reliable,
             why_no_speed: self.keep_any(event.speed.err().map(NoSpeed::as_str)),
-            why_no_direction: self.keep_any(direction.heading.err().map(Unclear::as_str)),
+            why_no_direction: self.keep_any(direction.degrees.err().map(Unclear::as_str)),
             sample: self.sample.as_ref().map_or(ptr::null(), |sample| sample.as_ptr()),
+            contact: self.keep_any(event.contact.map(Contact::as_str)),
+            speed_sd_mm_s: event.speed.ok().and_then(|speed| speed.sd).map_or(f64::NAN, rounded),
+            direction_sd_deg: direction.sd.map_or(f64::NAN, spread),
+            touch_frame: event.touch_frame.map_or(-1, signed),
+            end_frame: event.end_frame.map_or(-1, signed),
+            touch_s: event.time.map_or(f64::NAN, |time| seconds(time.touch_s)),
+            completed_s: event.time.map_or(f64::NAN, |time| seconds(time.completed_s)),
+            stamp: self.keep_any(event.time.and_then(|time| time.stamp).map(in_utc).as_deref()),
         }
+    }
+
+    fn motion(&mut self, motion: MotionReport) -> WstacRecord {
+        let velocity = motion.velocity;
+        let event = WstacEvent {
+            contact: self.keep(Contact::Slide.as_str()),
+            speed_mm_s: rounded(velocity.mm_s),
+            speed_sd_mm_s: rounded(velocity.mm_s_sd),
+            direction_deg: angle(velocity.degrees),
+            direction_sd_deg: spread(velocity.degrees_sd),
+            ..EMPTY.event
+        };
+        let time_s = motion.time_s.map_or(f64::NAN, seconds);
+        WstacRecord { kind: WstacKind::Motion, frame: motion.frame, event, time_s, ..EMPTY }
     }
 
     fn texture(&mut self, texture: Option<&Texture>) -> WstacTexture {

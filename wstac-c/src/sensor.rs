@@ -1,5 +1,7 @@
 //! The content of a handle: a session, and the data that its last record points to.
 
+use std::ffi::OsStr;
+
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::{Poll, Session, SessionBuilder};
@@ -8,7 +10,7 @@ use wstac_host::texture::Textures;
 
 use crate::open_source;
 use crate::options::Options;
-use crate::record::{Given, WstacRecord};
+use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
 use crate::status::{Failure, WstacStatus, failed};
 
 /// The content of a handle.
@@ -22,7 +24,7 @@ pub struct Sensor {
 
 impl Sensor {
     /// Opens a source.
-    pub(super) fn open(source: &str, options: &Options) -> Result<Self, Failure> {
+    pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
         let source = open_source(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
         let config = config_of(source.info(), options.config.clone());
         let config = config.map_err(|error| failed(WstacStatus::Config, error))?;
@@ -103,6 +105,10 @@ impl Sensor {
         if self.session.is_over() {
             return Err(failed(WstacStatus::State, "the stream has ended, expected frames before wstac_finish"));
         }
+        if self.session.waiting() >= WSTAC_MOST_RECORDS {
+            let message = format_args!("{WSTAC_MOST_RECORDS} records wait, expected wstac_next to take them");
+            return Err(failed(WstacStatus::State, message));
+        }
         Ok(())
     }
 }
@@ -110,7 +116,7 @@ impl Sensor {
 /// Builds a session with a program's options.
 fn session(builder: SessionBuilder, config: Config, options: &Options) -> Result<Session, Failure> {
     let textures = Textures::new(&options.models).map_err(|error| failed(WstacStatus::Model, error))?;
-    let outputs = OutputOptions { features: options.features, samples: true };
+    let outputs = OutputOptions { features: options.features, samples: true, motion: options.motion };
     let built = builder.config(config).textures(textures).outputs(outputs).build();
     built.map_err(|error| failed(WstacStatus::Config, error))
 }

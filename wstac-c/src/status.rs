@@ -1,8 +1,9 @@
 //! Statuses and messages of calls.
 
 use std::cell::RefCell;
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CStr, CString, OsStr, c_char};
 use std::fmt;
+use std::os::unix::ffi::OsStrExt;
 
 /// Status of a call.
 #[repr(i32)]
@@ -75,13 +76,29 @@ thread_local! {
 
 /// Keeps the message of a failure for this thread.
 pub(super) fn remember(failure: Failure) -> WstacStatus {
-    LAST.with(|last| last.replace(failure.message));
+    // At the end of a thread its message may be gone already. The status is enough then.
+    let _ = LAST.try_with(|last| last.replace(failure.message));
     failure.status
 }
 
 /// Returns the message that is kept for this thread.
 pub(super) fn message() -> *const c_char {
-    LAST.with(|last| last.borrow().as_ptr())
+    LAST.try_with(|last| last.borrow().as_ptr()).unwrap_or(c"the thread is ending, and its message is gone".as_ptr())
+}
+
+/// Returns a caller's path, which need not be UTF-8.
+///
+/// # Errors
+/// It is null.
+///
+/// # Safety
+/// `path` is null or a string that ends in 0 and that nobody changes meanwhile.
+pub(super) unsafe fn path<'a>(name: &str, path: *const c_char) -> Result<&'a OsStr, Failure> {
+    if path.is_null() {
+        return Err(failed(WstacStatus::Null, format_args!("{name} is null, expected text")));
+    }
+    // SAFETY: not null, ends in 0 (the caller).
+    Ok(OsStr::from_bytes(unsafe { CStr::from_ptr(path) }.to_bytes()))
 }
 
 /// Returns a caller's string.

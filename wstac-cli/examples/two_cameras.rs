@@ -12,7 +12,7 @@ use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::rounded;
+use wstac_host::json::{angle, rounded};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::Output;
 use wstac_host::session::{Poll, Session};
@@ -101,10 +101,10 @@ fn print(sensor: &str, output: &Output) {
     match output {
         Output::Event(event) => {
             let speed = event.speed.map_or("no speed".to_owned(), |speed| format!("{} mm/s", rounded(speed.mm_s)));
-            let heading = event.direction.heading;
-            let direction = heading.map_or("no direction".to_owned(), |heading| format!("{}°", heading.degrees()));
+            let degrees = event.direction.degrees;
+            let direction = degrees.map_or("no direction".to_owned(), |degrees| format!("{}°", angle(degrees)));
             let texture =
-                event.texture.as_ref().and_then(|texture| texture.specimen.as_deref()).unwrap_or("no texture");
+                event.texture.as_ref().ok().and_then(|texture| texture.specimen.as_deref()).unwrap_or("no texture");
             println!("{sensor}: frame {}: {speed}, {direction}, {texture}", event.frame);
         }
         Output::Fault(report) => println!("{sensor}: frame {}: {}", report.frame, report.fault),

@@ -3,6 +3,7 @@
 mod commands;
 mod view;
 
+use std::ffi::OsStr;
 use std::process::ExitCode;
 
 use wstac_host::error::Error;
@@ -13,7 +14,7 @@ use wstac_host::source::open::{OpenOptions, SourceKind};
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// Opens a source of any kind by its name.
-fn open(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
+fn open(name: impl AsRef<OsStr>, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
     wstac_host::source::open::open(name, options, SOURCE_KINDS)
 }
 

@@ -3,15 +3,15 @@
 //! `Grabber` stands for whatever produces your frames: a camera's library, a video decoder, a DMA. The rest is what a
 //! program does with them. The core allocates nothing and needs no `std`; only this example prints.
 
-use wstac_core::direction::direction;
 use wstac_core::error::Error;
 use wstac_core::green::packed_rgb::Rgb24;
+use wstac_core::law::{ByCoherence, EventLaw};
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::motion::MotionConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{SpeedConfig, duration, speed};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::Event;
+use wstac_core::trigger::{Event, TriggerConfig};
 
 /// Frames of 640 × 480 RGB, whose rows take 2048 bytes each, as if the driver preferred powers of two.
 const SIZE: (u32, u32) = (640, 480);
@@ -27,8 +27,9 @@ fn main() -> Result<(), Error> {
     let layout = Layout::new(FrameSize::new(SIZE.0, SIZE.1)?, TAXEL, corners)?;
     let rate = FrameRate::NOMINAL;
     let camera = FrameGeometry::new(Rgb24::default(), layout, rate)?.with_bytes_per_row(BYTES_PER_ROW)?;
-    let mut pipeline = Pipeline::builder(camera).build()?;
-    let speed_config = SpeedConfig::published(rate);
+    let trigger = TriggerConfig::default().one_event_per_touch();
+    let mut pipeline = Pipeline::builder(camera).trigger(trigger).build()?;
+    let law = ByCoherence(MotionConfig::published(rate));
 
     let mut grabber = Grabber::new();
     loop {
@@ -46,30 +47,31 @@ fn main() -> Result<(), Error> {
             Grabbed::End => break,
         };
         if let Some(event) = update.event() {
-            print(&event, &speed_config);
+            print(&event, law);
         }
     }
     // The last frames may complete an event, too.
     let finished = pipeline.finish();
     if let Some(event) = finished.event() {
-        print(&event, &speed_config);
+        print(&event, law);
     }
     println!("{} frames", finished.end().frames);
     Ok(())
 }
 
-fn print(event: &Event<'_>, config: &SpeedConfig) {
+fn print(event: &Event<'_>, law: ByCoherence) {
     print!("event from frame {}", event.frame);
-    if let Some(duration) = duration(event, config) {
-        print!(", lit for {} frames", duration.frames());
+    let answer = law.answer(event);
+    if let (Some(contact), Some(frame)) = (answer.contact, event.touch_frame) {
+        print!(", {contact} from frame {frame}");
     }
-    match speed(event, config) {
-        Ok(speed) => print!(", {:.1} mm/s", speed.mm_s),
-        Err(why) => print!(", no speed: {why:?}"),
+    match answer.speed {
+        Ok(speed) => print!(", {:.1} ± {:.1} mm/s", speed.mm_s, speed.sd.unwrap_or(f32::NAN)),
+        Err(why) => print!(", no speed: {why}"),
     }
-    match direction(event).heading {
-        Ok(heading) => print!(", towards {}°", heading.degrees()),
-        Err(why) => print!(", no direction: {why:?}"),
+    match answer.direction.degrees {
+        Ok(degrees) => print!(", towards {degrees:.1}°"),
+        Err(why) => print!(", no direction: {why}"),
     }
     println!(", {} frames filled", event.frames_filled);
 }

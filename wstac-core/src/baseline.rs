@@ -50,15 +50,30 @@ impl Baseline {
     /// Returns each feature's mean over the baseline's frames, with `fraction_bits` (11 to 20) fraction bits, rounded
     /// down.
     pub(crate) fn means(&self, fraction_bits: u32) -> [i32; FEATURES] {
+        self.totals.map(|total| self.mean(total, fraction_bits))
+    }
+
+    /// Returns the mean of one feature, as [`Self::means`] does; `None` if there is no such feature.
+    #[inline(never)]
+    pub(crate) fn mean_of(&self, feature: usize, fraction_bits: u32) -> Option<i32> {
+        self.totals.get(feature).map(|&total| self.mean(total, fraction_bits))
+    }
+
+    fn mean(&self, total: i32, fraction_bits: u32) -> i32 {
+        // |total| < 2^15 · 350, so 64 bits hold it; the quotient is within the range of a feature.
+        let scaled = i64::from(total) << (fraction_bits - FEATURE_FRACTION_BITS);
+        let mean = scaled.checked_div_euclid(i64::from(self.frames)).unwrap_or(0);
+        // A recorded baseline may hold any numbers. A mean of features is within the range of a feature.
+        let most = 1_i64 << (15 + fraction_bits - FEATURE_FRACTION_BITS);
+        mean.clamp(-most, most - 1) as i32
+    }
+
+    /// Returns whether a feature is more than `distance` above its mean.
+    #[inline(never)]
+    pub(crate) fn is_below(&self, features: &[i16], distance: i16) -> bool {
         let frames = i64::from(self.frames);
-        self.totals.map(|total| {
-            // |total| < 2^15 · 350, so 64 bits hold it; the quotient is within the range of a feature.
-            let scaled = i64::from(total) << (fraction_bits - FEATURE_FRACTION_BITS);
-            let mean = scaled.checked_div_euclid(frames).unwrap_or(0);
-            // A recorded baseline may hold any numbers. A mean of features is within the range of a feature.
-            let most = 1_i64 << (15 + fraction_bits - FEATURE_FRACTION_BITS);
-            mean.clamp(-most, most - 1) as i32
-        })
+        let above = |(&feature, &total)| (i64::from(feature) - i64::from(distance)) * frames > i64::from(total);
+        features.iter().zip(&self.totals).any(above)
     }
 
     /// Returns the trigger's margin around η for a total, in units of 2^-27 / 5: how far above η a window sum must be.

@@ -4,10 +4,11 @@
 use core::fmt;
 
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::motion::Contact;
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
 use crate::trigger::Event;
 
-/// One of the four directions in which a specimen can slide.
+/// One of the four directions that the centroids tell apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -45,6 +46,8 @@ pub enum Unclear {
     NeverLit,
     /// Rows and columns are about equally in order: the confidence is below 0.2.
     NoOrder,
+    /// The touch is no slide, or none for certain.
+    NoSlide(Contact),
 }
 
 impl Unclear {
@@ -53,6 +56,7 @@ impl Unclear {
         match self {
             Self::NeverLit => "unclear: a row and a column never light up",
             Self::NoOrder => "unclear: neither rows nor columns light up in order",
+            Self::NoSlide(contact) => contact.why_no_slide(),
         }
     }
 }
@@ -65,29 +69,45 @@ impl fmt::Display for Unclear {
 
 impl core::error::Error for Unclear {}
 
-/// A direction and its confidence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A direction, and how far it can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Direction {
-    /// The heading, or the reason why there is none.
-    pub heading: Result<Heading, Unclear>,
-    /// The confidence (|s₁| − |s₂|) / (|s₁| + |s₂|) of the two slopes, in units of 2^-15: 0..=32768.
-    pub confidence: u16,
+    /// The angle in degrees, counterclockwise from +x (0 ≤ degrees < 360), or the reason why there is none.
+    ///
+    /// By centroids it is 0, 90, 180 or 270. By arrival times it is any angle.
+    pub degrees: Result<f32, Unclear>,
+    /// The standard deviation in degrees; `None` by centroids, or without an angle.
+    pub sd: Option<f32>,
+    /// The confidence (|s₁| − |s₂|) / (|s₁| + |s₂|) of the two slopes of the centroids, in units of 2^-15: 0..=32768;
+    /// `None` by arrival times.
+    pub confidence: Option<u16>,
 }
 
 impl Direction {
-    /// Creates a direction with its confidence in units of 2^-15.
-    pub const fn new(heading: Result<Heading, Unclear>, confidence: u16) -> Self {
-        Self { heading, confidence }
+    /// Creates a direction by centroids, with its confidence in units of 2^-15.
+    pub fn by_centroids(heading: Result<Heading, Unclear>, confidence: u16) -> Self {
+        Self { degrees: heading.map(|heading| f32::from(heading.degrees())), sd: None, confidence: Some(confidence) }
     }
-}
 
-impl Direction {
+    /// Creates a direction by arrival times: an angle and its standard deviation in degrees, or the reason why there is
+    /// none.
+    pub fn by_arrival(angle: Result<[f32; 2], Unclear>) -> Self {
+        Self { degrees: angle.map(|[degrees, _]| degrees), sd: angle.ok().map(|[_, sd]| sd), confidence: None }
+    }
+
+    /// Returns the heading whose angle is exactly this one; `None` for any other angle.
+    pub fn heading(&self) -> Option<Heading> {
+        let degrees = self.degrees.ok()?;
+        let is_at = |heading: &Heading| degrees.to_bits() == f32::from(heading.degrees()).to_bits();
+        [Heading::Right, Heading::Up, Heading::Left, Heading::Down].into_iter().find(is_at)
+    }
+
     /// Returns the confidence as a real number, 0..=1.
-    pub fn confidence(&self) -> f32 {
-        f32::from(self.confidence) / 32_768.0
+    pub fn confidence(&self) -> Option<f32> {
+        self.confidence.map(|confidence| f32::from(confidence) / 32_768.0)
     }
 }
 
@@ -103,7 +123,7 @@ struct Slope {
     all_lit: bool,
 }
 
-/// Returns the sliding direction of an event, from least-squares slopes of the rows' and the columns' light centroids.
+/// Returns the sliding direction of an event, one of four, from least-squares slopes of the rows' and the columns' light centroids.
 ///
 /// The error comes from these sources:
 ///
@@ -143,7 +163,7 @@ pub fn direction(event: &Event<'_>) -> Direction {
     } else {
         Ok(if rows.numerator > 0 { Heading::Down } else { Heading::Up })
     };
-    Direction { heading, confidence }
+    Direction::by_centroids(heading, confidence)
 }
 
 /// Returns when a row or column is lit, in frames from the sample's start: the centroid of its light above its baseline

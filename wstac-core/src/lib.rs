@@ -17,21 +17,23 @@
 //! | pixel bytes → green sums | [`green`], [`taxels`] |
 //! | sums → features | [`ln`], [`features`], [`stream`] |
 //! | features → events | [`trigger`], [`baseline`], [`baseline_policy`], [`sample`] |
-//! | event → answers | [`speed`], [`direction`], [`texture`] with a [`model`] |
+//! | event → speed, direction and kind of touch | [`law`]: [`motion`], or as published [`speed`] and [`direction`] |
+//! | event → texture | [`texture`] with a [`model`] |
 //! | half an event → texture | [`early`] |
 //! | all of it | [`pipeline`] |
 //! | events → a host, with the feature `wire` | `wire` |
 //!
 //! ## Example
 //! ```rust
-//! use wstac_core::{direction, green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-//! use wstac_core::{speed::{self, SpeedConfig}, taxels::FrameGeometry};
+//! use wstac_core::{green::gray::Gray, law::{ByCoherence, EventLaw}, layout::{FrameSize, Layout}, motion::MotionConfig};
+//! use wstac_core::{pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry, trigger::TriggerConfig};
 //!
 //! fn main() -> Result<(), wstac_core::error::Error> {
 //!     let rate = FrameRate::NOMINAL; // 30 frames per second
 //!     let camera = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, rate)?;
-//!     let mut pipeline = Pipeline::builder(camera).build()?;
-//!     let speed_config = SpeedConfig::published(rate);
+//!     let trigger = TriggerConfig::default().one_event_per_touch();
+//!     let mut pipeline = Pipeline::builder(camera).trigger(trigger).build()?;
+//!     let law = ByCoherence(MotionConfig::published(rate));
 //!     for t in 0..120 {
 //!         // From your camera; here a bright stripe moves to the right. push_stripe takes some rows at a time.
 //!         let mut frame = [1; 400 * 400];
@@ -39,8 +41,8 @@
 //!             frame.chunks_mut(400).for_each(|row| row[12 * (t - 40)..][..12].fill(200));
 //!         }
 //!         if let Some(event) = pipeline.push_frame(&frame)?.event() {
-//!             println!("frame {}: {:?}", event.frame, speed::speed(&event, &speed_config));
-//!             println!("{:?}", direction::direction(&event));
+//!             // A slide at 18 mm/s to the right.
+//!             println!("frame {}: {:?}", event.frame, law.answer(&event));
 //!         }
 //!     }
 //!     Ok(())
@@ -71,11 +73,13 @@ pub mod features;
 pub mod fixed;
 pub mod frame;
 pub mod green;
+pub mod law;
 pub mod layout;
 pub mod ln;
 pub mod model;
 pub mod motion;
 pub mod params;
+pub mod path_sample;
 pub mod pipeline;
 pub mod rate;
 pub mod sample;
@@ -83,6 +87,7 @@ pub mod speed;
 pub mod stream;
 pub mod taxels;
 pub mod texture;
+mod touch_state;
 pub mod trigger;
 mod trigger_config;
 #[cfg(feature = "wire")]

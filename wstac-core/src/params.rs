@@ -54,6 +54,9 @@ pub const DEFAULT_BACKTRACK: u16 = 10;
 /// (decided).
 pub const DEFAULT_MARGIN: f64 = 0.2;
 
+/// Dark frames behind a touch after which it has ended, if there is one event per touch (decided).
+pub const DARK_FRAMES: u8 = 5;
+
 /// Shortest time constant of a tracking baseline, in windows (decided).
 pub const SHORTEST_FOLLOW: u32 = 16;
 /// Longest time constant of a tracking baseline, in windows (decided).

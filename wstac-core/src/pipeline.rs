@@ -12,7 +12,7 @@ use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
 use crate::sample::Sample;
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
-use crate::trigger::{Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
+use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
 
 /// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples.
 ///
@@ -50,7 +50,7 @@ pub struct Pipeline<G: GreenChannel = Gray, L = Fixed, B = FixedBaseline> {
 }
 
 /// The most bytes that a default pipeline may take, ring included.
-const MOST_BYTES: usize = 2048;
+const MOST_BYTES: usize = 2200;
 const _: () = assert!(size_of::<Pipeline>() < MOST_BYTES);
 
 /// Holds whatever one push brought. Most pushes bring only features. A stripe that does not complete its frame brings
@@ -95,6 +95,14 @@ impl<'a> Update<'a> {
     /// Returns the sample that a long gap interrupted. It has no event.
     pub fn interrupted(&self) -> Option<InterruptedSample> {
         self.completed?.trigger.interrupted()
+    }
+
+    /// Returns the end of the touch of an event: this one's, or that of an earlier one.
+    ///
+    /// It is given only by a trigger with one event per touch
+    /// ([`TriggerConfig::one_event_per_touch`](crate::trigger::TriggerConfig::one_event_per_touch)).
+    pub fn contact_end(&self) -> Option<ContactEnd> {
+        self.completed?.trigger.contact_end()
     }
 
     /// Returns whether the push completed a feature frame.
@@ -167,6 +175,11 @@ impl<'a> Finished<'a> {
     /// Returns the sample that a long gap at the very end interrupted.
     pub fn interrupted(&self) -> Option<InterruptedSample> {
         self.trigger.interrupted()
+    }
+
+    /// Returns the end of the touch of an event.
+    pub fn contact_end(&self) -> Option<ContactEnd> {
+        self.trigger.contact_end()
     }
 
     /// Returns how the stream ended.
@@ -260,7 +273,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
 
     /// Ends a stream: fills or ends a gap of lost frames, and returns how the stream ended.
     pub fn finish(&mut self) -> Finished<'_> {
-        self.trigger.forget_interrupted();
+        self.trigger.forget_last();
         let event = self.trigger.settle();
         Finished { trigger: self.trigger.state(), event }
     }
@@ -352,7 +365,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     fn advance(&mut self, frame: FeatureFrame, lost_after: u64) -> Update<'_> {
         let trigger = self.trigger.state();
         let (number, before) = (trigger.next_frame(), trigger.under_way());
-        self.trigger.forget_interrupted();
+        self.trigger.forget_last();
         let event = self.trigger.advance(frame.features, frame.has_missing_frames, lost_after);
         let trigger = self.trigger.state();
         // An interrupted sample is not the one that is under way now.

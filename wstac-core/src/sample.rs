@@ -26,6 +26,18 @@ impl<'a> Sample<'a> {
         self.parts.0.iter().chain(self.parts.1)
     }
 
+    /// Returns the number of frames: 70, or fewer at the start of a stream.
+    pub(crate) fn len(&self) -> usize {
+        self.parts.0.len() + self.parts.1.len()
+    }
+
+    /// Returns a frame by its number from the oldest.
+    #[inline(always)]
+    pub(crate) fn frame(&self, index: usize) -> Option<&'a Features> {
+        let (older, newer) = self.parts;
+        older.get(index).or_else(|| newer.get(index.wrapping_sub(older.len())))
+    }
+
     /// Returns the numbers frame by frame, as texture models take them: feature k of frame t is number 10 t + k.
     pub fn flat(&self) -> [i16; FEATURES * SAMPLE_FRAMES] {
         let mut flat = [0; FEATURES * SAMPLE_FRAMES];

@@ -1,4 +1,7 @@
 //! Sliding speed from the duration for which a sample is lit (SPEC §4; paper, "Speed Regression").
+//!
+//! It holds for specimens of one length, within the range that its law was fitted on. [`motion`](crate::motion) needs
+//! neither.
 
 use core::fmt;
 
@@ -6,6 +9,7 @@ use crate::error::{ConfigError, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::features::Features;
 use crate::ln::constant;
+use crate::motion::Contact;
 use crate::params::{
     AFTERGLOW_FRAMES, FASTEST_FITTED, FEATURE_FRACTION_BITS, NOMINAL_FRAME_RATE, SAMPLE_FRAMES, SLOWEST_FITTED,
     SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,
@@ -159,7 +163,7 @@ impl SpeedConfig {
     /// Returns a speed of this many mm/s, marked if it is outside the range that the law was fitted on.
     pub fn marked(&self, mm_s: f32) -> Speed {
         let [slowest, fastest] = self.fitted;
-        Speed { mm_s, extrapolated: !(slowest..=fastest).contains(&mm_s) }
+        Speed { mm_s, sd: None, extrapolated: !(slowest..=fastest).contains(&mm_s) }
     }
 
     /// Creates the published law and threshold for cameras of this rate.
@@ -214,15 +218,22 @@ impl LitSpan {
 pub struct Speed {
     /// The speed in mm/s.
     pub mm_s: f32,
-    /// Whether the speed is outside the range that the law was fitted on: the paper's, 100..=200 mm/s, or that of
-    /// [`SpeedConfig::fitted_on`].
+    /// The standard deviation in mm/s; `None` by a duration, which has none.
+    pub sd: Option<f32>,
+    /// Whether the speed is outside the range that a law of durations was fitted on: the paper's, 100..=200 mm/s, or
+    /// that of [`SpeedConfig::fitted_on`]. By arrival times it never is.
     pub extrapolated: bool,
 }
 
 impl Speed {
     /// Creates a speed of this many mm/s, marked if it is outside the paper's range.
     pub fn new(mm_s: f32) -> Self {
-        Self { mm_s, extrapolated: !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s) }
+        Self { mm_s, sd: None, extrapolated: !(SLOWEST_FITTED..=FASTEST_FITTED).contains(&mm_s) }
+    }
+
+    /// Creates a speed by arrival times: mm/s with their standard deviation.
+    pub const fn by_arrival(mm_s: f32, sd: f32) -> Self {
+        Self { mm_s, sd: Some(sd), extrapolated: false }
     }
 }
 
@@ -244,6 +255,8 @@ pub enum NoSpeed {
     },
     /// The law has no finite speed for this duration.
     OutsideLaw,
+    /// The touch is no slide, or none for certain.
+    NoSlide(Contact),
 }
 
 impl NoSpeed {
@@ -255,6 +268,7 @@ impl NoSpeed {
             Self::NeverValid => "no frame is above the speed threshold",
             Self::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
             Self::OutsideLaw => "the speed law has no finite speed for this duration",
+            Self::NoSlide(contact) => contact.why_no_slide(),
         }
     }
 }

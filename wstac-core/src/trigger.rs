@@ -9,6 +9,8 @@ use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::features::Features;
 use crate::params::{FEATURES, LONGEST_FILLED_GAP, SAMPLE_FRAMES};
 use crate::sample::Sample;
+pub use crate::touch_state::ContactEnd;
+use crate::touch_state::TouchState;
 pub use crate::trigger_config::{Rule, TriggerConfig};
 
 /// A tactile event: a complete sample and what is known about it.
@@ -28,6 +30,11 @@ pub struct Event<'a> {
     /// Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
     /// was filled.
     pub reliable: bool,
+    /// The number of the first lit frame of the touch; `None` unless the trigger gives one event per touch.
+    pub touch_frame: Option<u64>,
+    /// The number of the first dark frame behind the touch; `None` if the light has not left, or if the trigger gives
+    /// more than one event per touch.
+    pub end_frame: Option<u64>,
 }
 
 impl<'a> Event<'a> {
@@ -36,7 +43,16 @@ impl<'a> Event<'a> {
     /// A pipeline makes events by itself. This is for samples from elsewhere, such as a file.
     #[inline]
     pub const fn new(frame: u64, sample: Sample<'a>, baseline: &'a Baseline) -> Self {
-        Self { frame, sample, baseline, frames_filled: 0, reliable: true }
+        Self { frame, sample, baseline, frames_filled: 0, reliable: true, touch_frame: None, end_frame: None }
+    }
+
+    /// Returns the duration from the first lit frame of the sample to the last, 0..=69 frames; `None` unless the trigger
+    /// gives one event per touch.
+    pub fn lit_frames(&self) -> Option<u8> {
+        let last = self.frame.saturating_add(SAMPLE_FRAMES as u64 - 1);
+        let first = self.touch_frame?.max(self.frame);
+        let last = self.end_frame.map_or(last, |end| end.saturating_sub(1).min(last));
+        Some(last.saturating_sub(first) as u8)
     }
 }
 
@@ -93,6 +109,8 @@ enum Phase {
     Capture { first: u64, left: u8 },
     /// Between a sample's end and the next window's start, `left` frames away.
     Rest { left: u8 },
+    /// Behind a sample whose touch has not ended.
+    Hold,
 }
 
 /// Finds events in a stream of features: baseline, windows and capture.
@@ -126,6 +144,7 @@ pub(crate) struct TriggerState {
     /// The frames that wait behind a returned event: frames to fill, then one that arrived.
     backlog: Option<(u8, Features, bool)>,
     interrupted: Option<InterruptedSample>,
+    touch: TouchState,
 }
 
 /// The lowest and highest of no window sums.
@@ -161,6 +180,7 @@ impl<B: BaselinePolicy> Trigger<B> {
                 lost: 0,
                 backlog: None,
                 interrupted: None,
+                touch: TouchState::NONE,
             },
             following,
         }
@@ -251,9 +271,17 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.interrupted.take()
     }
 
-    /// Forgets the sample that a long gap has interrupted.
-    pub(crate) fn forget_interrupted(&mut self) {
+    /// Returns the end of an event's touch, once.
+    pub fn take_contact_end(&mut self) -> Option<ContactEnd> {
+        let end = self.state.contact_end();
+        self.state.touch.forget_end();
+        end
+    }
+
+    /// Forgets what the last push brought: an interrupted sample and the end of a touch.
+    pub(crate) fn forget_last(&mut self) {
         self.state.interrupted = None;
+        self.state.touch.forget_end();
     }
 
     /// Ends a stream: fills or ends a gap of lost frames. Returns an event if lost frames at the very end complete a
@@ -337,6 +365,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         state.remember(features, filled);
         let now = state.frame;
         state.frame = state.frame.saturating_add(1);
+        state.follow_touch(now, &features);
         match &mut state.phase {
             Phase::Baseline => {
                 state.baseline.add(&features);
@@ -376,6 +405,12 @@ impl<B: BaselinePolicy> Trigger<B> {
                 }
                 None
             }
+            Phase::Hold => {
+                if !state.touch.is_held() {
+                    state.start_windows();
+                }
+                None
+            }
         }
     }
 }
@@ -398,6 +433,7 @@ impl TriggerState {
             lost,
             backlog,
             interrupted,
+            touch,
         } = self;
         *own_config = config;
         ring.clear();
@@ -411,6 +447,7 @@ impl TriggerState {
         *lost = 0;
         *backlog = None;
         *interrupted = None;
+        *touch = TouchState::NONE;
         incomplete
     }
 
@@ -471,7 +508,26 @@ impl TriggerState {
             baseline: &self.baseline,
             frames_filled: frames_filled as u8,
             reliable: self.quiet && frames_filled <= LONGEST_FILLED_GAP,
+            touch_frame: self.config.is_per_touch().then(|| self.touch.first()),
+            end_frame: if self.config.is_per_touch() { self.touch.end() } else { None },
         }
+    }
+
+    /// Returns the end of an event's touch that the last push brought.
+    pub(crate) fn contact_end(&self) -> Option<ContactEnd> {
+        self.touch.ended()
+    }
+
+    /// Follows the light of a touch, if there is to be one event per touch.
+    fn follow_touch(&mut self, now: u64, features: &Features) {
+        if !self.config.is_per_touch() || self.phase == Phase::Baseline {
+            return;
+        }
+        // A window of such frames would fire.
+        let window = i32::from(self.config.window());
+        let is_lit = features.iter().zip(&self.bounds[1]).any(|(feature, most)| i32::from(*feature) * window > *most);
+        let is_captured = matches!(self.phase, Phase::Capture { .. });
+        self.touch.advance(now, is_lit, is_captured);
     }
 
     /// Moves time on by `left` frames of a long gap after the baseline.
@@ -486,14 +542,16 @@ impl TriggerState {
         self.phase = match self.phase {
             // Before t + l, a window's backtrack would reach into the sample that was returned.
             Phase::Rest { left: rest } if left < u64::from(rest) => Phase::Rest { left: rest - left as u8 },
+            Phase::Rest { .. } | Phase::Hold if self.touch.is_held() => Phase::Hold,
             _ => Phase::Watch { seen: 0 },
         };
         self.window_sums = [0; FEATURES];
     }
 
+    /// Starts to watch windows, unless the touch of the last event has not ended.
     fn start_windows(&mut self) {
         self.window_sums = [0; FEATURES];
-        self.phase = Phase::Watch { seen: 0 };
+        self.phase = if self.touch.is_held() { Phase::Hold } else { Phase::Watch { seen: 0 } };
     }
 
     fn remember(&mut self, features: Features, filled: bool) {
@@ -511,6 +569,9 @@ impl TriggerState {
         if left > 0 {
             self.phase = Phase::Capture { first, left };
             return None;
+        }
+        if self.config.is_per_touch() {
+            self.touch.hold(first);
         }
         // The next window starts at t + l, which is c frames after the sample's end.
         match self.config.backtrack() {

@@ -44,6 +44,7 @@ pub struct TriggerConfig {
     rule: Rule,
     multiplier: Q16,
     margin: Q16,
+    per_touch: bool,
 }
 
 /// The trigger's parameters before they are checked.
@@ -55,6 +56,7 @@ struct TriggerFields {
     rule: Rule,
     multiplier: Q16,
     margin: Q16,
+    per_touch: bool,
 }
 
 #[cfg(feature = "serde")]
@@ -63,7 +65,8 @@ impl TryFrom<TriggerFields> for TriggerConfig {
     fn try_from(fields: TriggerFields) -> Result<Self, ConfigError> {
         let real = |q: Q16| f64::from(q.bits()) / 65_536.0;
         let (multiplier, margin) = (real(fields.multiplier), real(fields.margin));
-        Self::new(u32::from(fields.window), multiplier, u32::from(fields.backtrack), fields.rule, margin)
+        let config = Self::new(u32::from(fields.window), multiplier, u32::from(fields.backtrack), fields.rule, margin)?;
+        Ok(Self { per_touch: fields.per_touch, ..config })
     }
 }
 
@@ -101,7 +104,22 @@ impl TriggerConfig {
         let Some(margin) = Q16::new(margin) else {
             return Err(ConfigError::Margin(margin));
         };
-        Ok(Self { window: window as u8, backtrack: backtrack as u8, rule, multiplier: b, margin })
+        Ok(Self { window: window as u8, backtrack: backtrack as u8, rule, multiplier: b, margin, per_touch: false })
+    }
+
+    /// Returns the parameters of a trigger that gives one event per touch, however long the touch is.
+    ///
+    /// Without this call, as published, a touch that is longer than a sample is another event after each 70 frames. With
+    /// it, no event starts until the light has left for [`DARK_FRAMES`](crate::params::DARK_FRAMES) frames, and events
+    /// know where the touch begins and ends.
+    #[must_use]
+    pub const fn one_event_per_touch(self) -> Self {
+        Self { per_touch: true, ..self }
+    }
+
+    /// Returns whether the trigger gives one event per touch.
+    pub const fn is_per_touch(&self) -> bool {
+        self.per_touch
     }
 
     /// Returns the number of frames of a window, m: 1..=70.

@@ -13,7 +13,7 @@ fn the_program_on_the_page_is_that_of_the_documentation() {
         .map_while(|line| line.strip_prefix("//!"))
         .flat_map(|line| [line.strip_prefix(' ').unwrap_or(line), "\n"])
         .collect();
-    let start = "use wstac_core::{direction";
+    let start = "use wstac_core::{green::gray::Gray, law";
     let program = block(&page, start).unwrap();
     assert!(program.contains("Pipeline::builder"));
     assert_eq!(block(include_str!("../../docs/PROGRAMS.md"), start), Some(program));

@@ -4,9 +4,11 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
+use wstac_core::model::file::Input;
+use wstac_core::speed::Law;
 
 use crate::pixels::Pixels;
-use wstac_host::config::{Config, Kernel};
+use wstac_host::config::{Config, Estimator, Kernel};
 
 /// Returns the source. An error says what is wrong with a file or with the name of the pixel format. `sizes` are those of
 /// the frames of the boards that are built.
@@ -27,9 +29,10 @@ pub fn source(
         None => Config::default(),
     };
     let mut source = configuration(&config, pixels)?;
+    source += &laws(&config);
     source += &pixels.source(config.green.yuv)?;
     source += &match model {
-        Some(file) => texture(&file)
+        Some(file) => texture(&file, &config)
             .map_err(|error| format!("WSTAC_MODEL={}: {error} (relative names are from wstac-fw)", file.display()))?,
         None => NO_TEXTURE.to_owned(),
     };
@@ -41,6 +44,8 @@ const NO_TEXTURE: &str = "/// The type of the texture model.
 pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
 /// The texture model: `None`, because `WSTAC_MODEL` was not set.
 pub const MODEL: Option<&Kind> = None;
+/// The sample that a texture model would take.
+pub type ModelSample = crate::textures::OverTime;
 ";
 
 /// Refuses a calibration with frames of another size than a board's.
@@ -75,7 +80,7 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
             ("TrackingBaseline", follow)
         }
     };
-    let [slowest, fastest] = config.speed.range();
+    let per_touch = if trigger.is_per_touch() { ".one_event_per_touch()" } else { "" };
     let real = |bits: u32| f64::from(bits) / 65_536.0;
     let layout = match config.layout.explicit() {
         Some((taxel, corners)) => format!("Layout::new(frame, {taxel:?}, {corners:?})"),
@@ -98,7 +103,7 @@ pub const FLOOR: Floor = match Floor::new({:?}, {}) {{
 }};
 /// The parameters of the trigger.
 pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::{:?}, {:?}) {{
-    Ok(trigger) => trigger,
+    Ok(trigger) => trigger{per_touch},
     Err(_) => panic!(\"checked by the build script\"),
 }};
 /// The type of the baseline policy: fixed or tracking.
@@ -112,16 +117,6 @@ pub const FOLLOWING: BaselinePolicy = {follow};
 pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
     {frame}{layout}
 }}
-/// Returns the configuration of the speed law for a camera of this rate.
-///
-/// # Errors
-/// Returns the errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
-pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
-    match SpeedConfig::new(Law::{:?}, {:?}, ThresholdOn::{:?}, rate) {{
-        Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
-        Err(error) => Err(error),
-    }}
-}}
 ",
         config.green.stride,
         config.features.floor_levels,
@@ -132,20 +127,76 @@ pub const fn speed(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
         trigger.backtrack(),
         trigger.rule(),
         real(trigger.margin().bits()),
-        config.speed.law(),
-        config.speed.threshold,
-        config.speed.threshold_on,
     )
     .map_err(|error| error.to_string())?;
     Ok(source)
 }
 
+/// Returns the source of the law. It has the type of the one that is chosen, so no code of another one is linked.
+fn laws(config: &Config) -> String {
+    let [slowest, fastest] = config.speed.range();
+    let durations = config.speed.law().unwrap_or(Law::PUBLISHED);
+    let (law, value) = match config.speed.estimator() {
+        Some(estimator) => {
+            let law = match estimator {
+                Estimator::Coherence => "ByCoherence",
+                Estimator::Edges => "ByEdges",
+            };
+            let value = format!(
+                "match motion(rate) {{
+        Ok(motion) => Ok(wstac_core::law::{law}(motion)),
+        Err(error) => Err(error),
+    }}"
+            );
+            (format!("wstac_core::law::{law}"), value)
+        }
+        None => ("SpeedConfig".to_owned(), "durations(rate)".to_owned()),
+    };
+    format!(
+        "/// The type of the law from an event to its answers.
+pub type Law = {law};
+/// Returns the law from an event to its answers, for a camera of this rate.
+///
+/// # Errors
+/// Returns the errors of [`motion`] or [`durations`].
+pub const fn law(rate: FrameRate) -> Result<Law, ConfigError> {{
+    {value}
+}}
+/// Returns the parameters of arrival times for a camera of this rate.
+///
+/// # Errors
+/// Returns the errors of [`MotionConfig::new`].
+pub const fn motion(rate: FrameRate) -> Result<MotionConfig, ConfigError> {{
+    MotionConfig::new({:?}, rate)
+}}
+/// Returns the law of durations for a camera of this rate: the one in force, or else the published one.
+///
+/// # Errors
+/// Returns the errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
+pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
+    match SpeedConfig::new(wstac_core::speed::Law::{durations:?}, {:?}, ThresholdOn::{:?}, rate) {{
+        Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
+        Err(error) => Err(error),
+    }}
+}}
+",
+        config.sensor.pitch_mm, config.speed.threshold, config.speed.threshold_on,
+    )
+}
+
 /// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is linked.
-fn texture(file: &Path) -> Result<String, String> {
+fn texture(file: &Path, config: &Config) -> Result<String, String> {
     let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
     let (words, _) = bytes.as_chunks::<4>();
     let words: Vec<_> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
-    let kind = match Model::from_words(&words).map_err(|error| error.to_string())? {
+    let model = Model::from_words(&words).map_err(|error| error.to_string())?;
+    let sample = match (model.input(), config.speed.law()) {
+        (Input::Frames, _) => "OverTime",
+        (Input::Path, None) => "AlongPath",
+        (Input::Path, Some(_)) => return Err("its sample is along the path, expected law = \"arrival\"".to_owned()),
+        (other, _) => return Err(format!("its sample is {}, expected frames or path", other.name())),
+    };
+    let kind = match model {
         Model::LinearSvm(_) => "linear_svm::LinearSvm",
         Model::Forest(_) => "forest::Forest",
         Model::Boosted(_) => "boosted::Boosted",
@@ -159,6 +210,8 @@ pub type Kind = KindOf<'static>;
 static CHECKED: Kind = wstac_core::include_model!(KindOf, {file:?});
 /// The texture model.
 pub const MODEL: Option<&Kind> = Some(&CHECKED);
+/// The sample that the texture model takes.
+pub type ModelSample = crate::textures::{sample};
 "
     ))
 }

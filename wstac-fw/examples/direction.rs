@@ -15,6 +15,6 @@ fn main() -> ! {
 // It is a function of its own: within the loop over stripes, both answers would be short of registers.
 #[inline(never)]
 fn answers(event: &Event<'_>) {
-    bench::show(speed::speed(event, &bench::SPEED));
+    bench::show(speed::speed(event, &bench::DURATIONS));
     bench::show(direction::direction(event));
 }

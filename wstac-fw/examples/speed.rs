@@ -8,5 +8,5 @@ use wstac_fw::emulated::bench;
 
 #[entry]
 fn main() -> ! {
-    bench::events(|event| bench::show(speed::speed(event, &bench::SPEED)))
+    bench::events(|event| bench::show(speed::speed(event, &bench::DURATIONS)))
 }

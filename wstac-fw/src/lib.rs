@@ -17,4 +17,5 @@ pub mod sensor;
 pub mod serial;
 pub mod setup;
 pub mod stripes;
+pub mod textures;
 pub mod window;

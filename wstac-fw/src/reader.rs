@@ -5,17 +5,20 @@ use wstac_core::early::SamplePrefix;
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
+#[cfg(feature = "motion")]
+use wstac_core::motion::LiveMotion;
+use wstac_core::motion::MotionConfig;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
-use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
-use wstac_core::trigger::Event;
+use wstac_core::trigger::{ContactEnd, Event};
 use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text};
 
 use crate::setup;
+use crate::textures::ModelSample;
 
 /// The number of frames from one status to the next: about one second.
 const STATUS_EVERY: u64 = 30;
@@ -40,9 +43,15 @@ pub struct Reader {
 /// Turns the results of frames into messages.
 #[derive(Clone, Debug)]
 struct Sender {
-    speed: SpeedConfig,
+    law: setup::Law,
+    motion: MotionConfig,
     wants_features: bool,
     wants_samples: bool,
+    #[cfg(feature = "motion")]
+    wants_motion: bool,
+    /// Follows what slides, frame by frame.
+    #[cfg(feature = "motion")]
+    live: LiveMotion,
     held: Option<Held>,
 }
 
@@ -52,24 +61,36 @@ struct Held {
     answers: Answers<'static>,
     /// The frame of the sample that the next part starts with.
     next: u8,
+    /// The frame behind the event's touch if it has ended, which is sent after the event.
+    end: Option<u64>,
 }
 
 impl Reader {
     /// Creates the reader for rows of [`setup::PIXELS`] with taxels at `layout`, at this rate.
     ///
-    /// `size` is that of the whole frames that the rows are from. `speed` is [`setup::speed`] of the rate, which a
-    /// `const` computes.
+    /// `size` is that of the whole frames that the rows are from. `law` is [`setup::law`] of the rate, which a `const`
+    /// computes.
     ///
     /// # Errors
     /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
-    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, speed: SpeedConfig) -> Result<Self, ConfigError> {
+    pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         let pipeline = setup::checked(camera)?;
         Ok(Self {
             pipeline: pipeline.build(),
-            sender: Sender { speed, wants_features: false, wants_samples: false, held: None },
+            sender: Sender {
+                law,
+                motion: setup::motion(rate)?,
+                wants_features: false,
+                wants_samples: false,
+                held: None,
+                #[cfg(feature = "motion")]
+                wants_motion: false,
+                #[cfg(feature = "motion")]
+                live: LiveMotion::new(setup::motion(rate)?),
+            },
             size,
             dropped: 0,
             status_at: STATUS_EVERY,
@@ -84,6 +105,8 @@ impl Reader {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {
             self.sender.give(&update, out);
+            #[cfg(feature = "motion")]
+            self.sender.give_motion(&self.pipeline, out);
             if self.pipeline.next_frame() >= self.status_at {
                 self.status(out);
             }
@@ -114,7 +137,9 @@ impl Reader {
             Request::Hello => self.hello(out),
             Request::Features(wanted) => self.sender.wants_features = wanted,
             Request::Samples(wanted) => self.sender.wants_samples = wanted,
-            // The request is from a newer host.
+            #[cfg(feature = "motion")]
+            Request::Motion(wanted) => self.sender.wants_motion = wanted,
+            // The request is from a newer host, or for what is not compiled in.
             _ => {}
         }
     }
@@ -156,11 +181,14 @@ impl Reader {
     pub fn finish(&mut self, out: &mut impl Outlet) {
         while self.send_held(out) {}
         let finished = self.pipeline.finish();
-        let (end, interrupted) = (finished.end(), finished.interrupted());
+        let (end, interrupted, contact_end) = (finished.end(), finished.interrupted(), finished.contact_end());
         if let Some(event) = finished.event() {
             self.sender.event(&event, out);
-            while self.send_held(out) {}
         }
+        if let Some(end) = contact_end {
+            self.sender.contact_end(end, out);
+        }
+        while self.send_held(out) {}
         if let Some(interrupted) = interrupted {
             out.send(&Message::InterruptedSample(interrupted));
         }
@@ -184,29 +212,67 @@ impl Sender {
         if let Some(interrupted) = update.interrupted() {
             out.send(&Message::InterruptedSample(interrupted));
         }
-        match update.event() {
-            Some(event) => self.event(&event, out),
-            None => {
-                if let Some(model) = setup::MODEL
-                    && let Some(prefix) = update.prefix(model.frames())
-                {
-                    early_texture(&prefix, model, out);
-                }
-            }
+        let event = update.event();
+        if let Some(event) = &event {
+            self.event(event, out);
+        }
+        if let Some(end) = update.contact_end() {
+            self.contact_end(end, out);
+        }
+        if <setup::ModelSample as ModelSample>::HAS_PREFIXES
+            && event.is_none()
+            && let Some(model) = setup::MODEL
+            && let Some(prefix) = update.prefix(model.frames())
+        {
+            early_texture(&prefix, model, out);
+        }
+    }
+
+    /// Sends speed and direction of the newest frame if they are wanted and something slides.
+    #[cfg(feature = "motion")]
+    fn give_motion(
+        &mut self,
+        pipeline: &Pipeline<setup::GreenChannel, setup::Ln, setup::BaselinePolicy>,
+        out: &mut impl Outlet,
+    ) {
+        if !self.wants_motion {
+            return;
+        }
+        let (next_frame, recent) = pipeline.recent();
+        if let Some(baseline) = pipeline.baseline()
+            && let Some(velocity) = self.live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity)
+        {
+            out.send(&Message::Motion { frame: next_frame.saturating_sub(1), velocity });
         }
     }
 
     /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
     /// without the rest of its sample.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
-        let answers = answers(event, &self.speed);
-        if let Some(older) = self.held.take() {
-            out.send(&Message::Event(older.answers));
+        self.send_held_event(out);
+        hold(&mut self.held, event, &self.law, self.motion);
+        if !self.wants_samples {
+            self.send_held_event(out);
         }
-        if self.wants_samples {
-            self.held = Some(Held { answers, next: 0 });
-        } else {
-            out.send(&Message::Event(answers));
+    }
+
+    /// Sends the kept event, and the end of its touch if that is known.
+    // It is not inlined, so that the message does not lie on the stack while answers are computed.
+    #[inline(never)]
+    fn send_held_event(&mut self, out: &mut impl Outlet) {
+        if let Some(held) = self.held.take() {
+            out.send(&Message::Event(held.answers));
+            if let Some(end) = held.end {
+                out.send(&Message::ContactEnd(ContactEnd::new(end, held.answers.frame)));
+            }
+        }
+    }
+
+    /// Sends the end of a touch, or keeps it until its event is sent.
+    fn contact_end(&mut self, end: ContactEnd, out: &mut impl Outlet) {
+        match &mut self.held {
+            Some(held) if held.answers.frame == end.event_frame => held.end = Some(end.frame),
+            _ => out.send(&Message::ContactEnd(end)),
         }
     }
 
@@ -223,10 +289,7 @@ impl Sender {
                 out.send(&Message::SamplePart { frame: held.answers.frame, first: held.next, features });
                 held.next += SAMPLE_PART as u8;
             }
-            _ => {
-                out.send(&Message::Event(held.answers));
-                self.held = None;
-            }
+            _ => self.send_held_event(out),
         }
         true
     }
@@ -242,18 +305,16 @@ fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl 
     out.send(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
 }
 
-/// Returns an event's answers, its texture included.
-// It is not inlined either, for the same reason.
+/// Keeps an event's answers, its texture included if it has one.
+// It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
-fn answers(event: &Event<'_>, speed: &SpeedConfig) -> Answers<'static> {
-    let answers = Answers::new(event, speed);
-    match setup::MODEL {
-        Some(model) => {
-            let mut numbers = [0; INPUTS];
-            event.sample.copy_to(&mut numbers);
-            answers.with_texture(texture::texture(&numbers, model))
-        }
-        None => answers,
+fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law, motion: MotionConfig) {
+    let held = held.insert(Held { answers: Answers::new(event, law), next: 0, end: None });
+    if let Some(model) = setup::MODEL
+        && held.answers.has_texture()
+        && let Some(texture) = <setup::ModelSample as ModelSample>::texture(event, &held.answers, motion, model)
+    {
+        held.answers = held.answers.with_texture(texture);
     }
 }
 

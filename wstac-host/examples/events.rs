@@ -2,7 +2,13 @@
 use std::path::Path;
 
 use wstac_host::source::open::{OpenOptions, open};
-use wstac_host::{error, json::rounded, model_file::ModelFile, output::Output, session::Session};
+use wstac_host::{
+    error,
+    json::{angle, rounded},
+    model_file::ModelFile,
+    output::Output,
+    session::Session,
+};
 
 fn main() -> Result<(), error::Error> {
     let missing = || error::Error::new(error::ErrorKind::Usage, "events", "no argument, expected FILE.mcap");
@@ -12,8 +18,8 @@ fn main() -> Result<(), error::Error> {
     for output in Session::builder(source).models([ModelFile::open(Path::new("builtin:svm"))?]).build()? {
         let Output::Event(event) = output? else { continue };
         let speed = event.speed.map_or("-".to_owned(), |speed| format!("{:.2}", rounded(speed.mm_s)));
-        let direction = event.direction.heading.map_or("-".to_owned(), |heading| format!("{}.0", heading.degrees()));
-        let texture = event.texture.and_then(|texture| texture.specimen).unwrap_or("-".to_owned());
+        let direction = event.direction.degrees.map_or("-".to_owned(), |degrees| format!("{:.1}", angle(degrees)));
+        let texture = event.texture.ok().and_then(|texture| texture.specimen).unwrap_or("-".to_owned());
         println!("frame={} speed={speed} direction={direction} texture={texture}", event.frame);
     }
     Ok(())

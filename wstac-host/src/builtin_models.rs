@@ -1,10 +1,11 @@
 //! The models that come with the program, trained on simulated slides.
 
-/// Makes the list of the names and contents of files in `models`, then of those in `models/tradeoff`.
+/// Makes the list of the names and contents of files in `models/path`, in `models`, and in `models/tradeoff`.
 macro_rules! models {
-    ($($shipped:literal)* ; $($variant:literal)*) => {
+    ($($path:literal)* ; $($shipped:literal)* ; $($variant:literal)*) => {
         /// The names and contents of the models.
         pub(crate) const MODELS: &[(&str, &[u8])] = &[
+            $(($path, include_bytes!(concat!("../models/path/", $path, ".wsm"))),)*
             $(($shipped, include_bytes!(concat!("../models/", $shipped, ".wsm"))),)*
             $(($variant, include_bytes!(concat!("../models/tradeoff/", $variant, ".wsm")))),*
         ];
@@ -12,6 +13,9 @@ macro_rules! models {
 }
 
 models! {
+    // Of the sample along the path: any speed, direction and length.
+    "path-svm" "path-forest" "path-boosted";
+    // Of the sample over time, as published: 100 to 200 mm/s in four directions.
     "svm" "forest" "boosted";
     // These are others, which the study of speed against accuracy weighs.
     "svm-20f"

@@ -11,13 +11,15 @@ use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::error::ConfigError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
+use wstac_core::law::AnyLaw;
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::motion::MotionConfig;
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::trigger::{Rule, TriggerConfig};
 
-pub use self::speed::SpeedKeys;
+pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
 use crate::text_file::toml_error;
 
@@ -36,7 +38,9 @@ pub struct Config {
     pub features: FeaturesConfig,
     /// The condition for the start of an event.
     pub trigger: TriggerKeys,
-    /// The way to an event's speed.
+    /// The sensor itself.
+    pub sensor: SensorKeys,
+    /// The way to an event's speed, direction and kind of touch.
     pub speed: SpeedKeys,
     /// The way to an event's direction.
     pub direction: DirectionConfig,
@@ -180,7 +184,10 @@ impl Config {
         config.speed.check().map_err(wrong)?;
         config.trigger().map_err(|error| in_table("[trigger]", error))?;
         config.following().map_err(|error| in_table("[trigger]", error))?;
-        config.speed(FrameRate::NOMINAL).map_err(|error| in_table("[speed]", error))?;
+        config.law(FrameRate::NOMINAL).map_err(|error| match error {
+            ConfigError::Pitch(_) => in_table("[sensor]", error),
+            _ => in_table("[speed]", error),
+        })?;
         if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
             return Err(in_table("[features]", ConfigError::FloorLevels(config.features.floor_levels)));
         }
@@ -200,13 +207,15 @@ impl Config {
         toml::to_string(&full)
     }
 
-    /// Returns the trigger's parameters.
+    /// Returns the trigger's parameters. By arrival times it gives one event per touch; a law of durations leaves it as it
+    /// was published.
     ///
     /// # Errors
     /// The errors of [`TriggerConfig::new`].
     pub fn trigger(&self) -> Result<TriggerConfig, ConfigError> {
         let keys = &self.trigger;
-        TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)
+        let trigger = TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, keys.rule, keys.margin)?;
+        Ok(if self.speed.law().is_none() { trigger.one_event_per_touch() } else { trigger })
     }
 
     /// Returns how the baseline follows drift; `None` if it is fixed.
@@ -220,14 +229,29 @@ impl Config {
         }
     }
 
-    /// Returns how speed is computed for a camera of this rate.
+    /// Returns the law from an event to its answers, for a camera of this rate.
+    ///
+    /// # Errors
+    /// The errors of [`MotionConfig::new`], [`SpeedConfig::new`] and
+    /// [`SpeedConfig::fitted_on`].
+    pub fn law(&self, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
+        self.speed.in_force(self.sensor, rate)
+    }
+
+    /// Returns the parameters of motion by arrival times, for a camera of this rate, whatever the law is.
+    ///
+    /// # Errors
+    /// The errors of [`MotionConfig::new`].
+    pub fn motion(&self, rate: FrameRate) -> Result<MotionConfig, ConfigError> {
+        MotionConfig::new(self.sensor.pitch_mm, rate)
+    }
+
+    /// Returns the law of durations for a camera of this rate: the one in force, or else the published one.
     ///
     /// # Errors
     /// The errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
-    pub fn speed(&self, rate: FrameRate) -> Result<SpeedConfig, ConfigError> {
-        let [slowest, fastest] = self.speed.range();
-        SpeedConfig::new(self.speed.law(), self.speed.threshold, self.speed.threshold_on, rate)?
-            .fitted_on(slowest, fastest)
+    pub fn durations(&self, rate: FrameRate) -> Result<SpeedConfig, ConfigError> {
+        self.speed.of_durations(rate)
     }
 
     /// Returns the layout for frames of this size.
@@ -330,15 +354,20 @@ margin = 0.2            # signed: least distance per frame, in
 follow = 0              # time constant with which the baseline
                         # follows slow drift: 16 to 32768 windows,
                         # a power of two; 0: it is fixed
+[sensor]
+pitch_mm = 4            # distance between neighboring whiskers
 [speed]
-law = "published"       # or "physical", with track_mm = 113.4,
-                        # afterglow_frames = 5.36
-intercept = 151.06      # frames at 1 mm/s, at 30 frames per second
-slope = 56.29           # frames per decade of speed
-range_mm_s = [100, 200] # speeds that the law was fitted on; answers
-                        # outside are marked as extrapolated
-threshold = 0.0475      # a row or column is lit if its sum is above
-                        # this fraction of full scale
+law = "arrival"         # arrival times: any speed, length, direction
+                        # "published": the duration, as published;
+                        # with intercept = 151.06, slope = 56.29
+                        # "physical": the duration; with
+                        # track_mm = 113.4, afterglow_frames = 5.36
+                        # laws of durations: range_mm_s = [100, 200];
+                        # answers outside are marked as extrapolated
+estimator = "coherence" # of arrival times; or "edges": cheaper, and
+                        # less accurate
+threshold = 0.0475      # of durations: a row or column is lit if its
+                        # sum is above this fraction of full scale
 threshold_on = "absolute"  # or "above_baseline"
 [direction]
 method = "centroid"
@@ -346,6 +375,8 @@ method = "centroid"
 
 #[cfg(test)]
 mod tests {
+    use wstac_core::law::ByCoherence;
+
     use super::*;
 
     /// The configuration as `wstac run --help` prints it.
@@ -359,9 +390,19 @@ mod tests {
             format!("{:?} {:?} {:?} {:?}", config.green, config.features, config.trigger, config.direction)
         };
         assert_eq!(without(&documented), without(&default));
-        assert_eq!(documented.speed(FrameRate::NOMINAL).unwrap(), default.speed(FrameRate::NOMINAL).unwrap());
-        assert_eq!(default.trigger().unwrap(), TriggerConfig::default());
-        assert_eq!(default.speed(FrameRate::NOMINAL).unwrap(), SpeedConfig::published(FrameRate::NOMINAL));
+        assert_eq!(documented.law(FrameRate::NOMINAL).unwrap(), default.law(FrameRate::NOMINAL).unwrap());
+        assert_eq!(default.trigger().unwrap(), TriggerConfig::default().one_event_per_touch());
+        let by_coherence = AnyLaw::Coherence(ByCoherence(MotionConfig::published(FrameRate::NOMINAL)));
+        assert_eq!(default.law(FrameRate::NOMINAL).unwrap(), by_coherence);
+    }
+
+    #[test]
+    fn a_law_of_durations_leaves_the_trigger_as_it_was_published() {
+        let published = Config::parse("[speed]\nlaw = \"published\"").unwrap();
+        assert_eq!(published.trigger().unwrap(), TriggerConfig::default());
+        let durations = SpeedConfig::published(FrameRate::NOMINAL);
+        assert_eq!(published.law(FrameRate::NOMINAL).unwrap(), AnyLaw::Duration(durations));
+        assert_eq!(published.durations(FrameRate::NOMINAL).unwrap(), durations);
     }
 
     #[test]
@@ -373,8 +414,9 @@ mod tests {
             &explicit,
             "[green]\nyuv = \"linear\"\nstride = 3\n[features]\nln = \"libm\"\nfloor_levels = 0.1",
             "[trigger]\nrule = \"literal\"\nmultiplier = 0.7\nwindow = 7\n[speed]\nlaw = \"physical\"\ntrack_mm = 101.3",
-            "[speed]\nslope = 56.123\nthreshold_on = \"above_baseline\"",
-            "[trigger]\nfollow = 64\n[speed]\nrange_mm_s = [80.1, 212.5]",
+            "[speed]\nlaw = \"published\"\nslope = 56.123\nthreshold_on = \"above_baseline\"",
+            "[trigger]\nfollow = 64\n[speed]\nlaw = \"physical\"\nrange_mm_s = [80.1, 212.5]",
+            "[sensor]\npitch_mm = 3.5\n[speed]\nestimator = \"edges\"",
         ] {
             let config = Config::parse(text).unwrap();
             let full = config.to_toml().unwrap();
@@ -386,7 +428,8 @@ mod tests {
             assert_eq!(again.trigger(), config.trigger(), "{full}");
             assert_eq!(format!("{:?}", again.following()), format!("{:?}", config.following()), "{full}");
             assert_eq!(config.following().unwrap().is_some(), text.contains("follow"), "{full}");
-            assert_eq!(again.speed(FrameRate::NOMINAL), config.speed(FrameRate::NOMINAL), "{full}");
+            assert_eq!(again.law(FrameRate::NOMINAL), config.law(FrameRate::NOMINAL), "{full}");
+            assert_eq!(again.durations(FrameRate::NOMINAL), config.durations(FrameRate::NOMINAL), "{full}");
             let rest = |config: &Config| format!("{:?} {:?} {:?}", config.green, config.features, config.direction);
             assert_eq!(rest(&again), rest(&config), "{full}");
         }
@@ -412,16 +455,24 @@ mod tests {
             ("[trigger]\nfollow = 100", vec!["[trigger]", "follow is 100 windows", "power of two from 16 to 32768"]),
             ("[trigger]\nfollow = 65536", vec!["follow is 65536 windows"]),
             ("[trigger]\nfollow = -1", vec!["follow", "-1"]),
-            ("[speed]\nrange_mm_s = [200, 100]", vec!["[speed]", "range_mm_s is [200, 100]", "slowest"]),
-            ("[speed]\nrange_mm_s = [0, 100]", vec!["range_mm_s is [0, 100]", "above 0"]),
-            ("[speed]\nrange_mm_s = [1, inf]", vec!["range_mm_s is [1, inf]"]),
-            ("[speed]\nrange_mm_s = [1]", vec!["range_mm_s", "length 1"]),
+            (
+                "[speed]\nlaw = \"published\"\nrange_mm_s = [200, 100]",
+                vec!["[speed]", "range_mm_s is [200, 100]", "slowest"],
+            ),
+            ("[speed]\nlaw = \"published\"\nrange_mm_s = [0, 100]", vec!["range_mm_s is [0, 100]", "above 0"]),
+            ("[speed]\nlaw = \"published\"\nrange_mm_s = [1, inf]", vec!["range_mm_s is [1, inf]"]),
+            ("[speed]\nlaw = \"published\"\nrange_mm_s = [1]", vec!["range_mm_s", "length 1"]),
             ("[green]\nstride = 4", vec!["stride is 4", "1, 2, 3 or 5"]),
             ("[green]\nyuv = \"fast\"", vec!["fast", "exact"]),
             ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
             ("[speed]\nthreshold = inf", vec!["threshold is inf"]),
-            ("[speed]\nslope = 0", vec!["slope is 0"]),
-            ("[speed]\ntrack_mm = 4.0", vec!["track_mm", "physical"]),
+            ("[speed]\nlaw = \"published\"\nslope = 0", vec!["slope is 0"]),
+            ("[speed]\ntrack_mm = 4.0", vec!["track_mm with law = \"arrival\"", "with law = \"physical\" only"]),
+            ("[speed]\nrange_mm_s = [1, 2]", vec!["law = \"published\" or law = \"physical\" only"]),
+            ("[speed]\nlaw = \"physical\"\nestimator = \"edges\"", vec!["estimator", "law = \"arrival\" only"]),
+            ("[speed]\nestimator = \"fast\"", vec!["fast", "coherence"]),
+            ("[speed]\nlaw = \"fast\"", vec!["fast", "arrival", "published", "physical"]),
+            ("[sensor]\npitch_mm = 0", vec!["[sensor]", "0", "above 0"]),
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),

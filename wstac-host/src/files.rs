@@ -65,7 +65,10 @@ impl io::Read for Waiting {
                 libc::pollfd { fd: std::os::fd::AsRawFd::as_raw_fd(&self.0), events: libc::POLLIN, revents: 0 };
             // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `self` is.
             if unsafe { libc::poll(&raw mut descriptor, 1, -1) } < 0 {
-                return Err(io::Error::last_os_error());
+                let error = io::Error::last_os_error();
+                // Whoever reads all of it would go on after `Interrupted`, and no signal would end the wait.
+                let is_signal = error.kind() == io::ErrorKind::Interrupted;
+                return Err(if is_signal { io::Error::other("interrupted before its end") } else { error });
             }
             match self.0.read(room) {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}

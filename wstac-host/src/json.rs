@@ -1,13 +1,16 @@
 //! Typed outputs as the lines of `wstac run --json`. The names and values here are kept forever.
 
+use std::time::SystemTime;
+
 use serde::Serialize;
-use wstac_core::direction::{Direction, Heading, Unclear};
+use wstac_core::direction::{Direction, Unclear};
 use wstac_core::features::Features;
+use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 
-use crate::output::{Output, SampleFrames, StreamSummary, TactileEvent};
+use crate::output::{MotionReport, Output, SampleFrames, StreamSummary, TactileEvent};
 use crate::texture::Texture;
 
 /// A line of JSON. [`JsonLine::new`] makes it from an output.
@@ -22,6 +25,19 @@ pub enum JsonLine<'a> {
         /// Natural logarithms, exact multiples of 1/2048.
         f: [f64; FEATURES],
     },
+    /// Speed and direction of a frame while something slides.
+    Motion {
+        /// The number of the feature frame.
+        frame: u64,
+        /// The time of the frame in seconds from the first frame; `None` from a board.
+        time_s: Option<f64>,
+        /// The kind of the touch: always `slide`.
+        contact: &'static str,
+        /// The sliding speed.
+        speed: SpeedField,
+        /// The sliding direction.
+        direction: DirectionField,
+    },
     /// A tactile event.
     Event(Box<EventLine<'a>>),
     /// The answer of a model that needs only the first frames of a sample.
@@ -35,6 +51,17 @@ pub enum JsonLine<'a> {
     },
     /// A sample that a long gap interrupted.
     Incomplete(InterruptedSample),
+    /// The end of the touch of an event: its light has left.
+    #[serde(rename = "contact_end")]
+    ContactEnd {
+        /// The number of the first dark frame behind the touch.
+        frame: u64,
+        /// The number of the first frame of the event's sample.
+        event_frame: u64,
+        /// The time of that dark frame in seconds from the first frame; `None` from a board that has not described
+        /// itself.
+        time_s: Option<f64>,
+    },
     /// A fault of the source.
     Fault {
         /// The number of the feature frame that comes next.
@@ -62,11 +89,21 @@ impl<'a> JsonLine<'a> {
     pub fn new(output: &'a Output) -> Option<Self> {
         Some(match output {
             Output::Features(features) => Self::Features { frame: features.frame, f: features.features.map(real) },
+            Output::Motion(MotionReport { frame, time_s, velocity, .. }) => Self::Motion {
+                frame: *frame,
+                time_s: time_s.map(seconds),
+                contact: Contact::Slide.as_str(),
+                speed: Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd).into(),
+                direction: DirectionField::Arrival { deg: angle(velocity.degrees), sd: spread(velocity.degrees_sd) },
+            },
             Output::Event(event) => Self::Event(Box::new(EventLine::new(event))),
             Output::EarlyTexture(early) => {
                 Self::Texture { frame: early.frame, frames: early.frames, texture: &early.texture }
             }
             Output::Interrupted(sample) => Self::Incomplete(*sample),
+            Output::ContactEnd(end) => {
+                Self::ContactEnd { frame: end.frame, event_frame: end.event_frame, time_s: end.time_s.map(seconds) }
+            }
             Output::Fault(report) => {
                 Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: report.fault.to_string() }
             }
@@ -87,11 +124,13 @@ impl<'a> JsonLine<'a> {
 pub struct EventLine<'a> {
     frame: u64,
     frames: usize,
+    #[serde(flatten)]
+    touch: Option<TouchFields>,
     duration_frames: Option<u8>,
     speed: Option<SpeedField>,
     #[serde(skip_serializing_if = "Option::is_none")]
     speed_at_most: Option<SpeedField>,
-    direction: DirectionField,
+    direction: Option<DirectionField>,
     texture: Option<&'a Texture>,
     frames_filled: u8,
     reliable: bool,
@@ -107,42 +146,124 @@ impl<'a> EventLine<'a> {
         Self {
             frame: event.frame,
             frames: SAMPLE_FRAMES,
+            touch: TouchFields::new(event),
             duration_frames: event.lit_frames,
             speed: event.speed.ok().map(SpeedField::from),
             speed_at_most: event.speed_at_most.map(SpeedField::from),
-            direction: DirectionField {
-                deg: direction.heading.ok().map(Heading::degrees),
-                confidence: confidence(direction),
-            },
-            texture: event.texture.as_ref(),
+            direction: DirectionField::new(direction),
+            texture: event.texture.as_ref().ok(),
             frames_filled: event.frames_filled,
             reliable: event.reliable,
             why: WhyField {
                 speed: event.speed.err().map(NoSpeed::as_str),
-                direction: direction.heading.err().map(Unclear::as_str),
-                texture: event.texture.is_none().then_some(NO_MODEL),
+                direction: direction.degrees.err().map(Unclear::as_str),
+                texture: event.texture.as_ref().err().map(|reason| reason.as_str()),
             },
             sample: event.sample.as_deref().map(over_time),
         }
     }
 }
 
+/// The fields of an event that a law of durations does not have.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct TouchFields {
+    touch_frame: Option<u64>,
+    end_frame: Option<u64>,
+    time_s: Option<f64>,
+    completed_s: Option<f64>,
+    stamp: Option<String>,
+    contact: &'static str,
+}
+
+impl TouchFields {
+    fn new(event: &TactileEvent) -> Option<Self> {
+        let time = event.time;
+        Some(Self {
+            touch_frame: event.touch_frame,
+            end_frame: event.end_frame,
+            time_s: time.map(|time| seconds(time.touch_s)),
+            completed_s: time.map(|time| seconds(time.completed_s)),
+            stamp: time.and_then(|time| time.stamp).map(in_utc),
+            contact: event.contact?.as_str(),
+        })
+    }
+}
+
+/// Returns a time as RFC 3339 writes it, in UTC with milliseconds.
+pub fn in_utc(time: SystemTime) -> String {
+    humantime::format_rfc3339_millis(time).to_string()
+}
+
+/// A speed, with its standard deviation by arrival times, and without it by a law of durations.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct SpeedField {
+#[non_exhaustive]
+pub struct SpeedField {
     mm_s: f64,
-    extrapolated: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sd: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    extrapolated: Option<bool>,
 }
 
 impl From<Speed> for SpeedField {
     fn from(speed: Speed) -> Self {
-        Self { mm_s: rounded(speed.mm_s), extrapolated: speed.extrapolated }
+        let sd = speed.sd.map(rounded);
+        Self { mm_s: rounded(speed.mm_s), sd, extrapolated: sd.is_none().then_some(speed.extrapolated) }
     }
 }
 
+/// A direction as a field of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct DirectionField {
-    deg: Option<u16>,
-    confidence: f64,
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum DirectionField {
+    /// By arrival times, any angle.
+    Arrival {
+        /// The angle in degrees.
+        deg: f64,
+        /// Its standard deviation in degrees.
+        sd: f64,
+    },
+    /// By centroids, one of four.
+    Centroids {
+        /// The angle in degrees.
+        deg: Option<u16>,
+        /// The confidence, 0 to 1.
+        confidence: f64,
+    },
+}
+
+impl DirectionField {
+    /// Returns the field of a direction; `None` if arrival times give none.
+    fn new(direction: Direction) -> Option<Self> {
+        if let Some(confidence) = confidence(direction) {
+            let deg = direction.degrees.ok().map(|degrees| degrees as u16);
+            return Some(Self::Centroids { deg, confidence });
+        }
+        Some(Self::Arrival { deg: angle(direction.degrees.ok()?), sd: spread(direction.sd?) })
+    }
+}
+
+/// Returns an angle in degrees for output, with one decimal: 0 ≤ angle < 360.
+pub fn angle(degrees: f32) -> f64 {
+    // 359.96 is rounded to a whole turn, and zero has no sign.
+    rounded_to(f64::from(degrees), 1) % 360.0 + 0.0
+}
+
+/// Returns the standard deviation of an angle in degrees for output, with two decimals.
+pub fn spread(degrees: f32) -> f64 {
+    rounded_to(f64::from(degrees), 2)
+}
+
+/// Returns a time in seconds for output, with four decimals.
+pub fn seconds(time: f64) -> f64 {
+    rounded_to(time, 4)
+}
+
+/// Returns a number with so many decimals.
+fn rounded_to(number: f64, decimals: i32) -> f64 {
+    let ten = 10_f64.powi(decimals);
+    (number * ten).round() / ten
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -161,17 +282,14 @@ impl WhyField {
     }
 }
 
-/// The words for a person about a missing texture.
-pub const NO_MODEL: &str = "no model was given";
-
 /// Returns `complete` or `incomplete`.
 pub fn baseline(end: &StreamSummary) -> &'static str {
     if end.baseline_complete { "complete" } else { "incomplete" }
 }
 
-/// Returns a direction's confidence for output, 0 to 1, with four decimals.
-pub fn confidence(direction: Direction) -> f64 {
-    (f64::from(direction.confidence()) * 1e4).round() / 1e4
+/// Returns the confidence of a direction by centroids for output, 0 to 1, with four decimals.
+pub fn confidence(direction: Direction) -> Option<f64> {
+    direction.confidence().map(|confidence| rounded_to(f64::from(confidence), 4))
 }
 
 /// Returns a sample as ten features over 70 frames, as real numbers.
@@ -229,6 +347,14 @@ mod tests {
         assert!(compared > 200_000, "{compared}");
         for mm_s in [9.9999_f32, 10.0, 0.1, 1.0, 99.94, 99.96, 99.951, 1e-3, 150.04, 0.0] {
             assert_eq!(rounded(mm_s).to_bits(), written(mm_s).to_bits(), "{mm_s}");
+        }
+    }
+
+    #[test]
+    fn angles_are_written_from_zero_to_below_a_turn() {
+        for (degrees, expected) in [(0.0, 0.0), (-0.0, 0.0), (0.04, 0.0), (359.94, 359.9), (359.96, 0.0), (90.25, 90.3)]
+        {
+            assert_eq!(angle(degrees).to_bits(), f64::to_bits(expected), "{degrees}");
         }
     }
 }

@@ -22,6 +22,7 @@ pub mod camera;
 pub mod config;
 pub mod error;
 pub mod files;
+mod frame_clock;
 pub mod json;
 pub mod model_file;
 #[cfg(feature = "board")]

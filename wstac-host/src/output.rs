@@ -1,15 +1,19 @@
 //! Typed outputs of a stream: everything else, such as JSON, recordings and messages, is made of them.
 
 use std::fmt;
+use std::time::SystemTime;
 
-use wstac_core::direction::{self, Direction};
+use wstac_core::direction::Direction;
 use wstac_core::features::Features;
+use wstac_core::law::{AnyLaw, EventLaw};
+use wstac_core::motion::{Contact, MotionConfig, Velocity};
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
-use wstac_core::trigger::{Event, InterruptedSample, StreamEnd};
+use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
 
+use crate::frame_clock::FrameClock;
 use crate::source::{Fault, LossReason};
-use crate::texture::{Texture, Textures};
+use crate::texture::{NoTexture, Texture, Textures};
 
 /// Chooses which outputs a stream has besides its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,6 +22,8 @@ pub struct OutputOptions {
     pub features: bool,
     /// The sample in every event.
     pub samples: bool,
+    /// Speed and direction of every frame while something slides.
+    pub motion: bool,
 }
 
 /// A sample in units of 2^-11: 70 frames of ten features, five rows, then five columns.
@@ -29,12 +35,16 @@ pub type SampleFrames = [Features; SAMPLE_FRAMES];
 pub enum Output {
     /// The features of a frame, if they were asked for.
     Features(FrameFeatures),
+    /// Speed and direction of a frame while something slides, if they were asked for.
+    Motion(MotionReport),
     /// A tactile event.
     Event(Box<TactileEvent>),
     /// The answer of a model that needs only the first frames of a sample. The event follows.
     EarlyTexture(EarlyTexture),
     /// A sample that a long gap interrupted. It has no event.
     Interrupted(InterruptedSample),
+    /// The end of the touch of an event: its light has left.
+    ContactEnd(ContactEndReport),
     /// Camera frames that were lost.
     Lost(LostFrames),
     /// A fault of the source. The source goes on.
@@ -55,7 +65,16 @@ impl Output {
         let count = |frame: &mut u64| *frame = frame.saturating_sub(zero);
         match &mut self {
             Self::Features(features) => count(&mut features.frame),
-            Self::Event(event) => count(&mut event.frame),
+            Self::Motion(motion) => count(&mut motion.frame),
+            Self::Event(event) => {
+                count(&mut event.frame);
+                event.touch_frame.as_mut().map(count);
+                event.end_frame.as_mut().map(count);
+            }
+            Self::ContactEnd(end) => {
+                count(&mut end.frame);
+                count(&mut end.event_frame);
+            }
             Self::EarlyTexture(texture) => count(&mut texture.frame),
             Self::Interrupted(sample) => count(&mut sample.frame),
             Self::Lost(lost) => count(&mut lost.frame),
@@ -82,66 +101,114 @@ pub struct FrameFeatures {
     pub features: Features,
 }
 
+/// Speed and direction of a frame while something slides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MotionReport {
+    /// The number of the feature frame.
+    pub frame: u64,
+    /// The time of the frame in seconds from the first frame; `None` from a board.
+    pub time_s: Option<f64>,
+    /// Speed and direction with their standard deviations.
+    pub velocity: Velocity,
+}
+
+impl MotionReport {
+    /// Creates the report of a frame, with its time in seconds.
+    pub(crate) fn new(frame: u64, time_s: Option<f64>, velocity: Velocity) -> Self {
+        Self { frame, time_s, velocity }
+    }
+}
+
 /// A tactile event and its answers.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TactileEvent {
     /// The number of the first frame of the sample.
     pub frame: u64,
+    /// The times of the touch; `None` by a law of durations, or from a board that has not described itself.
+    pub time: Option<TouchTime>,
+    /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
+    pub contact: Option<Contact>,
+    /// The number of the first lit frame of the touch; `None` by a law of durations.
+    pub touch_frame: Option<u64>,
+    /// The number of the first dark frame behind the touch; `None` if the light has not left, or by a law of durations.
+    pub end_frame: Option<u64>,
     /// Lit frames from the first to the last, less one; `None` if no frame is lit.
     pub lit_frames: Option<u8>,
+    /// The part of the sample that is brighter than the threshold of `[speed]`; `None` if no frame is, or for an event of
+    /// a board.
+    pub lit_span: Option<LitSpan>,
     /// The sliding speed, or why there is none.
     pub speed: Result<Speed, NoSpeed>,
     /// An upper bound of the speed of an event that is cut off. The slide lasted longer than was seen, so it was
     /// slower. The bound is as good as the speed law is there.
     pub speed_at_most: Option<Speed>,
-    /// The sliding direction, or why there is none, and its confidence.
+    /// The sliding direction, or why there is none.
     pub direction: Direction,
-    /// The texture; `None` without a model.
-    pub texture: Option<Texture>,
+    /// The texture, or the reason why there is none.
+    pub texture: Result<Texture, NoTexture>,
     /// Frames of the sample that were lost and filled, 0 to 70.
     pub frames_filled: u8,
-    /// Whether the baseline was quiet and at most a tenth of the sample was filled.
+    /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable).
     pub reliable: bool,
+    /// Whether the sample is reliable, whatever its answers are: the baseline was quiet and at most a tenth of the sample
+    /// was filled. A board says only [`Self::reliable`].
+    pub sample_reliable: bool,
     /// The sample, if it was asked for.
     pub sample: Option<Box<SampleFrames>>,
 }
 
 impl TactileEvent {
-    /// Creates an event of the core with the answers of `textures`.
-    pub(crate) fn new(event: &Event<'_>, config: &SpeedConfig, textures: &Textures, with_sample: bool) -> Self {
+    /// Creates an event of the core with its answers.
+    pub(crate) fn new(event: &Event<'_>, answering: &Answering<'_>) -> Self {
         let flat = event.sample.flat();
-        let sample = flat.as_chunks().0.as_array().filter(|_| with_sample);
-        let speed = speed::speed(event, config);
+        let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
+        let answer = answering.law.answer(event);
+        let texture = answering.textures.of_event(event, &answer, answering.motion);
         Self {
             frame: event.frame,
-            lit_frames: speed::duration(event, config).map(LitSpan::frames),
-            speed,
-            speed_at_most: bound(speed, |mm_s| config.marked(mm_s)),
-            direction: direction::direction(event),
-            texture: textures.of_sample(&flat),
+            time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
+            contact: answer.contact,
+            touch_frame: event.touch_frame,
+            end_frame: event.end_frame,
+            lit_frames: answer.duration,
+            lit_span: speed::duration(event, answering.durations),
+            speed: answer.speed,
+            speed_at_most: bound(answer.speed, |mm_s| answering.durations.marked(mm_s)),
+            direction: answer.direction,
+            texture,
             frames_filled: event.frames_filled,
-            reliable: event.reliable,
+            reliable: answer.reliable,
+            sample_reliable: event.reliable,
             sample: sample.copied().map(Box::new),
         }
     }
 
-    /// Creates an event from the answers of a board.
+    /// Creates an event from the answers of a board. `clock` is that of its frames, if its rate is known.
     #[cfg(feature = "board")]
     pub(crate) fn from_answers(
         answers: &wstac_core::wire::Answers<'_>,
         texture: Option<Texture>,
         sample: Option<&SampleFrames>,
+        clock: Option<&FrameClock>,
     ) -> Self {
+        let time = answers.touch_frame().zip(clock);
         Self {
             frame: answers.frame,
+            time: time.map(|(touch, clock)| TouchTime::new(touch, answers.frame, clock)),
+            contact: answers.contact,
+            touch_frame: answers.touch_frame(),
+            end_frame: answers.end_frame(),
             lit_frames: answers.duration,
+            lit_span: None,
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
-            texture,
+            texture: texture.ok_or(if answers.has_texture() { NoTexture::NoModel } else { NoTexture::NoSlide }),
             frames_filled: answers.frames_filled,
             reliable: answers.reliable,
+            sample_reliable: answers.reliable,
             sample: sample.copied().map(Box::new),
         }
     }
@@ -149,6 +216,57 @@ impl TactileEvent {
     /// Returns whether the sample starts or ends in the light, so that the slide lasted longer than was seen.
     pub fn is_cut_off(&self) -> bool {
         matches!(self.speed, Err(NoSpeed::CutOff { .. }))
+    }
+}
+
+/// The times of a touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TouchTime {
+    /// The time of the first lit frame, in seconds from the first frame of the stream.
+    pub touch_s: f64,
+    /// The time of the last frame of the sample, in seconds from the first frame of the stream.
+    pub completed_s: f64,
+    /// The wall-clock time of the first lit frame; `None` where the source knows none.
+    pub stamp: Option<SystemTime>,
+}
+
+impl TouchTime {
+    /// Creates the times of a touch that begins at frame `touch`, with a sample that begins at `frame`.
+    fn new(touch: u64, frame: u64, clock: &FrameClock) -> Self {
+        let last = frame.saturating_add(SAMPLE_FRAMES as u64 - 1);
+        Self { touch_s: clock.seconds(touch), completed_s: clock.seconds(last), stamp: clock.stamp(touch) }
+    }
+}
+
+/// All that answers an event: the law, the textures and the clock.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Answering<'p> {
+    pub(crate) law: &'p AnyLaw,
+    pub(crate) durations: &'p SpeedConfig,
+    pub(crate) textures: &'p Textures,
+    pub(crate) motion: MotionConfig,
+    pub(crate) clock: &'p FrameClock,
+    pub(crate) with_sample: bool,
+}
+
+/// The end of the touch of an event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ContactEndReport {
+    /// The number of the first dark frame behind the touch.
+    pub frame: u64,
+    /// The number of the first frame of the event's sample.
+    pub event_frame: u64,
+    /// The time of the first dark frame in seconds from the first frame of the stream; `None` from a board that has
+    /// not described itself.
+    pub time_s: Option<f64>,
+}
+
+impl ContactEndReport {
+    /// Creates the report of a touch's end, with its time in seconds.
+    pub(crate) fn new(end: ContactEnd, time_s: Option<f64>) -> Self {
+        Self { frame: end.frame, event_frame: end.event_frame, time_s }
     }
 }
 

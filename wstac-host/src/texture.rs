@@ -1,12 +1,17 @@
 //! Texture models beside a stream, and their answers about samples.
 
+use std::fmt;
 use std::sync::Arc;
 
 use serde::Serialize;
+use wstac_core::law::Answer;
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::motion::{self, MotionConfig, Velocity};
+use wstac_core::path_sample::PathSample;
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
+use wstac_core::trigger::Event;
 
 use crate::error::{Error, ErrorKind};
 use crate::model_file::{ModelFile, OwnedModel};
@@ -102,6 +107,10 @@ impl Textures {
         for file in files {
             let model = file.owned()?;
             let task = model.get().task();
+            if !matches!(model.get().input(), Input::Frames | Input::Path) {
+                let message = format_args!("takes the input {}, expected frames or path", model.get().input().name());
+                return Err(Error::new(ErrorKind::Unsupported, file.about(), message));
+            }
             if let Some((_, other)) = models.iter().find(|(other, _)| other.get().task() == task) {
                 let message = format_args!(
                     "tells apart the same as {}: {}, expected one model of each",
@@ -116,30 +125,93 @@ impl Textures {
         Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
     }
 
-    /// Returns the answer of all models to a whole sample; `None` without a model.
+    /// Returns the answer of all models to an event of this answer.
     ///
-    /// The sample has 70 frames of ten features each, in units of 1/2048 ([`Sample::flat`]).
+    /// A model that takes the sample along the path needs the velocity. If the law does not give one, it is computed by
+    /// coherence with the parameters `motion`.
     ///
-    /// [`Sample::flat`]: wstac_core::sample::Sample::flat
-    pub fn of_sample(&self, sample: &[i16; INPUTS]) -> Option<Texture> {
-        Texture::merged(self.models.iter().map(|model| answer(model.get(), sample)))
+    /// # Errors
+    /// There is no model, the touch is no slide, or it is too short or too slow for every model.
+    pub fn of_event(&self, event: &Event<'_>, answer: &Answer, motion: MotionConfig) -> Result<Texture, NoTexture> {
+        if self.models.is_empty() {
+            return Err(NoTexture::NoModel);
+        }
+        if !answer.has_texture() {
+            return Err(NoTexture::NoSlide);
+        }
+        let needs_path = self.models.iter().any(|model| model.get().input() == Input::Path);
+        let velocity = needs_path.then(|| velocity(event, answer, motion)).flatten();
+        let answers = self.models.iter().filter_map(|model| {
+            let (model, frames) = (model.get(), model.get().frames());
+            if model.input() == Input::Frames {
+                return Some(named(model, &event.sample.flat()));
+            }
+            let path = PathSample::of_sums(event, &velocity?, motion, frames)?;
+            path.covers(frames).then(|| named(model, path.numbers()))
+        });
+        Texture::merged(answers).ok_or(NoTexture::TooShort)
     }
 
     /// Returns the answers of the models for which enough of the sample under way has just arrived.
     ///
-    /// An answer comes with the number of the sample's first frame and with the number of frames that the model reads.
+    /// An answer comes with the number of the sample's first frame and with the number of frames that the model reads. A
+    /// model that takes the sample along the path answers events only.
     pub fn of_prefixes(&self, update: &Update<'_>) -> Vec<(u64, u8, Texture)> {
-        let answers = self.models.iter().filter_map(|model| {
+        let over_time = self.models.iter().filter(|model| model.get().input() == Input::Frames);
+        let answers = over_time.filter_map(|model| {
             let frames = model.get().frames();
             let prefix = update.prefix(frames)?;
-            Some((prefix.frame, frames, answer(model.get(), &prefix.flat())))
+            Some((prefix.frame, frames, named(model.get(), &prefix.flat())))
         });
         answers.collect()
     }
 }
 
+/// The reason why an event has no texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NoTexture {
+    /// No model was given, or the board has none.
+    NoModel,
+    /// The touch is no slide.
+    NoSlide,
+    /// The sample shows too little of the path for the models: the slide is too slow, or its velocity is not known.
+    TooShort,
+}
+
+impl NoTexture {
+    /// Returns the reason as a sentence. JSON output and `Display` use this sentence.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::NoModel => "no model was given",
+            Self::NoSlide => "the touch is not a slide",
+            Self::TooShort => "the sample shows too little of the path for the model",
+        }
+    }
+}
+
+impl fmt::Display for NoTexture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl std::error::Error for NoTexture {}
+
+/// Returns the velocity of an answer by arrival times, or else that by coherence.
+fn velocity(event: &Event<'_>, answer: &Answer, motion: MotionConfig) -> Option<Velocity> {
+    match (answer.contact, answer.speed, answer.direction.degrees) {
+        (Some(_), Ok(speed), Ok(degrees)) => {
+            let mut velocity = Velocity::default();
+            (velocity.mm_s, velocity.degrees) = (speed.mm_s, degrees);
+            Some(velocity)
+        }
+        _ => motion::by_coherence(event, motion).velocity,
+    }
+}
+
 /// Returns a model's answer.
-fn answer(model: &Model, sample: &[i16; INPUTS]) -> Texture {
+fn named(model: &Model, sample: &[i16; INPUTS]) -> Texture {
     let texture = texture(sample, model);
     Texture::of(texture.task, texture.label.to_string())
 }

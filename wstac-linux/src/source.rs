@@ -4,10 +4,11 @@
 mod reconnect;
 
 use std::collections::VecDeque;
+use std::ffi::OsStr;
 use std::io;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
 use wstac_core::green::any::PixelFormat;
@@ -309,12 +310,13 @@ impl Source for CameraSource {
         }
         self.lag.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
         let lag = self.lag;
+        let stamp = lag.latency.and_then(|latency| SystemTime::now().checked_sub(latency));
         let Some(decoder) = &mut self.decoder else {
-            return Ok(SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded: None, lag }));
+            return Ok(SourceEvent::Frame(Frame { bytes, timestamp, stamp, sequence, encoded: None, lag }));
         };
         Ok(match decoder.decode(bytes) {
             Some(decoded) => {
-                SourceEvent::Frame(Frame { bytes: decoded, timestamp, sequence, encoded: Some(bytes), lag })
+                SourceEvent::Frame(Frame { bytes: decoded, timestamp, stamp, sequence, encoded: Some(bytes), lag })
             }
             None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })
@@ -348,7 +350,7 @@ impl SourceKind for Cameras {
         "/dev/videoN"
     }
 
-    fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+    fn open(&self, name: &OsStr, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
         if is_camera(name) {
             let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls } = options.clone();
             let request = CameraRequest { path: name.into(), format, size, rate, delivery, keep_controls, controls };
@@ -356,18 +358,22 @@ impl SourceKind for Cameras {
                 CameraSource::open(&request).map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>),
             );
         }
-        let is_missing = name.starts_with("/dev/video")
+        let is_missing = name.as_encoded_bytes().starts_with(b"/dev/video")
             && Path::new(name).metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
         is_missing.then(|| {
-            Err(Error::new(ErrorKind::NotFound, name, "no such camera; wstac devices lists those that there are"))
+            Err(Error::new(
+                ErrorKind::NotFound,
+                name.display(),
+                "no such camera; wstac devices lists those that there are",
+            ))
         })
     }
 }
 
 /// Returns whether a source's name stands for a camera, which makes its frames now and at its own pace.
 #[must_use]
-pub fn is_camera(name: &str) -> bool {
-    Path::new(name).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+pub fn is_camera(name: impl AsRef<OsStr>) -> bool {
+    Path::new(name.as_ref()).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use wstac_core::params::{COLUMNS, TAXELS};
 
-use wstac_host::json::confidence;
+use wstac_host::json::{angle, confidence};
 
 use super::event::Found;
 use crate::style::{GRAY, INK, PALE, SIZE, THIN, TITLE};
@@ -81,23 +81,25 @@ fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     const HALF: f64 = 16.0;
     let words = y + HALF + 12.0;
     let direction = &found.record.direction;
-    let Ok(heading) = direction.heading else {
+    let Ok(degrees) = direction.degrees else {
         drawing.text([x, y - 2.0], SIZE, Anchor::Middle, "direction");
         drawing.text([x, y + 8.0], SIZE, Anchor::Middle, "unclear");
         return;
     };
-    let [dx, dy] = match heading.degrees() {
-        0 => [1.0, 0.0],
-        90 => [0.0, -1.0],
-        180 => [-1.0, 0.0],
-        _ => [0.0, 1.0],
-    };
+    let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+    // The page's y grows downwards.
+    let [dx, dy] = [cosine, -sine];
     let along = |distance: f64, aside: f64| [x + dx * distance - dy * aside, y + dy * distance + dx * aside];
     drawing.line(&[along(-HALF, 0.0), along(HALF - 6.0, 0.0)], INK, 1.8);
     drawing.polygon(&[along(HALF, 0.0), along(HALF - 8.0, 4.5), along(HALF - 8.0, -4.5)], INK);
     drawing.line(&[along(-HALF, 3.0), along(-HALF, -3.0)], GRAY, THIN);
-    drawing.text([x, words], SIZE, Anchor::Middle, &format!("{}\u{b0}", heading.degrees()));
-    drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &format!("conf. {:.2}", confidence(*direction)));
+    drawing.text([x, words], SIZE, Anchor::Middle, &format!("{}\u{b0}", angle(degrees)));
+    let trust = match (confidence(*direction), direction.sd) {
+        (Some(confidence), _) => format!("conf. {confidence:.2}"),
+        (None, Some(sd)) => format!("\u{b1} {sd:.1}\u{b0}"),
+        (None, None) => String::new(),
+    };
+    drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &trust);
 }
 
 /// Returns the color of a fraction of the time, and an ink that can be read on it.

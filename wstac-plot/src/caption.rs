@@ -4,7 +4,7 @@ use wstac_core::speed::{Law, ThresholdOn};
 
 use super::event::Found;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_host::json::{confidence, rounded};
+use wstac_host::json::{angle, confidence, rounded};
 use wstac_host::output::TactileEvent;
 use wstac_host::texture::Texture;
 
@@ -13,14 +13,16 @@ pub(super) fn caption(found: &Found) -> String {
     let record = &found.record;
     let start = record.frame as f64 * found.frame_s;
     let what = format!("Event {} of {}; first frame {} ({start:.2} s).", found.number, found.about, record.frame);
-    let mut answers = vec![speed(record, found.law), direction(record)];
-    answers.extend(record.texture.as_ref().map(texture));
+    let mut answers: Vec<String> = record.contact.iter().map(ToString::to_string).collect();
+    answers.extend([speed(record, found.law), direction(record)]);
+    answers.extend(record.texture.as_ref().ok().map(texture));
     let mut sentences = vec![what, format!("{}.", answers.join("; "))];
     if record.frames_filled > 0 {
         sentences.push(format!("{} of {} frames were lost, and filled.", record.frames_filled, SAMPLE_FRAMES));
     }
     if !record.reliable {
-        sentences.push("Not reliable: the baseline was not quiet, or too many frames were filled.".to_owned());
+        let doubt = if found.law.is_some() { "" } else { ", or speed and direction are doubtful" };
+        sentences.push(format!("Not reliable: the baseline was not quiet, or too many frames were filled{doubt}."));
     }
     match found.saturated() {
         0 => {}
@@ -31,15 +33,17 @@ pub(super) fn caption(found: &Found) -> String {
     sentences.join(" ")
 }
 
-fn speed(record: &TactileEvent, law: Law) -> String {
+fn speed(record: &TactileEvent, law: Option<Law>) -> String {
     let law = match law {
-        Law::Published { .. } => "logarithmic law",
-        Law::Physical { .. } => "physical law",
+        Some(Law::Published { .. }) => "logarithmic law",
+        Some(Law::Physical { .. }) => "physical law",
+        None => "arrival times",
     };
     match (record.speed, record.speed_at_most) {
         (Ok(speed), _) => {
             let doubt = if speed.extrapolated { ", extrapolated" } else { "" };
-            format!("Speed {} mm/s ({law}{doubt})", rounded(speed.mm_s))
+            let sd = speed.sd.map_or_else(String::new, |sd| format!(" \u{b1} {}", rounded(sd)));
+            format!("Speed {}{sd} mm/s ({law}{doubt})", rounded(speed.mm_s))
         }
         (Err(why), Some(most)) => format!("Speed at most {} mm/s ({})", rounded(most.mm_s), why.as_str()),
         (Err(why), None) => format!("No speed ({})", why.as_str()),
@@ -47,9 +51,14 @@ fn speed(record: &TactileEvent, law: Law) -> String {
 }
 
 fn direction(record: &TactileEvent) -> String {
-    match record.direction.heading {
-        Ok(heading) => {
-            format!("direction {}\u{b0} (confidence {})", heading.degrees(), confidence(record.direction))
+    match record.direction.degrees {
+        Ok(degrees) => {
+            let trust = match (confidence(record.direction), record.direction.sd) {
+                (Some(confidence), _) => format!(" (confidence {confidence})"),
+                (None, Some(sd)) => format!(" \u{b1} {sd:.1}\u{b0}"),
+                (None, None) => String::new(),
+            };
+            format!("direction {}\u{b0}{trust}", angle(degrees))
         }
         Err(why) => format!("no direction ({})", why.as_str()),
     }
@@ -70,9 +79,12 @@ fn drawn(found: &Found) -> String {
         ThresholdOn::Absolute => "",
         ThresholdOn::AboveBaseline => " above the baseline",
     };
-    format!(
-        "a, b: light of the five taxels of each row or column; numbers stand at its centroid. Dashed: thresholds of the trigger. \
-         Gray: the window that fired. Lit: above {threshold} of full scale{on}. Dotted: first and last lit frame. d: thick where \
-         the law was fitted, {slowest} to {fastest} mm/s."
-    )
+    let common = "a, b: light of the five taxels of each row or column; numbers stand at its centroid. Dashed: thresholds of the \
+                  trigger. Gray: the window that fired. Dotted: first and last lit frame.";
+    match found.law {
+        Some(_) => format!(
+            "{common} Lit: above {threshold} of full scale{on}. d: thick where the law was fitted, {slowest} to {fastest} mm/s."
+        ),
+        None => format!("{common} d: centroids of panel c along the motion, and the line of the event's speed."),
+    }
 }

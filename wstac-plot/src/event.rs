@@ -5,9 +5,7 @@ use std::collections::VecDeque;
 use wstac_core::baseline::Baseline;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{Law, LitSpan, ThresholdOn, duration};
-use wstac_core::trigger::Event;
+use wstac_core::speed::{Law, LitSpan, ThresholdOn};
 
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -46,8 +44,10 @@ pub struct Found {
     pub(super) frame_s: f64,
     /// Number of frames at the nominal 30 per second in a feature frame.
     pub(super) nominal_frames: f64,
-    /// The speed law.
-    pub(super) law: Law,
+    /// The law of durations; `None` by arrival times.
+    pub(super) law: Option<Law>,
+    /// Distance between neighboring whiskers in mm.
+    pub(super) pitch_mm: f64,
     /// Slowest and fastest slide in the data of its fit, in mm/s.
     pub(super) fitted: [f32; 2],
     /// Threshold above which a row or column is lit, and whether it applies above the baseline.
@@ -149,12 +149,10 @@ fn gathered(
     }
     let pipeline = processor.pipeline();
     let (baseline, thresholds) = (pipeline.baseline()?, pipeline.thresholds()?);
-    let speed = config.speed(info.rate).ok()?;
-    let event = Event::new(record.frame, Sample::from_frames(frames), baseline);
     let window = pipeline.trigger_config().window();
     let first = record.frame;
     Some(Found {
-        lit: duration(&event, &speed),
+        lit: lit(&record),
         about: info.about.clone(),
         number,
         features,
@@ -165,10 +163,18 @@ fn gathered(
         frame_s: frame_s(info.rate),
         nominal_frames: f64::from(info.rate.nominal_frames()),
         law: config.speed.law(),
+        pitch_mm: f64::from(config.sensor.pitch_mm),
         fitted: config.speed.range(),
         lit_threshold: (config.speed.threshold, config.speed.threshold_on),
         record,
     })
+}
+
+/// Returns the first and last lit frame of the sample: of the touch, or above the threshold of a law of durations.
+fn lit(record: &TactileEvent) -> Option<LitSpan> {
+    let (Some(touch), Some(frames)) = (record.touch_frame, record.lit_frames) else { return record.lit_span };
+    let first = u8::try_from(touch.saturating_sub(record.frame)).ok()?;
+    Some(LitSpan::new(first, first.saturating_add(frames)))
 }
 
 fn means(baseline: &Baseline) -> [f64; FEATURES] {

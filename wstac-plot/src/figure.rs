@@ -3,7 +3,7 @@
 use wstac_core::params::ROWS;
 
 use super::event::Found;
-use super::{arrival, features, law};
+use super::{along, arrival, features, law};
 use crate::axes::{Axes, Side, Span};
 use crate::page::{MARGIN, WIDTH, caption};
 use crate::style::{INK, SIZE, THIN, TITLE};
@@ -31,7 +31,11 @@ pub fn draw(found: &Found) -> String {
     columns.title(&mut drawing, "b  Columns");
     times(&mut drawing, found, &rows, &columns);
     arrival::draw(&mut drawing, found, [ASIDE, FIRST]);
-    law::draw(&mut drawing, found, [LAW[0], SECOND], [LAW[1], SIZE_OF_FEATURES[1]]);
+    let (place, size) = ([LAW[0], SECOND], [LAW[1], SIZE_OF_FEATURES[1]]);
+    match found.law {
+        Some(law) => law::draw(&mut drawing, found, law, place, size),
+        None => along::draw(&mut drawing, found, place, size),
+    }
     let height = caption(&mut drawing, CAPTION, &super::caption::caption(found));
     drawing.finish(height)
 }

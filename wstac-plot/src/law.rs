@@ -26,13 +26,13 @@ fn frames(law: Law, mm_s: f64) -> f64 {
 
 /// Returns the event's duration at 30 frames per second and its speed, and whether it is only a bound.
 fn point(found: &Found) -> Option<(f64, f64, bool)> {
-    let duration = f64::from(found.record.lit_frames?) * found.nominal_frames;
+    let duration = f64::from(found.record.lit_span?.frames()) * found.nominal_frames;
     let bound = found.record.speed_at_most.map(|speed| (duration, rounded(speed.mm_s), true));
     found.record.speed.ok().map(|speed| (duration, rounded(speed.mm_s), false)).or(bound)
 }
 
 /// Draws the curve, thick in the range of its fit, and the event on it.
-pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], size: [f64; 2]) {
+pub(super) fn draw(drawing: &mut Drawing, found: &Found, law: Law, [left, top]: [f64; 2], size: [f64; 2]) {
     let point = point(found);
     let [slowest, fastest] = SPEEDS;
     let shown = point.map_or(SPEEDS, |(_, mm_s, _)| [slowest.min(mm_s / 1.5), fastest.max(mm_s * 1.5)]);
@@ -41,8 +41,8 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
     let mut curve = |range: [f64; 2], width: f64| {
         let [low, high] = range.map(f64::log10);
         let steps = (0..=STEPS).map(|step| low + (high - low) * f64::from(step) / f64::from(STEPS));
-        let inside = steps.map(|log| 10_f64.powf(log)).filter(|mm_s| panel.y.contains(frames(found.law, *mm_s)));
-        let points: Vec<_> = inside.map(|mm_s| panel.at([mm_s, frames(found.law, mm_s)])).collect();
+        let inside = steps.map(|log| 10_f64.powf(log)).filter(|mm_s| panel.y.contains(frames(law, *mm_s)));
+        let points: Vec<_> = inside.map(|mm_s| panel.at([mm_s, frames(law, mm_s)])).collect();
         drawing.line(&points, INK, width);
     };
     curve(shown, THIN);

@@ -4,6 +4,7 @@
 //! for fits of the speed law. Other figures are made of [`axes`] on a [`page`]; all have the sizes and colors of
 //! [`style`]. [`Format`] makes a file of a figure.
 
+mod along;
 mod arrival;
 pub mod axes;
 mod caption;

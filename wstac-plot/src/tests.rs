@@ -1,7 +1,9 @@
 //! Tests of the figure's words and numbers, and of its well-formedness, also for events without answers.
 
 use super::*;
-use wstac_core::direction::Unclear;
+use wstac_core::direction::{Direction, Unclear};
+use wstac_core::motion::Contact;
+use wstac_core::speed::NoSpeed;
 use wstac_host::config::Config;
 use wstac_host::json::{JsonLine, rounded};
 use wstac_host::output::{Output, OutputOptions};
@@ -17,7 +19,8 @@ fn figure(source: &str, config: &str) -> (Found, String) {
     )
     .unwrap();
     let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
-    let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
+    let mut reading =
+        Processor::new(&info, &config, OutputOptions { samples: true, ..OutputOptions::default() }).unwrap();
     let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
     let text = draw(&found);
     well_formed(&text);
@@ -98,15 +101,14 @@ fn the_numbers_are_those_of_the_event() {
     let event = serde_json::to_value(JsonLine::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
     let speed = event["speed"]["mm_s"].as_f64().unwrap();
     for expected in [
-        format!("Speed {speed} mm/s"),
+        format!("slide; Speed {speed} ± {} mm/s", event["speed"]["sd"]),
         format!("first frame {} ", event["frame"]),
         format!("lit {} frames", event["duration_frames"]),
-        format!("(confidence {})", event["direction"]["confidence"]),
-        "direction 90°".into(),
+        format!("direction {}° ± ", event["direction"]["deg"]),
         "a  Rows".into(),
         "b  Columns".into(),
         "c  Light at each taxel".into(),
-        "d  Speed law".into(),
+        "d  Arrival along the motion".into(),
     ] {
         assert!(caption.contains(&expected), "{expected}: {caption}");
     }
@@ -123,14 +125,16 @@ fn the_light_moves_over_the_map_as_the_slide_does() {
         let (found, text) = figure(&format!("scene:Saw3@150,{degrees}deg"), "");
         let arrivals = arrival::arrivals(&found);
         assert!(arrivals[near].unwrap() + 1.0 < arrivals[far].unwrap(), "{degrees}: {arrivals:?}");
-        assert!(words(&text).iter().any(|(_, words)| *words == format!("{degrees}°")));
+        let found = f64::from(found.record.direction.degrees.unwrap());
+        let off = (found - f64::from(degrees) + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(off.abs() < 2.0, "{degrees}: {found}");
         legible(&text);
     }
 }
 
 #[test]
 fn a_cut_off_event_shows_its_bound() {
-    let (found, text) = figure("scene:Saw3@50", "");
+    let (found, text) = figure("scene:Saw3@50", "[speed]\nlaw = \"published\"");
     let bound = rounded(found.record.speed_at_most.unwrap().mm_s);
     assert!(text.contains(&format!("Speed at most {bound} mm/s")) && text.contains("at least"), "{text}");
     legible(&text);
@@ -139,11 +143,11 @@ fn a_cut_off_event_shows_its_bound() {
 #[test]
 fn no_answers_are_no_trouble() {
     // No light is as bright as this, so no frame is lit.
-    let (found, text) = figure("scene:Saw3@150", "[speed]\nthreshold = 5.0");
+    let (found, text) = figure("scene:Saw3@150", "[speed]\nlaw = \"published\"\nthreshold = 5.0");
     assert!(found.lit.is_none() && text.contains("no speed"), "{text}");
     legible(&text);
     let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"physical\"");
-    found.record.direction.heading = Err(Unclear::NoOrder);
+    found.record.direction.degrees = Err(Unclear::NoOrder);
     found.taxels.iter_mut().flatten().for_each(|taxels| taxels[7] = 1.0);
     let text = draw(&found);
     well_formed(&text);
@@ -159,8 +163,35 @@ fn no_answers_are_no_trouble() {
 }
 
 #[test]
-fn very_slow_and_very_fast_stay_on_the_page() {
+fn a_touch_that_is_no_slide_names_its_kind() {
     let (mut found, _) = figure("scene:Saw3@150", "");
+    found.record.contact = Some(Contact::Press);
+    found.record.speed = Err(NoSpeed::NoSlide(Contact::Press));
+    found.record.direction = Direction::by_arrival(Err(Unclear::NoSlide(Contact::Press)));
+    let text = draw(&found);
+    well_formed(&text);
+    legible(&text);
+    assert!(text.contains(">press<") && text.contains("press; No speed (the touch is a press"), "{text}");
+}
+
+#[test]
+fn a_law_of_durations_has_its_curve() {
+    let (_, text) = figure("scene:Saw3@150,90deg", "[speed]\nlaw = \"published\"");
+    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    for expected in ["d  Speed law", "(logarithmic law)", "direction 90° (confidence 0.9"] {
+        assert!(caption.contains(expected), "{expected}: {caption}");
+    }
+}
+
+#[test]
+fn very_slow_and_very_fast_stay_on_the_page() {
+    for law in ["arrival", "published"] {
+        very_slow_and_very_fast(law);
+    }
+}
+
+fn very_slow_and_very_fast(law: &str) {
+    let (mut found, _) = figure("scene:Saw3@150", &format!("[speed]\nlaw = \"{law}\""));
     for mm_s in [0.001, 3.0, 990.0, 1e6] {
         found.record.speed.as_mut().unwrap().mm_s = mm_s;
         let text = draw(&found);
@@ -179,7 +210,8 @@ fn a_source_without_the_event_says_how_many_it_has() {
         )
         .unwrap();
         let (info, config) = (source.info().clone(), Config::default());
-        let mut reading = Processor::new(&info, &config, OutputOptions { features: false, samples: true }).unwrap();
+        let mut reading =
+            Processor::new(&info, &config, OutputOptions { samples: true, ..OutputOptions::default() }).unwrap();
         find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
     };
     assert!(failed(2).ends_with("has one event, expected number 2"), "{}", failed(2));

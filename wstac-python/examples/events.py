@@ -6,6 +6,7 @@ import wstac
 
 for event in wstac.open(sys.argv[1], models="builtin:svm"):
     speed = f"{event.speed.mm_s:.2f}" if event.speed else "-"
-    direction = "-" if event.direction.deg is None else f"{event.direction.deg:.1f}"
+    degrees = event.direction and event.direction.deg
+    direction = "-" if degrees is None else f"{degrees:.1f}"
     texture = (event.texture.specimen or "-") if event.texture else "-"
     print(f"frame={event.frame} speed={speed} direction={direction} texture={texture}")

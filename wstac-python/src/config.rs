@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use wstac_host::config::Config as Parsed;
 
-use crate::{Error, refused};
+use crate::{Error, refused, waiting};
 
 /// The configuration of `wstac run --config`, which says how frames become features and events.
 ///
@@ -28,8 +28,8 @@ impl Config {
 
     /// The configuration in a file. Raises `wstac.Error` where it cannot be read or used.
     #[staticmethod]
-    fn read(path: PathBuf) -> PyResult<Self> {
-        Parsed::read(&path).map(Self).map_err(refused)
+    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        waiting(py, || Parsed::read(&path).map(Self))
     }
 
     /// The same as tables of keys, such as `{"trigger": {"window": 7}}`, in JSON.

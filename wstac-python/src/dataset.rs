@@ -1,6 +1,8 @@
 //! Data sets of simulated slides, as `wstac dataset` makes them.
 
+use std::ffi::OsString;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -16,34 +18,38 @@ use wstac_train::dataset::{Outcome, each_sample};
 
 use crate::config::{Config, table};
 use crate::outputs::shaped;
-use crate::refused;
+use crate::{refused, waiting};
 
-/// Slides between two looks for Ctrl-C.
-const AT_A_TIME: usize = 64;
+/// Time between two looks for Ctrl-C, and most slides between them.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(200);
+const MOST_AT_A_TIME: usize = 4096;
 
 /// The arrays of a sweep: of its file, or of a table in JSON.
 #[pyfunction]
 pub(crate) fn dataset<'py>(
     py: Python<'py>,
-    sweep: &str,
+    sweep: OsString,
     is_table: bool,
     config: Option<&Config>,
     threads: Option<u16>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let sweep = if is_table {
-        let text = toml::to_string(&table("sweep", sweep)?).map_err(|error| refused(format_args!("sweep: {error}")))?;
-        Sweep::parse("sweep", &text)
+        let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
+        Sweep::parse("sweep", &text.map_err(|error| refused(format_args!("sweep: {error}")))?).map_err(refused)?
     } else {
-        Sweep::read(Path::new(sweep))
+        waiting(py, || Sweep::read(Path::new(&sweep)))?
     };
-    let sweep = sweep.map_err(refused)?;
     let config = config.map_or_else(Parsed::default, |config| config.0.clone());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
     let pool = pool.map_err(|error| refused(format_args!("threads: {error}")))?;
     let numbers: Vec<u32> = (0..sweep.count()).collect();
     let mut outcomes = Vec::new();
-    for numbers in numbers.chunks(AT_A_TIME) {
+    let (mut rest, mut at_a_time) = (&numbers[..], pool.current_num_threads());
+    while !rest.is_empty() {
         py.check_signals()?;
+        let (numbers, more) = rest.split_at(at_a_time.min(rest.len()));
+        rest = more;
+        let started = Instant::now();
         let made = py.detach(|| {
             pool.install(|| {
                 each_sample(
@@ -58,6 +64,12 @@ pub(crate) fn dataset<'py>(
             })
         });
         made.map_err(refused)?;
+        // As many slides at a time as take about as long as Ctrl-C may wait.
+        if started.elapsed() < BETWEEN_LOOKS / 2 {
+            at_a_time = (2 * at_a_time).min(MOST_AT_A_TIME);
+        } else if started.elapsed() > BETWEEN_LOOKS {
+            at_a_time = (at_a_time / 2).max(pool.current_num_threads());
+        }
     }
     outcomes.sort_by_key(|(number, _)| *number);
     arrays(py, &sweep, &outcomes)

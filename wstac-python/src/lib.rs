@@ -12,10 +12,12 @@ mod pipeline;
 mod source;
 mod stream;
 
+use std::ffi::OsStr;
 use std::fmt::Display;
 
 use pyo3::exceptions::PyValueError;
-use pyo3::{PyErr, create_exception};
+use pyo3::types::PyAnyMethods;
+use pyo3::{PyErr, PyResult, Python, create_exception};
 use wstac_host::source::Source;
 use wstac_host::source::open::{OpenOptions, SourceKind};
 
@@ -29,6 +31,24 @@ create_exception!(
 /// Makes an error of the core or the host Python's.
 fn refused(error: impl Display) -> PyErr {
     Error::new_err(error.to_string())
+}
+
+/// Makes an error of the host Python's. That of a file that does not exist is a `FileNotFoundError`, too.
+fn failed(py: Python<'_>, error: &wstac_host::error::Error) -> PyErr {
+    if !error.is_not_found() {
+        return refused(error);
+    }
+    let made =
+        py.import("wstac._errors").and_then(|module| module.getattr("NotFoundError")?.call1((error.to_string(),)));
+    made.map_or_else(|other| other, PyErr::from_value)
+}
+
+/// Runs a call that may wait, without the interpreter's lock. Ctrl-C ends it as a `KeyboardInterrupt`.
+fn waiting<T: Send>(py: Python<'_>, call: impl FnOnce() -> Result<T, wstac_host::error::Error> + Send) -> PyResult<T> {
+    let result = py.detach(call);
+    // A signal ends the wait for a pipe with an error, which is not the reason.
+    py.check_signals()?;
+    result.map_err(|error| failed(py, &error))
 }
 
 #[pyo3::pymodule]
@@ -51,6 +71,6 @@ mod _wstac {
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// Opens a source of any kind by its name.
-fn open(name: &str, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
+fn open(name: &OsStr, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
     wstac_host::source::open::open(name, options, SOURCE_KINDS)
 }

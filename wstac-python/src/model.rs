@@ -10,7 +10,10 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_host::model_file::{ModelFile, OwnedModel};
 use wstac_host::texture::Textures;
 
-use crate::refused;
+use crate::{refused, waiting};
+
+/// Samples between two looks for Ctrl-C.
+const AT_A_TIME: usize = 256;
 
 /// A texture model: names what slid, from the sample of an event.
 #[pyclass(frozen, module = "wstac._wstac", from_py_object)]
@@ -25,10 +28,12 @@ impl Model {
     /// Reads and checks a model file (`wstac model import` makes one), or one that comes with wstac: `builtin:svm`,
     /// `builtin:forest`, `builtin:boosted`. Raises `wstac.Error` if it cannot be read or used.
     #[staticmethod]
-    fn load(path: PathBuf) -> PyResult<Self> {
-        let file = ModelFile::open(&path).map_err(refused)?;
-        let model = file.owned().map_err(refused)?;
-        Ok(Self { file, model })
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        waiting(py, || {
+            let file = ModelFile::open(&path)?;
+            let model = file.owned()?;
+            Ok(Self { file, model })
+        })
     }
 
     /// Returns what it was loaded from.
@@ -58,12 +63,17 @@ impl Model {
 
     /// Returns the number of the class of each sample: int16 (n, 700), feature by feature, in units of 1/2048.
     fn classes<'py>(&self, py: Python<'py>, samples: PyReadonlyArray2<'py, i16>) -> PyResult<Bound<'py, PyArray1<u8>>> {
-        let inputs = samples.as_slice()?;
-        let classes: Vec<u8> = py.detach(|| {
-            let model = self.model.get();
-            let samples = inputs.as_chunks::<INPUTS>().0.iter();
-            samples.map(|sample| model.classify(&frame_by_frame(sample))).collect()
-        });
+        let mut classes = Vec::new();
+        for samples in samples.as_slice()?.chunks(AT_A_TIME * INPUTS) {
+            py.check_signals()?;
+            // Without the lock, other threads may write to the array: the samples are copied.
+            let samples = samples.to_vec();
+            classes.extend(py.detach(|| {
+                let model = self.model.get();
+                let samples = samples.as_chunks::<INPUTS>().0.iter();
+                samples.map(|sample| model.classify(&frame_by_frame(sample))).collect::<Vec<u8>>()
+            }));
+        }
         Ok(PyArray1::from_vec(py, classes))
     }
 

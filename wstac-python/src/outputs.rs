@@ -1,22 +1,24 @@
 //! Outputs of a session on their way to Python: objects of `wstac._answers`, and numbers for arrays.
 
 use numpy::{PyArray1, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
 use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyModule};
-use wstac_core::direction::{Heading, Unclear};
+use pyo3::types::{IntoPyDict, PyDict, PyModule};
+use wstac_core::direction::{Direction, Heading, Unclear};
+use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 use wstac_host::error::Error;
-use wstac_host::json::{NO_MODEL, baseline, confidence, rounded};
+use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread};
 use wstac_host::output::{Output, SampleFrames, TactileEvent};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
 use wstac_host::texture::Texture;
 
-use crate::refused;
+use crate::{failed, refused};
 
 /// An output, with the number of the camera frame that comes next: what becomes an object.
 pub(crate) type Numbered = (u64, Output);
@@ -68,7 +70,7 @@ impl From<Error> for Failure {
 impl From<Failure> for PyErr {
     fn from(failure: Failure) -> Self {
         match failure {
-            Failure::Source(error) => refused(error),
+            Failure::Source(error) => Python::attach(|py| failed(py, &error)),
             Failure::NoMemory => PyMemoryError::new_err("frames: no memory is left for another one"),
         }
     }
@@ -83,6 +85,13 @@ impl Gathered {
         }
         self.count(event);
         Ok(())
+    }
+
+    /// Adds what was gathered after this.
+    pub(crate) fn append(&mut self, mut more: Self) {
+        self.features.append(&mut more.features);
+        self.numbers.append(&mut more.numbers);
+        self.outputs.append(&mut more.outputs);
     }
 
     /// Returns what was gathered. Frames are counted on.
@@ -182,6 +191,7 @@ impl<'py> Classes<'py> {
                 self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?))
             }
             Output::Interrupted(sample) => self.incomplete(sample),
+            Output::ContactEnd(end) => self.make("ContactEnd", (end.frame, end.event_frame, end.time_s.map(seconds))),
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
             Output::Fault(report) => {
                 self.make("Fault", (report.frame, report.fault.kind.name(), report.fault.to_string()))
@@ -201,8 +211,8 @@ impl<'py> Classes<'py> {
         let direction = event.direction;
         let missing = [
             ("speed", event.speed.err().map(NoSpeed::as_str)),
-            ("direction", direction.heading.err().map(Unclear::as_str)),
-            ("texture", event.texture.is_none().then_some(NO_MODEL)),
+            ("direction", direction.degrees.err().map(Unclear::as_str)),
+            ("texture", event.texture.as_ref().err().map(|reason| reason.as_str())),
         ];
         for (answer, reason) in missing {
             if let Some(reason) = reason {
@@ -211,25 +221,47 @@ impl<'py> Classes<'py> {
         }
         let speed = event.speed.ok().map(|speed| self.speed(speed)).transpose()?;
         let speed_at_most = event.speed_at_most.map(|speed| self.speed(speed)).transpose()?;
-        let degrees = direction.heading.ok().map(Heading::degrees);
-        let fields = (
-            event.frame,
-            SAMPLE_FRAMES,
-            event.lit_frames,
-            speed,
-            speed_at_most,
-            self.make("Direction", (degrees, confidence(direction)))?,
-            event.texture.map(|texture| self.texture(&texture)).transpose()?,
-            event.frames_filled,
-            event.reliable,
-            why,
-            event.sample.map(|sample| over_time(py, &sample)).transpose()?,
-        );
-        self.make("Event", fields)
+        let fields = [
+            ("frame", event.frame.into_bound_py_any(py)?),
+            ("frames", SAMPLE_FRAMES.into_bound_py_any(py)?),
+            ("touch_frame", event.touch_frame.into_bound_py_any(py)?),
+            ("end_frame", event.end_frame.into_bound_py_any(py)?),
+            ("time_s", event.time.map(|time| seconds(time.touch_s)).into_bound_py_any(py)?),
+            ("completed_s", event.time.map(|time| seconds(time.completed_s)).into_bound_py_any(py)?),
+            ("stamp", event.time.and_then(|time| time.stamp).into_bound_py_any(py)?),
+            ("contact", event.contact.map(Contact::as_str).into_bound_py_any(py)?),
+            ("duration_frames", event.lit_frames.into_bound_py_any(py)?),
+            ("speed", speed.into_bound_py_any(py)?),
+            ("speed_at_most", speed_at_most.into_bound_py_any(py)?),
+            ("direction", self.direction(direction)?.into_bound_py_any(py)?),
+            ("texture", event.texture.ok().map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
+            ("frames_filled", event.frames_filled.into_bound_py_any(py)?),
+            ("reliable", event.reliable.into_bound_py_any(py)?),
+            ("why", why.into_any()),
+            ("sample", event.sample.map(|sample| over_time(py, &sample)).transpose()?.into_bound_py_any(py)?),
+        ];
+        self.0.getattr("Event")?.call((), Some(&fields.into_py_dict(py)?))
     }
 
     fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {
-        self.make("Speed", (rounded(speed.mm_s), speed.extrapolated))
+        let sd = speed.sd.map(rounded);
+        // Only a law of durations was fitted on a range.
+        let extrapolated = sd.is_none().then_some(speed.extrapolated);
+        self.make("Speed", (rounded(speed.mm_s), sd, extrapolated))
+    }
+
+    /// Returns the object of a direction; `None` if arrival times give none.
+    fn direction(&self, direction: Direction) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let py = self.0.py();
+        let fields = if let Some(confidence) = confidence(direction) {
+            // By centroids, one of four whole numbers.
+            let degrees = direction.heading().map(Heading::degrees);
+            (degrees.into_bound_py_any(py)?, None, Some(confidence))
+        } else {
+            let (Ok(degrees), Some(sd)) = (direction.degrees, direction.sd) else { return Ok(None) };
+            (angle(degrees).into_bound_py_any(py)?, Some(spread(sd)), None)
+        };
+        self.make("Direction", fields).map(Some)
     }
 
     fn texture(&self, texture: &Texture) -> PyResult<Bound<'py, PyAny>> {

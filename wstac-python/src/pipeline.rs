@@ -57,7 +57,7 @@ impl Pipeline {
         let session = Session::of_frames(info)
             .config(config.0.clone())
             .textures(textures(&models)?)
-            .outputs(OutputOptions { features: true, samples: true })
+            .outputs(OutputOptions { features: true, samples: true, ..OutputOptions::default() })
             .build()
             .map_err(refused)?;
         let frame_bytes = whole_frame(session.processor());
@@ -74,18 +74,25 @@ impl Pipeline {
             let padded = if least == most { String::new() } else { format!(" to {most}") };
             return Err(refused(format_args!("{}: frame has {length} bytes, expected {least}{padded}", self.about)));
         }
-        let frames = bytes.chunks_exact(length).take(count);
-        self.take(py, frames.map(|bytes| SourceEvent::Frame(Frame::new(bytes))))
+        let (mut all, mut copy) = (Gathered::default(), Vec::with_capacity(length));
+        for frame in bytes.chunks_exact(length).take(count) {
+            py.check_signals()?;
+            // Without the lock, other threads may write to the array: the frame is copied.
+            copy.clear();
+            copy.extend_from_slice(frame);
+            all.append(self.take(py, &SourceEvent::Frame(Frame::new(&copy)))?);
+        }
+        pushed(py, all)
     }
 
     /// Keeps the place of lost frames in time.
     fn lose<'py>(&self, py: Python<'py>, frames: u64) -> PyResult<Pushed<'py>> {
-        self.take(py, [SourceEvent::Lost { frames, reason: LossReason::Reported }].into_iter())
+        pushed(py, self.take(py, &SourceEvent::Lost { frames, reason: LossReason::Reported })?)
     }
 
     /// Ends the stream, once: gives what was pending, then the end.
     fn finish<'py>(&self, py: Python<'py>) -> PyResult<Pushed<'py>> {
-        self.take(py, [SourceEvent::End].into_iter())
+        pushed(py, self.take(py, &SourceEvent::End)?)
     }
 
     /// Returns the taxels of the last frame, float32 (5, 5), each a fraction of full scale; `None` if it was lost.
@@ -107,11 +114,8 @@ impl Pipeline {
         py.detach(|| of(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 
-    fn take<'py, 'f>(
-        &self,
-        py: Python<'py>,
-        mut events: impl Iterator<Item = SourceEvent<'f>> + Send,
-    ) -> PyResult<Pushed<'py>> {
+    /// Takes an event, and returns what follows from it.
+    fn take(&self, py: Python<'_>, event: &SourceEvent<'_>) -> PyResult<Gathered> {
         let about = &self.about;
         let result = self.locked(py, |(session, gathered)| {
             if session.is_over() {
@@ -121,12 +125,17 @@ impl Pipeline {
                     "the pipeline is finished, expected a new one for more frames",
                 ));
             }
-            events.try_for_each(|event| gathered.push(session, &event))?;
+            gathered.push(session, event)?;
             Ok(gathered.take_all())
         });
-        let Gathered { outputs, features, numbers, .. } = result.map_err(refused)?;
-        Ok((objects(py, outputs)?, shaped(PyArray1::from_vec(py, features), [numbers.len(), FEATURES])?))
+        result.map_err(refused)
     }
+}
+
+/// Returns records, and features (k, 10).
+fn pushed(py: Python<'_>, all: Gathered) -> PyResult<Pushed<'_>> {
+    let Gathered { outputs, features, numbers, .. } = all;
+    Ok((objects(py, outputs)?, shaped(PyArray1::from_vec(py, features), [numbers.len(), FEATURES])?))
 }
 
 /// Returns the bytes that a whole frame may have: with or without the last row's padding.

@@ -1,6 +1,7 @@
 //! Sources of frames: files, scenes and cameras, read event by event or to their end.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::PyArray1;
@@ -23,7 +24,7 @@ use crate::model::{Model, textures};
 use crate::outputs::{Failure, Frames, Gathered, objects, shaped};
 use crate::pipeline::whole_frame;
 use crate::stream::{self, Rate};
-use crate::{open, refused};
+use crate::{open, refused, waiting};
 
 /// The options that Python requests of a source. `None` requests nothing.
 #[derive(FromPyObject)]
@@ -88,9 +89,9 @@ struct State {
 
 /// Opens a source, as `wstac run` does.
 #[pyfunction]
-pub(crate) fn open_source(py: Python<'_>, spec: &str, options: SourceOptions, features: bool) -> PyResult<Source> {
+pub(crate) fn open_source(py: Python<'_>, spec: OsString, options: SourceOptions, features: bool) -> PyResult<Source> {
     let open_options = options.open()?;
-    let source = py.detach(|| open(spec, &open_options)).map_err(refused)?;
+    let source = waiting(py, || open(&spec, &open_options))?;
     Source::new(source, &options, features)
 }
 
@@ -99,13 +100,19 @@ type Truth = (&'static str, Option<String>, Option<f64>, Option<f64>, u64, f64, 
 
 /// Opens a scene: its short form or file, or a table in JSON. Returns also what truly happens in it.
 #[pyfunction]
-pub(crate) fn open_scene(scene: &str, is_table: bool, options: SourceOptions) -> PyResult<(Source, Vec<Truth>)> {
+pub(crate) fn open_scene(
+    py: Python<'_>,
+    scene: OsString,
+    is_table: bool,
+    options: SourceOptions,
+) -> PyResult<(Source, Vec<Truth>)> {
     let script = if is_table {
-        SceneConfig::from_table("scene", table("scene", scene)?)
+        SceneConfig::from_table("scene", table("scene", &scene.to_string_lossy())?).map_err(refused)?
     } else {
-        script(scene, &options.open()?)
+        let options = options.open()?;
+        waiting(py, || script(&scene, &options))?
     };
-    let source = SceneSource::new(&script.map_err(refused)?).map_err(refused)?;
+    let source = waiting(py, || SceneSource::new(&script))?;
     let truth = source.truth().iter().map(|truth| {
         let slide = truth.touch.slide();
         let specimen = slide.map(|slide| name(&slide.specimen));
@@ -118,7 +125,7 @@ pub(crate) fn open_scene(scene: &str, is_table: bool, options: SourceOptions) ->
 
 /// Returns whether a source is a camera.
 #[pyfunction]
-pub(crate) fn is_camera(spec: &str) -> bool {
+pub(crate) fn is_camera(spec: OsString) -> bool {
     wstac_linux::source::is_camera(spec)
 }
 
@@ -228,7 +235,7 @@ impl Source {
             .info(info.clone())
             .config(config.clone())
             .textures(textures(&options.models)?)
-            .outputs(OutputOptions { features, samples: true })
+            .outputs(OutputOptions { features, samples: true, ..OutputOptions::default() })
             .build()
             .map_err(refused)?;
         let (width, height) = info.size.into();

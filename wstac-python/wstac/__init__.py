@@ -8,17 +8,23 @@ natural logarithm, and a model gives the same answer here as on a board.
 >>> scene.frames.shape, scene.frames.dtype, scene.features.shape
 ((141, 400, 400), dtype('uint8'), (141, 10))
 >>> [event] = scene.events
->>> event.speed.mm_s, event.direction.deg, event.texture.specimen, event.sample.shape
-(153.5, 90, 'Saw3', (10, 70))
+>>> event.contact, event.speed.mm_s, event.direction.deg, event.texture.specimen, event.sample.shape
+('slide', 150.0, 89.5, 'Saw3', (10, 70))
+>>> event.touch_frame, event.time_s, event.speed.sd, event.direction.sd
+(46, 1.5333, 1.324, 0.28)
+>>> scene.contact_ends
+[ContactEnd(frame=75, event_frame=35, time_s=2.5)]
 
 Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
 command, such as a camera, as they come; `read` reads all of a recording. `dataset` simulates training sets, `Model` names
-textures, and `Config` configures everything. What cannot be used raises `Error`, a `ValueError` with the words of the command.
+textures, and `Config` configures everything. What cannot be used raises `Error`, a `ValueError` with the words of the command;
+that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """
 
 from __future__ import annotations
 
 from ._answers import (
+    ContactEnd,
     Direction,
     EarlyTexture,
     End,
@@ -38,6 +44,7 @@ from ._wstac import Error
 
 __all__ = [
     "Config",
+    "ContactEnd",
     "Direction",
     "EarlyTexture",
     "End",

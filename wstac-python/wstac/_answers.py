@@ -1,8 +1,12 @@
-"""Events and their answers, as dataclasses with the names of `wstac run --json`. The extension makes them: keep the order of fields."""
+"""Events and their answers, as dataclasses with the names of `wstac run --json`.
+
+The extension makes them. All but `Event` are made of their fields in order, so keep it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
+from datetime import datetime
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -15,18 +19,25 @@ class Speed:
 
     mm_s: float
     """The speed in mm/s: one decimal, or four significant digits if that is finer."""
-    extrapolated: bool
-    """The speed is outside the range that the speed law was fitted on."""
+    sd: Optional[float] = None
+    """Its standard deviation in mm/s; None by a law of durations, and for an upper bound."""
+    extrapolated: Optional[bool] = None
+    """Whether the speed is outside the range that the law of durations was fitted on; None by arrival times."""
 
 
 @dataclass(frozen=True)
 class Direction:
     """A sliding direction."""
 
-    deg: Optional[int]
-    """0, 90, 180 or 270, counterclockwise in the picture, 0 is right; None if it is unclear."""
-    confidence: float
-    """0 to 1."""
+    deg: Optional[float]
+    """The angle in degrees, counterclockwise in the picture, 0 is right: 0 to below 360, one decimal.
+
+    By a law of durations it is 0, 90, 180 or 270, or None if it is unclear.
+    """
+    sd: Optional[float] = None
+    """Its standard deviation in degrees; None by a law of durations."""
+    confidence: Optional[float] = None
+    """0 to 1 by a law of durations; None by arrival times."""
 
 
 @dataclass(frozen=True)
@@ -52,20 +63,35 @@ class Event:
     """Number of the sample's first feature frame, counted from 0."""
     frames: int
     """Frames of the sample: 70."""
+    touch_frame: Optional[int]
+    """Number of the first lit frame of the touch; None by a law of durations."""
+    end_frame: Optional[int]
+    """Number of the first dark frame behind the touch; None if the light has not left, or by a law of durations."""
+    time_s: Optional[float]
+    """Time of `touch_frame` in seconds from the first frame; None by a law of durations."""
+    completed_s: Optional[float]
+    """Time of the sample's last frame in seconds from the first frame; None by a law of durations."""
+    stamp: Optional[datetime]
+    """Wall-clock time of `touch_frame`, with the time zone UTC; None where the source knows none."""
+    contact: Optional[str]
+    """Kind of the touch: "slide", "press", "poke" or "unclear"; None by a law of durations, which takes all for slides."""
     duration_frames: Optional[int]
     """Lit frames from the first to the last, less one; None if no frame is lit."""
     speed: Optional[Speed]
     """Sliding speed; None if there is none, and `why["speed"]` gives the reason."""
     speed_at_most: Optional[Speed]
-    """Upper bound of the speed of an event that is cut off."""
-    direction: Direction
-    """Sliding direction."""
+    """Upper bound of the speed of an event that is cut off, by a law of durations."""
+    direction: Optional[Direction]
+    """Sliding direction; None if arrival times give none, and `why["direction"]` gives the reason."""
     texture: Optional[Texture]
-    """Texture; None without a model."""
+    """Texture; None without a model, and for a touch that is no slide."""
     frames_filled: int
     """Frames of the sample that were filled."""
     reliable: bool
-    """The baseline was quiet, and at most 7 frames were filled."""
+    """The baseline was quiet, and at most 7 frames were filled.
+
+    By arrival times also: speed and direction hold within their standard deviations, and the kind of the touch is clear.
+    """
     why: dict[str, str]
     """Reasons of missing answers, by answer: "speed", "direction", "texture"."""
     sample: NDArray[np.int16] = field(repr=False, compare=False)
@@ -73,11 +99,18 @@ class Event:
 
     @property
     def record(self) -> dict[str, Any]:
-        """The object that `wstac run --json` prints."""
+        """The object that `wstac run --json` prints, without the sample."""
         found: dict[str, Any] = {"kind": "event", **asdict(self)}
         del found["sample"]
+        if self.contact is None:
+            for name in ("touch_frame", "end_frame", "time_s", "completed_s", "stamp", "contact"):
+                del found[name]
+        elif self.stamp is not None:
+            found["stamp"] = self.stamp.isoformat(timespec="milliseconds").replace("+00:00", "Z")
         if self.speed_at_most is None:
             del found["speed_at_most"]
+        for answer in ("speed", "speed_at_most", "direction"):
+            _leave_out(found.get(answer), "sd", "extrapolated", "confidence")
         if not self.why:
             del found["why"]
         if self.texture is not None:
@@ -85,6 +118,30 @@ class Event:
             if other is not None:
                 found["texture"]["class"] = other
         return found
+
+
+def _leave_out(answer: Optional[dict[str, Any]], *names: str) -> None:
+    """Removes those of the names that have no value: a law has either."""
+    for name in names:
+        if answer is not None and answer.get(name) is None:
+            answer.pop(name, None)
+
+
+@dataclass(frozen=True)
+class ContactEnd:
+    """The end of the touch of an event: its light has left. A law of durations gives none."""
+
+    frame: int
+    """Number of the first dark frame behind the touch."""
+    event_frame: int
+    """Number of the first frame of the event's sample: its `frame`."""
+    time_s: Optional[float]
+    """Time of that dark frame in seconds from the first frame."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The object that `wstac run --json` prints."""
+        return {"kind": "contact_end", **asdict(self)}
 
 
 @dataclass(frozen=True)
@@ -147,7 +204,7 @@ class End:
     """The sample that the end interrupted."""
 
 
-Record = Union[Event, EarlyTexture, Incomplete, Fault, Lost, End]
+Record = Union[Event, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]
 
 
 MOST = 10_000
@@ -161,6 +218,7 @@ class Records:
     events: list[Event] = field(default_factory=list)
     early_textures: list[EarlyTexture] = field(default_factory=list)
     incomplete: list[Incomplete] = field(default_factory=list)
+    contact_ends: list[ContactEnd] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)
     end: Optional[End] = None
@@ -172,6 +230,7 @@ class Records:
             Event: events,
             EarlyTexture: self.early_textures,
             Incomplete: self.incomplete,
+            ContactEnd: self.contact_ends,
             Fault: self.faults,
             Lost: self.lost,
         }
@@ -188,7 +247,7 @@ class Records:
         weeks.
         """
         self.events.clear()
-        for records in (self.early_textures, self.incomplete, self.faults, self.lost):
+        for records in (self.early_textures, self.incomplete, self.contact_ends, self.faults, self.lost):
             del records[:-MOST]
 
 
@@ -213,6 +272,11 @@ class Recorded:
     def incomplete(self) -> list[Incomplete]:
         """Samples that a gap of lost frames interrupted, so far; the last 10 000."""
         return self._records.incomplete
+
+    @property
+    def contact_ends(self) -> list[ContactEnd]:
+        """Ends of the touches of events, so far; the last 10 000. A law of durations gives none."""
+        return self._records.contact_ends
 
     @property
     def lost(self) -> list[Lost]:

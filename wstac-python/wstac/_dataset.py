@@ -34,7 +34,7 @@ def dataset(
     ((6, 10, 70), dtype('int16'), ['Saw3', 'Saw3', 'Saw3', 'Fla0', 'Fla0', 'Fla0'])
     """
     is_table = isinstance(sweep, Mapping)
-    text = as_json("sweep", sweep) if isinstance(sweep, Mapping) else os.fspath(sweep)
+    text = as_json("sweep", sweep) if isinstance(sweep, Mapping) else os.fsdecode(sweep)
     if threads is not None:
         threads = _frames.count("threads", threads, 1, 1024)
     made = _wstac.dataset(text, is_table, native_config(config), threads)

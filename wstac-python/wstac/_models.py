@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from . import _wstac
 from ._wstac import Error
 
-Path = Union[str, "os.PathLike[str]"]
+Path = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
 
 
 def as_json(what: str, table: Mapping[str, Any]) -> str:
@@ -53,7 +53,7 @@ class Config:
     @classmethod
     def read(cls, path: Path) -> Config:
         """Reads the configuration in a file, such as `wstac calibrate` writes."""
-        return cls._of(_wstac.Config.read(path))
+        return cls._of(_wstac.Config.read(os.fsdecode(path)))
 
     @classmethod
     def _of(cls, native: _wstac.Config) -> Config:
@@ -100,7 +100,7 @@ class Model:
         `wstac model import` makes a model file of what scikit-learn or XGBoost trained.
         """
         model = cls.__new__(cls)
-        model._native = _wstac.Model.load(path)
+        model._native = _wstac.Model.load(os.fsdecode(path))
         return model
 
     @property
@@ -160,5 +160,5 @@ def native_config(config: Configuration) -> Optional[_wstac.Config]:
 
 def native_models(models: Models) -> list[_wstac.Model]:
     """Returns the models of an argument."""
-    several = [models] if isinstance(models, (str, os.PathLike, Model)) else models
+    several = [models] if isinstance(models, (str, bytes, os.PathLike, Model)) else models
     return [model._native if isinstance(model, Model) else Model.load(model)._native for model in several]

@@ -40,7 +40,7 @@ def features(
 
     Above 45 frames per second, round(fps / 30) frames are added up to one; an incomplete one at the end is left out.
     `matrix` ("bt601", "bt709") and `range` ("limited", "full") give the YCbCr encoding. Raises `Error` for any other type or shape,
-    and if layout and frames do not fit each other. No other thread may write to `frames` meanwhile.
+    and if layout and frames do not fit each other. Each frame is copied before it is computed without the interpreter's lock.
 
     >>> import numpy, wstac
     >>> wstac.features(numpy.full((2, 400, 400), 51, numpy.uint8))
@@ -74,10 +74,10 @@ class Pipeline(Recorded):
     ...     event = pipeline.push(frame)
     ...     if event:
     ...         print(event.frame, event.speed.mm_s, event.direction.deg)
-    35 153.5 90
+    35 150.0 89.5
     >>> pipeline.finish()
-    >>> pipeline.end.frames
-    141
+    >>> pipeline.contact_ends[0].frame, pipeline.end.frames
+    (75, 141)
     """
 
     def __init__(

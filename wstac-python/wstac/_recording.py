@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
+from ._answers import ContactEnd, EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
 from ._frames import Fps, Frames
 from ._models import Config, Configuration, Models, Path, as_json
 from ._stream import source_options
@@ -75,6 +75,8 @@ class Recording:
     """Answers of models that need fewer than 70 frames."""
     incomplete: list[Incomplete]
     """Samples that a gap of lost frames interrupted."""
+    contact_ends: list[ContactEnd]
+    """Ends of the touches of events; empty by a law of durations."""
     faults: list[Fault]
     """Faults of the source."""
     lost: list[Lost]
@@ -104,7 +106,7 @@ def read(
     They are those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
     they are all in memory. Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
     """
-    name = os.fspath(source)
+    name = os.fsdecode(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
     options = source_options(config, models, fps=fps, matrix=matrix, range=range)
@@ -130,7 +132,7 @@ def simulate(
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
-    (120.0, 120.1, True)
+    (120.0, 120.0, True)
     """
     options = source_options(config, models, fps=fps, format=format, size=size)
     if isinstance(scene, Mapping):
@@ -139,7 +141,7 @@ def simulate(
                 raise Error(f'scene: {name} is {value!r}, expected it in the scene\'s table "sensor"')
         native, truth = _wstac.open_scene(as_json("scene", scene), True, options)
     else:
-        native, truth = _wstac.open_scene(os.fspath(scene).removeprefix("scene:"), False, options)
+        native, truth = _wstac.open_scene(os.fsdecode(scene).removeprefix("scene:"), False, options)
     return _recording(native, frames, [Truth(*one) for one in truth])
 
 
@@ -168,6 +170,7 @@ def _recording(native: _wstac.Source, with_frames: bool, truth: list[Truth]) -> 
         events=records.events,
         early_textures=records.early_textures,
         incomplete=records.incomplete,
+        contact_ends=records.contact_ends,
         faults=records.faults,
         lost=records.lost,
         end=records.end,

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Any, Optional
 
 from . import _frames, _wstac
-from ._answers import Event, Fault, Recorded
+from ._answers import Event, Fault, Record, Recorded
 from ._frames import Fps
 from ._models import Config, Configuration, Models, Path, native_config, native_models
 
@@ -22,7 +22,7 @@ class Stream(Recorded):
     def __init__(self, native: _wstac.Source) -> None:
         super().__init__()
         self._native = native
-        self._waiting: list[Event] = []
+        self._waiting: list[Record] = []
 
     @property
     def about(self) -> str:
@@ -69,12 +69,34 @@ class Stream(Recorded):
 
     def __next__(self) -> Event:
         """Returns the next event. Raises `Error` if the source fails, after all events before that."""
-        while not self._waiting:
-            given = self._native.next()
-            if not given:
-                raise StopIteration
-            self._waiting += self._take(given)
-        return self._waiting.pop(0)
+        for record in self.records():
+            if isinstance(record, Event):
+                return record
+        raise StopIteration
+
+    def records(self) -> Iterator[Record]:
+        """Yields every record as it comes: events, ends of contacts, early textures, faults, lost frames, and the end.
+
+        Raises `Error` if the source fails, after all records before that.
+
+        >>> import wstac
+        >>> for record in wstac.open("scene:Saw3@150,90deg").records():
+        ...     if isinstance(record, wstac.Event):
+        ...         print(record.contact, "from frame", record.touch_frame)
+        ...     elif isinstance(record, wstac.ContactEnd):
+        ...         print("ended at frame", record.frame)
+        slide from frame 46
+        ended at frame 74
+        """
+        while self._waiting or self._read():
+            yield self._waiting.pop(0)
+
+    def _read(self) -> bool:
+        """Reads the next records. Returns whether there are any."""
+        given = self._native.next()
+        self._take(given)
+        self._waiting += given
+        return bool(given)
 
     def close(self) -> None:
         """Releases the file or camera, and ends the stream."""
@@ -119,7 +141,7 @@ def open(
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
     ...     for event in stream:
     ...         print(event.direction.deg, event.texture.pattern)
-    180 Saw
+    180.5 Saw
     >>> wstac.open("nothing.mcap")
     Traceback (most recent call last):
     wstac.Error: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -
@@ -136,7 +158,7 @@ def open(
         keep_controls=keep_controls,
         controls=controls,
     )
-    return Stream(_wstac.open_source(os.fspath(source), options, False))
+    return Stream(_wstac.open_source(os.fsdecode(source), options, False))
 
 
 def source_options(

@@ -48,7 +48,7 @@ use super::light::LightConfig;
 use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Pattern, Specimen};
 use super::touch::{Slide, Touch};
-use super::touch_table::{FileSlide, FileSpeed, FileTouch, parsed_direction, parsed_speed};
+use super::touch_table::{FileSlide, FileSpeed, FileTouch, parsed_direction, parsed_length, parsed_speed};
 use super::whisker::WhiskerConfig;
 use wstac_host::error::{Error, ErrorKind};
 
@@ -178,20 +178,25 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
     if specimen.pattern == Pattern::Sphere {
         return Err("specimen is \"Sphere\", expected it in a FILE.toml, with overlap_mm under [whisker]".into());
     }
-    let (mut direction, mut seed) = (None, None);
+    let (mut direction, mut length, mut seed) = (None, None, None);
     for part in parts {
         let twice = if let Some(degrees) = part.strip_suffix("deg") {
             direction.replace(parsed_direction(degrees)?).map(|_| "direction")
+        } else if let Some(mm) = part.strip_suffix("mm") {
+            length.replace(parsed_length(mm)?).map(|_| "length")
         } else if let Some(found) = part.strip_prefix("seed=") {
             let expected = |_| format!("seed is {found:?}, expected an integer from 0 to {}", u64::MAX);
             seed.replace(found.parse().map_err(expected)?).map(|_| "seed")
         } else {
-            return Err(format!("option is {part:?}, expected ANGLEdeg as in 90deg, or seed=NUMBER"));
+            return Err(format!(
+                "option is {part:?}, expected ANGLEdeg as in 90deg, LENGTHmm as in 60mm, or seed=NUMBER"
+            ));
         };
         if let Some(name) = twice {
             return Err(format!("{name} is given twice, expected once"));
         }
     }
+    let specimen = Specimen { length_mm: length.unwrap_or(specimen.length_mm), ..specimen };
     let slide = Touch::Slide(Slide::new(specimen, speed, direction.unwrap_or(0.0)));
     Ok(SceneConfig { seed: seed.unwrap_or(0), ..SceneConfig::new(vec![slide]) })
 }

@@ -1,5 +1,7 @@
 //! A simulated sensor as a source. Its frames come as fast as they are requested.
 
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use crate::sensor::Fidelity;
@@ -78,7 +80,7 @@ impl Source for SceneSource {
 /// let source = open("scene:Saw3@150,90deg", &OpenOptions::default(), &[&Scenes])?;
 /// for output in Session::builder(source).build()? {
 ///     if let Output::Event(event) = output? {
-///         println!("{:?} {:?}", event.speed, event.direction.heading);
+///         println!("{:?} {:?}", event.speed, event.direction.degrees);
 ///     }
 /// }
 /// # Ok::<(), wstac_host::error::Error>(())
@@ -91,11 +93,11 @@ impl SourceKind for Scenes {
         "scene:…"
     }
 
-    fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
-        let scene = name.strip_prefix("scene:")?;
+    fn open(&self, name: &OsStr, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+        let scene = OsStr::from_bytes(name.as_bytes().strip_prefix(b"scene:")?);
         let opened = || {
-            without_controls(name, options)?;
-            let source = SceneSource::new(&script(scene, options)?).map_err(|error| error.about(name))?;
+            without_controls(name.display(), options)?;
+            let source = SceneSource::new(&script(scene, options)?).map_err(|error| error.about(name.display()))?;
             Ok(Box::new(source) as Box<dyn Source>)
         };
         Some(opened())
@@ -106,10 +108,12 @@ impl SourceKind for Scenes {
 ///
 /// # Errors
 /// The text is not a scene, the file cannot be read, or an option does not apply to a scene.
-pub fn script(scene: &str, options: &OpenOptions) -> Result<SceneConfig, Error> {
-    let is_file = Path::new(scene).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+pub fn script(scene: impl AsRef<OsStr>, options: &OpenOptions) -> Result<SceneConfig, Error> {
+    let path = Path::new(scene.as_ref());
+    let scene = &*path.to_string_lossy();
+    let is_file = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut script = if is_file {
-        let text = wstac_host::text_file::file_text(Path::new(scene))?;
+        let text = wstac_host::text_file::file_text(path)?;
         SceneConfig::from_toml(scene, &text)?
     } else {
         SceneConfig::parse_short(scene)?

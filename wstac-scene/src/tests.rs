@@ -50,8 +50,8 @@ fn events(script: &SceneConfig) -> Vec<Answer> {
             frame: event.frame,
             reliable: event.reliable,
             speed: f64::from(speed::speed(&event, &config).unwrap().mm_s),
-            heading: direction.heading.unwrap(),
-            confidence: direction.confidence(),
+            heading: direction.heading().unwrap(),
+            confidence: direction.confidence().unwrap(),
         });
     }
     let finished = pipeline.finish();

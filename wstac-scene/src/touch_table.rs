@@ -225,6 +225,13 @@ pub(crate) fn parsed_direction(found: &str) -> Result<f64, String> {
     direction.ok_or_else(|| format!("direction is {found:?}, expected an angle in degrees"))
 }
 
+/// Returns the length that the text of a short form gives, in mm.
+pub(crate) fn parsed_length(found: &str) -> Result<f64, String> {
+    let length: f64 = found.parse().map_err(|_| format!("length is {found:?}, expected mm"))?;
+    within("length", length, 0.1, 1000.0)?;
+    Ok(length)
+}
+
 fn checked_speed(found: f64) -> Result<f64, String> {
     let (slowest, fastest) = SPEEDS;
     if (slowest..=fastest).contains(&found) {

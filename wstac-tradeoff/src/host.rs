@@ -162,7 +162,7 @@ fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Erro
     let sensor = Scene::camera(&script)?;
     let unfit = |error| config.does_not_fit("simulated frames", "[trigger]", error);
     let camera = camera(&sensor, Format::Gray, Setting::DEFAULT.stride, config)?;
-    let speed = config.speed(camera.rate()).map_err(unfit)?;
+    let speed = config.durations(camera.rate()).map_err(unfit)?;
     let mut config = config.clone();
     config.features.ln = Kernel::Fixed;
     let mut pipeline = config.pipeline_of(camera, "simulated frames")?;
@@ -182,7 +182,7 @@ fn answers(event: &Event<'_>, config: &SpeedConfig, models: &[Candidate]) -> Res
         for _ in 0..ANSWERS {
             black_box((
                 speed::speed(black_box(event), config).is_ok(),
-                direction::direction(black_box(event)).confidence,
+                direction::direction(black_box(event)).degrees.is_ok(),
             ));
         }
     };

@@ -60,7 +60,7 @@ fn first_event(event: &Event<'_>, config: &SpeedConfig) -> FirstEvent {
     FirstEvent {
         frame: event.frame,
         speed: speed::speed(event, config).ok().map(|speed| speed.mm_s),
-        heading: direction::direction(event).heading.ok(),
+        heading: direction::direction(event).heading(),
         sample: Box::new(event.sample.flat()),
     }
 }
@@ -176,6 +176,6 @@ fn stream(
         first: None,
         error: FeatureError::default(),
         pipeline: config.pipeline_of(*geometry, about)?,
-        speed: config.speed(geometry.rate()).map_err(|error| config.does_not_fit(about, "[speed]", error))?,
+        speed: config.durations(geometry.rate()).map_err(|error| config.does_not_fit(about, "[speed]", error))?,
     })
 }

@@ -1,10 +1,11 @@
 //! A simulated board: it runs a scene through the core and sends messages as firmware does.
 
 use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::law::ByCoherence;
 use wstac_core::layout::Layout;
 use wstac_core::model::Model;
+use wstac_core::motion::MotionConfig;
 use wstac_core::pipeline::{Finished, Pipeline, Update};
-use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
 use wstac_core::trigger::{Event, TriggerConfig};
@@ -27,7 +28,7 @@ impl Sent {
 }
 
 struct Board<'m> {
-    speed: SpeedConfig,
+    law: ByCoherence,
     models: Vec<Model<'m>>,
     dropped: u64,
     /// Whether features and samples are sent, too.
@@ -42,9 +43,10 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     let info = source.info().clone();
     let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
     let camera = FrameGeometry::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
-    let mut pipeline = Pipeline::builder(camera).build().unwrap();
+    let trigger = TriggerConfig::default().one_event_per_touch();
+    let mut pipeline = Pipeline::builder(camera).trigger(trigger).build().unwrap();
     let mut board = Board {
-        speed: SpeedConfig::published(info.rate),
+        law: ByCoherence(MotionConfig::published(info.rate)),
         models: models.iter().map(|file| file.model().unwrap()).collect(),
         dropped: 0,
         all,
@@ -102,6 +104,9 @@ impl Board<'_> {
         if let Some(event) = update.event() {
             self.event(&event);
         }
+        if let Some(end) = update.contact_end() {
+            self.sent.push(&Message::ContactEnd(end));
+        }
         for model in &self.models {
             if let Some(prefix) = update.prefix(model.frames()) {
                 let texture = texture(&prefix.flat(), model).into();
@@ -111,8 +116,9 @@ impl Board<'_> {
     }
 
     fn event(&mut self, event: &Event<'_>) {
-        let mut answers = Answers::new(event, &self.speed);
-        for model in &self.models {
+        let mut answers = Answers::new(event, &self.law);
+        let models = self.models.iter().filter(|_| answers.has_texture()).collect::<Vec<_>>();
+        for model in models {
             answers = answers.with_texture(texture(&event.sample.flat(), model));
         }
         if self.all {
@@ -124,6 +130,9 @@ impl Board<'_> {
     fn finish(mut self, finished: &Finished<'_>) -> Sent {
         if let Some(event) = finished.event() {
             self.event(&event);
+        }
+        if let Some(end) = finished.contact_end() {
+            self.sent.push(&Message::ContactEnd(end));
         }
         if let Some(sample) = finished.interrupted() {
             self.sent.push(&Message::InterruptedSample(sample));

@@ -83,7 +83,8 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
 fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, StreamInfo) {
     let (path, config) = (folder.0.join("a.mcap"), Config::default());
     let _ = std::fs::remove_file(&path);
-    let mut processor = Processor::new(info, &config, OutputOptions { features: true, samples: false }).unwrap();
+    let mut processor =
+        Processor::new(info, &config, OutputOptions { features: true, ..OutputOptions::default() }).unwrap();
     let about = About::new(info, &config, [("specimen".into(), "Saw3".into())].into(), Vec::new()).unwrap();
     let mut recorder = Recorder::new(File::create_new(&path).unwrap(), &path, &about, &processor).unwrap();
     for item in items {

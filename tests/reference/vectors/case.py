@@ -66,7 +66,7 @@ class Case:
             "stride": self.stride,
             "layout": layout,
             "floor_levels": self.floor_levels,
-            "trigger": without_default(self.trigger, "follow"),
+            "trigger": without_default(self.trigger, "follow", "per_touch"),
             "speed": without_default(self.speed, "range_mm_s"),
             "frames": len(self.data),
             "lost": [list(loss) for loss in self.lost],
@@ -118,6 +118,8 @@ class Case:
             }
         expected["events"] = [self._event(event) for event in events]
         expected["incomplete_samples"] = [asdict(sample) for sample in trigger.interrupted]
+        if self.trigger.per_touch:
+            expected["contact_ends"] = [asdict(end) for end in trigger.contact_ends]
         still_open = trigger.open_sample
         expected["end"] = {
             "frames": trigger.frames,
@@ -151,6 +153,8 @@ class Case:
                 "column_slope": rounded(direction.column_slope),
             },
         }
+        if self.trigger.per_touch:
+            described["touch"] = [sample.touch_frame, sample.end_frame]
         if self.with_samples:
             described["sample"] = [list(feature) for feature in zip(*sample.features, strict=True)]
         return described
@@ -161,7 +165,8 @@ class Case:
         Tries several functions from a feature to itself and its neighbors. A test of a logarithm that may be one unit
         off can rely on the decisions of a robust case. In the other cases, it feeds the listed features to the trigger.
         """
-        wanted = decisions(expected["events"], expected["incomplete_samples"], expected["end"])
+        ends = expected.get("contact_ends", [])
+        wanted = [*decisions(expected["events"], expected["incomplete_samples"], expected["end"]), ends]
         measured = [item for item in out if isinstance(item, FeatureFrame)]
         for trial in range(TRIALS):
             again = Pipeline(line.full_scale, line.pixels, line.fps, self.floor_levels, self.trigger, self.speed)
@@ -177,16 +182,18 @@ class Case:
             end = dict(expected["end"])
             end["quiet"] = None if trigger.baseline is None else trigger.baseline.quiet
             end["incomplete"] = None if still_open is None else asdict(still_open)
-            if decisions(events, [asdict(sample) for sample in trigger.interrupted], end) != wanted:
+            ends = [asdict(end) for end in trigger.contact_ends]
+            if [*decisions(events, [asdict(sample) for sample in trigger.interrupted], end), ends] != wanted:
                 return False
         return True
 
 
-def without_default(settings: TriggerConfig | SpeedConfig, key: str) -> dict[str, Any]:
-    """Returns settings as an object, without one key if it has its default."""
+def without_default(settings: TriggerConfig | SpeedConfig, *keys: str) -> dict[str, Any]:
+    """Returns settings as an object, without those of these keys that have their defaults."""
     values = asdict(settings)
-    if values[key] == getattr(type(settings)(), key):
-        del values[key]
+    for key in keys:
+        if values[key] == getattr(type(settings)(), key):
+            del values[key]
     return values
 
 
@@ -200,6 +207,7 @@ def decisions(events: list[dict], interrupted: list[dict], end: dict) -> list[An
     whole = ("frame", "frames_filled", "reliable", "duration_frames", "first_valid", "last_valid")
     kept = [
         [event[key] for key in whole]
+        + event.get("touch", [])
         + [event["speed"]["why"], event["speed"]["extrapolated"], event["direction"]["deg"]]
         for event in events
     ]

@@ -13,6 +13,9 @@ FEATURE_MIN = -32768
 SAMPLE_FRAMES = 70
 """l, the sample length (*paper*)."""
 
+DARK_FRAMES = 5
+"""Dark frames behind a touch after which it has ended."""
+
 SHORT_GAP = SAMPLE_FRAMES // 10
 """Longest run of lost feature frames that is filled and treated as ordinary."""
 

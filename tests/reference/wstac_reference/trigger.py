@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from .constants import BASELINE_WINDOWS, FEATURES, SAMPLE_FRAMES, SHORT_GAP, UNIT
+from .constants import BASELINE_WINDOWS, DARK_FRAMES, FEATURES, SAMPLE_FRAMES, SHORT_GAP, UNIT
 from .rational import fixed16
 
 
 @dataclass(frozen=True)
 class TriggerConfig:
-    """m (window), b (multiplier), c (backtrack), the rule, its margin, and N (follow), which is 0 for a fixed baseline."""
+    """m (window), b (multiplier), c (backtrack), the rule, its margin, N (follow), which is 0 for a fixed baseline, and
+    whether there is one event per touch."""
 
     window: int = 5
     multiplier: float = 1.2
@@ -21,6 +22,7 @@ class TriggerConfig:
     rule: str = "signed"
     margin: float = 0.2
     follow: int = 0
+    per_touch: bool = False
 
     def __post_init__(self) -> None:
         m, c = self.window, self.backtrack
@@ -125,6 +127,16 @@ class Sample:
     features: tuple[tuple[int, ...], ...]
     frames_filled: int
     reliable: bool
+    touch_frame: int | None = None
+    end_frame: int | None = None
+
+
+@dataclass(frozen=True)
+class ContactEnd:
+    """The first dark frame behind the touch of an event, and the first frame of the event's sample."""
+
+    frame: int
+    event_frame: int
 
 
 @dataclass(frozen=True)
@@ -148,6 +160,9 @@ class Trigger:
 
     With `follow`, the baseline drifts after every window that does not fire, except the first ceil(35 / m) after one
     that did (*decided*).
+
+    With `per_touch`, no window is watched from a sample's end until five dark frames in a row have followed the last
+    lit one (*decided*). Frames of a long gap are neither.
     """
 
     def __init__(self, config: TriggerConfig) -> None:
@@ -162,6 +177,10 @@ class Trigger:
         self._baseline_gap = False
         self._drift: Drift | None = None
         self._left_out = 0
+        self.contact_ends: list[ContactEnd] = []
+        self._lit: list[tuple[int, bool]] = []
+        self._fired_at = 0
+        self._held: int | None = None
 
     @property
     def frames(self) -> int:
@@ -181,7 +200,11 @@ class Trigger:
         if self.baseline is None:
             self._try_baseline()
             return None
-        if self._sample_start is None:
+        if self.config.per_touch:
+            bounds = zip(features, self.baseline.thresholds, strict=True)
+            self._lit.append((self.frames - 1, any(self.config.window * f > bound for f, bound in bounds)))
+            self._release()
+        if self._sample_start is None and self._held is None:
             self._try_window()
         if self._sample_start is not None and self.frames == self._sample_start + SAMPLE_FRAMES:
             return self._emit(self._sample_start)
@@ -225,6 +248,7 @@ class Trigger:
         sums = [sum(f[k] for f in window) for k in range(FEATURES)]
         if any(sums[k] > self.baseline.thresholds[k] for k in range(FEATURES)):
             self._left_out = math.ceil(Fraction(SAMPLE_FRAMES, 2 * m))
+            self._fired_at = self.frames - 1
             self._sample_start = start - self.config.backtrack
             self._window_start = start + SAMPLE_FRAMES
             return
@@ -239,4 +263,34 @@ class Trigger:
         self._sample_start = None
         filled = sum(self._filled[start:])
         trusted = self.baseline.quiet and not self.baseline.long_gap and filled <= SHORT_GAP
-        return Sample(start, tuple(self._features[start:]), filled, trusted)
+        features = tuple(self._features[start:])
+        if not self.config.per_touch:
+            return Sample(start, features, filled, trusted)
+        touch, end = self._touch_frame(), self._dark_since()
+        self._held = start
+        self._release()
+        return Sample(start, features, filled, trusted, touch, end)
+
+    def _touch_frame(self) -> int:
+        """Returns the first lit frame of the touch that fired: before it come five dark frames, or no frame."""
+        first, dark = 0, 0
+        for frame, lit in reversed([(frame, lit) for frame, lit in self._lit if frame <= self._fired_at]):
+            if lit:
+                first, dark = frame, 0
+            elif first and (dark := dark + 1) == DARK_FRAMES:
+                break
+        return first
+
+    def _dark_since(self) -> int | None:
+        """Returns the frame behind the last lit one if the last five frames are dark."""
+        if any(lit for _, lit in self._lit[-DARK_FRAMES:]):
+            return None
+        return max((frame + 1 for frame, lit in self._lit if lit), default=0)
+
+    def _release(self) -> None:
+        """Ends the touch of the last event if its light has left. Windows start anew behind that."""
+        end = self._dark_since()
+        if self._held is not None and end is not None:
+            self.contact_ends.append(ContactEnd(end, self._held))
+            self._held = None
+            self._window_start = max(self._window_start, self.frames)

@@ -109,8 +109,9 @@ fn directions_are_within_their_bound() {
         }
         let confidence = (a - b).abs() / (a + b);
         let off = 2.0 * (a * column.off + b * row.off) / ((a + b) * least) + 1.0 / 32_768.0;
-        let moved = (f64::from(direction.confidence()) - confidence).abs();
-        let what = format_args!("confidence {} for {confidence}", direction.confidence());
+        let found = direction.confidence().unwrap();
+        let moved = (f64::from(found) - confidence).abs();
+        let what = format_args!("confidence {found} for {confidence}");
         // Slow axes are mostly chance, so slides with a direction are printed separately.
         if confidence > 0.2 + off {
             clear.see(moved, off, what);
@@ -120,10 +121,10 @@ fn directions_are_within_their_bound() {
                 (false, _, true) => Heading::Right,
                 (false, _, false) => Heading::Left,
             };
-            other += u32::from(direction.heading != Ok(heading));
+            other += u32::from(direction.heading() != Some(heading));
         } else {
             unclear.see(moved, off, what);
-            other += u32::from(confidence < 0.2 - off && direction.heading.is_ok());
+            other += u32::from(confidence < 0.2 - off && direction.degrees.is_ok());
         }
     }
     let slides = clear.count + unclear.count;

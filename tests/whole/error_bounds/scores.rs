@@ -1,7 +1,7 @@
 //! From samples to scores of linear models: the error of whole numbers as weights, and the error that rounded features
 //! add.
 
-use wstac_core::model::file::{HEADER_HALVES, INPUTS, Task};
+use wstac_core::model::file::{HEADER_HALVES, INPUTS, Input, Task};
 use wstac_core::model::linear_svm::BLOCK;
 use wstac_tests::random::Random;
 use wstac_train::model::trained::{Kind, Linear, Row, Trained, file_order};
@@ -55,6 +55,7 @@ fn scores_are_within_their_bound() {
         let model = Trained {
             labels: (0..ROWS).map(|class| class.to_string()).collect(),
             task: Task::Other,
+            input: Input::Frames,
             inputs: INPUTS,
             kind: Kind::Linear(Linear { pairs: false, rows: trained.clone() }),
             remarks: Vec::new(),

@@ -14,7 +14,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{InterruptedSample, Rule, TriggerConfig};
+use wstac_core::trigger::{ContactEnd, InterruptedSample, Rule, TriggerConfig};
 
 #[derive(Deserialize)]
 pub(super) struct Manifest {
@@ -62,6 +62,7 @@ pub(super) struct TriggerOf {
     pub(super) rule: Rule,
     pub(super) margin: f64,
     follow: Option<u32>,
+    per_touch: Option<bool>,
 }
 
 #[derive(Deserialize)]
@@ -88,6 +89,8 @@ pub(super) struct Expected {
     pub(super) trigger: Option<Thresholds>,
     pub(super) events: Vec<EventOf>,
     pub(super) incomplete_samples: Vec<IncompleteOf>,
+    #[serde(default)]
+    pub(super) contact_ends: Vec<ContactEnd>,
     pub(super) end: End,
     pub(super) robust: bool,
 }
@@ -111,6 +114,9 @@ pub(super) struct EventOf {
     pub(super) last_valid: Option<u8>,
     pub(super) speed: SpeedAnswer,
     pub(super) direction: DirectionAnswer,
+    /// The first lit frame of the touch, and the first dark one behind it.
+    #[serde(default)]
+    pub(super) touch: [Option<u64>; 2],
     pub(super) sample: Option<Vec<Vec<i16>>>,
 }
 
@@ -236,7 +242,8 @@ impl Case {
 
     pub(super) fn trigger(&self) -> TriggerConfig {
         let t = &self.trigger;
-        TriggerConfig::new(t.window, t.multiplier, t.backtrack, t.rule, t.margin).unwrap()
+        let config = TriggerConfig::new(t.window, t.multiplier, t.backtrack, t.rule, t.margin).unwrap();
+        if t.per_touch == Some(true) { config.one_event_per_touch() } else { config }
     }
 
     pub(super) fn following(&self) -> Option<TrackingBaseline> {

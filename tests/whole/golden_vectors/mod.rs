@@ -2,7 +2,9 @@
 //! events, answers and ends. Every case of the manifest is run. A missing or empty manifest fails.
 
 mod case;
+mod live;
 mod motion;
+mod path;
 
 use std::fs;
 use wstac_core::baseline_policy::TrackingBaseline;
@@ -12,7 +14,7 @@ use wstac_core::ln::fixed::Fixed;
 use wstac_core::speed::{self, NoSpeed, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::TaxelSums;
-use wstac_core::trigger::{Event, InterruptedSample, Trigger};
+use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Trigger};
 
 use case::{Case, EventOf, Expected, Manifest, directory, read};
 
@@ -22,6 +24,7 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
     assert_eq!(event.frame, expected.frame, "{at}");
     assert_eq!(event.frames_filled, expected.frames_filled, "{at}: frames filled");
     assert_eq!(event.reliable, expected.reliable, "{at}: reliable");
+    assert_eq!([event.touch_frame, event.end_frame], expected.touch, "{at}: touch");
     if let Some(sample) = expected.sample.as_ref().filter(|_| compare_samples) {
         assert_eq!(sample.len(), 10, "{at}");
         for (feature, expected) in sample.iter().enumerate() {
@@ -61,12 +64,12 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
     }
 
     let direction = direction::direction(event);
-    assert_eq!(direction.heading.ok().map(direction::Heading::degrees), expected.direction.deg, "{at}: {direction:?}");
+    assert_eq!(direction.heading().map(direction::Heading::degrees), expected.direction.deg, "{at}: {direction:?}");
     // The confidence may differ by a unit of 2^-15, because it is rounded down, and by the effect of slopes that are
     // off by 2e-5 frames per index.
     let slopes = expected.direction.row_slope.abs() + expected.direction.column_slope.abs();
     let allowed = 1.1 / 32_768.0 + if slopes > 0.0 { 2.0 * 2e-5 / slopes } else { 0.0 };
-    let (found, expected) = (f64::from(direction.confidence()), expected.direction.confidence);
+    let (found, expected) = (f64::from(direction.confidence().unwrap()), expected.direction.confidence);
     assert!((found - expected).abs() < allowed, "{at}: confidence {found}, expected {expected} within {allowed}");
 }
 
@@ -89,6 +92,7 @@ struct Run<'a> {
     expected: &'a [EventOf],
     events: usize,
     interrupted: Vec<InterruptedSample>,
+    contact_ends: Vec<ContactEnd>,
     /// Whether samples can be compared, because the trigger got the reference's own features.
     exact: bool,
 }
@@ -103,12 +107,14 @@ impl Run<'_> {
         };
         Self::check(self.name, event, self.expected, &mut self.events, &self.speed, self.exact);
         self.interrupted.extend(self.trigger.take_interrupted());
+        self.contact_ends.extend(self.trigger.take_contact_end());
     }
 
     fn finish(&mut self) {
         let event = self.trigger.finish();
         Self::check(self.name, event, self.expected, &mut self.events, &self.speed, self.exact);
         self.interrupted.extend(self.trigger.take_interrupted());
+        self.contact_ends.extend(self.trigger.take_contact_end());
         assert_eq!(self.events, self.expected.len(), "{}: events", self.name);
     }
 
@@ -153,6 +159,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
         expected: &expected.events,
         events: 0,
         interrupted: Vec::new(),
+        contact_ends: Vec::new(),
         exact,
     };
     let (mut own, mut fed) = (run(false), run(true));
@@ -214,6 +221,7 @@ fn run(case: &Case, expected: &Expected, bytes: &[u8], found: &mut Found) {
         let quiet = expected.end.quiet.map(|quiet| quiet && !gap_in_baseline);
         assert_eq!(end.baseline_complete.then_some(end.baseline_quiet), quiet, "{name}: quiet");
         let open = expected.end.incomplete.as_ref().map(|i| InterruptedSample::new(i.frame, i.frames));
+        assert_eq!(run.contact_ends, expected.contact_ends, "{name}: ends of contacts");
         assert_eq!(end.incomplete, open, "{name}: sample at the end");
         found.events += run.events;
         found.incomplete += incomplete.len() + usize::from(open.is_some());

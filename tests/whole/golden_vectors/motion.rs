@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use wstac_core::baseline::Baseline;
 use wstac_core::features::Features;
-use wstac_core::motion::{self, MotionConfig};
+use wstac_core::motion::{self, Contact, Motion, MotionConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
@@ -36,6 +36,40 @@ struct Expected {
     deg_sd: Option<f64>,
     coherence: f64,
     reliable: bool,
+}
+
+/// Returns every bit of a motion, as a board writes them (`golden.rs` of wstac-fw).
+fn bits(motion: &Motion) -> String {
+    let kind = match motion.contact {
+        Contact::Slide => 0_u16,
+        Contact::Press => 1,
+        Contact::Poke => 2,
+        _ => 3,
+    };
+    let velocity = motion.velocity.map(|found| [found.mm_s, found.mm_s_sd, found.degrees, found.degrees_sd]);
+    let numbers = velocity.unwrap_or_default().into_iter().chain([motion.coherence]);
+    let halves = [kind, motion.reliable.into()].map(u16::to_le_bytes);
+    let bytes = halves.into_iter().flatten().chain(numbers.flat_map(f32::to_le_bytes));
+    bytes.map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Checks that every bit of every motion is as recorded. Boards are compared with the same record (`ci/firmware`), so
+/// every processor computes the same. A change of the record is a change of answers.
+#[test]
+fn every_processor_computes_the_same_bits() {
+    let Cases { cases } = read(&directory().join("motion.json"));
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let mut found = String::new();
+    for case in &cases {
+        let baseline = Baseline::new(case.totals, case.frames);
+        let frames: &[Features; SAMPLE_FRAMES] = case.features.as_slice().try_into().unwrap();
+        let event = Event::new(0, Sample::from_frames(frames), &baseline);
+        let motions = [motion::by_coherence(&event, config), motion::by_edges(&event, config)];
+        found += &[&case.name[..], &motions.map(|motion| bits(&motion)).join(" ")].join(" ");
+        found += "\n";
+    }
+    let recorded = std::fs::read_to_string(directory().with_file_name("firmware").join("motions.txt")).unwrap();
+    assert!(found == recorded, "expected the bits of tests/firmware/motions.txt, found:\n{found}");
 }
 
 /// Checks every case. Shapes have 13 bits in the core and 53 in the reference, which moves a slowness by less than a

@@ -1,5 +1,6 @@
 //! `wstac calibrate` finds the whiskers in the picture and writes them as a configuration file.
 
+use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -24,7 +25,7 @@ use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// A camera, a recording or a scene, as for wstac run
-    source: String,
+    source: OsString,
 
     /// The configuration file to write, for --config
     #[arg(short, long, value_name = "FILE.toml")]
@@ -139,7 +140,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             let (picture, outputs) = arguments.overlay.clone().map_or_else(unnamed, |overlay| (overlay, outputs));
             outputs.write(&picture, outcome.to_png())?;
             let seen = format_args!("{}; {} shows what was seen", refusal.message, picture.display());
-            return Err(Error::new(ErrorKind::Data, &arguments.source, seen).into());
+            return Err(Error::new(ErrorKind::Data, arguments.source.display(), seen).into());
         }
     };
     outputs.write(&overlay, outcome.to_png())?;
@@ -254,7 +255,7 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     }
     if calibration.is_dim() {
         note(
-            "no row or column reached the threshold of the speed law, so there will be no speeds: use a longer \
+            "no row or column reached [speed] threshold, so law = \"published\" would give no speeds: use a longer \
              exposure or press harder",
         );
     }

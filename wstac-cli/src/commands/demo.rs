@@ -9,7 +9,7 @@ use super::output::Stop;
 use super::source_arguments::at_least;
 use crate::open;
 use wstac_host::error::Error;
-use wstac_host::json::{confidence, rounded};
+use wstac_host::json::{angle, rounded};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::plural::counted;
@@ -30,24 +30,24 @@ pub(super) struct Arguments {
     seed: u64,
 
     /// Name textures with this model
-    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:svm")]
+    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:path-svm")]
     model: PathBuf,
 }
 
-/// The slides: every specimen, all four directions, and the range of speeds that the speed law was fitted on.
-const SLIDES: [(&str, u32, u32); 12] = [
-    ("Fla0", 100, 0),
-    ("Sin2", 110, 90),
-    ("Sin3", 120, 180),
-    ("Sin4", 130, 270),
-    ("Saw2", 140, 0),
-    ("Saw3", 150, 90),
-    ("Saw4", 160, 180),
-    ("Tri2", 170, 270),
-    ("Tri3", 180, 0),
-    ("Tri4", 190, 90),
-    ("Saw3", 200, 180),
-    ("Saw3", 100, 270),
+/// The slides: every specimen, at a length in mm, a speed in mm/s and a direction in degrees.
+const SLIDES: [(&str, u32, u32, u32); 12] = [
+    ("Fla0", 105, 100, 0),
+    ("Sin2", 105, 150, 90),
+    ("Sin3", 60, 120, 30),
+    ("Sin4", 160, 180, 200),
+    ("Saw2", 80, 140, 315),
+    ("Saw3", 105, 60, 90),
+    ("Saw4", 40, 75, 135),
+    ("Tri2", 120, 300, 270),
+    ("Tri3", 105, 200, 12),
+    ("Tri4", 90, 250, 240),
+    ("Saw3", 60, 400, 180),
+    ("Sin4", 105, 40, 45),
 ];
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -55,48 +55,58 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (textures, task) = (Textures::new(&files)?, files[0].model()?.task());
     let title = if task == Task::Other { "class" } else { task.name() };
     let mut out = super::output::stdout();
-    writeln!(out, "truth                          answer")?;
-    writeln!(out, "specimen    mm/s  direction    {title:8}    mm/s  direction  confidence")?;
-    let (mut errors, mut right, mut named) = (Vec::new(), 0, 0);
-    for (number, (specimen, speed, direction)) in (0..).zip(SLIDES) {
+    writeln!(out, "truth                                    answer")?;
+    writeln!(out, "specimen    length    mm/s  direction    {title:8}          mm/s     direction")?;
+    let (mut errors, mut turns, mut named) = (Vec::new(), Vec::new(), 0);
+    for (number, (specimen, length, speed, direction)) in (0..).zip(SLIDES) {
         let seed = arguments.seed.wrapping_add(number);
-        let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,seed={seed}"), &textures)?;
-        write!(out, "{specimen:8}   {speed:5}  {direction:8}°")?;
+        let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,{length}mm,seed={seed}"), &textures)?;
+        write!(out, "{specimen:8}    {length:3} mm   {speed:5}  {direction:8}°")?;
         let Some(event) = event else {
             writeln!(out, "  no event")?;
             continue;
         };
-        let texture = event.texture.and_then(|texture| told(task, texture));
+        let texture = event.texture.ok().and_then(|texture| told(task, texture));
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
         write!(out, "    {:8}", Line(texture.as_deref().unwrap_or("none")))?;
         match event.speed {
             Ok(answer) => {
                 let mm_s = rounded(answer.mm_s);
                 errors.push((mm_s - f64::from(speed)).abs() / f64::from(speed));
-                write!(out, "  {mm_s:6.0}")?;
+                write!(out, "  {mm_s:6.1} ± {:3.1}", answer.sd.unwrap_or(f32::NAN))?;
             }
-            Err(_) => write!(out, "  {:>6}", "none")?,
+            Err(_) => write!(out, "  {:>12}", "none")?,
         }
-        right += usize::from(event.direction.heading.is_ok_and(|heading| u32::from(heading.degrees()) == direction));
-        match event.direction.heading {
-            Ok(heading) => write!(out, "  {:8}°", heading.degrees())?,
-            Err(_) => write!(out, "  {:>9}", "unclear")?,
+        match event.direction.degrees {
+            Ok(degrees) => {
+                let off = (angle(degrees) - f64::from(direction) + 180.0).rem_euclid(360.0) - 180.0;
+                turns.push(off.abs());
+                write!(out, "  {:6.1} ± {:3.1}°", angle(degrees), event.direction.sd.unwrap_or(f32::NAN))?;
+            }
+            Err(_) => write!(out, "  {:>13}", "none")?,
         }
-        writeln!(out, "  {:10.2}", confidence(event.direction))?;
+        writeln!(out)?;
         out.flush()?;
     }
-    let mean = 100.0 * errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     let all = SLIDES.len();
     write!(
         out,
-        "{right} of {all} directions right; {}, off by {mean:.1} % on average; ",
-        counted(errors.len(), "speed")
+        "{}, off by {:.1} % on average; {}, off by {:.1}° on average; ",
+        counted(errors.len(), "speed"),
+        100.0 * mean(&errors),
+        counted(turns.len(), "direction"),
+        mean(&turns)
     )?;
     match task {
         Task::Other => writeln!(out, "the truth of the model's classes is not known")?,
         _ => writeln!(out, "{named} of {all} {title}s right")?,
     }
     Ok(())
+}
+
+/// Returns the mean; 0 of no numbers.
+fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
 /// Returns the answer of a model of this task.

@@ -1,5 +1,6 @@
 //! `wstac doctor` measures a sensor and reports what to change.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -29,7 +30,7 @@ pub(super) struct Arguments {
     /// /dev/videoN, or any other source of wstac run
     ///
     /// A scene is measured up to its first slide.
-    source: String,
+    source: OsString,
 
     /// Measure for this long
     ///

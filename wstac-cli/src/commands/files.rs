@@ -1,7 +1,9 @@
 //! The files that a command writes: new, or replaced on request, and never one of those that it reads.
 
+use std::ffi::OsStr;
 use std::fs::{self, File, Metadata};
 use std::io::Write;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirEntryExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
@@ -29,9 +31,11 @@ impl Outputs {
     }
 
     /// Protects the file of a source: also that of a scene, and that of standard input.
-    pub(super) fn source(self, name: &str) -> Self {
-        let name = if name == "-" { "/dev/stdin" } else { name.strip_prefix("scene:").unwrap_or(name) };
-        self.reading([name])
+    pub(super) fn source(self, name: &OsStr) -> Self {
+        if name == "-" {
+            return self.reading(["/dev/stdin"]);
+        }
+        self.reading([name.as_bytes().strip_prefix(b"scene:").map_or(name, OsStr::from_bytes)])
     }
 
     /// Refuses outputs that are inputs by any of their names, that exist, that are no files, or that are the same file.

@@ -304,10 +304,10 @@ mod tests {
             let fit = Fit::new(kind, &slides, "it").unwrap();
             let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
             let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
-            assert_eq!(config.speed.law(), fit.law, "{text}");
+            assert_eq!(config.speed.law(), Some(fit.law), "{text}");
             assert!((config.speed.threshold - 0.03).abs() < 1e-12, "{text}");
             assert_eq!(config.speed.threshold_on, ThresholdOn::AboveBaseline, "{text}");
-            let speed = config.speed(FrameRate::NOMINAL).unwrap();
+            let speed = config.durations(FrameRate::NOMINAL).unwrap();
             for (mm_s, extrapolated) in [(80.0, true), (80.1, false), (186.5, false), (186.6, true)] {
                 assert_eq!(speed.marked(mm_s).extrapolated, extrapolated, "{mm_s}: {text}");
             }

@@ -1,5 +1,6 @@
 //! `wstac monitor` prints a board's events.
 
+use std::ffi::OsString;
 use std::sync::atomic::Ordering;
 
 use wstac_core::wire::{LONGEST, Request, encode};
@@ -25,7 +26,7 @@ pub(super) struct Arguments {
     /// Serial device, tcp:HOST:PORT, - or a file
     ///
     /// A serial device is a path such as /dev/ttyACM0. - is standard input. A file has bytes that a board sent.
-    port: String,
+    port: OsString,
 
     /// Print JSON Lines instead of text
     #[arg(long)]
@@ -41,6 +42,12 @@ pub(super) struct Arguments {
     #[arg(long, requires = "json")]
     samples: bool,
 
+    /// Also request and print speed and direction of every frame while something slides
+    ///
+    /// A board sends them if its firmware was built with the feature motion.
+    #[arg(long)]
+    motion: bool,
+
     /// Bits per second of a serial device; 115200 by default
     #[arg(long, value_name = "N", value_parser = at_least(1_u32))]
     baud: Option<u32>,
@@ -52,8 +59,8 @@ const HELP: &str = r#"Output:
   messages, silence, and the state of its camera. If a serial device
   disappears, the program waits for it. Other ports end at their end. The
   last record is "end": the board's own, or else what is known here.
-  Requests for features and samples need a connection that also sends to
-  the board.
+  Requests for features, samples and motion need a connection that also
+  sends to the board.
   Exit code: 1 if the port cannot be used or carries no message, 2 for
   wrong arguments, otherwise 0.
 
@@ -63,7 +70,9 @@ To record what a board sends:
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
+    let Arguments { features, samples, motion, .. } = *arguments;
+    let mut wanted = OutputOptions::default();
+    (wanted.features, wanted.samples, wanted.motion) = (features, samples, motion);
     let mut line = Port::open(&arguments.port, arguments.baud)?;
     let interrupted = finishing(Ending::InTime);
     let mut records = Records::new(if arguments.json { Form::Json } else { Form::Text });
@@ -138,8 +147,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     records.write(&monitor.finish())
 }
 
-fn requests_for(wanted: OutputOptions) -> [Request; 2] {
-    [Request::Features(wanted.features), Request::Samples(wanted.samples)]
+fn requests_for(wanted: OutputOptions) -> [Request; 3] {
+    [Request::Features(wanted.features), Request::Samples(wanted.samples), Request::Motion(wanted.motion)]
 }
 
 /// The sequence number of requests.

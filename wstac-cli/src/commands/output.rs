@@ -10,8 +10,9 @@ use serde::Serialize;
 
 use super::signals::is_readers_time_over;
 
+use wstac_core::motion::Velocity;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{JsonLine, confidence, real, rounded};
+use wstac_host::json::{JsonLine, angle, confidence, real, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
@@ -221,6 +222,11 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
             write!(line, "frame {}  features", features.frame)?;
             features.features.iter().try_for_each(|feature| write!(line, " {:8.4}", real(*feature)))
         }
+        Output::Motion(motion) => {
+            let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = motion.velocity;
+            write!(line, "frame {}  speed {:.0} ± {} mm/s", motion.frame, rounded(mm_s), short(mm_s_sd))?;
+            write!(line, ", direction {}° ± {}°", angle(degrees), short(degrees_sd))
+        }
         Output::Event(event) => text_of_event(line, event),
         Output::EarlyTexture(early) => {
             write!(line, "at frame {}: texture ", early.frame.saturating_add(early.frames.into()))?;
@@ -232,6 +238,9 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
             "incomplete event at frame {}: a gap ended it after {} of 70 frames",
             sample.frame, sample.frames
         ),
+        Output::ContactEnd(end) => {
+            write!(line, "end of contact at frame {}, of the event at frame {}", end.frame, end.event_frame)
+        }
         Output::Fault(report) => {
             write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault)
         }
@@ -254,27 +263,15 @@ fn text(line: &mut String, record: &Output) -> fmt::Result {
 
 fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     write!(line, "event at frame {}: ", event.frame)?;
-    match (event.speed, event.speed_at_most) {
-        (Ok(speed), _) => {
-            write!(line, "speed {:.0} mm/s", rounded(speed.mm_s))?;
-            if speed.extrapolated {
-                line.write_str(" (extrapolated)")?;
-            }
+    match event.contact {
+        Some(contact) if event.speed.is_err() => write!(line, "{contact}")?,
+        Some(contact) => {
+            write!(line, "{contact}, ")?;
+            text_of_motion(line, event)?;
         }
-        (Err(why), Some(most)) => {
-            let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
-            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), why.as_str())?;
-        }
-        (Err(why), None) => write!(line, "no speed ({})", why.as_str())?,
+        None => text_of_motion(line, event)?,
     }
-    match event.direction.heading {
-        Ok(heading) => {
-            let (degrees, confidence) = (heading.degrees(), confidence(event.direction));
-            write!(line, ", direction {degrees}° (confidence {confidence:.2})")?;
-        }
-        Err(why) => write!(line, ", no direction ({})", why.as_str())?,
-    }
-    if let Some(texture) = &event.texture {
+    if let Ok(texture) = &event.texture {
         line.write_str(", texture ")?;
         text_of_texture(line, texture)?;
     }
@@ -285,6 +282,43 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
         line.write_str(", not reliable")?;
     }
     Ok(())
+}
+
+/// Writes speed and direction, or why there is none.
+fn text_of_motion(line: &mut String, event: &TactileEvent) -> fmt::Result {
+    match (event.speed, event.speed_at_most) {
+        (Ok(speed), _) => {
+            write!(line, "speed {:.0}", rounded(speed.mm_s))?;
+            if let Some(sd) = speed.sd {
+                write!(line, " ± {}", short(sd))?;
+            }
+            line.write_str(" mm/s")?;
+            if speed.extrapolated {
+                line.write_str(" (extrapolated)")?;
+            }
+        }
+        (Err(why), Some(most)) => {
+            let extrapolated = if most.extrapolated { "extrapolated; " } else { "" };
+            write!(line, "speed at most {:.0} mm/s ({extrapolated}{})", rounded(most.mm_s), why.as_str())?;
+        }
+        (Err(why), None) => write!(line, "no speed ({})", why.as_str())?,
+    }
+    match event.direction.degrees {
+        Ok(degrees) => {
+            write!(line, ", direction {}°", angle(degrees))?;
+            match (confidence(event.direction), event.direction.sd) {
+                (Some(confidence), _) => write!(line, " (confidence {confidence:.2})"),
+                (None, Some(sd)) => write!(line, " ± {}°", short(sd)),
+                (None, None) => Ok(()),
+            }
+        }
+        Err(why) => write!(line, ", no direction ({})", why.as_str()),
+    }
+}
+
+/// Returns a standard deviation with one decimal below 10, and without above.
+fn short(sd: f32) -> String {
+    if sd < 9.95 { format!("{sd:.1}") } else { format!("{sd:.0}") }
 }
 
 fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {

@@ -1,5 +1,6 @@
 //! `wstac plot` draws one event as a figure.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use super::files::Outputs;
@@ -20,7 +21,7 @@ use wstac_plot::{Format, draw, find};
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source of the event, as for wstac run
-    source: String,
+    source: OsString,
 
     /// Write the figure to this new file
     ///
@@ -67,8 +68,8 @@ The figure:
   Exit code: 1 also if the source has no such event.
 
 Examples:
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.svg
-  wstac plot scene:Saw3@150,90deg --model builtin:svm -o event.pdf
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.svg
+  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.pdf
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -79,7 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = OutputOptions { features: false, samples: true };
+    let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
     outputs.write(&arguments.output, format.encode(&draw(&found))?)?;

@@ -2,6 +2,7 @@
 
 mod guide;
 
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -34,7 +35,7 @@ use wstac_train::dataset::recordings::{NAMES, check};
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source, as for wstac run
-    source: String,
+    source: OsString,
 
     /// Write this new file; with --guide, the folder for the recordings
     #[arg(short, long, value_name = "FILE.mcap")]
@@ -88,7 +89,7 @@ pub(super) struct Arguments {
 
     /// Overwrite FILE.mcap
     ///
-    /// The recording is called FILE.mcap.new until it is whole.
+    /// The recording is called FILE.mcap.new until it is whole, or FILE.mcap.2.new if that name is taken.
     #[arg(long)]
     force: bool,
 }
@@ -169,7 +170,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
     let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
         .info(info.clone())
         .config(config.clone())
@@ -213,26 +214,37 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 struct Replacement {
     beside: PathBuf,
     path: PathBuf,
-    /// The older one, locked.
-    _old: File,
+    /// The lock of the old one: nobody else records to it or replaces it meanwhile.
+    old: File,
 }
 
 impl Replacement {
-    /// Returns the name of the new file, if there is an old one, which nobody may be writing.
+    /// Returns the name of the new file, if there is an old one that nobody writes. No other file has had the name.
     fn of(path: &Path) -> Result<Option<Self>, Error> {
-        let beside = path.with_added_extension("new");
-        Ok(lock_existing(path)?.map(|old| Self { beside, path: path.to_owned(), _old: old }))
+        let Some(old) = lock_existing(path)? else { return Ok(None) };
+        let names = (1..1000_u32).map(|number| match number {
+            1 => path.with_added_extension("new"),
+            _ => path.with_added_extension(format!("{number}.new")),
+        });
+        let beside = names.into_iter().find(|name| name.symlink_metadata().is_err()).ok_or_else(|| {
+            Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 new recordings beside it, expected fewer")
+        })?;
+        Ok(Some(Self { beside, path: path.to_owned(), old }))
     }
 
     /// Replaces the old recording if the new one is whole.
     fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
-        let Self { beside, path, .. } = &self;
+        let Self { beside, path, old } = self;
         if !is_whole {
             note(format_args!("{} has what was recorded, {} is as it was", beside.display(), path.display()));
             return Ok(());
         }
-        outputs.check([path])?;
-        fs::rename(beside, path).map_err(|error| Error::io(path.display(), error))
+        outputs.check([&path])?;
+        // The name may have gone to another file, which somebody records to.
+        drop(old);
+        let _old =
+            lock_existing(&path).inspect_err(|_| note(format_args!("{} has what was recorded", beside.display())))?;
+        fs::rename(&beside, &path).map_err(|error| Error::io(path.display(), error))
     }
 }
 

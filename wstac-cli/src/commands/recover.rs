@@ -44,9 +44,6 @@ Recovered data:
   The new file takes its name when it is whole. It is compressed as the
   recording is. Recordings of other programs are recovered, too, but
   without their attachments, and the exit code is 1.
-  must not be compressed (mcap decompress undoes that). Recordings of
-  other programs are recovered, too, but without their attachments, and
-  the exit code is 1.
 
 Exit code:
   0   there is a new file, wstac run can read it, and every frame that

@@ -3,6 +3,7 @@
 mod read;
 mod sensors;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::error::ErrorKind;
@@ -16,18 +17,18 @@ use wstac_host::model_file::ModelFile;
 
 /// Print the tactile events of a source
 ///
-/// Frames become 25 taxel sums, ten features and events. An event is a sample of 70 frames around a contact, with
-/// sliding speed and direction. The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may
+/// Frames become 25 taxel sums, ten features and events. An event is a sample of 70 frames around a touch, with the kind
+/// of touch, and speed and direction of what slides. The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may
 /// touch the sensor during them. Ctrl-C ends a camera.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]
 pub(super) struct Arguments {
     /// Camera, recording or scene, or several as cam:NAME=SOURCE
     ///
-    /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
+    /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
     /// FILE.mcap and a folder of PNG files; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
-    sources: Vec<String>,
+    sources: Vec<OsString>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -35,8 +36,9 @@ pub(super) struct Arguments {
 
     /// Name textures with this model; can be given several times
     ///
-    /// It is a file (see wstac model --help) or builtin:svm, builtin:forest or builtin:boosted, which were trained on
-    /// simulated slides. Give one for each of specimens, patterns and depths if they have models of their own.
+    /// It is a file (see wstac model --help), or a model that was trained on simulated slides: builtin:path-svm,
+    /// builtin:path-forest or builtin:path-boosted; or builtin:svm, builtin:forest or builtin:boosted for the slides of
+    /// the publication. Give one for each of specimens, patterns and depths if they have models of their own.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -47,6 +49,12 @@ pub(super) struct Arguments {
     /// Also print the ten features of every frame
     #[arg(long)]
     features: bool,
+
+    /// Also print speed and direction of every frame while something slides
+    ///
+    /// The first is printed at most three frames after the leading edge has crossed all whiskers.
+    #[arg(long)]
+    motion: bool,
 
     /// Also print the sample of every event, 10 × 70 numbers (with --json)
     #[arg(long, requires = "json")]
@@ -73,7 +81,7 @@ const HELP: &str = r#"Sources:
                    --size and --fps choose one of its modes
   scene:Saw3@150   a simulated slide: Fla0, or Sin, Saw or Tri with a
                    depth of 2, 3 or 4 mm; then @ and 1 to 1000 mm/s;
-                   then any of ,0deg ,90deg ,180deg ,270deg ,seed=N
+                   then any of ,ANGLEdeg ,LENGTHmm ,seed=N
   scene:FILE.toml  simulated slides with any property of specimen,
                    whiskers, light and camera (see wstac scene --help)
   FILE.y4m, -      Y4M, from a file or standard input; other videos:
@@ -115,31 +123,55 @@ Camera faults and recovery:
   stream with exit code 1.
 
 Meaning of the answers:
-  An event is a sample of 70 frames (2.3 s at 30 frames per second). A
-  slide below about 70 mm/s lasts longer: it is cut off, or becomes
-  several events. Their speeds, bounds and directions may be wrong.
-  The speed law was fitted from 100 to 200 mm/s at 30 frames per second,
-  for specimens of the published length (105 mm in the simulation). One
-  frame is 4 % of the speed. Answers outside this range are marked
-  "extrapolated" and may be far off. For another length, set
-  law = "physical" under [speed], and track_mm to the specimen's length
-  plus 16 mm, the span of the whiskers.
+  An event is a sample of 70 frames (2.3 s at 30 frames per second) and
+  the touch that it shows. A touch that lasts longer is one event, too.
+  contact  slide: something arrives at one side and leaves at the other.
+           press: all whiskers are reached at once, or left at once.
+           poke: one or two whiskers are touched.
+           unclear: none of these, or none for certain; a speed from
+           about 700 mm/s on, a tilted press, a slide that starts or
+           stops on the sensor.
+  Only a slide has speed, direction and texture. They come from the times
+  at which light reaches each row and column. So the length of the
+  specimen does not matter, and any direction will do. Each has a
+  standard deviation; most errors are smaller (docs/ANSWERS.md).
   Directions are counterclockwise in the picture: 0° is right, 90° up.
-  "reliable" means only that the baseline was quiet and that at most 7
-  frames were filled.
+  A straight edge shows only the motion across itself. If an edge arrives
+  at an angle, speed and direction are those across the edge.
+  "reliable" means that the baseline was quiet, that at most 7 frames
+  were filled, that the kind of touch is clear, and that speed and
+  direction hold within their standard deviations.
+  Light that never leaves, such as a lamp that is switched on, is a touch
+  that does not end: no event follows. Start again then.
   A model always answers with one of its own textures, also for a texture
-  that it does not know and for an event that is cut off. Do not rely on
-  the texture of an event without a speed ("why" gives the reason).
+  that it does not know.
   A model needs about the frame rate that it was trained at. The models
   that come with wstac were trained at 30 frames per second.
+  builtin:path-… take the sample along the path of the slide: they hold
+  from 50 to 300 mm/s, in any direction, and need 28 mm of path.
+  builtin:svm, forest and boosted take the sample over time: they hold
+  from 100 to 200 mm/s in four directions, and are often wrong elsewhere.
+  With law = "published" under [speed], speed and direction are those of
+  the publication: from the duration for which a slide is lit, in four
+  directions, without a kind of touch, and a new event every 70 frames.
+  Its speed law was fitted from 100 to 200 mm/s at 30 frames per second,
+  for specimens of the published length (105 mm in the simulation).
+  Answers outside are marked "extrapolated" and may be far off. For
+  another length, set law = "physical", and track_mm to the specimen's
+  length plus 16 mm, the span of the whiskers.
 
 Output with --json, one object per line (wrapped here):
   {"kind":"features","frame":0,"f":[…10 numbers…]}
-  {"kind":"event","frame":137,"frames":70,"duration_frames":38,
-   "speed":{"mm_s":102.0,"extrapolated":false},
-   "direction":{"deg":90,"confidence":0.93},
+  {"kind":"motion","frame":51,"time_s":1.7,"contact":"slide",
+   "speed":{"mm_s":148.0,"sd":6.1},"direction":{"deg":90.8,"sd":2.4}}
+  {"kind":"event","frame":35,"frames":70,"touch_frame":46,
+   "end_frame":75,"time_s":1.5333,"completed_s":3.4667,
+   "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
+   "duration_frames":28,"speed":{"mm_s":150.2,"sd":1.3},
+   "direction":{"deg":90.5,"sd":0.5},
    "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0},
    "frames_filled":0,"reliable":true}
+  {"kind":"contact_end","frame":75,"event_frame":35,"time_s":2.5}
   {"kind":"texture","frame":137,"frames":40,"texture":{…}}
   {"kind":"incomplete","frame":300,"frames":12}
   {"kind":"fault","frame":300,"fault":"disconnected","message":"…"}
@@ -149,13 +181,25 @@ Output with --json, one object per line (wrapped here):
   sensor has its own end.
   features    "f" has five rows, then five columns: natural logarithms,
               exact multiples of 1/2048.
+  motion      is printed with --motion, for every frame while something
+              slides and its speed is known.
   event       "frame" is the first of the sample, 10 before the window
-              that fired. speed, direction.deg and texture are null if
-              there is no answer, and "why" gives the reason.
-              "speed_at_most" is an upper bound of the speed of an event
-              that is cut off. "texture" is null for what no model
-              answers; models of other classes answer with "class".
+              that fired. "touch_frame" is the first lit frame of the
+              touch, "end_frame" the first dark one behind it, or null
+              if the light has not left. "time_s" and "stamp" are the
+              time of "touch_frame", "completed_s" that of the sample's
+              last frame: seconds from the first frame, and UTC where
+              the source knows it. "sd" is a standard deviation. speed,
+              direction and texture are null if there is no answer, and
+              "why" gives the reason. Models of other classes answer
+              with "class".
               --samples adds "sample": 10 lists of 70 numbers like "f".
+              With law = "published" or "physical" the fields from
+              "touch_frame" to "contact" are missing, "speed" has
+              "extrapolated" and "direction" has "confidence" instead of
+              "sd", and "speed_at_most" is an upper bound of the speed
+              of an event that is cut off.
+  contact_end says that the light of an event's touch has left.
   texture     is printed as soon as a model that needs fewer than 70
               frames has them. The event that follows has the same.
   incomplete  is an event that a gap of lost frames ended.

@@ -1,6 +1,8 @@
 //! The arguments of every command that reads a source.
 
+use std::ffi::OsStr;
 use std::fmt::Display;
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -76,7 +78,7 @@ impl SourceArguments {
     /// the given file, or else of the source, or else the default.
     pub(super) fn open_configured(
         &self,
-        source: &str,
+        source: &OsStr,
         delivery: FramePolicy,
         file: Option<&Path>,
     ) -> Result<(Box<dyn Source>, StreamInfo, Config), Error> {
@@ -88,7 +90,7 @@ impl SourceArguments {
     }
 
     /// Opens a source and returns it with its stream information, as the arguments change it.
-    pub(super) fn open(&self, source: &str, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
+    pub(super) fn open(&self, source: &OsStr, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let Self { fps, format, size, keep_controls, .. } = *self;
         let controls = self.controls.clone();
         let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls })?;
@@ -126,10 +128,10 @@ impl SourceArguments {
     }
 
     /// Returns the number of camera frames of a scene before its first slide; `None` for other sources.
-    pub(super) fn frames_before_touch(&self, source: &str) -> Result<Option<u64>, Error> {
-        let Some(scene) = source.strip_prefix("scene:") else { return Ok(None) };
+    pub(super) fn frames_before_touch(&self, source: &OsStr) -> Result<Option<u64>, Error> {
+        let Some(scene) = source.as_bytes().strip_prefix(b"scene:").map(OsStr::from_bytes) else { return Ok(None) };
         let options = OpenOptions { fps: self.fps, format: self.format, size: self.size, ..OpenOptions::default() };
-        let scene = Scene::new(&script(scene, &options)?).map_err(|error| error.about(source))?;
+        let scene = Scene::new(&script(scene, &options)?).map_err(|error| error.about(source.display()))?;
         Ok(scene.truth().first().map(Truth::start_frame))
     }
 }

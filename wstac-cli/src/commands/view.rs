@@ -1,5 +1,6 @@
 //! `wstac view` shows a source on a terminal.
 
+use std::ffi::OsString;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -25,7 +26,7 @@ use wstac_linux::source::is_camera;
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source, as for wstac run
-    source: String,
+    source: OsString,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -65,13 +66,15 @@ Content of the screen:
   taxels    5 x 5, each in percent of full scale
   facts     the trigger's state; frames per second by the driver's
             timestamps (of a file: by its header); dropped camera frames;
+            speed and direction of what slides;
             of a camera also the latency from the driver's timestamp to
             the reading, the frames that wait, and the frames skipped
   traces    ten features, five rows and five columns, one dot per frame,
             on one scale of natural logarithms; the trigger fires if the
             mean of a window is above the dashes
-  events    first frame, speed (* extrapolated, ≤ cut off), direction
-            and its confidence, lit frames, texture if there is a model;
+  events    first frame, speed (* extrapolated, ≤ cut off), direction or
+            kind of touch, standard deviation or confidence of the
+            direction, lit frames, texture if there is a model;
             faults are shown here, too
 
 Recordings:
@@ -106,7 +109,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Newest, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let options = view::Options { live: is_camera(&arguments.source), fast: arguments.fast };
     let models = files.iter().map(|file| file.about().to_owned()).collect();

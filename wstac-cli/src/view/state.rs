@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::motion::Velocity;
 use wstac_core::params::{FEATURES, TAXELS};
 
 use super::picture::Picture;
-use wstac_core::direction::Heading;
-use wstac_host::json::{confidence, rounded};
+use wstac_host::json::{angle, confidence, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::source::Lag;
 
@@ -95,6 +95,8 @@ pub(super) struct State {
     /// Camera frames that were lost.
     pub(super) dropped: u64,
     pub(super) events: u64,
+    /// Speed and direction of the frame before the next one, if something slides.
+    pub(super) motion: Option<Velocity>,
     pub(super) lag: Lag,
     pub(super) rec: Option<Rec>,
 }
@@ -120,6 +122,7 @@ impl State {
             frame: 0,
             dropped: 0,
             events: 0,
+            motion: None,
             lag: Lag::default(),
             rec: None,
         }
@@ -130,8 +133,9 @@ impl State {
         self.paused && self.live
     }
 
-    /// Adds the features of a frame, or `None` for a lost frame.
+    /// Adds the features of a frame, or `None` for a lost frame. Motion is that of the frame before until it is taken.
     pub(super) fn add_trace(&mut self, features: Option<[f32; FEATURES]>) {
+        self.motion = None;
         if self.traces.len() == HISTORY {
             self.traces.pop_front();
         }
@@ -154,6 +158,7 @@ impl State {
     /// Takes an output of the stream, except features.
     pub(super) fn take(&mut self, record: &Output) {
         match record {
+            Output::Motion(motion) => self.motion = Some(motion.velocity),
             Output::Event(event) => {
                 self.events += 1;
                 self.say(About::Event, line(event));
@@ -181,6 +186,12 @@ impl State {
     }
 }
 
+/// Returns the arrow that is nearest to an angle in degrees.
+pub(super) fn arrow(degrees: f32) -> char {
+    let eighths = (degrees / 45.0).round() as usize;
+    ['→', '↗', '↑', '↖', '←', '↙', '↓', '↘'][eighths % 8]
+}
+
 /// Returns an event in one line: frame, speed, direction, texture, duration and doubts.
 fn line(event: &TactileEvent) -> String {
     let speed = match (event.speed, event.speed_at_most) {
@@ -188,12 +199,15 @@ fn line(event: &TactileEvent) -> String {
         (Err(_), Some(most)) => format!("≤ {:.0} mm/s", rounded(most.mm_s)),
         (Err(_), None) => "no speed".to_owned(),
     };
-    let direction = match event.direction.heading {
-        Ok(Heading::Right) => "→   0°",
-        Ok(Heading::Up) => "↑  90°",
-        Ok(Heading::Left) => "← 180°",
-        Ok(Heading::Down) => "↓ 270°",
-        Err(_) => "unclear",
+    let direction = match (event.direction.degrees, event.contact) {
+        (Ok(degrees), _) => format!("{} {:>3.0}°", arrow(degrees), angle(degrees).round() % 360.0),
+        (Err(_), Some(contact)) => contact.to_string(),
+        (Err(_), None) => "unclear".to_owned(),
+    };
+    let trust = match (confidence(event.direction), event.direction.sd) {
+        (Some(confidence), _) => format!("{confidence:.2}"),
+        (None, Some(sd)) => format!("±{sd:.0}°"),
+        (None, None) => String::new(),
     };
     let texture = event.texture.iter().flat_map(|texture| {
         let depth = texture.depth_mm.map(|depth| format!("{depth} mm"));
@@ -206,10 +220,6 @@ fn line(event: &TactileEvent) -> String {
     let texture = texture.collect::<Vec<_>>().join(" ");
     let lit = event.lit_frames.map_or(String::new(), |frames| format!("lit {frames:>2}"));
     let doubt = if event.reliable { "" } else { "  not reliable" };
-    let text = format!(
-        "{:>7}  {speed:<10} {direction:<7} {:.2}  {lit:<6}  {texture}{doubt}",
-        event.frame,
-        confidence(event.direction)
-    );
+    let text = format!("{:>7}  {speed:<10} {direction:<7} {trust:<4}  {lit:<6}  {texture}{doubt}", event.frame,);
     text.trim_end().to_owned()
 }

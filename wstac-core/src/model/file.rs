@@ -13,11 +13,11 @@
 //! | 7 | type of weights and leaves: 1 int8, 2 int16, 3 float32; 0 in a forest |
 //! | 8 | classes, 1 to [`MOST_CLASSES`] |
 //! | 9 | task: 0 unstated, 1 specimen, 2 pattern, 3 depth |
-//! | 10 | frames of the sample that it needs, from the first on: 1 to 70 |
+//! | 10 | frames of the sample that it needs, from the first on: 1 to 70; of a path, tens of numbers |
 //! | 11 | trees |
 //! | 12–13 | half at which the labels start |
 //! | 14 | shift of the trees' lengths and offsets, 0 to 8 |
-//! | 15 | 0 |
+//! | 15 | input: 0 the sample over time; 1 along the path, of ten sums; 2 along the path, of 25 taxels |
 //! | 16– | the part of its kind: [`super::linear_svm`], [`super::forest`], [`super::boosted`] |
 //! | labels | the class names, then the training facts, then up to three bytes of 0 |
 //!
@@ -25,7 +25,8 @@
 //! likewise, but with two bytes of length, the low one first. All text is UTF-8.
 //!
 //! Features are counted frame by frame, ten per frame: feature k of frame t is 10 t + k. (Data sets hold 70 frames of
-//! feature 0, then of feature 1 and so on; an importer reorders them.)
+//! feature 0, then of feature 1 and so on; an importer reorders them.) Numbers along a path have their own order
+//! ([`crate::path_sample`]).
 
 use crate::crc;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
@@ -149,6 +150,7 @@ const fn range(half: u8) -> &'static str {
         11 => "as many trees as there are, and none of a linear model",
         12 => "a place within the file",
         14 => "0 to 8",
+        15 => "0 to 2",
         _ => "0",
     }
 }
@@ -193,6 +195,42 @@ impl Task {
     }
 }
 
+/// The sample that a model takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum Input {
+    /// Ten features over 70 frames ([`crate::sample::Sample`]).
+    #[default]
+    Frames,
+    /// Light of ten sums along the path of a touch ([`crate::path_sample::PathSample::of_sums`]).
+    Path,
+    /// Light of 25 taxels along the path of a touch ([`crate::path_sample::PathSample::of_taxels`]).
+    TaxelPath,
+}
+
+impl Input {
+    /// Returns the input's number in a file.
+    pub const fn number(self) -> u16 {
+        match self {
+            Self::Frames => 0,
+            Self::Path => 1,
+            Self::TaxelPath => 2,
+        }
+    }
+
+    /// Returns the input's name, as files and messages spell it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Frames => "frames",
+            Self::Path => "path",
+            Self::TaxelPath => "taxel_path",
+        }
+    }
+}
+
 /// The header of a file. The checks that all kinds have in common have been made.
 #[derive(Clone, Copy, Debug)]
 pub struct Header {
@@ -201,6 +239,7 @@ pub struct Header {
     pub(super) classes: u8,
     pub(super) task: Task,
     pub(super) frames: u8,
+    pub(super) input: Input,
     pub(super) trees: u16,
     pub(super) shift: u8,
     /// The half at which the labels start. The part that a kind defines must end there.
@@ -245,9 +284,12 @@ impl Header {
         if half(words, 14) > MOST_SHIFT {
             return Err(ModelError::Header { half: 14, found: half(words, 14) });
         }
-        if half(words, 15) != 0 {
-            return Err(ModelError::Header { half: 15, found: half(words, 15) });
-        }
+        let input = match half(words, 15) {
+            0 => Input::Frames,
+            1 => Input::Path,
+            2 => Input::TaxelPath,
+            found => return Err(ModelError::Header { half: 15, found }),
+        };
         if let Err(error) = super::labels::check(words, labels, classes as u8) {
             return Err(error);
         }
@@ -257,6 +299,7 @@ impl Header {
             classes: classes as u8,
             task,
             frames: frames as u8,
+            input,
             trees: half(words, 11),
             shift: half(words, 14) as u8,
             labels,

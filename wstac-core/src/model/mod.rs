@@ -18,7 +18,7 @@ pub mod trees;
 mod walk;
 
 use self::boosted::Boosted;
-use self::file::{Header, INPUTS, ModelError, Task};
+use self::file::{Header, INPUTS, Input, ModelError, Task};
 use self::forest::Forest;
 use self::labels::Labels;
 use self::linear_svm::LinearSvm;
@@ -55,9 +55,15 @@ macro_rules! common {
                 self.header.task
             }
 
-            /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70.
+            /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70. Of a sample
+            /// along a path it is the tens of its numbers.
             pub const fn frames(&self) -> u8 {
                 self.header.frames
+            }
+
+            /// Returns the sample that the model takes.
+            pub const fn input(&self) -> Input {
+                self.header.input
             }
 
             /// Returns the number of trees; 0 for a model without trees.
@@ -144,7 +150,17 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70.
+    /// Returns the sample that the model takes.
+    pub const fn input(&self) -> Input {
+        match self {
+            Self::LinearSvm(model) => model.input(),
+            Self::Forest(model) => model.input(),
+            Self::Boosted(model) => model.input(),
+        }
+    }
+
+    /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70. Of a sample along a
+    /// path it is the tens of its numbers.
     pub const fn frames(&self) -> u8 {
         match self {
             Self::LinearSvm(model) => model.frames(),

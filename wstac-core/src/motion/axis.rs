@@ -51,8 +51,8 @@ pub(super) fn by_coherence(event: &Event<'_>, first: usize) -> Axis {
     }
     let mut best: Option<(i32, shift::Step)> = None;
     let mut starts = [i32::MAX; LEVELS.len()];
-    for (number, level) in LEVELS.into_iter().enumerate() {
-        let start = shapes.edges(level).slope().clamp(-FARTHEST_START, FARTHEST_START);
+    for (number, level) in LEVELS.iter().enumerate() {
+        let start = start(&shapes, *level);
         if starts.iter().any(|&other| other.abs_diff(start) < SAME_START as u32) {
             continue;
         }
@@ -79,6 +79,13 @@ pub(super) fn by_coherence(event: &Event<'_>, first: usize) -> Axis {
         coherence: step.coherence,
         lit: shapes.lit(),
     }
+}
+
+/// Returns the slowness of the rising edges at a level.
+// It is not inlined, so that the edges do not lie on the stack of the steps.
+#[inline(never)]
+fn start(shapes: &Shapes, level: i32) -> i32 {
+    shapes.edges(level).slope().clamp(-FARTHEST_START, FARTHEST_START)
 }
 
 /// Returns the slowness to which steps from `start` lead, and the last step.

@@ -1,5 +1,6 @@
 //! Arrival times of rising edges, and the straight line through them.
 
+use super::sqrt::sqrt;
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
 use crate::trigger::Event;
@@ -46,7 +47,7 @@ impl Edges {
             }
         }
         let slope = slope as f32 / 65_536.0;
-        let sd = libm::sqrtf(rest / ((n - 2) as f32 * spread));
+        let sd = sqrt(rest / ((n - 2) as f32 * spread));
         let unit = 1.0 + slope.abs();
         (slope, sd, farthest, 1.0 - (rest / (n as f32 * unit * unit)).min(1.0))
     }
@@ -92,12 +93,11 @@ pub(super) fn brightest(event: &Event<'_>, first: usize) -> [i32; LINES] {
 ///
 /// A line's level is found in its features, so that only few of them must be turned into light.
 pub(super) fn of_event(event: &Event<'_>, first: usize) -> Edges {
-    let means = event.baseline.means(EXP_FRACTION_BITS);
     let mut frames = [None; LINES];
     let brightest = brightest(event, first);
     let top = brightest.into_iter().max().unwrap_or(0);
     for ((line, place), most) in frames.iter_mut().enumerate().zip(brightest) {
-        let Some(&mean) = means.get(first + line) else { continue };
+        let Some(mean) = event.baseline.mean_of(first + line, EXP_FRACTION_BITS) else { continue };
         if top.saturating_sub(most) > LIT || most <= mean {
             continue;
         }

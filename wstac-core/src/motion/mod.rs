@@ -9,8 +9,10 @@
 
 mod axis;
 mod edges;
+mod live;
 mod shape;
 mod shift;
+mod sqrt;
 
 use core::fmt;
 
@@ -19,6 +21,8 @@ use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 use axis::Axis;
+pub use live::{LiveContact, LiveMotion};
+use sqrt::sqrt;
 
 /// The kind of a touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +51,17 @@ impl Contact {
             Self::Unclear => "unclear",
         }
     }
+
+    /// Returns why a touch of this kind has neither speed nor direction, as a sentence.
+    pub(crate) const fn why_no_slide(self) -> &'static str {
+        match self {
+            // Not reached: a slide has both.
+            Self::Slide => "the touch is a slide",
+            Self::Press => "the touch is a press, which does not slide",
+            Self::Poke => "the touch is a poke, which does not slide",
+            Self::Unclear => "unclear: the touch is not certain to be a slide",
+        }
+    }
 }
 
 impl fmt::Display for Contact {
@@ -56,7 +71,7 @@ impl fmt::Display for Contact {
 }
 
 /// A speed and a direction, each with its standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -95,6 +110,8 @@ pub struct Motion {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MotionConfig {
+    /// Distance between neighboring whiskers in mm.
+    pitch_mm: f32,
     /// Speed in mm/s of a slowness of one frame per pitch.
     pitch_per_frame: f32,
 }
@@ -138,7 +155,7 @@ impl MotionConfig {
         if !(pitch_mm > 0.0 && pitch_mm <= 1000.0) {
             return Err(ConfigError::Pitch(pitch_mm));
         }
-        Ok(Self { pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
+        Ok(Self { pitch_mm, pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
     }
 
     /// Creates the parameters for the paper's sensor: a pitch of 4 mm.
@@ -146,8 +163,18 @@ impl MotionConfig {
         match Self::new(PITCH_MM, rate) {
             Ok(config) => config,
             // Not reached: the pitch is in range.
-            Err(_) => Self { pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
+            Err(_) => Self { pitch_mm: PITCH_MM, pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
         }
+    }
+
+    /// Returns the distance between neighboring whiskers in mm.
+    pub(crate) const fn pitch_mm(self) -> f32 {
+        self.pitch_mm
+    }
+
+    /// Returns the speed in mm/s of a slowness of one frame per pitch.
+    pub(crate) const fn pitch_per_frame(self) -> f32 {
+        self.pitch_per_frame
     }
 }
 
@@ -190,7 +217,15 @@ pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
 
+/// Returns the length of a vector.
+// Small code counts here: it runs once per event.
+#[inline(never)]
+fn length(a: f32, b: f32) -> f32 {
+    sqrt(a * a + b * b)
+}
+
 /// Returns the factor at a slowness: on straight lines between the points, and even beyond them.
+#[inline(never)]
 fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
     let Some(&[mut before, mut factor]) = points.first() else { return 1.0 };
     for &[at, then] in points {
@@ -206,7 +241,7 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
 /// Puts both axes together.
 fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, deviations: &Deviations) -> Motion {
     let coherence = rows.coherence.min(columns.coherence);
-    let slowness = libm::sqrtf(rows.slowness * rows.slowness + columns.slowness * columns.slowness);
+    let slowness = length(rows.slowness, columns.slowness);
     let contact = if rows.lit.max(columns.lit) < 3 {
         if rows.lit.min(columns.lit) > 0 { Contact::Poke } else { Contact::Unclear }
     } else if coherence < ALIKE || slowness > MOST_SLOWNESS {
@@ -230,21 +265,26 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
 
 /// Returns speed and direction of a slowness above 0, in frames per pitch.
 fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, deviations: &Deviations) -> Velocity {
-    let (right, up) = (columns.slowness / slowness, -rows.slowness / slowness);
-    let length = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
+    // A difference, because the negative of 0 would give an angle of -0.
+    let (right, up) = (columns.slowness / slowness, 0.0 - rows.slowness / slowness);
     let factor = between(deviations.factors, slowness);
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));
     let mm_s = config.pitch_per_frame / slowness;
-    let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
-    let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     Velocity {
         mm_s,
         mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
-        // A tiny negative angle rounds to a whole turn.
-        degrees: if turned >= 360.0 { 0.0 } else { turned },
+        degrees: degrees(right, up),
         degrees_sd: length(up * right_sd, right * up_sd) * between(&ACROSS, slowness) * (180.0 / core::f32::consts::PI),
     }
+}
+
+/// Returns the angle of a vector in degrees, counterclockwise from the right: 0 ≤ degrees < 360.
+fn degrees(right: f32, up: f32) -> f32 {
+    let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
+    let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
+    // A tiny negative angle rounds to a whole turn, and a negative zero is no angle.
+    if turned >= 360.0 { 0.0 } else { turned + 0.0 }
 }
 
 #[cfg(test)]

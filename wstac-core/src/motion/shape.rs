@@ -36,12 +36,12 @@ impl Shapes {
     /// A new value would be a second one on the stack.
     #[inline(never)]
     pub(super) fn fill(&mut self, event: &Event<'_>, first: usize) {
-        let means = event.baseline.means(EXP_FRACTION_BITS);
         let brightest = brightest(event, first);
         let (mut peaks, mut spans) = ([0_u32; LINES], [NO_SPAN; LINES]);
         for (line, shape) in self.lines.iter_mut().enumerate() {
             let feature = first + line;
-            let (Some(&mean), Some(&most)) = (means.get(feature), brightest.get(line)) else { continue };
+            let mean = event.baseline.mean_of(feature, EXP_FRACTION_BITS);
+            let (Some(mean), Some(&most)) = (mean, brightest.get(line)) else { continue };
             let mut light = [0_i32; SAMPLE_FRAMES];
             let base = exp_of_negative((most - mean).max(0) as u32);
             for (light, value) in light.iter_mut().zip(event.sample.feature(feature)) {

@@ -2,6 +2,7 @@
 
 use super::edges::LINES;
 use super::shape::Shapes;
+use super::sqrt::sqrt;
 use crate::params::SAMPLE_FRAMES;
 
 /// One step, and how alike the lines were before it.
@@ -22,6 +23,8 @@ pub(super) struct Step {
 
 /// Fewest frames that all shifted lines must share.
 const FEWEST_FRAMES: usize = 10;
+/// Most frames that they can share: interpolation reads a frame before and two behind, of lines that may be at rest.
+const MOST_FRAMES: usize = SAMPLE_FRAMES - 4;
 /// Dark frames that are read before the first bright one, and after the last.
 const MARGIN: usize = 5;
 /// Largest step, in frames per pitch.
@@ -37,7 +40,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     let from = reach.max(first.saturating_sub(MARGIN));
     let to = (last + MARGIN + 1).min(SAMPLE_FRAMES.saturating_sub(reach));
     let frames = to.checked_sub(from).filter(|&frames| frames >= FEWEST_FRAMES)?;
-    let mut sum = [0_i32; SAMPLE_FRAMES];
+    let mut sum = [0_i32; MOST_FRAMES];
     for (k, line) in shapes.lit_lines() {
         let shifted = Shifted::new(line, k * slowness, from)?;
         for (sum, value) in sum.iter_mut().zip(shifted.values().take(frames)) {
@@ -56,24 +59,24 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     if mm == 0 || dd <= 0.0 {
         return None;
     }
-    let mut lines = [[0.0_f32; 4]; LINES];
+    let mut lines = [[0.0_f32; 3]; LINES];
     let (mut weight, mut moment) = (0.0, 0.0);
     for ((k, line), place) in shapes.lit_lines().zip(&mut lines) {
         let shifted = Shifted::new(line, k * slowness, from)?;
         let (mut ym, mut yd, mut yy) = (0_i64, 0_i64, 0_i64);
-        for ([before, here, after], y) in sum.array_windows().zip(shifted.values().skip(1)) {
-            ym += i64::from(y * here);
-            yd += i64::from(y * (after - before));
-            yy += i64::from(y * y);
+        for ([before, here, after], y) in sum.array_windows().zip(shifted.behind_first()) {
+            ym += product(y, *here);
+            yd += product(y, after - before);
+            yy += product(y, y);
         }
         let gain = ym as f32 / mm as f32;
-        *place = [k as f32, gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
+        *place = [gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
         weight += gain * gain;
         moment += k as f32 * gain * gain;
     }
     let middle = moment / weight;
     let (mut numerator, mut spread, mut rest, mut energy, mut lit) = (0.0, 0.0, 0.0, 0.0, 0.0_f32);
-    for [k, gain, along_derivative, unlike] in lines {
+    for (k, &[gain, along_derivative, unlike]) in shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines) {
         if gain > 0.0 {
             let k = k - middle;
             numerator += k * gain * along_derivative;
@@ -90,17 +93,17 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     let rest = (rest - numerator * numerator / denominator).max(0.0);
     let step = (2.0 * numerator / denominator).clamp(-LARGEST_STEP, LARGEST_STEP);
     let free = (lit - 1.0) * (frames - 2) as f32 - lit;
-    let sd = 2.0 * libm::sqrtf(rest / (free.max(1.0) * denominator));
+    let sd = 2.0 * sqrt(rest / (free.max(1.0) * denominator));
     // The residual of each line's arrival time.
     let (mut squares, mut farthest) = (0.0, 0.0_f32);
-    for [k, gain, along_derivative, _] in lines {
+    for (k, &[gain, along_derivative, _]) in shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines) {
         if gain > 0.0 {
             let off = 2.0 * (along_derivative / (gain * dd) - (k - middle) * numerator / denominator);
             squares += gain * gain * off * off;
             farthest = farthest.max(off.abs());
         }
     }
-    let scatter = libm::sqrtf(squares / ((lit - 2.0).max(1.0) * spread));
+    let scatter = sqrt(squares / ((lit - 2.0).max(1.0) * spread));
     Some(Step { scatter, farthest, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
 }
 
@@ -109,6 +112,17 @@ impl Shapes {
     fn lit_lines(&self) -> impl Iterator<Item = (i32, &[i16; SAMPLE_FRAMES])> + Clone {
         let lines = (-(LINES as i32) / 2..).zip(self.lines.iter().zip(&self.is_lit));
         lines.filter(|(_, (_, is_lit))| **is_lit).map(|(k, (line, _))| (k, line))
+    }
+}
+
+/// Returns the product of a shifted line's light and a number of at most 17 bits: 31 bits hold it.
+///
+/// A Cortex-M0 has no product of 64 bits, and others add one in an instruction.
+fn product(light: i32, number: i32) -> i64 {
+    if cfg!(all(target_arch = "arm", not(thumb2))) {
+        i64::from(light * number)
+    } else {
+        i64::from(light) * i64::from(number)
     }
 }
 
@@ -134,10 +148,21 @@ impl<'a> Shifted<'a> {
     }
 
     fn values(&self) -> impl Iterator<Item = i32> + use<'_> {
+        self.of(self.values)
+    }
+
+    /// Returns the values behind the first one.
+    fn behind_first(&self) -> impl Iterator<Item = i32> + use<'_> {
+        self.of(self.values.get(1..).unwrap_or_default())
+    }
+
+    fn of(&self, values: &'a [i16]) -> impl Iterator<Item = i32> + use<'_> {
         let [a, b, c, d] = self.taps;
-        self.values.array_windows().map(move |[p, q, r, s]| {
-            let [p, q, r, s] = [p, q, r, s].map(|&value| i32::from(value));
-            (a * p + b * q + c * r + d * s + (1 << 13)) >> 14
+        // Each product is written out: in a small program, `map` of an array is a loop over memory.
+        values.array_windows().map(move |&[p, q, r, s]| {
+            let outer = a * i32::from(p) + d * i32::from(s);
+            let inner = b * i32::from(q) + c * i32::from(r);
+            (outer + inner + (1 << 13)) >> 14
         })
     }
 }

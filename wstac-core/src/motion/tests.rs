@@ -10,7 +10,7 @@ use crate::sample::Sample;
 const DARK: f64 = 0.01;
 
 fn event_of<'a>(frames: &'a [Features; SAMPLE_FRAMES], baseline: &'a Baseline) -> Event<'a> {
-    Event { frame: 0, sample: Sample::from_frames(frames), baseline, frames_filled: 0, reliable: true }
+    Event::new(0, Sample::from_frames(frames), baseline)
 }
 
 fn baseline() -> Baseline {
@@ -68,6 +68,8 @@ fn speeds_follow_pitch_and_frame_rate() {
         let config = MotionConfig::new(pitch, FrameRate::new(rate, 1).unwrap()).unwrap();
         let velocity = by_coherence(&event_of(&frames, &baseline), config).velocity.unwrap();
         assert!((velocity.mm_s / expected - 1.0).abs() < 0.004, "{pitch} {rate}: {velocity:?}");
+        // Straight to the right is 0, and not -0.0.
+        assert_eq!(velocity.degrees.to_bits(), 0, "{velocity:?}");
     }
     for pitch in [0.0, -1.0, f32::NAN, f32::INFINITY, 1001.0] {
         assert!(matches!(MotionConfig::new(pitch, FrameRate::NOMINAL), Err(ConfigError::Pitch(_))));

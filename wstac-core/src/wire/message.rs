@@ -3,17 +3,19 @@
 use serde::{Deserialize, Serialize};
 
 use super::Text;
-use crate::direction::{self, Direction};
+use crate::direction::Direction;
 use crate::features::Features;
 use crate::green::any::PixelFormat;
+use crate::law::{EventLaw, has_texture};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
+use crate::motion::{Contact, Velocity};
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 use crate::rate::FrameRate;
 use crate::sample::Sample;
-use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
+use crate::speed::{NoSpeed, Speed};
 use crate::texture::Texture;
-use crate::trigger::{Event, InterruptedSample, StreamEnd, TriggerConfig};
+use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
 
 /// A message from a board to a host.
 ///
@@ -86,6 +88,16 @@ pub enum Message<'a> {
         #[serde(serialize_with = "super::numbers::long")]
         dropped: u64,
     },
+    /// The end of the touch of an event.
+    ContactEnd(ContactEnd),
+    /// Speed and direction of a frame while something slides, if they are wanted.
+    Motion {
+        /// The number of the feature frame.
+        #[serde(serialize_with = "super::numbers::long")]
+        frame: u64,
+        /// Speed and direction with their standard deviations.
+        velocity: Velocity,
+    },
 }
 
 /// The description of a board.
@@ -141,34 +153,64 @@ pub struct Answers<'a> {
     /// The number of the first frame of the sample.
     #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
+    /// The first lit frame of the touch, counted from `frame`; `None` by a law of durations. It may lie before the sample.
+    pub touch: Option<i16>,
+    /// The first dark frame behind the touch, counted from `frame`; `None` if the light has not left, or by a law of
+    /// durations.
+    pub end: Option<u8>,
+    /// The kind of the touch; `None` by a law of durations.
+    pub contact: Option<Contact>,
     /// The duration in frames, from the first lit frame to the last; `None` if no frame is lit.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
     pub speed: Result<Speed, NoSpeed>,
-    /// The sliding direction, or the reason why there is none, and its confidence.
+    /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
     /// The answers of texture models; unused places are `None`.
     #[serde(borrow)]
     pub textures: [Option<TextureAnswer<'a>>; 3],
     /// The number of frames of the sample that were filled: 0 to 70.
     pub frames_filled: u8,
-    /// Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
-    /// was filled.
+    /// Whether the answers are reliable: see [`Answer::reliable`](crate::law::Answer::reliable).
     pub reliable: bool,
 }
 
 impl<'a> Answers<'a> {
-    /// Computes an event's speed and direction. [`Answers::with_texture`] adds textures.
-    pub fn new(event: &Event<'_>, config: &SpeedConfig) -> Self {
+    /// Computes an event's answers by a law. [`Answers::with_texture`] adds textures.
+    pub fn new(event: &Event<'_>, law: &impl EventLaw) -> Self {
+        let answer = law.answer(event);
         Self {
             frame: event.frame,
-            duration: speed::duration(event, config).map(LitSpan::frames),
-            speed: speed::speed(event, config),
-            direction: direction::direction(event),
+            touch: event.touch_frame.map(|touch| {
+                let before = event.frame.saturating_sub(touch).min(i16::MAX as u64) as i16;
+                // Behind the start of the sample it is within it.
+                if before > 0 { -before } else { touch.saturating_sub(event.frame).min(i16::MAX as u64) as i16 }
+            }),
+            end: event.end_frame.map(|end| end.saturating_sub(event.frame).min(u64::from(u8::MAX)) as u8),
+            contact: answer.contact,
+            duration: answer.duration,
+            speed: answer.speed,
+            direction: answer.direction,
             textures: [None; 3],
             frames_filled: event.frames_filled,
-            reliable: event.reliable,
+            reliable: answer.reliable,
         }
+    }
+
+    /// Returns the number of the first lit frame of the touch; `None` by a law of durations.
+    pub fn touch_frame(&self) -> Option<u64> {
+        self.touch.map(|touch| self.frame.saturating_add_signed(i64::from(touch)))
+    }
+
+    /// Returns the number of the first dark frame behind the touch; `None` if the light has not left, or by a law of
+    /// durations.
+    pub fn end_frame(&self) -> Option<u64> {
+        self.end.map(|end| self.frame.saturating_add(u64::from(end)))
+    }
+
+    /// Returns whether the touch has a texture: whether it slides, as far as the law tells.
+    pub fn has_texture(&self) -> bool {
+        has_texture(self.contact)
     }
 
     /// Returns the answers with one more texture answer. There is room for three; a fourth is left out.
@@ -245,6 +287,9 @@ pub enum Request {
     Features(bool),
     /// Says whether every event's sample is wanted. At first it is not.
     Samples(bool),
+    /// Says whether speed and direction of every frame are wanted. At first they are not. A board without
+    /// [`LiveMotion`](crate::motion::LiveMotion) sends none.
+    Motion(bool),
 }
 
 /// The number of frames of a sample in one message.

@@ -4,13 +4,13 @@
 //! works, too.
 //!
 //! ```
-//! use wstac_core::speed::SpeedConfig;
+//! use wstac_core::law::ByCoherence;
 //! use wstac_core::trigger::Event;
 //! use wstac_core::wire::{self, Answers, Message};
 //!
-//! fn send(event: &Event, config: &SpeedConfig, sequence: &mut u16, uart: &mut impl FnMut(&[u8])) {
+//! fn send(event: &Event, law: &ByCoherence, sequence: &mut u16, uart: &mut impl FnMut(&[u8])) {
 //!     let mut buffer = [0; wire::LONGEST];
-//!     uart(wire::encode(&Message::Event(Answers::new(event, config)), *sequence, &mut buffer));
+//!     uart(wire::encode(&Message::Event(Answers::new(event, law)), *sequence, &mut buffer));
 //!     *sequence = sequence.wrapping_add(1);
 //! }
 //! ```
@@ -43,6 +43,10 @@
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is. A receiver skips messages that it does
 //! not know ([`DecodeError::Unknown`]), and bytes behind the fields that it knows. Any other change increases the
 //! version. Then a receiver reads no message and reports it ([`DecodeError::Version`]).
+//!
+//! Version 2 added to [`Answers`]: the kind of the touch, its first lit frame and its first dark one, and standard
+//! deviations of speed and direction. Since then a direction is any angle, a [`Hello`]'s trigger says whether it gives
+//! one event per touch, and [`Message::ContactEnd`] says when the light has left.
 
 mod decoder;
 mod frame;
@@ -58,7 +62,7 @@ pub use text::Text;
 use serde::{Deserialize, Serialize};
 
 /// The version of the bytes on the link, in the first byte of every frame.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// The number of bytes of the longest frame, its zeros included. Any message fits.
 pub const LONGEST: usize = 256;

@@ -11,10 +11,11 @@ use crate::green::bayer::BayerOrder;
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::model::forest::Forest;
+use crate::motion::Contact;
 use crate::rate::FrameRate;
 use crate::speed::{NoSpeed, Speed};
 use crate::texture::texture;
-use crate::trigger::{InterruptedSample, Rule, StreamEnd, TriggerConfig};
+use crate::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
 
 static MODEL: Forest<'static> = crate::include_model!(Forest, "../../tests/models/small.wsm");
 const LONGEST_NAME: &str = "the name of a class is at most this long: 63 bytes, in UTF-8 é";
@@ -39,9 +40,12 @@ fn hello(frame: u64) -> Hello<'static> {
 fn answers() -> Answers<'static> {
     Answers {
         frame: u64::MAX,
+        touch: Some(i16::MIN),
+        end: Some(u8::MAX),
+        contact: Some(Contact::Unclear),
         duration: Some(69),
-        speed: Err(NoSpeed::CutOff { at_most: Some(45.5) }),
-        direction: Direction { heading: Err(Unclear::NoOrder), confidence: 32_768 },
+        speed: Ok(Speed::by_arrival(600.5, 3.25)),
+        direction: Direction::by_arrival(Ok([359.75, 0.5])),
         textures: [Some(TextureAnswer { task: Task::Specimen, label: Text::new(LONGEST_NAME) }); 3],
         frames_filled: 70,
         reliable: true,
@@ -55,9 +59,12 @@ fn messages() -> Vec<Message<'static>> {
         StreamEnd { frames: u64::MAX, baseline_complete: true, baseline_quiet: true, incomplete: Some(incomplete) };
     let short = Answers {
         frame: 0,
+        touch: None,
+        end: None,
+        contact: None,
         duration: None,
-        speed: Ok(Speed { mm_s: 159.9, extrapolated: false }),
-        direction: Direction { heading: Ok(Heading::Left), confidence: 0 },
+        speed: Ok(Speed::new(159.9)),
+        direction: Direction::by_centroids(Ok(Heading::Left), 0),
         textures: [None; 3],
         frames_filled: 0,
         reliable: false,
@@ -75,6 +82,18 @@ fn messages() -> Vec<Message<'static>> {
         Message::End { stream, dropped: u64::MAX },
         Message::Hello(Hello { models: [None; 3], firmware: Text::new(""), ..hello(7) }),
         Message::Event(short),
+        Message::Event(Answers {
+            contact: Some(Contact::Press),
+            speed: Err(NoSpeed::NoSlide(Contact::Press)),
+            direction: Direction::by_arrival(Err(Unclear::NoSlide(Contact::Press))),
+            ..short
+        }),
+        Message::Event(Answers {
+            speed: Err(NoSpeed::CutOff { at_most: Some(45.5) }),
+            direction: Direction::by_centroids(Err(Unclear::NoOrder), 32_768),
+            ..short
+        }),
+        Message::ContactEnd(ContactEnd::new(u64::MAX, u64::MAX)),
         Message::Features { frame: 0, features: [0; 10] },
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
@@ -129,7 +148,7 @@ fn the_bytes_of_a_frame_are_these() {
     // Version 1, sequence 300, message 1 (features), frame 130, 20 bytes; CRC-32; no zero among them.
     let message = Message::Features { frame: 130, features: [257, -1, -2, -2048, 3296, 258, 259, 260, 261, -13_000] };
     let content = [
-        &[1, 0xAC, 2, 1, 0x82, 1, 20][..],
+        &[2, 0xAC, 2, 1, 0x82, 1, 20][..],
         &[1, 1, 0xFF, 0xFF, 0xFE, 0xFF, 0, 0xF8, 0xE0, 0xC, 2, 1, 3, 1, 4, 1, 5, 1, 0x38, 0xCD],
     ]
     .concat();
@@ -137,26 +156,36 @@ fn the_bytes_of_a_frame_are_these() {
     let mut expected = [&[0, 14][..], &content[..13], &[18], &content[14..], &sum.to_le_bytes()].concat();
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
-    // An event: 159.9 mm/s in 27 frames, 90°, confidence 0.5, one texture, no frame filled, reliable.
+    // An event: a slide from frame 45 to 73, 159.9 ± 1.5 mm/s in 27 frames, 90.5 ± 0.75°, one texture, no frame filled, reliable.
     let texture = Some(TextureAnswer { task: Task::Specimen, label: Text::new("Saw3") });
     let event = Answers {
         frame: 35,
+        touch: Some(10),
+        end: Some(38),
+        contact: Some(Contact::Slide),
         duration: Some(27),
-        speed: Ok(Speed { mm_s: 159.9, extrapolated: false }),
-        direction: Direction { heading: Ok(Heading::Up), confidence: 0x4000 },
+        speed: Ok(Speed::by_arrival(159.9, 1.5)),
+        direction: Direction::by_arrival(Ok([90.5, 0.75])),
         textures: [texture, None, None],
         frames_filled: 0,
         reliable: true,
     };
     let content = [
-        &[1, 0, 3, 35, 1, 27, 0][..],
+        &[2, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
         &159.9_f32.to_le_bytes(),
-        &[0, 0, 1, 0x80, 0x80, 1, 1, 1, 4],
+        &[1],
+        &1.5_f32.to_le_bytes(),
+        &[0, 0],
+        &90.5_f32.to_le_bytes(),
+        &[1],
+        &0.75_f32.to_le_bytes(),
+        &[0, 1, 1, 4],
         b"Saw3",
         &[0, 0, 0, 1],
     ]
     .concat();
     assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
+    assert_eq!((event.touch_frame(), event.end_frame()), (Some(45), Some(73)));
     // The check value of CRC-32 (IEEE).
     assert_eq!(crc32(*b"123456789"), 0xCBF4_3926);
 }
@@ -232,7 +261,7 @@ fn a_board_that_starts_again_has_lost_nothing() {
 
 #[test]
 fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
-    let checked = with_crc(&[1, 5, 1, 1]);
+    let checked = with_crc(&[2, 5, 1, 1]);
     let push = |bytes: &[u8]| {
         let mut decoder = Decoder::<8>::new();
         bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect::<Vec<_>>()
@@ -264,26 +293,26 @@ fn cobs(content: &[u8]) -> Vec<u8> {
 #[test]
 fn other_versions_and_unknown_messages_are_told_apart_from_damage() {
     let lost = Message::Lost { frames: 9 };
-    assert_eq!(frame_of(&[1, 5, 6, 9]), frame(&lost, 5));
+    assert_eq!(frame_of(&[2, 5, 6, 9]), frame(&lost, 5));
     for (content, expected) in [
-        (&[2, 5, 6, 9][..], Err(DecodeError::Version(2))),
+        (&[1, 5, 6, 9][..], Err(DecodeError::Version(1))),
         (&[0, 5, 6, 9], Err(DecodeError::Version(0))),
-        (&[1, 5, 99, 1, 2, 3], Err(DecodeError::Unknown)),
-        (&[1, 5, 6], Err(DecodeError::Unknown)),
-        (&[1], Err(DecodeError::Unknown)),
+        (&[2, 5, 99, 1, 2, 3], Err(DecodeError::Unknown)),
+        (&[2, 5, 6], Err(DecodeError::Unknown)),
+        (&[2], Err(DecodeError::Unknown)),
         (&[], Err(DecodeError::Damaged)),
         // A fault of another number, a direction of another kind, a name that is no UTF-8.
-        (&[1, 5, 7, 99], Err(DecodeError::Unknown)),
-        (&[1, 5, 7, 6, 1, 0xFF], Err(DecodeError::Unknown)),
+        (&[2, 5, 7, 99], Err(DecodeError::Unknown)),
+        (&[2, 5, 7, 6, 1, 0xFF], Err(DecodeError::Unknown)),
         // A field more.
-        (&[1, 5, 6, 9, 1, 2, 3], arrived(&lost, 0)),
+        (&[2, 5, 6, 9, 1, 2, 3], arrived(&lost, 0)),
     ] {
         assert_eq!(received(&mut Decoder::new(), &frame_of(content)), [expected], "{content:?}");
     }
     // Messages that were lost before an unknown message are not forgotten.
     let mut decoder = Decoder::new();
     received(&mut decoder, &frame(&lost, 0));
-    received(&mut decoder, &frame_of(&[1, 3, 99]));
+    received(&mut decoder, &frame_of(&[2, 3, 99]));
     assert_eq!(received(&mut decoder, &frame(&lost, 5)), [arrived(&lost, 3)]);
 }
 
@@ -339,15 +368,17 @@ fn texts_are_cut_between_characters_and_labels_are_read_where_they_lie() {
 
 #[test]
 fn reasons_are_errors_with_sentences() {
-    let reasons: [(&dyn core::error::Error, &str); 9] = [
+    let reasons: [(&dyn core::error::Error, &str); 11] = [
         (&NoSpeed::BaselineAbove, "the baseline is above the speed threshold"),
         (&NoSpeed::NeverValid, "no frame is above the speed threshold"),
         (&NoSpeed::CutOff { at_most: Some(45.5) }, "cut off: the sample starts or ends above the speed threshold"),
         (&NoSpeed::OutsideLaw, "the speed law has no finite speed for this duration"),
+        (&NoSpeed::NoSlide(Contact::Press), "the touch is a press, which does not slide"),
+        (&Unclear::NoSlide(Contact::Unclear), "unclear: the touch is not certain to be a slide"),
         (&Unclear::NeverLit, "unclear: a row and a column never light up"),
         (&Unclear::NoOrder, "unclear: neither rows nor columns light up in order"),
         (&DecodeError::Damaged, "the frame is damaged: its bytes are not the bytes that were sent"),
-        (&DecodeError::Version(7), "version of the link is 7, expected 1"),
+        (&DecodeError::Version(7), "version of the link is 7, expected 2"),
         (&DecodeError::Unknown, "the message is unknown to this version of the software"),
     ];
     for (reason, sentence) in reasons {

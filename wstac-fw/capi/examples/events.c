@@ -44,21 +44,34 @@ static FILE *open_file(const char *name)
 
 static void print_event(bool with_model)
 {
+    static const char *const contacts[] = {"unclear", "slide", "press", "poke"};
     WstacFwEvent event;
-    WstacFwSpeed speed;
-    WstacFwDirection direction;
+    WstacFwMotion motion;
     WstacFwTexture texture;
     check(wstac_fw_event(&pipeline, &event), "event");
-    check(wstac_fw_speed(&pipeline, &speed), "speed");
-    check(wstac_fw_direction(&pipeline, &direction), "direction");
-    printf("frame=%llu speed=", (unsigned long long)event.frame);
-    printf(speed.why == WSTAC_FW_WHY_THERE ? "%.2f" : "-", (double)speed.mm_s);
-    printf(direction.why == WSTAC_FW_WHY_THERE ? " direction=%.1f" : " direction=-", (double)direction.degrees);
+    check(wstac_fw_motion(&pipeline, &motion), "motion");
+    printf("frame=%llu contact=%s", (unsigned long long)event.frame, contacts[motion.contact]);
+    /* Only a slide has a speed, a direction and a texture. */
+    if (motion.contact != WSTAC_FW_CONTACT_SLIDE) {
+        printf(" speed=- direction=- texture=-\n");
+        return;
+    }
+    printf(" speed=%.2f direction=%.1f", (double)motion.mm_s, (double)motion.degrees);
     if (with_model) {
         check(wstac_fw_sample(&pipeline, sample), "sample");
         check(wstac_fw_classify(&model, sample, &texture), "texture");
     }
     printf(" texture=%s\n", with_model ? texture.label : "-");
+}
+
+/* Prints that the touch of an event has ended, if the last call has found out. */
+static void print_contact_end(void)
+{
+    WstacFwContactEnd end;
+    WstacFwStatus status = wstac_fw_take_contact_end(&pipeline, &end);
+    check(status, "contact end");
+    if (status == WSTAC_FW_STATUS_OK)
+        printf("frame=%llu end of the touch of event %llu\n", (unsigned long long)end.frame, (unsigned long long)end.event_frame);
 }
 
 int main(int argc, char **argv)
@@ -95,11 +108,13 @@ int main(int argc, char **argv)
         check(status, argv[1]);
         if (status == WSTAC_FW_STATUS_EVENT)
             print_event(argc == 5);
+        print_contact_end();
     }
     fclose(frames);
     WstacFwStatus status = wstac_fw_finish(&pipeline);
     check(status, "finish");
     if (status == WSTAC_FW_STATUS_EVENT)
         print_event(argc == 5);
+    print_contact_end();
     return 0;
 }

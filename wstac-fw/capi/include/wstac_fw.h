@@ -28,7 +28,7 @@
 #define WSTAC_FW_LABEL_BYTES 64
 
 // Bytes of a pipeline.
-#define WSTAC_PIPELINE_SIZE 2408
+#define WSTAC_PIPELINE_SIZE 2512
 
 // The alignment of a pipeline in memory, in bytes.
 #define WSTAC_PIPELINE_ALIGN 8
@@ -109,12 +109,37 @@ enum WstacFwStatus
   WSTAC_FW_STATUS_MODEL_CONTENT = -31,
   // The parameters have another fault.
   WSTAC_FW_STATUS_OTHER = -32,
+  // The distance between neighboring whiskers is out of range.
+  WSTAC_FW_STATUS_PITCH = -33,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum WstacFwStatus WstacFwStatus;
 #else
 typedef int32_t WstacFwStatus;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// The kind of a touch.
+enum WstacFwContact
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // None of the others, or none for certain.
+  WSTAC_FW_CONTACT_UNCLEAR = 0,
+  // Something slides: it arrives at one side and leaves at the other.
+  WSTAC_FW_CONTACT_SLIDE = 1,
+  // Something is pressed on all whiskers at once, or leaves them at once.
+  WSTAC_FW_CONTACT_PRESS = 2,
+  // One or two whiskers of a row and of a column are touched.
+  WSTAC_FW_CONTACT_POKE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum WstacFwContact WstacFwContact;
+#else
+typedef int32_t WstacFwContact;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -178,13 +203,18 @@ typedef struct WstacFwFormat WstacFwFormat;
 // wstac_fw_init sets it up. A copied or moved pipeline is another one in the same state. Nothing has to be freed.
 typedef struct WstacFwPipeline {
   // The library's own.
-  uint64_t opaque[301];
+  uint64_t opaque[314];
 } WstacFwPipeline;
 
 // A tactile event.
 typedef struct WstacFwEvent {
   // The number of the first frame of its sample. Feature frames are counted from 0.
   uint64_t frame;
+  // The number of the first lit frame of the touch; -1 if the trigger gives more than one event per touch.
+  int64_t touch_frame;
+  // The number of the first dark frame behind the touch; -1 if the light has not left, or if the trigger gives more
+  // than one event per touch.
+  int64_t end_frame;
   // The number of frames of the sample that were lost, in whole or in part, and filled: 0 to 70.
   uint8_t frames_filled;
   // Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
@@ -192,7 +222,24 @@ typedef struct WstacFwEvent {
   bool reliable;
 } WstacFwEvent;
 
-// A sliding speed.
+// The motion of a touch by arrival times, and its kind.
+typedef struct WstacFwMotion {
+  // The kind of the touch. Only a slide has a speed, a direction and a texture.
+  WstacFwContact contact;
+  // Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
+  // reliable.
+  bool reliable;
+  // The speed in mm/s; 0 unless it slides.
+  float mm_s;
+  // The standard deviation of the speed in mm/s; 0 unless it slides.
+  float mm_s_sd;
+  // The direction in degrees, counterclockwise from +x: 0 to below 360; -1 unless it slides.
+  float degrees;
+  // The standard deviation of the direction in degrees; 0 unless it slides.
+  float degrees_sd;
+} WstacFwMotion;
+
+// A sliding speed by a law of durations.
 typedef struct WstacFwSpeed {
   // Whether there is one, or the reason why not.
   WstacFwWhy why;
@@ -206,7 +253,7 @@ typedef struct WstacFwSpeed {
   bool extrapolated;
 } WstacFwSpeed;
 
-// A sliding direction.
+// A sliding direction by centroids.
 typedef struct WstacFwDirection {
   // Whether there is one, or the reason why not.
   WstacFwWhy why;
@@ -223,6 +270,14 @@ typedef struct WstacFwIncomplete {
   // The number of its frames that had arrived: 1 to 69.
   uint8_t frames;
 } WstacFwIncomplete;
+
+// The end of the touch of an event: its light has left.
+typedef struct WstacFwContactEnd {
+  // The number of the first dark frame behind the touch.
+  uint64_t frame;
+  // The number of the first frame of the event's sample.
+  uint64_t event_frame;
+} WstacFwContactEnd;
 
 // The state of a stream, or how it ended.
 typedef struct WstacFwEnd {
@@ -289,6 +344,8 @@ typedef struct WstacFwOptions {
   uint16_t taxel[2];
   // The corners of 25 taxels, row by row; null for the paper's layout in the centered largest square.
   const struct WstacFwCorner *corners;
+  // The distance between neighboring whiskers in mm: `[sensor] pitch_mm`, above 0 and at most 1000; 0 means 4.
+  float pitch_mm;
 } WstacFwOptions;
 
 // The parameters of the trigger: `[trigger]` of a configuration file.
@@ -306,9 +363,12 @@ typedef struct WstacFwTrigger {
   double margin;
   // The time constant of a tracking baseline, in windows: a power of two from 16 to 32768; 0 for a fixed baseline.
   uint32_t follow;
+  // Whether a touch is one event, however long it is, as with `law = "arrival"`. Otherwise it is another event after
+  // each 70 frames, as published.
+  bool one_event_per_touch;
 } WstacFwTrigger;
 
-// The law from a duration to a speed: `[speed]` of a configuration file.
+// The law from a duration to a speed: `[speed]` of a configuration file with `law = "published"` or `"physical"`.
 typedef struct WstacFwSpeedLaw {
   // Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
   // in frames at 30 per second.
@@ -414,13 +474,29 @@ WstacFwStatus wstac_fw_event(const struct WstacFwPipeline *pipeline, struct Wsta
 // `pipeline` is null or a pipeline's memory; `sample` is null or memory for 700 numbers.
 WstacFwStatus wstac_fw_sample(const struct WstacFwPipeline *pipeline, int16_t *sample);
 
-// Writes the event's sliding speed.
+// Writes the event's motion by the coherence of arrival times: the law of `estimator = "coherence"`, which is the
+// default of wstac run.
+//
+// # Safety
+// `pipeline` is null or a pipeline's memory; `motion` is null or memory for one.
+WstacFwStatus wstac_fw_motion(const struct WstacFwPipeline *pipeline, struct WstacFwMotion *motion);
+
+// Writes the event's motion by rising edges: the law of `estimator = "edges"`. It takes fewer instructions and less
+// stack than wstac_fw_motion, and is less accurate.
+//
+// # Safety
+// `pipeline` is null or a pipeline's memory; `motion` is null or memory for one.
+WstacFwStatus wstac_fw_motion_by_edges(const struct WstacFwPipeline *pipeline, struct WstacFwMotion *motion);
+
+// Writes the event's sliding speed by a law of durations: the published one, or that of wstac_fw_set_speed_law. It holds
+// for specimens of one length only.
 //
 // # Safety
 // `pipeline` is null or a pipeline's memory; `speed` is null or memory for one.
-WstacFwStatus wstac_fw_speed(const struct WstacFwPipeline *pipeline, struct WstacFwSpeed *speed);
+WstacFwStatus wstac_fw_speed(const struct WstacFwPipeline *pipeline,
+                             struct WstacFwSpeed *speed);
 
-// Writes the event's sliding direction.
+// Writes the event's sliding direction by centroids, as published: one of four.
 //
 // # Safety
 // `pipeline` is null or a pipeline's memory; `to` is null or memory for one.
@@ -433,6 +509,15 @@ WstacFwStatus wstac_fw_direction(const struct WstacFwPipeline *pipeline, struct 
 // # Safety
 // `pipeline` is null or a pipeline's memory; `incomplete` is null or memory for one.
 WstacFwStatus wstac_fw_take_interrupted(struct WstacFwPipeline *pipeline, struct WstacFwIncomplete *incomplete);
+
+// Writes the end of the touch of an event, once.
+//
+// Returns WSTAC_FW_STATUS_NONE if there is none. The end of a short touch is known with its event, that of a long one
+// later. Until then no other event starts. A trigger with more than one event per touch gives none.
+//
+// # Safety
+// `pipeline` is null or a pipeline's memory; `to` is null or memory for one.
+WstacFwStatus wstac_fw_take_contact_end(struct WstacFwPipeline *pipeline, struct WstacFwContactEnd *to);
 
 // Writes the state of the stream; after wstac_fw_finish, how it ended.
 //
@@ -455,7 +540,7 @@ WstacFwStatus wstac_fw_model_init(struct WstacFwModel *model, size_t size, const
 // `model` is null or a model's memory, `sample` is null or 700 numbers, and `to` is null or memory for a texture.
 WstacFwStatus wstac_fw_classify(const struct WstacFwModel *model, const int16_t *sample, struct WstacFwTexture *to);
 
-// Sets up a pipeline with the default trigger and speed law, in `size` bytes of memory: sizeof(WstacFwPipeline).
+// Sets up a pipeline with the default trigger and laws, in `size` bytes of memory: sizeof(WstacFwPipeline).
 //
 // The memory may have been in use before. The baseline is the first 25 feature frames, during which nothing may touch
 // the sensor.
@@ -518,14 +603,15 @@ WstacFwStatus wstac_fw_trigger_defaults(struct WstacFwTrigger *trigger);
 // `pipeline` is null or a pipeline's memory; `trigger` is null or a trigger.
 WstacFwStatus wstac_fw_set_trigger(struct WstacFwPipeline *pipeline, const struct WstacFwTrigger *trigger);
 
-// Writes the default speed law, so that a program can change parts of it. It is the published law, or with `physical`
+// Writes the default law of durations, so that a program can change parts of it. It is the published law, or with `physical`
 // the physical one.
 //
 // # Safety
 // `law` is null or memory for it.
-WstacFwStatus wstac_fw_speed_law_defaults(struct WstacFwSpeedLaw *law, bool physical);
+WstacFwStatus wstac_fw_speed_law_defaults(struct WstacFwSpeedLaw *law,
+                                          bool physical);
 
-// Sets the speed law of a pipeline that has not had a frame.
+// Sets the law of durations, which wstac_fw_speed answers by, of a pipeline that has not had a frame.
 //
 // # Safety
 // `pipeline` is null or a pipeline's memory; `law` is null or a law.

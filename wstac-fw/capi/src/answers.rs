@@ -1,13 +1,14 @@
-//! The answers of a pipeline: features, the event, and its speed and direction. Each has its own function, and a
-//! program links only those that it calls.
+//! The answers of a pipeline: features, the event, and its motion, or its speed and direction as published. Each has its
+//! own function, and a program links only those that it calls. So the function that a program calls is the law.
 
-use wstac_core::direction::{Heading, Unclear, direction};
+use wstac_core::direction::{Unclear, direction};
+use wstac_core::motion::{self, Contact, Motion};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{self, NoSpeed};
 use wstac_core::trigger::Event;
 
 use crate::memory::{give, place, value, value_mut};
-use crate::pipeline::WstacFwPipeline;
+use crate::pipeline::{State, WstacFwPipeline};
 use crate::status::{WstacFwStatus, status};
 
 /// The number of features of a frame: five rows, then five columns.
@@ -25,11 +26,57 @@ const _: () = assert!(WSTAC_FW_SAMPLE_NUMBERS == FEATURES * SAMPLE_FRAMES);
 pub struct WstacFwEvent {
     /// The number of the first frame of its sample. Feature frames are counted from 0.
     pub frame: u64,
+    /// The number of the first lit frame of the touch; -1 if the trigger gives more than one event per touch.
+    pub touch_frame: i64,
+    /// The number of the first dark frame behind the touch; -1 if the light has not left, or if the trigger gives more
+    /// than one event per touch.
+    pub end_frame: i64,
     /// The number of frames of the sample that were lost, in whole or in part, and filled: 0 to 70.
     pub frames_filled: u8,
     /// Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
     /// was filled.
     pub reliable: bool,
+}
+
+/// The kind of a touch.
+#[repr(i32)]
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum WstacFwContact {
+    /// None of the others, or none for certain.
+    Unclear = 0,
+    /// Something slides: it arrives at one side and leaves at the other.
+    Slide = 1,
+    /// Something is pressed on all whiskers at once, or leaves them at once.
+    Press = 2,
+    /// One or two whiskers of a row and of a column are touched.
+    Poke = 3,
+}
+
+/// The motion of a touch by arrival times, and its kind.
+#[repr(C)]
+pub struct WstacFwMotion {
+    /// The kind of the touch. Only a slide has a speed, a direction and a texture.
+    pub contact: WstacFwContact,
+    /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
+    /// reliable.
+    pub reliable: bool,
+    /// The speed in mm/s; 0 unless it slides.
+    pub mm_s: f32,
+    /// The standard deviation of the speed in mm/s; 0 unless it slides.
+    pub mm_s_sd: f32,
+    /// The direction in degrees, counterclockwise from +x: 0 to below 360; -1 unless it slides.
+    pub degrees: f32,
+    /// The standard deviation of the direction in degrees; 0 unless it slides.
+    pub degrees_sd: f32,
+}
+
+/// The end of the touch of an event: its light has left.
+#[repr(C)]
+pub struct WstacFwContactEnd {
+    /// The number of the first dark frame behind the touch.
+    pub frame: u64,
+    /// The number of the first frame of the event's sample.
+    pub event_frame: u64,
 }
 
 /// The reason why an answer is missing.
@@ -52,7 +99,7 @@ pub enum WstacFwWhy {
     Other = 6,
 }
 
-/// A sliding speed.
+/// A sliding speed by a law of durations.
 #[repr(C)]
 pub struct WstacFwSpeed {
     /// Whether there is one, or the reason why not.
@@ -67,7 +114,7 @@ pub struct WstacFwSpeed {
     pub extrapolated: bool,
 }
 
-/// A sliding direction.
+/// A sliding direction by centroids.
 #[repr(C)]
 pub struct WstacFwDirection {
     /// Whether there is one, or the reason why not.
@@ -109,7 +156,7 @@ pub struct WstacFwEnd {
 unsafe fn answer<T>(
     pipeline: *const WstacFwPipeline,
     to: *mut T,
-    of: impl FnOnce(&Event<'_>, &crate::pipeline::State) -> T,
+    of: impl FnOnce(&Event<'_>, &State) -> T,
 ) -> WstacFwStatus {
     let answer = || {
         // SAFETY: the caller guarantees it.
@@ -151,6 +198,11 @@ pub unsafe extern "C" fn wstac_fw_features(
     status(give_features())
 }
 
+/// Returns the number of a frame, or -1.
+fn signed(frame: Option<u64>) -> i64 {
+    frame.map_or(-1, |frame| i64::try_from(frame).unwrap_or(i64::MAX))
+}
+
 /// Writes the event that the last call completed.
 ///
 /// # Safety
@@ -159,6 +211,8 @@ pub unsafe extern "C" fn wstac_fw_features(
 pub unsafe extern "C" fn wstac_fw_event(pipeline: *const WstacFwPipeline, event: *mut WstacFwEvent) -> WstacFwStatus {
     let of = |event: &Event<'_>, _: &_| WstacFwEvent {
         frame: event.frame,
+        touch_frame: signed(event.touch_frame),
+        end_frame: signed(event.end_frame),
         frames_filled: event.frames_filled,
         reliable: event.reliable,
     };
@@ -189,13 +243,63 @@ pub unsafe extern "C" fn wstac_fw_sample(pipeline: *const WstacFwPipeline, sampl
     status(copy())
 }
 
-/// Writes the event's sliding speed.
+/// Returns a motion as C has it.
+fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
+    let (contact, reliable) = match motion.contact {
+        Contact::Slide => (WstacFwContact::Slide, motion.reliable),
+        Contact::Press => (WstacFwContact::Press, event.reliable),
+        Contact::Poke => (WstacFwContact::Poke, event.reliable),
+        _ => (WstacFwContact::Unclear, false),
+    };
+    let none = WstacFwMotion { contact, reliable, mm_s: 0.0, mm_s_sd: 0.0, degrees: -1.0, degrees_sd: 0.0 };
+    motion.velocity.map_or(none, |found| WstacFwMotion {
+        contact,
+        reliable,
+        mm_s: found.mm_s,
+        mm_s_sd: found.mm_s_sd,
+        degrees: found.degrees,
+        degrees_sd: found.degrees_sd,
+    })
+}
+
+/// Writes the event's motion by the coherence of arrival times: the law of `estimator = "coherence"`, which is the
+/// default of wstac run.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory; `motion` is null or memory for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_motion(
+    pipeline: *const WstacFwPipeline,
+    motion: *mut WstacFwMotion,
+) -> WstacFwStatus {
+    let of = |event: &Event<'_>, state: &State| in_c(event, &motion::by_coherence(event, state.motion));
+    // SAFETY: the caller guarantees it.
+    unsafe { answer(pipeline, motion, of) }
+}
+
+/// Writes the event's motion by rising edges: the law of `estimator = "edges"`. It takes fewer instructions and less
+/// stack than wstac_fw_motion, and is less accurate.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory; `motion` is null or memory for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_motion_by_edges(
+    pipeline: *const WstacFwPipeline,
+    motion: *mut WstacFwMotion,
+) -> WstacFwStatus {
+    let of = |event: &Event<'_>, state: &State| in_c(event, &motion::by_edges(event, state.motion));
+    // SAFETY: the caller guarantees it.
+    unsafe { answer(pipeline, motion, of) }
+}
+
+/// Writes the event's sliding speed by a law of durations: the published one, or that of wstac_fw_set_speed_law. It holds
+/// for specimens of one length only.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `speed` is null or memory for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed: *mut WstacFwSpeed) -> WstacFwStatus {
-    let of = |event: &Event<'_>, state: &crate::pipeline::State| {
+    let of = |event: &Event<'_>, state: &State| {
         let frames = speed::duration(event, &state.speed).map_or(-1, |duration| i16::from(duration.frames()));
         let none = WstacFwSpeed {
             why: WstacFwWhy::There,
@@ -219,7 +323,7 @@ pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed:
     unsafe { answer(pipeline, speed, of) }
 }
 
-/// Writes the event's sliding direction.
+/// Writes the event's sliding direction by centroids, as published: one of four.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `to` is null or memory for one.
@@ -230,14 +334,14 @@ pub unsafe extern "C" fn wstac_fw_direction(
 ) -> WstacFwStatus {
     let of = |event: &Event<'_>, _: &_| {
         let found = direction(event);
-        let why = match found.heading {
+        let why = match found.degrees {
             Ok(_) => WstacFwWhy::There,
             Err(Unclear::NeverLit) => WstacFwWhy::NeverLit,
             Err(Unclear::NoOrder) => WstacFwWhy::NoOrder,
             Err(_) => WstacFwWhy::Other,
         };
-        let degrees = found.heading.map_or(-1, |heading: Heading| heading.degrees().cast_signed());
-        WstacFwDirection { why, degrees, confidence: found.confidence }
+        let degrees = found.heading().map_or(-1, |heading| heading.degrees().cast_signed());
+        WstacFwDirection { why, degrees, confidence: found.confidence.unwrap_or(0) }
     };
     // SAFETY: the caller guarantees it.
     unsafe { answer(pipeline, to, of) }
@@ -261,6 +365,29 @@ pub unsafe extern "C" fn wstac_fw_take_interrupted(
         let Some(sample) = state.interrupted.take() else { return Ok(WstacFwStatus::None) };
         // SAFETY: the caller guarantees it.
         unsafe { give(to, WstacFwIncomplete { frame: sample.frame, frames: sample.frames }) }
+    };
+    status(take())
+}
+
+/// Writes the end of the touch of an event, once.
+///
+/// Returns WSTAC_FW_STATUS_NONE if there is none. The end of a short touch is known with its event, that of a long one
+/// later. Until then no other event starts. A trigger with more than one event per touch gives none.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory; `to` is null or memory for one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_take_contact_end(
+    pipeline: *mut WstacFwPipeline,
+    to: *mut WstacFwContactEnd,
+) -> WstacFwStatus {
+    let take = || {
+        // SAFETY: the caller guarantees it.
+        let state = unsafe { value_mut(pipeline) }?;
+        let to = place(to)?;
+        let Some(end) = state.contact_end.take() else { return Ok(WstacFwStatus::None) };
+        // SAFETY: the caller guarantees it.
+        unsafe { give(to, WstacFwContactEnd { frame: end.frame, event_frame: end.event_frame }) }
     };
     status(take())
 }

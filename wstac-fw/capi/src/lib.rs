@@ -8,8 +8,8 @@
 //! | --- | --- |
 //! | pixel formats | `format.rs` |
 //! | frames and stripes in | `pipeline.rs` |
-//! | trigger, speed law, floor | `settings.rs` |
-//! | events, features, speed, direction | `answers.rs` |
+//! | trigger, law of durations, floor | `settings.rs` |
+//! | events, features, motion; speed and direction as published | `answers.rs` |
 //! | texture models | `model.rs` |
 //! | statuses and their texts | `status.rs` |
 #![no_std]

@@ -7,19 +7,20 @@ use wstac_core::frame::Stride;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::params::TAXELS;
+use wstac_core::motion::MotionConfig;
+use wstac_core::params::{PITCH_MM, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, InterruptedSample};
+use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, TriggerConfig};
 
 use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
 use crate::status::{WstacFwStatus, status};
 
 /// Bytes of a pipeline.
-pub const WSTAC_PIPELINE_SIZE: usize = 2408;
+pub const WSTAC_PIPELINE_SIZE: usize = 2512;
 /// The alignment of a pipeline in memory, in bytes.
 pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 
@@ -29,7 +30,7 @@ pub const WSTAC_PIPELINE_ALIGN: usize = 8;
 #[repr(C)]
 pub struct WstacFwPipeline {
     /// The library's own.
-    opaque: [u64; 301],
+    opaque: [u64; 314],
 }
 
 const _: () = assert!(size_of::<WstacFwPipeline>() == WSTAC_PIPELINE_SIZE);
@@ -46,13 +47,18 @@ unsafe impl Memory for WstacFwPipeline {
 /// The state of a pipeline.
 pub(crate) struct State {
     pub(crate) pipeline: Pipeline<Chosen, Fixed, Option<TrackingBaseline>>,
+    /// The law of durations.
     pub(crate) speed: SpeedConfig,
+    /// The parameters of arrival times.
+    pub(crate) motion: MotionConfig,
     /// The number and the features of the feature frame that the last call completed.
     pub(crate) features: Option<(u64, Features)>,
     /// The event that the last call completed, whose sample the pipeline still holds.
     seen: Option<Seen>,
     /// The sample that a long gap has interrupted, until a program asks for it.
     pub(crate) interrupted: Option<InterruptedSample>,
+    /// The end of an event's touch, until a program asks for it.
+    pub(crate) contact_end: Option<ContactEnd>,
     phase: Phase,
 }
 
@@ -70,11 +76,14 @@ struct Seen {
     frame: u64,
     frames_filled: u8,
     reliable: bool,
+    touch_frame: Option<u64>,
+    end_frame: Option<u64>,
 }
 
 impl From<Event<'_>> for Seen {
     fn from(event: Event<'_>) -> Self {
-        Self { frame: event.frame, frames_filled: event.frames_filled, reliable: event.reliable }
+        let Event { frame, frames_filled, reliable, touch_frame, end_frame, .. } = event;
+        Self { frame, frames_filled, reliable, touch_frame, end_frame }
     }
 }
 
@@ -101,12 +110,17 @@ impl State {
         if options.bytes_per_row != 0 {
             camera = camera.with_bytes_per_row(options.bytes_per_row)?;
         }
+        let pitch = if options.pitch_mm == 0.0 { PITCH_MM } else { options.pitch_mm };
+        let trigger = TriggerConfig::default().one_event_per_touch();
+        let builder = Pipeline::builder(camera).floor(format.default_floor()).trigger(trigger).baseline(None);
         Ok(Self {
-            pipeline: Pipeline::builder(camera).floor(format.default_floor()).baseline(None).build()?,
+            pipeline: builder.build()?,
             speed: SpeedConfig::published(rate),
+            motion: MotionConfig::new(pitch, rate)?,
             features: None,
             seen: None,
             interrupted: None,
+            contact_end: None,
             phase: Phase::SetUp,
         })
     }
@@ -118,10 +132,11 @@ impl State {
 
     /// Returns the event that the last call completed.
     pub(crate) fn event(&self) -> Option<Event<'_>> {
-        let Seen { frame, frames_filled, reliable } = self.seen?;
+        let Seen { frame, frames_filled, reliable, touch_frame, end_frame } = self.seen?;
         let (_, sample) = self.pipeline.recent();
         let mut event = Event::new(frame, sample, self.pipeline.baseline()?);
         (event.frames_filled, event.reliable) = (frames_filled, reliable);
+        (event.touch_frame, event.end_frame) = (touch_frame, end_frame);
         Some(event)
     }
 
@@ -138,6 +153,7 @@ impl State {
         self.features = update.frame().map(|frame| (frame.number, frame.features));
         self.seen = update.event().map(Seen::from);
         self.interrupted = update.interrupted().or(self.interrupted);
+        self.contact_end = update.contact_end().or(self.contact_end);
         Ok(if self.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok })
     }
 
@@ -150,6 +166,7 @@ impl State {
         let finished = self.pipeline.finish();
         self.seen = finished.event().map(Seen::from);
         self.interrupted = finished.interrupted().or(self.interrupted);
+        self.contact_end = finished.contact_end().or(self.contact_end);
         Ok(if self.seen.is_some() { WstacFwStatus::Event } else { WstacFwStatus::Ok })
     }
 }
@@ -189,9 +206,11 @@ pub struct WstacFwOptions {
     pub taxel: [u16; 2],
     /// The corners of 25 taxels, row by row; null for the paper's layout in the centered largest square.
     pub corners: *const WstacFwCorner,
+    /// The distance between neighboring whiskers in mm: `[sensor] pitch_mm`, above 0 and at most 1000; 0 means 4.
+    pub pitch_mm: f32,
 }
 
-/// Sets up a pipeline with the default trigger and speed law, in `size` bytes of memory: sizeof(WstacFwPipeline).
+/// Sets up a pipeline with the default trigger and laws, in `size` bytes of memory: sizeof(WstacFwPipeline).
 ///
 /// The memory may have been in use before. The baseline is the first 25 feature frames, during which nothing may touch
 /// the sensor.

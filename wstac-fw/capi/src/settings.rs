@@ -30,9 +30,12 @@ pub struct WstacFwTrigger {
     pub margin: f64,
     /// The time constant of a tracking baseline, in windows: a power of two from 16 to 32768; 0 for a fixed baseline.
     pub follow: u32,
+    /// Whether a touch is one event, however long it is, as with `law = "arrival"`. Otherwise it is another event after
+    /// each 70 frames, as published.
+    pub one_event_per_touch: bool,
 }
 
-/// The law from a duration to a speed: `[speed]` of a configuration file.
+/// The law from a duration to a speed: `[speed]` of a configuration file with `law = "published"` or `"physical"`.
 #[repr(C)]
 pub struct WstacFwSpeedLaw {
     /// Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
@@ -76,6 +79,7 @@ pub unsafe extern "C" fn wstac_fw_trigger_defaults(trigger: *mut WstacFwTrigger)
         literal: false,
         margin: DEFAULT_MARGIN,
         follow: 0,
+        one_event_per_touch: true,
     };
     // SAFETY: the caller guarantees it.
     status(unsafe { give(trigger, defaults) })
@@ -97,6 +101,7 @@ pub unsafe extern "C" fn wstac_fw_set_trigger(
         let keys = unsafe { borrowed(trigger) }?;
         let rule = if keys.literal { Rule::Literal } else { Rule::Signed };
         let config = TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, rule, keys.margin)?;
+        let config = if keys.one_event_per_touch { config.one_event_per_touch() } else { config };
         let following = if keys.follow == 0 { None } else { Some(TrackingBaseline::new(keys.follow)?) };
         state.pipeline.set_trigger(config, following);
         Ok(WstacFwStatus::Ok)
@@ -104,7 +109,7 @@ pub unsafe extern "C" fn wstac_fw_set_trigger(
     status(set())
 }
 
-/// Writes the default speed law, so that a program can change parts of it. It is the published law, or with `physical`
+/// Writes the default law of durations, so that a program can change parts of it. It is the published law, or with `physical`
 /// the physical one.
 ///
 /// # Safety
@@ -125,7 +130,7 @@ pub unsafe extern "C" fn wstac_fw_speed_law_defaults(law: *mut WstacFwSpeedLaw, 
     status(unsafe { give(law, defaults) })
 }
 
-/// Sets the speed law of a pipeline that has not had a frame.
+/// Sets the law of durations, which wstac_fw_speed answers by, of a pipeline that has not had a frame.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `law` is null or a law.

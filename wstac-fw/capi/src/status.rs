@@ -79,10 +79,12 @@ pub enum WstacFwStatus {
     ModelContent = -31,
     /// The parameters have another fault.
     Other = -32,
+    /// The distance between neighboring whiskers is out of range.
+    Pitch = -33,
 }
 
 /// The text of every status.
-const TEXTS: [(WstacFwStatus, &CStr); 35] = {
+const TEXTS: [(WstacFwStatus, &CStr); 36] = {
     use WstacFwStatus as S;
     [
         (S::Ok, c"done"),
@@ -119,6 +121,7 @@ const TEXTS: [(WstacFwStatus, &CStr); 35] = {
         (S::ModelChecksum, c"the model's checksum is wrong: it is damaged"),
         (S::ModelAlignment, c"the model's bytes are not whole words aligned to four, or this machine is not little-endian"),
         (S::ModelContent, c"the model says something impossible: it was not made by wstac model import"),
+        (S::Pitch, c"pitch is out of range, expected 0, or above 0 and at most 1000 mm"),
         (S::Other, c"the parameters do not fit each other"),
     ]
 };
@@ -142,6 +145,7 @@ impl From<ConfigError> for WstacFwStatus {
             ConfigError::SpeedThreshold(_) => Self::SpeedThreshold,
             ConfigError::FittedRange { .. } => Self::FittedRange,
             ConfigError::SpeedLaw { .. } => Self::SpeedLaw,
+            ConfigError::Pitch(_) => Self::Pitch,
             _ => Self::Other,
         }
     }

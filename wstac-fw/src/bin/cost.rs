@@ -13,7 +13,7 @@ use wstac_core::direction;
 use wstac_core::error::{Error, FrameError};
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
-use wstac_core::motion::{self, MotionConfig};
+use wstac_core::motion::{self, LiveMotion};
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
@@ -67,11 +67,13 @@ fn run() -> Result<(), Error> {
     let mut pipeline = setup::pipeline(camera)?;
     // The pipeline's own work cannot be timed separately.
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
-    let speed = setup::speed(FrameRate::NOMINAL)?;
-    let motion = MotionConfig::published(FrameRate::NOMINAL);
+    let speed = setup::durations(FrameRate::NOMINAL)?;
+    let motion = setup::motion(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
+    let mut live = LiveMotion::new(motion);
+    let mut longest_live = 0;
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
@@ -92,13 +94,17 @@ fn run() -> Result<(), Error> {
                 to_texture.add(clock.ticks(|| texture::texture(&event.sample.flat(), model)).0);
             }
         }
+        if let Some(baseline) = pipeline.baseline() {
+            let (next_frame, recent) = pipeline.recent();
+            longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
+        }
     }
     let stack = stack::deepest() - size_of_val(&stripe);
     let answer = answers(&clock);
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"live\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
@@ -107,6 +113,7 @@ fn run() -> Result<(), Error> {
         to_direction.mean(&clock),
         to_edges.mean(&clock),
         to_motion.mean(&clock),
+        clock.instructions(u64::from(longest_live)),
         to_texture.mean(&clock),
         stack,
     );

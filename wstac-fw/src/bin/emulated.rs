@@ -8,7 +8,7 @@
 use cortex_m_rt::entry;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
-use wstac_fw::emulated::bench::{LAYOUT, SPEED};
+use wstac_fw::emulated::bench::{LAW, LAYOUT};
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, File};
 use wstac_fw::emulated::stack;
@@ -45,7 +45,7 @@ fn main() -> ! {
 /// Answers until the frames end; `None` if the configuration does not fit them.
 fn run() -> Option<()> {
     let frames = File::open(b"frames\0");
-    let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, SPEED).ok()?;
+    let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, LAW).ok()?;
     Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();

@@ -1,12 +1,14 @@
 //! Runs the golden vectors on a board that QEMU emulates (tests/firmware/golden.py).
 //!
-//! The file `cases` has cases of any pixel format; results go to the file `results`. Random sums of GREY come first,
-//! because their kernels are this board's own.
+//! The file `cases` has cases of any pixel format, whose answers are by the published algorithm; results go to the file
+//! `results`. The file `touches` has samples whose answers are by arrival times; they go to the file `motions`. Random
+//! sums of GREY come first, because their kernels are this board's own.
 #![no_std]
 #![no_main]
 
 use cortex_m_rt::entry;
-use wstac_core::direction::{self, Heading};
+use wstac_core::baseline::Baseline;
+use wstac_core::direction;
 use wstac_core::error::Error;
 use wstac_core::frame::Stride;
 use wstac_core::green::GreenChannel;
@@ -15,12 +17,14 @@ use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::gray::Gray;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::params::TAXELS;
+use wstac_core::motion::{self, Contact, Motion, MotionConfig};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
+use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Law, LitSpan, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::{Event, Rule, TriggerConfig};
+use wstac_core::trigger::{ContactEnd, Event, Rule, TriggerConfig};
 use wstac_fw::emulated::host::{self, File};
 
 /// The size of the largest whole frame. Larger frames come in stripes.
@@ -29,10 +33,13 @@ const ROOM: usize = if cfg!(microbit) { 6 * 1024 } else { 32 * 1024 };
 const TURNS: usize = 400;
 /// The words in front of a case's frames.
 const HEADER: usize = 80;
-/// The first word of a result: for a feature frame, an event, the end.
-const FEATURES: i16 = 1;
+/// The first word of a result: for a feature frame, an event, the end, the end of a contact.
+const FEATURE_FRAME: i16 = 1;
 const EVENT: i16 = 2;
 const END: i16 = 3;
+const CONTACT_END: i16 = 4;
+/// The bytes of a sample: ten totals of its baseline, the frames that they are of, and ten features of 70 frames.
+const SAMPLE: usize = 4 * (FEATURES + 1) + 2 * FEATURES * SAMPLE_FRAMES;
 
 struct Words<'a>(&'a [u8]);
 
@@ -61,6 +68,7 @@ fn main() -> ! {
     if sums_by_chance(frame).is_err() {
         host::fail("sums of GREY by chance cannot be set up\n");
     }
+    motions();
     let mut header = [0; 4 * HEADER];
     while cases.read(&mut header) {
         if run(&cases, &results, &header, frame).is_err() {
@@ -105,6 +113,47 @@ fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
     Ok(())
 }
 
+/// Writes the motions of samples, by coherence and by edges.
+// It is not inlined, so that its samples do not lie on the stack for ever.
+#[inline(never)]
+fn motions() {
+    let (samples, motions) = (File::open(b"touches\0"), File::create(b"motions\0"));
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let mut bytes = [0; SAMPLE];
+    while samples.read(&mut bytes) {
+        let mut words = Words(&bytes);
+        let totals = core::array::from_fn(|_| words.u32().cast_signed());
+        let baseline = Baseline::new(totals, words.u32() as u16);
+        let mut frames = [[0; FEATURES]; SAMPLE_FRAMES];
+        for (feature, bytes) in frames.as_flattened_mut().iter_mut().zip(words.0.as_chunks().0) {
+            *feature = i16::from_le_bytes(*bytes);
+        }
+        let event = Event::new(0, Sample::from_frames(&frames), &baseline);
+        for motion in [motion::by_coherence(&event, config), motion::by_edges(&event, config)] {
+            motions.write(&numbers(&motion));
+        }
+    }
+}
+
+/// Returns every bit of a motion: its kind, whether it is reliable, and five numbers, the lower half of each first.
+fn numbers(motion: &Motion) -> [i16; 12] {
+    let kind = match motion.contact {
+        Contact::Slide => 0,
+        Contact::Press => 1,
+        Contact::Poke => 2,
+        _ => 3,
+    };
+    let velocity = motion.velocity.map(|found| [found.mm_s, found.mm_s_sd, found.degrees, found.degrees_sd]);
+    let [mm_s, mm_s_sd, degrees, degrees_sd] = velocity.unwrap_or_default().map(f32::to_bits);
+    let coherence = motion.coherence.to_bits();
+    let mut numbers = [kind, i16::from(motion.reliable), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    let halves = [mm_s, mm_s_sd, degrees, degrees_sd, coherence].map(|bits| [bits as i16, (bits >> 16) as i16]);
+    for (number, half) in numbers.iter_mut().skip(2).zip(halves.as_flattened()) {
+        *number = *half;
+    }
+    numbers
+}
+
 fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Result<(), Error> {
     let mut words = Words(header);
     let (format, size) = (words.u32(), FrameSize::new(words.u32(), words.u32())?);
@@ -126,6 +175,7 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let on = if words.u32() == 0 { ThresholdOn::Absolute } else { ThresholdOn::AboveBaseline };
     let law = Law::Physical { track: words.f32(), afterglow: words.f32() };
     let speed = SpeedConfig::new(if physical { law } else { Law::PUBLISHED }, threshold, on, rate)?;
+    let trigger = if words.u32() == 0 { trigger } else { trigger.one_event_per_touch() };
     let frames = words.u32();
 
     let green = Any::new(pixel_format(format), YcbcrEncoding { matrix, range }, method);
@@ -156,6 +206,7 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     lose(cases, results, &mut pipeline, &speed);
     let finished = pipeline.finish();
     give_event(results, finished.event().as_ref(), &speed);
+    give_contact_end(results, finished.contact_end());
     results.write(&[END, finished.end().frames as i16, i16::from(finished.end().baseline_complete)]);
     Ok(())
 }
@@ -173,20 +224,29 @@ fn lose(cases: &File, results: &File, pipeline: &mut Pipeline<Any>, speed: &Spee
 /// Writes the results of a push: a frame's features, an event.
 fn give(results: &File, update: &Update<'_>, config: &SpeedConfig) {
     if let Some(frame) = update.frame() {
-        results.write(&[FEATURES, i16::from(frame.has_missing_frames)]);
+        results.write(&[FEATURE_FRAME, i16::from(frame.has_missing_frames)]);
         results.write(&frame.features);
     }
     give_event(results, update.event().as_ref(), config);
+    give_contact_end(results, update.contact_end());
+}
+
+/// Writes the end of a contact: its frame and that of its event.
+fn give_contact_end(results: &File, end: Option<ContactEnd>) {
+    if let Some(end) = end {
+        results.write(&[CONTACT_END, end.frame as i16, end.event_frame as i16]);
+    }
 }
 
 /// Writes an event: its frame, how many frames were filled, and whether it is reliable. Then come its duration and
-/// direction (−1 if there is none), and its speed in 1/16 mm/s.
+/// direction (−1 if there is none), its speed in 1/16 mm/s, and the first lit and the first dark frame of its touch.
 fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
     let Some(event) = event else { return };
     let duration = speed::duration(event, config).map_or(-1, |duration: LitSpan| i16::from(duration.frames()));
-    let degrees = direction::direction(event).heading.map_or(-1, |heading: Heading| heading.degrees() as i16);
+    let degrees = direction::direction(event).heading().map_or(-1, |heading| heading.degrees() as i16);
     let speed = speed::speed(event, config).map_or(-1.0, |speed| speed.mm_s * 16.0);
     let reliable = i16::from(event.reliable);
+    let frame = |frame: Option<u64>| frame.map_or(-1, |frame| (frame & 0x7FFF) as i16);
     results.write(&[
         EVENT,
         event.frame as i16,
@@ -195,6 +255,8 @@ fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
         duration,
         degrees,
         speed as i16,
+        frame(event.touch_frame),
+        frame(event.end_frame),
     ]);
 }
 

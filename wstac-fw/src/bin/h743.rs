@@ -19,7 +19,6 @@ use embassy_stm32::{Config, Peri, bind_interrupts};
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use wstac_core::layout::Layout;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::SpeedConfig;
 use wstac_core::wire::{Fault, Request, Text};
 use wstac_fw::link::{Absence, Link};
 use wstac_fw::reader::Reader;
@@ -47,8 +46,8 @@ const LAYOUT: Layout = match setup::layout(SENSORS[0].size) {
     Ok(layout) => layout,
     Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
 };
-const SPEED: SpeedConfig = match setup::speed(RATE) {
-    Ok(speed) => speed,
+const LAW: setup::Law = match setup::law(RATE) {
+    Ok(law) => law,
     Err(_) => panic!("checked by the build script"),
 };
 const WINDOW: Window = match Window::around(&LAYOUT, ROWS) {
@@ -177,7 +176,7 @@ async fn main(_spawner: Spawner) {
 #[inline(never)]
 fn reader() -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
-    match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE, SPEED) {
+    match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE, LAW) {
         Ok(new) => Some(reader.insert(new)),
         Err(error) => {
             defmt::error!("configuration: {}", error);

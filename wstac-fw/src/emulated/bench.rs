@@ -27,14 +27,23 @@ pub const LAYOUT: Layout = match FrameSize::new(400, 400) {
     Err(_) => panic!("400 x 400 is a size of frames"),
 };
 
-/// The speed law of the configuration.
-pub const SPEED: SpeedConfig = match setup::speed(FrameRate::NOMINAL) {
-    Ok(speed) => speed,
+/// The law of the configuration.
+pub const LAW: setup::Law = match setup::law(FrameRate::NOMINAL) {
+    Ok(law) => law,
     Err(_) => panic!("checked by the build script"),
 };
 
-/// The parameters of motion for the paper's sensor.
-pub const MOTION: MotionConfig = MotionConfig::published(FrameRate::NOMINAL);
+/// The law of durations of the configuration, or else the published one.
+pub const DURATIONS: SpeedConfig = match setup::durations(FrameRate::NOMINAL) {
+    Ok(durations) => durations,
+    Err(_) => panic!("checked by the build script"),
+};
+
+/// The parameters of arrival times of the configuration.
+pub const MOTION: MotionConfig = match setup::motion(FrameRate::NOMINAL) {
+    Ok(motion) => motion,
+    Err(_) => panic!("checked by the build script"),
+};
 
 /// The message if the configuration does not fit the frames.
 pub const DOES_NOT_FIT: &str = "the configuration does not fit the camera\n";

@@ -10,7 +10,8 @@ use super::*;
 
 const SIZE: u16 = 40;
 const FRAME: usize = SIZE as usize * SIZE as usize;
-const SPEED: SpeedConfig = SpeedConfig::published(FrameRate::NOMINAL);
+/// The first lit frame of a touch, and the first dark one behind it.
+const TOUCH: [u64; 2] = [40, 73];
 
 /// The part of a message that is kept.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +20,8 @@ enum Sent {
     Features(u64, Features),
     Part(u64, u8, Vec<Features>),
     Event(u64, u8),
+    /// The end of a touch, and the first frame of its event.
+    End(u64, u64),
     Lost(u64),
     Status(u64, u64),
 }
@@ -37,6 +40,7 @@ impl Outlet for Log {
                 Message::Features { frame, features } => Sent::Features(frame, features),
                 Message::SamplePart { frame, first, features } => Sent::Part(frame, first, features.into()),
                 Message::Event(answers) => Sent::Event(answers.frame, answers.frames_filled),
+                Message::ContactEnd(end) => Sent::End(end.frame, end.event_frame),
                 Message::Lost { frames } => Sent::Lost(frames),
                 Message::Status { stream, dropped } => Sent::Status(stream.frames, dropped),
                 other => panic!("{other:?}"),
@@ -58,12 +62,29 @@ fn frame(t: usize) -> Vec<u8> {
     frame
 }
 
+/// Returns a frame of a touch of all taxels that is longer than two samples.
+fn long(t: usize) -> Vec<u8> {
+    std::vec![if (40..200).contains(&t) { 200 } else { 2 }; FRAME]
+}
+
 fn reader() -> Reader {
-    Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, SPEED).unwrap()
+    let law = setup::law(FrameRate::NOMINAL).unwrap();
+    Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, law).unwrap()
 }
 
 /// Takes frames in stripes of four rows, with room for this many parts of a sample after each frame.
 fn run(reader: &mut Reader, frames: core::ops::Range<usize>, parts_a_frame: usize, log: &mut Log) {
+    run_of(frame, reader, frames, parts_a_frame, log);
+}
+
+/// Takes frames of another stream in the same way.
+fn run_of(
+    frame: impl Fn(usize) -> Vec<u8>,
+    reader: &mut Reader,
+    frames: core::ops::Range<usize>,
+    parts_a_frame: usize,
+    log: &mut Log,
+) {
     for t in frames {
         for rows in frame(t).chunks(4 * usize::from(SIZE)) {
             reader.rows(rows, log).unwrap();
@@ -95,10 +116,10 @@ fn events(log: &Log) -> Vec<&Sent> {
 fn events_are_those_of_whole_frames_and_nothing_else_is_sent_unasked() {
     let mut log = Log::default();
     run(&mut reader(), 0..130, 0, &mut log);
-    let statuses = [30, 60, 90, 120].map(|frames| Sent::Status(frames, 0));
-    assert_eq!(events(&log), [&Sent::Event(expected(0..0).0, 0)]);
-    let rest: Vec<_> = log.0.iter().filter(|sent| !matches!(sent, Sent::Event(..))).cloned().collect();
-    assert_eq!(rest, statuses);
+    let first = expected(0..0).0;
+    log.0.retain(|sent| !matches!(sent, Sent::Status(frames, 0) if frames % 30 == 0));
+    // The light has left before the sample is complete.
+    assert_eq!(log.0, [Sent::Event(first, 0), Sent::End(TOUCH[1], first)]);
 }
 
 #[test]
@@ -123,7 +144,7 @@ fn a_sample_arrives_whole_when_its_parts_are_spread_over_frames() {
         log.0.retain(|sent| !matches!(sent, Sent::Status(..)));
         let parts = (0_u8..).step_by(SAMPLE_PART).zip(sample.chunks(SAMPLE_PART));
         let mut wanted: Vec<_> = parts.map(|(at, part)| Sent::Part(first, at, part.into())).collect();
-        wanted.push(Sent::Event(first, 0));
+        wanted.extend([Sent::Event(first, 0), Sent::End(TOUCH[1], first)]);
         assert_eq!(log.0, wanted, "{parts_a_frame} parts a frame");
     }
 }
@@ -138,7 +159,25 @@ fn parts_that_come_too_late_are_left_out_and_the_event_still_comes() {
     reader.send_held(&mut log);
     reader.send_held(&mut log);
     log.0.retain(|sent| !matches!(sent, Sent::Status(..)));
-    assert_eq!(log.0, [Sent::Event(first, 0)]);
+    assert_eq!(log.0, [Sent::Event(first, 0), Sent::End(TOUCH[1], first)]);
+}
+
+#[test]
+fn a_touch_that_is_longer_than_samples_is_one_event_and_its_end_comes_later() {
+    for parts_a_frame in [0, 1] {
+        let (mut reader, mut log) = (reader(), Log::default());
+        reader.answer(Request::Samples(parts_a_frame > 0), &mut log);
+        run_of(long, &mut reader, 0..204, parts_a_frame, &mut log);
+        log.0.retain(|sent| !matches!(sent, Sent::Status(..) | Sent::Part(..)));
+        let first = log.0.iter().find_map(|sent| if let Sent::Event(frame, 0) = sent { Some(*frame) } else { None });
+        let first = first.unwrap();
+        assert!((26..=TOUCH[0]).contains(&first), "{first}");
+        assert_eq!(log.0, [Sent::Event(first, 0)], "{parts_a_frame}");
+        // The fifth dark frame shows that the light has left.
+        run_of(long, &mut reader, 204..300, parts_a_frame, &mut log);
+        log.0.retain(|sent| !matches!(sent, Sent::Status(..)));
+        assert_eq!(log.0, [Sent::Event(first, 0), Sent::End(200, first)], "{parts_a_frame}");
+    }
 }
 
 #[test]
@@ -151,7 +190,9 @@ fn an_event_that_waits_for_its_sample_goes_out_before_the_next_one() {
         run(&mut reader, 0..130, 0, &mut log);
         while reader.send_held(&mut log) {}
         let first = expected(0..0).0;
-        assert_eq!(events(&log), [&Sent::Event(first, 0), &Sent::Event(first + 130, 0)], "{wanted_still}");
+        log.0.retain(|sent| matches!(sent, Sent::Event(..) | Sent::End(..)));
+        let touches = [0, 130].map(|t| [Sent::Event(first + t, 0), Sent::End(TOUCH[1] + t, first + t)]);
+        assert_eq!(log.0, touches.concat(), "{wanted_still}");
     }
 }
 

@@ -1,27 +1,68 @@
-//! The table `[speed]`: the law, its parameters and range, and the threshold for light.
+//! The tables `[speed]` and `[sensor]`: the law from an event to speed, direction and kind of touch.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
+use wstac_core::error::ConfigError;
+use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
+use wstac_core::motion::MotionConfig;
 use wstac_core::params;
-use wstac_core::speed::{Law, ThresholdOn};
+use wstac_core::rate::FrameRate;
+use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
 
-/// A speed law by name.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+/// A law by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum LawName {
     #[default]
+    Arrival,
     Published,
     Physical,
+}
+
+impl LawName {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Arrival => "arrival",
+            Self::Published => "published",
+            Self::Physical => "physical",
+        }
+    }
 }
 
 impl<'de> Deserialize<'de> for LawName {
     /// Reads `"paper"`, too, the name in configurations and recordings of before. An alias of serde would be in messages.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match String::deserialize(deserializer)?.as_str() {
+            "arrival" => Ok(Self::Arrival),
             "published" | "paper" => Ok(Self::Published),
             "physical" => Ok(Self::Physical),
-            other => Err(D::Error::unknown_variant(other, &["published", "physical"])),
+            other => Err(D::Error::unknown_variant(other, &["arrival", "published", "physical"])),
         }
+    }
+}
+
+/// An estimator of arrival times by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Estimator {
+    /// The coherence of the lines' signals: most accurate.
+    #[default]
+    Coherence,
+    /// The rising edges of the lines: cheapest.
+    Edges,
+}
+
+/// `[sensor]`.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub struct SensorKeys {
+    /// The distance between neighboring whiskers, in mm.
+    pub pitch_mm: f32,
+}
+
+impl Default for SensorKeys {
+    fn default() -> Self {
+        Self { pitch_mm: params::PITCH_MM }
     }
 }
 
@@ -30,6 +71,7 @@ impl<'de> Deserialize<'de> for LawName {
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct SpeedKeys {
     law: LawName,
+    estimator: Option<Estimator>,
     /// The threshold above which a row or column is lit: a fraction of full scale, summed over its five taxels.
     pub threshold: f64,
     /// The quantity that the threshold is compared with.
@@ -45,6 +87,7 @@ impl Default for SpeedKeys {
     fn default() -> Self {
         Self {
             law: LawName::default(),
+            estimator: None,
             threshold: params::VALID_THRESHOLD,
             threshold_on: ThresholdOn::default(),
             intercept: None,
@@ -57,33 +100,58 @@ impl Default for SpeedKeys {
 }
 
 impl SpeedKeys {
-    /// Returns the law with its parameters.
-    pub fn law(&self) -> Law {
+    /// Returns the law of durations with its parameters; `None` if the law is that of arrival times.
+    pub fn law(&self) -> Option<Law> {
         match self.law {
-            LawName::Published => Law::Published {
+            LawName::Arrival => None,
+            LawName::Published => Some(Law::Published {
                 intercept: self.intercept.unwrap_or(params::SPEED_INTERCEPT),
                 slope: self.slope.unwrap_or(params::SPEED_SLOPE),
-            },
-            LawName::Physical => Law::Physical {
+            }),
+            LawName::Physical => Some(Law::Physical {
                 track: self.track_mm.unwrap_or(params::TRACK_LENGTH),
                 afterglow: self.afterglow_frames.unwrap_or(params::AFTERGLOW_FRAMES),
-            },
+            }),
         }
     }
 
-    /// Returns the slowest and the fastest speed that the law was fitted on, in mm/s.
+    /// Returns how arrival times are estimated; `None` if the law is one of durations.
+    pub fn estimator(&self) -> Option<Estimator> {
+        (self.law == LawName::Arrival).then(|| self.estimator.unwrap_or_default())
+    }
+
+    /// Returns the slowest and the fastest speed that a law of durations was fitted on, in mm/s.
     pub fn range(&self) -> [f32; 2] {
         self.range_mm_s.unwrap_or([params::SLOWEST_FITTED, params::FASTEST_FITTED])
+    }
+
+    /// Returns the law of durations for a camera of this rate: the one in force, or else the published one.
+    pub(super) fn of_durations(&self, rate: FrameRate) -> Result<SpeedConfig, ConfigError> {
+        let [slowest, fastest] = self.range();
+        let law = self.law().unwrap_or(Law::PUBLISHED);
+        SpeedConfig::new(law, self.threshold, self.threshold_on, rate)?.fitted_on(slowest, fastest)
+    }
+
+    /// Returns the law in force for a camera of this rate.
+    pub(super) fn in_force(&self, sensor: SensorKeys, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
+        let motion = MotionConfig::new(sensor.pitch_mm, rate)?;
+        let durations = self.of_durations(rate)?;
+        Ok(match self.estimator() {
+            Some(Estimator::Coherence) => AnyLaw::Coherence(ByCoherence(motion)),
+            Some(Estimator::Edges) => AnyLaw::Edges(ByEdges(motion)),
+            None => AnyLaw::Duration(durations),
+        })
     }
 
     /// Returns the keys with all parameters of the law written out, those of its defaults included.
     pub(super) fn in_full(self) -> Self {
         let range_mm_s = Some(self.range());
         match self.law() {
-            Law::Published { intercept, slope } => {
+            None => Self { estimator: self.estimator(), ..self },
+            Some(Law::Published { intercept, slope }) => {
                 Self { intercept: Some(intercept), slope: Some(slope), range_mm_s, ..self }
             }
-            Law::Physical { track, afterglow } => {
+            Some(Law::Physical { track, afterglow }) => {
                 Self { track_mm: Some(track), afterglow_frames: Some(afterglow), range_mm_s, ..self }
             }
         }
@@ -91,18 +159,21 @@ impl SpeedKeys {
 
     /// Refuses a parameter of a law that is not in force, because it would silently change nothing.
     pub(super) fn check(&self) -> Result<(), String> {
-        let (law, other, key) = match self.law {
-            LawName::Published => (
-                "published",
-                "physical",
-                self.track_mm.map(|_| "track_mm").or(self.afterglow_frames.map(|_| "afterglow_frames")),
-            ),
-            LawName::Physical => {
-                ("physical", "published", self.intercept.map(|_| "intercept").or(self.slope.map(|_| "slope")))
+        let keys = [
+            ("estimator", self.estimator.is_some(), &[LawName::Arrival][..]),
+            ("intercept", self.intercept.is_some(), &[LawName::Published]),
+            ("slope", self.slope.is_some(), &[LawName::Published]),
+            ("track_mm", self.track_mm.is_some(), &[LawName::Physical]),
+            ("afterglow_frames", self.afterglow_frames.is_some(), &[LawName::Physical]),
+            ("range_mm_s", self.range_mm_s.is_some(), &[LawName::Published, LawName::Physical]),
+        ];
+        for (key, is_given, laws) in keys {
+            if is_given && !laws.contains(&self.law) {
+                let expected: Vec<String> = laws.iter().map(|law| format!("law = \"{}\"", law.name())).collect();
+                let (law, expected) = (self.law.name(), expected.join(" or "));
+                return Err(format!("[speed] has {key} with law = \"{law}\", expected it with {expected} only"));
             }
-        };
-        key.map_or(Ok(()), |key| {
-            Err(format!("[speed] has {key} with law = \"{law}\", expected it with law = \"{other}\" only"))
-        })
+        }
+        Ok(())
     }
 }

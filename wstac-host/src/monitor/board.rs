@@ -8,8 +8,10 @@ use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, TextureAnswer};
 
 use super::Report;
+use crate::frame_clock::FrameClock;
 use crate::output::{
-    DisturbedBaseline, EarlyTexture, FrameFeatures, Output, OutputOptions, StreamSummary, TactileEvent,
+    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, MotionReport, Output, OutputOptions,
+    StreamSummary, TactileEvent,
 };
 use crate::plural::counted;
 use crate::texture::Texture;
@@ -21,8 +23,8 @@ pub(super) struct Board {
     sample: Parts,
     /// The stream's state as the messages show it. It serves an end that the board does not report.
     progress: StreamSummary,
-    /// Whether it has described itself.
-    known: bool,
+    /// The times of its frames. Whether it has described itself: then its rate is known.
+    clock: Option<FrameClock>,
     baseline_said: bool,
     ended: bool,
 }
@@ -30,7 +32,7 @@ pub(super) struct Board {
 impl Board {
     pub(super) fn new(wanted: OutputOptions) -> Self {
         let (sample, progress) = (Parts::default(), StreamSummary::default());
-        Self { wanted, sample, progress, known: false, baseline_said: false, ended: false }
+        Self { wanted, sample, progress, clock: None, baseline_said: false, ended: false }
     }
 
     /// Returns whether its stream has ended.
@@ -88,6 +90,17 @@ impl Board {
                 self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
                 give(Report::Output(Output::Interrupted(*sample)))
             }
+            Message::Motion { frame, velocity } => {
+                self.reach(frame.saturating_add(1));
+                let time_s = self.clock.map(|clock| clock.seconds(*frame));
+                let record = Output::Motion(MotionReport::new(*frame, time_s, *velocity));
+                if self.wanted.motion { give(Report::Output(record)) } else { Ok(()) }
+            }
+            Message::ContactEnd(end) => {
+                self.reach(end.frame);
+                let time_s = self.clock.map(|clock| clock.seconds(end.frame));
+                give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, time_s))))
+            }
             Message::Lost { frames } => {
                 self.progress.dropped = self.progress.dropped.saturating_add(*frames);
                 give(Report::Note(format!("{} lost by the board", counted(*frames, "frame"))))
@@ -110,13 +123,14 @@ impl Board {
         first: bool,
         give: &mut impl FnMut(Report) -> Result<(), E>,
     ) -> Result<(), E> {
-        let again = std::mem::replace(&mut self.known, true);
+        let clock = Some(FrameClock::new(hello.rate));
+        let again = std::mem::replace(&mut self.clock, clock).is_some();
         if hello.frame == 0 {
             // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they
             // are gone: that proves a start whose first message was lost.
             let back = self.progress.frames > 0;
             if first || back {
-                *self = Self { known: true, ..Self::new(self.wanted) };
+                *self = Self { clock, ..Self::new(self.wanted) };
             }
             if back || (first && again) {
                 give(Report::Note("the board has started again".to_owned()))?;
@@ -136,7 +150,8 @@ impl Board {
         if self.wanted.samples && sample.is_none() {
             give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
         }
-        give(Report::Output(Output::Event(Box::new(TactileEvent::from_answers(answers, texture, sample)))))
+        let event = TactileEvent::from_answers(answers, texture, sample, self.clock.as_ref());
+        give(Report::Output(Output::Event(Box::new(event))))
     }
 
     fn status<E>(

@@ -3,11 +3,13 @@
 //! The serial port is set up here in a few lines, because one read with one timeout serves all these kinds of ports.
 //! Serial port libraries have a reader of their own.
 
+use std::ffi::OsStr;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::os::fd::{AsFd, OwnedFd};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -26,6 +28,7 @@ const CONNECT: Duration = Duration::from_secs(5);
 #[derive(Debug)]
 pub struct Port {
     name: String,
+    path: PathBuf,
     /// Bits per second of a serial device, which are set again after it was gone.
     baud: Option<u32>,
     /// The open file; `None` while a device is gone.
@@ -56,7 +59,9 @@ impl Port {
     ///
     /// # Errors
     /// The port cannot be opened, or bits per second are given for something other than a serial device.
-    pub fn open(name: &str, baud: Option<u32>) -> Result<Self, Error> {
+    pub fn open(name: impl AsRef<OsStr>, baud: Option<u32>) -> Result<Self, Error> {
+        let path = Path::new(name.as_ref());
+        let name = &*path.to_string_lossy();
         let about = |error: io::Error| match error.kind() {
             io::ErrorKind::NotFound => {
                 Error::new(ErrorKind::NotFound, name, format_args!("{error}, expected {EXPECTED}")).caused_by(error)
@@ -72,14 +77,14 @@ impl Port {
         } else if let Some(address) = name.strip_prefix("tcp:") {
             (File::from(OwnedFd::from(connect(address).map_err(about)?)), false, true)
         } else {
-            let kind = std::fs::metadata(name).map_err(about)?.file_type();
+            let kind = std::fs::metadata(path).map_err(about)?.file_type();
             if kind.is_dir() {
                 return Err(Error::new(ErrorKind::Usage, name, format_args!("is a folder, expected {EXPECTED}")));
             }
-            let device = if kind.is_char_device() { Some(open_device(name).map_err(about)?) } else { None };
+            let device = if kind.is_char_device() { Some(open_device(path).map_err(about)?) } else { None };
             match device {
                 Some(device) if isatty(&device) => (device, true, true),
-                Some(_) | None => (crate::files::open(name.as_ref()).map_err(about)?, false, false),
+                Some(_) | None => (crate::files::open(path).map_err(about)?, false, false),
             }
         };
         if !serial && baud.is_some() {
@@ -89,7 +94,7 @@ impl Port {
         if let Some(baud) = baud {
             set_up(&file, baud).map_err(about)?;
         }
-        Ok(Self { name: name.to_owned(), baud, file: Some(file), writable })
+        Ok(Self { name: name.to_owned(), path: path.to_owned(), baud, file: Some(file), writable })
     }
 
     /// Returns its name.
@@ -134,7 +139,7 @@ impl Port {
 
     fn reopen(&mut self) -> Got {
         let open = |baud| {
-            let device = open_device(&self.name)?;
+            let device = open_device(&self.path)?;
             set_up(&device, baud).map(|()| device)
         };
         if let Some(Ok(device)) = self.baud.map(open) {
@@ -164,7 +169,7 @@ fn connect(address: &str) -> io::Result<TcpStream> {
 }
 
 /// Opens a device without waiting for a carrier, and without becoming its terminal's process.
-fn open_device(name: &str) -> io::Result<File> {
+fn open_device(name: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK).open(name)
 }
 

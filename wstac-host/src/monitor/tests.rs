@@ -34,7 +34,7 @@ fn event(frame: u64) -> Message<'static> {
     let mut answers = Answers::new(&event, &SpeedConfig::published(FrameRate::NOMINAL));
     answers.duration = Some(27);
     answers.speed = Ok(Speed::new(159.9));
-    answers.direction = Direction::new(Ok(Heading::Up), 32_000);
+    answers.direction = Direction::by_centroids(Ok(Heading::Up), 32_000);
     Message::Event(answers)
 }
 

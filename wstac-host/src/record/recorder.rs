@@ -171,11 +171,15 @@ impl Recorder {
                 self.add(Topic::Features, data);
             }
             Output::Fault(_) => self.line([Topic::Faults, Topic::FaultsJson], Level::Warning, text, output),
-            Output::Event(_) | Output::EarlyTexture(_) | Output::Interrupted(_) | Output::End(_) => {
+            Output::Event(_)
+            | Output::ContactEnd(_)
+            | Output::EarlyTexture(_)
+            | Output::Interrupted(_)
+            | Output::End(_) => {
                 self.line([Topic::Events, Topic::EventsJson], Level::Info, text, output);
             }
-            // Lost frames are recorded as events of the source.
-            Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
+            // Lost frames are recorded as events of the source. Motion follows from the frames.
+            Output::Motion(_) | Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
         }
     }
 

@@ -5,7 +5,7 @@
 //!
 //! for output in Session::open("slide.mcap")? {
 //!     if let Output::Event(event) = output? {
-//!         println!("{:?} {:?}", event.speed, event.direction.heading);
+//!         println!("{:?} {:?}", event.speed, event.direction.degrees);
 //!     }
 //! }
 //! # Ok::<(), wstac_host::error::Error>(())
@@ -15,6 +15,7 @@ mod processor;
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::ffi::OsStr;
 
 pub use self::processor::{HostPipeline, Processor};
 use crate::config::Config;
@@ -127,7 +128,7 @@ impl Session {
     ///
     /// # Errors
     /// The source cannot be opened, or its configuration does not fit it.
-    pub fn open(name: &str) -> Result<Self, Error> {
+    pub fn open(name: impl AsRef<OsStr>) -> Result<Self, Error> {
         Self::builder(open(name, &OpenOptions::default(), &[])?).build()
     }
 
@@ -154,6 +155,11 @@ impl Session {
     /// Returns whether the session takes no more events. There may still be outputs.
     pub fn is_over(&self) -> bool {
         self.is_over
+    }
+
+    /// Returns how many outputs wait for [`Session::poll`].
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
     }
 
     /// Takes an event that the program has, as if it came from the source. [`Session::poll`] returns its outputs.

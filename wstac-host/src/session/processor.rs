@@ -2,18 +2,22 @@
 
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::green::any::Any;
+use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
+use wstac_core::motion::{LiveMotion, MotionConfig};
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::InterruptedSample;
+use wstac_core::trigger::{ContactEnd, InterruptedSample};
 
 use crate::config::{Config, Kernel};
 use crate::error::Error;
+use crate::frame_clock::FrameClock;
 use crate::output::{
-    EarlyTexture, FaultReport, FrameFeatures, LostFrames, Output, OutputOptions, StreamSummary, TactileEvent,
+    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, MotionReport, Output,
+    OutputOptions, StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -31,7 +35,12 @@ pub struct Processor {
     /// Taxel sums of the last frame.
     taxels: Option<[u32; TAXELS]>,
     textures: Textures,
-    speed: SpeedConfig,
+    law: AnyLaw,
+    durations: SpeedConfig,
+    motion: MotionConfig,
+    clock: FrameClock,
+    /// Follows motion, if it was asked for.
+    live: Option<LiveMotion>,
     options: OutputOptions,
     dropped: u64,
     baseline_reported: bool,
@@ -99,10 +108,16 @@ impl Processor {
     /// # Errors
     /// Layout, format and configuration do not fit each other.
     pub fn new(info: &StreamInfo, config: &Config, options: OutputOptions) -> Result<Self, Error> {
+        let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
+        let motion = config.motion(info.rate).map_err(in_table)?;
         Ok(Self {
             pipeline: config.pipeline(info)?,
             taxels: None,
-            speed: config.speed(info.rate).map_err(|error| config.does_not_fit(&info.about, "[speed]", error))?,
+            law: config.law(info.rate).map_err(in_table)?,
+            durations: config.durations(info.rate).map_err(in_table)?,
+            motion,
+            clock: FrameClock::new(info.rate),
+            live: options.motion.then(|| LiveMotion::new(motion)),
             textures: Textures::default(),
             options,
             dropped: 0,
@@ -150,6 +165,7 @@ impl Processor {
                 self.taxels = None;
             }
             SourceEvent::Frame(frame) => {
+                answers.clock.frame_arrives(pipeline.next_frame(), frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
                     answers.emit(&update, &mut emit)?;
                     self.taxels = self.pipeline.taxels();
@@ -160,6 +176,9 @@ impl Processor {
                     self.taxels = None;
                 }
             }
+        }
+        if let Some(motion) = self.motion() {
+            emit(Output::Motion(motion))?;
         }
         if self.baseline_disturbed() {
             emit(Output::BaselineDisturbed { frame: self.pipeline.next_frame() })?;
@@ -176,6 +195,9 @@ impl Processor {
         let finished = pipeline.finish();
         if let Some(event) = finished.event() {
             emit(answers.event(&event))?;
+        }
+        if let Some(end) = finished.contact_end() {
+            emit(answers.contact_end(end))?;
         }
         if let Some(sample) = finished.interrupted() {
             emit(Output::Interrupted(sample))?;
@@ -206,6 +228,7 @@ impl Processor {
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
+        self.forget_motion();
         self.pipeline.rezero()
     }
 
@@ -215,7 +238,23 @@ impl Processor {
     /// frames. It returns the sample that was being captured, which ends here.
     pub fn restart(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
+        self.forget_motion();
         self.pipeline.restart()
+    }
+
+    fn forget_motion(&mut self) {
+        if let Some(live) = &mut self.live {
+            live.reset();
+        }
+    }
+
+    /// Returns the motion in the newest frame, if it was asked for and something slides.
+    fn motion(&mut self) -> Option<MotionReport> {
+        let (live, baseline) = (self.live.as_mut()?, self.pipeline.baseline()?);
+        let (next_frame, recent) = self.pipeline.recent();
+        let velocity = live.push(next_frame, recent, baseline)?.velocity?;
+        let frame = next_frame.saturating_sub(1);
+        Some(MotionReport::new(frame, Some(self.clock.seconds(frame)), velocity))
     }
 
     /// Returns `true` once when the baseline turns out not to be quiet.
@@ -228,21 +267,30 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, speed, options, .. } = self;
-        (pipeline, Answers { textures, speed, options: *options })
+        let Self { pipeline, textures, law, durations, motion, clock, options, .. } = self;
+        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options })
     }
 }
 
 /// The options and models that turn updates into outputs.
 struct Answers<'p> {
     textures: &'p Textures,
-    speed: &'p SpeedConfig,
+    law: &'p AnyLaw,
+    durations: &'p SpeedConfig,
+    motion: MotionConfig,
+    clock: &'p mut FrameClock,
     options: OutputOptions,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::trigger::Event<'_>) -> Output {
-        Output::Event(Box::new(TactileEvent::new(event, self.speed, self.textures, self.options.samples)))
+        let Self { law, durations, textures, motion, ref clock, options } = *self;
+        let answering = Answering { law, durations, textures, motion, clock, with_sample: options.samples };
+        Output::Event(Box::new(TactileEvent::new(event, &answering)))
+    }
+
+    fn contact_end(&self, end: ContactEnd) -> Output {
+        Output::ContactEnd(ContactEndReport::new(end, Some(self.clock.seconds(end.frame))))
     }
 
     fn emit<E>(&self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
@@ -253,7 +301,11 @@ impl Answers<'_> {
             emit(Output::Interrupted(sample))?;
         }
         if let Some(event) = update.event() {
-            return emit(self.event(&event));
+            emit(self.event(&event))?;
+            return update.contact_end().map_or(Ok(()), |end| emit(self.contact_end(end)));
+        }
+        if let Some(end) = update.contact_end() {
+            emit(self.contact_end(end))?;
         }
         for (frame, frames, texture) in self.textures.of_prefixes(update) {
             emit(Output::EarlyTexture(EarlyTexture { frame, frames, texture }))?;

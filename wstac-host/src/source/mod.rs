@@ -11,7 +11,7 @@ pub mod y4m;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
@@ -160,6 +160,8 @@ pub struct Frame<'a> {
     pub bytes: &'a [u8],
     /// The time when it was taken, on the driver's monotonic clock; `None` for files that do not state it.
     pub timestamp: Option<Duration>,
+    /// The wall-clock time when it was taken; `None` where the source knows none.
+    pub stamp: Option<SystemTime>,
     /// The driver's frame counter; `None` for files that do not state it.
     pub sequence: Option<u32>,
     /// The picture as the camera sent it, if that was JPEG. `bytes` is the decoded picture.

@@ -1,5 +1,7 @@
 //! Opens sources by the names that users give them.
 
+use std::ffi::OsStr;
+use std::fmt;
 use std::io::Read;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
@@ -55,7 +57,7 @@ pub trait SourceKind: Sync {
     }
 
     /// Opens the source that `name` stands for; `None` if it is not of this kind.
-    fn open(&self, name: &str, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>>;
+    fn open(&self, name: &OsStr, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>>;
 }
 
 /// Opens a source by its name.
@@ -63,17 +65,22 @@ pub trait SourceKind: Sync {
 /// The name is one of `kinds`, a Y4M file, a named pipe, a recording, a folder of PNGs, or `-`. `-` stands for Y4M on
 /// standard input.
 ///
-/// Files are recognized by their first bytes or by their names.
+/// Files are recognized by their first bytes or by their names. A name need not be UTF-8.
 ///
 /// # Errors
 /// The name stands for none of these, the source cannot be used, or an option does not apply to it. The error says what
 /// was found and what was expected.
-pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Result<Box<dyn Source>, Error> {
+pub fn open(
+    name: impl AsRef<OsStr>,
+    options: &OpenOptions,
+    kinds: &[&dyn SourceKind],
+) -> Result<Box<dyn Source>, Error> {
+    let name = name.as_ref();
     if let Some(opened) = kinds.iter().find_map(|kind| kind.open(name, options)) {
         return opened;
     }
     if name == "-" {
-        of_a_file(name, options)?;
+        of_a_file(name.display(), options)?;
         return Ok(Box::new(Y4m::standard_input(options.fps)?));
     }
     let path = Path::new(name);
@@ -82,29 +89,28 @@ pub fn open(name: &str, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Res
         let expected = names.chain([FILES]).collect::<Vec<_>>().join(", ");
         Error::new(kind, format_args!("SOURCE is {name:?}"), format_args!("{why}expected {expected}"))
     };
-    let is_missing =
-        |start: &str| name.starts_with(start) && !kinds.iter().any(|kind| kind.expected().starts_with(start));
+    let is_missing = |start: &str| starts(name, start) && !kinds.iter().any(|kind| kind.expected().starts_with(start));
     if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| is_missing(start)) {
         let message = format_args!("this program opens no such source: it must pass the kind {kind} to open");
         return Err(Error::new(ErrorKind::Unsupported, format_args!("SOURCE is {name:?}"), message));
     }
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
-        Err(_) if name.starts_with("cam:") => {
+        Err(_) if starts(name, "cam:") => {
             let why = "several sources, each with a name, are for wstac run; here ";
             return Err(none_of_these(ErrorKind::Usage, why));
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             return Err(none_of_these(ErrorKind::NotFound, "no such file; ").caused_by(error));
         }
-        Err(error) => return Err(Error::io(name, error)),
+        Err(error) => return Err(Error::io(name.display(), error)),
     };
-    of_a_file(name, options)?;
+    of_a_file(name.display(), options)?;
     if kind.is_dir() {
         return open_folder(path, options.fps);
     }
     // The first bytes of a pipe cannot be read without taking them from the source.
-    let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name, error));
+    let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name.display(), error));
     let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     if kind.is_file() && (is_mcap || has_magic(MCAP_MAGIC)?) {
         return open_recording(path, options.fps);
@@ -154,7 +160,7 @@ fn open_recording(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, 
 }
 
 /// Refuses options that a file does not have.
-fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
+fn of_a_file(spec: impl fmt::Display, options: &OpenOptions) -> Result<(), Error> {
     if let Some((width, height)) = options.size {
         return Err(Error::new(ErrorKind::Usage, spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
     }
@@ -172,11 +178,16 @@ fn of_a_file(spec: &str, options: &OpenOptions) -> Result<(), Error> {
 ///
 /// # Errors
 /// The options set a control.
-pub fn without_controls(spec: &str, options: &OpenOptions) -> Result<(), Error> {
+pub fn without_controls(spec: impl fmt::Display, options: &OpenOptions) -> Result<(), Error> {
     let refused = |ControlSetting { name, value }: &ControlSetting| {
-        Error::new(ErrorKind::Usage, spec, format_args!("control {name}={value} is set, expected only with a camera"))
+        Error::new(ErrorKind::Usage, &spec, format_args!("control {name}={value} is set, expected only with a camera"))
     };
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
+}
+
+/// Returns whether a name starts with this text.
+fn starts(name: &OsStr, start: &str) -> bool {
+    name.as_encoded_bytes().starts_with(start.as_bytes())
 }
 
 /// Returns whether a file starts with these bytes.
@@ -204,7 +215,7 @@ mod tests {
                 "other:NAME"
             }
 
-            fn open(&self, _: &str, _: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+            fn open(&self, _: &OsStr, _: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
                 None
             }
         }

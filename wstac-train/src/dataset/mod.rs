@@ -1,11 +1,12 @@
 //! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
 //! [`sweep`] selects the slides, [`samples`] computes them, and [`part`] stores them meanwhile. [`npz`] and [`arrays`]
-//! write them for NumPy. [`recordings`] and [`recorded_arrays`] do the same for recordings.
+//! write them for NumPy. [`path`] has random slides and their samples along the path. [`recordings`] and [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;
 pub mod npz;
 pub mod part;
+pub mod path;
 pub mod recorded_arrays;
 pub mod recordings;
 pub mod sweep;
@@ -13,6 +14,7 @@ pub mod sweep;
 use rayon::prelude::*;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
+use wstac_core::speed::LitSpan;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::output::{Output, OutputOptions, SampleFrames, TactileEvent};
@@ -32,15 +34,16 @@ pub type Sample = [[i16; SAMPLE_FRAMES]; FEATURES];
 /// Facts about a sample in addition to its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// `true` if its baseline was quiet and at most 7 of its frames were filled, as `wstac run` reports.
+    /// `true` if its baseline was quiet and at most 7 of its frames were filled.
     pub reliable: bool,
-    /// Its event's duration in frames, or `None` if it is cut off or never lights up.
+    /// Its event's duration in frames, by the threshold of `[speed]`, or `None` if it is cut off or never lights up.
     pub duration: Option<u8>,
 }
 
 impl Facts {
     fn of(event: &TactileEvent) -> Self {
-        Self { reliable: event.reliable, duration: event.lit_frames.filter(|_| !event.is_cut_off()) }
+        let duration = event.lit_span.filter(|span| !span.is_cut_off()).map(LitSpan::frames);
+        Self { reliable: event.sample_reliable, duration }
     }
 }
 
@@ -88,7 +91,7 @@ pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
 
 /// Returns a session that gives the samples of a source's events.
 fn session(source: impl Source + 'static, config: &Config) -> Result<Session, Error> {
-    let wanted = OutputOptions { samples: true, features: false };
+    let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     Session::builder(source).config(config.clone()).outputs(wanted).build()
 }
 

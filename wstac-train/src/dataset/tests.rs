@@ -107,7 +107,7 @@ fn a_sweep_gives_the_same_samples_everywhere() {
 fn a_sample_is_that_of_the_first_event() {
     let script = SceneConfig::from_toml("s", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"").unwrap();
     let config = Config::default();
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
     let session = Session::builder(SceneSource::new(&script).unwrap()).config(config.clone()).outputs(wanted);
     let (mut features, mut event) = (Vec::new(), None);
     for output in session.build().unwrap() {

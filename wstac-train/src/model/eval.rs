@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
@@ -81,25 +81,35 @@ pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     Ok(Answers { labels, predictions, truth })
 }
 
+/// Returns the name of the array that holds the samples for a model.
+pub fn array_of(input: Input) -> &'static str {
+    match input {
+        Input::Path => "X_path",
+        Input::TaxelPath => "X_taxel_path",
+        _ => "X",
+    }
+}
+
 fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
-    let mut array = npz.array("X")?;
+    let name = array_of(model.input());
+    let mut array = npz.array(name)?;
     let n = match array.shape[..] {
         [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
         [n, inputs] if inputs == INPUTS as u64 => n,
-        _ => return Err(npz.error("X", format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
+        _ => return Err(npz.error(name, format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
     };
     if array.descr != "<i2" {
         let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);
-        return Err(npz.error("X", message));
+        return Err(npz.error(name, message));
     }
     if n > MOST_SAMPLES {
-        return Err(npz.error("X", format_args!("{n} samples, expected at most {MOST_SAMPLES}")));
+        return Err(npz.error(name, format_args!("{n} samples, expected at most {MOST_SAMPLES}")));
     }
     let mut predictions = Vec::new();
     let mut bytes = [0; 2 * INPUTS];
     let mut sample = [0; INPUTS];
     for _ in 0..n {
-        array.read(&mut bytes).map_err(|error| npz.error("X", error))?;
+        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
         for (input, bytes) in bytes.as_chunks::<2>().0.iter().enumerate() {
             sample[super::trained::file_order(input, SAMPLE_FRAMES)] = i16::from_le_bytes(*bytes);
         }

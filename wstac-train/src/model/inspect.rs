@@ -49,7 +49,9 @@ pub struct Inspected {
     pub task: &'static str,
     /// Labels of its classes.
     pub labels: Vec<String>,
-    /// Frames of the sample that it needs.
+    /// The sample that it takes: `frames`, `path` or `taxel_path`.
+    pub input: &'static str,
+    /// Frames of the sample that it needs; of a path, tens of its numbers.
     pub frames: u8,
     /// Bytes of flash or memory that it takes.
     pub bytes: usize,
@@ -105,6 +107,7 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
             .filter_map(|class| model.labels().get(class))
             .map(|label| label.to_string())
             .collect(),
+        input: model.input().name(),
         frames: model.frames(),
         bytes: 4 * words.len(),
         rows: trees.is_none().then(|| half(HEADER_HALVES)),

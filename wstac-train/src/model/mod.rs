@@ -18,7 +18,7 @@ mod xgboost;
 
 use std::path::Path;
 
-use wstac_core::model::file::Task;
+use wstac_core::model::file::{Input, Task};
 
 use inline::Source;
 use trained::Trained;
@@ -34,6 +34,8 @@ pub struct Import {
     pub labels: Option<Vec<String>>,
     /// The model's task, if its labels do not show it.
     pub task: Option<Task>,
+    /// The sample that the model takes.
+    pub input: Input,
     /// A note about the training, in addition to the file's name and its trainer's.
     pub note: Option<String>,
     /// Options for the conversion of real numbers to integers.
@@ -82,6 +84,7 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
     let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
+    model.input = wanted.input;
     check_labels(&model)?;
     Ok((model, tool))
 }

@@ -3,7 +3,7 @@
 //! Inputs are in the order of data sets: input n k + t is feature k of frame t, of n frames. Features are the natural
 //! logarithms that a trainer sees, so an integer x of a sample is x / 2048.
 
-use wstac_core::model::file::Task;
+use wstac_core::model::file::{Input, Task};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 /// Largest number of nodes in all trees together: they take far more memory here than in a file.
@@ -16,6 +16,8 @@ pub struct Trained {
     pub labels: Vec<String>,
     /// Its task.
     pub task: Task,
+    /// The sample that it takes.
+    pub input: Input,
     /// Number of inputs in its training: ten for each frame.
     pub inputs: usize,
     /// Its kind of decision.

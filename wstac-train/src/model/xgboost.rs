@@ -1,6 +1,7 @@
 //! Boosted trees as XGBoost saves them, in JSON or UBJSON.
 
 use serde::Deserialize;
+use wstac_core::model::file::Input;
 
 use super::trained::{Boosted, Kind, MOST_NODES, Node, Score, Trained, Tree, guess_task};
 
@@ -184,7 +185,10 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     }
     let task = guess_task(&labels);
     let kind = Kind::Boosted(Boosted { scores: all, bound });
-    Ok((Trained { labels, task, inputs, kind, remarks }, format!("XGBoost {}", version.join("."))))
+    Ok((
+        Trained { labels, task, input: Input::Frames, inputs, kind, remarks },
+        format!("XGBoost {}", version.join(".")),
+    ))
 }
 
 /// Returns the score of a probability: XGBoost's start, in float32 with the system's own logarithm.

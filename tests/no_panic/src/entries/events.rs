@@ -3,22 +3,27 @@
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction::{self, Direction, Heading, Unclear};
-use wstac_core::motion::{self, Contact, Motion, MotionConfig};
+use wstac_core::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
+use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::pipeline::{Pipeline, Update};
+use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
-use wstac_core::trigger::{Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
 
 entries! {
     trigger:
     new_config(window: u32, multiplier: f64, backtrack: u32, rule: Rule, margin: f64) -> Result<TriggerConfig, ConfigError> {
         TriggerConfig::new(window, multiplier, backtrack, rule, margin)
     }
+    one_event_per_touch(config: TriggerConfig) -> TriggerConfig { config.one_event_per_touch() }
+    is_per_touch(config: &TriggerConfig) -> bool { config.is_per_touch() }
     baseline_frames(config: &TriggerConfig) -> u16 { config.baseline_frames() }
     new_default() -> TriggerConfig { TriggerConfig::default() }
     new(config: TriggerConfig, frame: u64) -> Trigger { Trigger::starting_at(config, frame) }
@@ -34,6 +39,9 @@ entries! {
     next(trigger: &Trigger) -> u64 { trigger.next_frame() }
     rezero(trigger: &mut Trigger) -> Option<InterruptedSample> { trigger.rezero() }
     interrupted(trigger: &mut Trigger) -> Option<InterruptedSample> { trigger.take_interrupted() }
+    contact_end(trigger: &mut Trigger) -> Option<ContactEnd> { trigger.take_contact_end() }
+    contact_end_of_update(update: &Update<'_>) -> Option<ContactEnd> { update.contact_end() }
+    contact_end_of_finished(finished: &Finished<'_>) -> Option<ContactEnd> { finished.contact_end() }
     recent<'a>(trigger: &'a Trigger) -> (u64, Sample<'a>) { trigger.recent() }
     baseline(trigger: &Trigger) -> Option<&Baseline> { trigger.baseline() }
     thresholds(trigger: &Trigger) -> Option<&[i32; 10]> { trigger.thresholds() }
@@ -65,7 +73,19 @@ entries! {
     event:
     direction(event: &Event<'_>) -> Direction { direction::direction(event) }
     degrees(heading: Heading) -> u16 { heading.degrees() }
-    confidence(direction: &Direction) -> f32 { direction.confidence() }
+    confidence(direction: &Direction) -> Option<f32> { direction.confidence() }
+    heading(direction: &Direction) -> Option<Heading> { direction.heading() }
+    direction_by_centroids(heading: Result<Heading, Unclear>, confidence: u16) -> Direction { Direction::by_centroids(heading, confidence) }
+    direction_by_arrival(angle: Result<[f32; 2], Unclear>) -> Direction { Direction::by_arrival(angle) }
+    speed_by_arrival(mm_s: f32, sd: f32) -> Speed { Speed::by_arrival(mm_s, sd) }
+    lit_frames(event: &Event<'_>) -> Option<u8> { event.lit_frames() }
+    contact_end_of(frame: u64, event_frame: u64) -> ContactEnd { ContactEnd::new(frame, event_frame) }
+    answer_of_ones_own(speed: Result<Speed, NoSpeed>, direction: Direction, reliable: bool) -> Answer {
+        Answer::new(speed, direction, reliable)
+    }
+    has_texture(answer: &Answer) -> bool { answer.has_texture() }
+    answer_by_duration(law: &SpeedConfig, event: &Event<'_>) -> Answer { law.answer(event) }
+    is_law_per_touch(law: &AnyLaw) -> bool { law.is_per_touch() }
     why_unclear(reason: Unclear) -> &'static str { reason.as_str() }
     why_no_speed(reason: NoSpeed) -> &'static str { reason.as_str() }
     duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> { speed::duration(event, config) }
@@ -90,4 +110,31 @@ entries! {
     motion:
     by_edges(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_edges(event, config) }
     by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion { motion::by_coherence(event, config) }
+    new_live_motion(config: MotionConfig) -> LiveMotion { LiveMotion::new(config) }
+    reset_live_motion(live: &mut LiveMotion) -> () { live.reset() }
+    push_live_motion(live: &mut LiveMotion, frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
+        live.push(frame, recent, baseline)
+    }
+}
+
+entries! {
+    path:
+    new_ring(full_scale: u32) -> TaxelRing { TaxelRing::new(full_scale) }
+    new_ring_of(geometry: &FrameGeometry<Gray>) -> TaxelRing { TaxelRing::of(geometry) }
+    push_ring(ring: &mut TaxelRing, sums: &[u32; 25]) -> () { ring.push(sums) }
+    fill_ring(ring: &mut TaxelRing, lost: u32) -> () { ring.fill(lost) }
+    of_sums(event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<PathSample> {
+        PathSample::of_sums(event, velocity, config, frames)
+    }
+    of_taxels(ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<PathSample> {
+        PathSample::of_taxels(ring, velocity, config, frames)
+    }
+    covers(sample: &PathSample, frames: u8) -> bool { sample.covers(frames) }
+}
+
+entries! {
+    law:
+    answer_by_coherence(law: &ByCoherence, event: &Event<'_>) -> Answer { law.answer(event) }
+    answer_by_edges(law: &ByEdges, event: &Event<'_>) -> Answer { law.answer(event) }
+    answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
 }

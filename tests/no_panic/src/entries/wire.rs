@@ -1,5 +1,6 @@
 //! Entry points for messages between a board and a host.
 
+use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
 use wstac_core::model::Model;
 use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
@@ -25,10 +26,20 @@ entries! {
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
+    has_texture(answers: &Answers<'_>) -> bool { answers.has_texture() }
+    touch_frame(answers: &Answers<'_>) -> Option<u64> { answers.touch_frame() }
+    end_frame(answers: &Answers<'_>) -> Option<u64> { answers.end_frame() }
     texture<'a>(answers: Answers<'a>, sample: &[i16; 700], model: &Model<'a>) -> Answers<'a> {
         answers.with_texture(texture::texture(sample, model))
     }
     sample<'b>(sample: Sample<'_>, part: usize, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
         wire::sample_parts(0, sample).nth(part).map_or(&[], |part| wire::encode(&part, 0, buffer))
     }
+}
+
+entries! {
+    law:
+    wire_answers_by_coherence(event: &Event<'_>, law: &ByCoherence) -> Answers<'static> { Answers::new(event, law) }
+    wire_answers_by_edges(event: &Event<'_>, law: &ByEdges) -> Answers<'static> { Answers::new(event, law) }
+    wire_answers_by_any(event: &Event<'_>, law: &AnyLaw) -> Answers<'static> { Answers::new(event, law) }
 }

@@ -10,7 +10,8 @@ use wstac_train::model::eval::{Answers, Truth, answers};
 
 /// Print a model's answers for a data set, and its accuracy
 ///
-/// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. Accuracy
+/// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. A model of
+/// the path of a touch takes X_path or X_taxel_path instead. Accuracy
 /// and confusions need the true labels: the array y, or y_specimen, y_pattern or y_depth by the model's task. If a
 /// data set has only patterns or depths, those of the answered specimen are compared.
 #[derive(Debug, clap::Args)]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use clap::error::ErrorKind;
-use wstac_core::model::file::Task;
+use wstac_core::model::file::{Input, Task};
 
 use super::super::files::Outputs;
 use super::super::output::{Stop, note};
@@ -48,6 +48,13 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
+    /// The sample that the model was trained on: frames by default
+    ///
+    /// path and taxel-path are light along the path of a touch, of ten sums and of 25 taxels: the arrays X_path and
+    /// X_taxel_path of a data set.
+    #[arg(long, value_enum)]
+    input: Option<Sample>,
+
     /// Weights of a linear model: int16 by default
     ///
     /// int8 is half as large and less exact.
@@ -86,6 +93,13 @@ enum Classes {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Sample {
+    Frames,
+    Path,
+    TaxelPath,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Weights {
     Int16,
     Int8,
@@ -109,13 +123,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Classes::Depth => Task::Depth,
         Classes::Other => Task::Other,
     });
+    let input = match arguments.input {
+        None | Some(Sample::Frames) => Input::Frames,
+        Some(Sample::Path) => Input::Path,
+        Some(Sample::TaxelPath) => Input::TaxelPath,
+    };
     let leaves = match arguments.leaves {
         None | Some(Leaves::Auto) => write::Leaves::Auto,
         Some(Leaves::Int16) => write::Leaves::Int16,
         Some(Leaves::Float32) => write::Leaves::Float32,
     };
     let options = Options { narrow_weights: arguments.weights == Some(Weights::Int8), leaves };
-    let wanted = Import { labels: arguments.labels.clone(), task, note: arguments.note.clone(), options };
+    let wanted = Import { labels: arguments.labels.clone(), task, input, note: arguments.note.clone(), options };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)

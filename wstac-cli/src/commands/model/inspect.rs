@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::super::output::Stop;
+use wstac_core::path_sample::FACTS;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::visible::Line;
@@ -36,7 +37,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     writeln!(out, "kind      {}, {}", found.kind, found.numbers)?;
     writeln!(out, "task      {}", found.task)?;
     writeln!(out, "classes   {}: {}", found.labels.len(), Line(found.labels.join(", ")))?;
-    writeln!(out, "frames    {} of a sample", found.frames)?;
+    match model.input().steps() {
+        None => writeln!(out, "frames    {} of a sample", found.frames)?,
+        Some((step_mm, numbers)) => {
+            let steps = (10 * usize::from(found.frames)).saturating_sub(FACTS).div_ceil(numbers);
+            writeln!(out, "steps     {steps} of {step_mm} mm, of a {}", found.input)?;
+        }
+    }
     writeln!(out, "size      {} bytes of flash", found.bytes)?;
     if let Some(rows) = found.rows {
         writeln!(out, "sums      {rows} of {} products", 10 * u32::from(found.frames))?;

@@ -236,7 +236,7 @@ impl Session<'_> {
 
     /// Makes one attempt, and returns `None` if the baseline was not quiet.
     fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<Outcome>, Error> {
-        let wanted = OutputOptions { features: true, samples: false };
+        let wanted = OutputOptions { features: true, ..OutputOptions::default() };
         let processor = Processor::new(&self.info, &self.config, wanted)?;
         let mut processor = processor.with_textures(Textures::new(self.models)?);
         let mut labels = self.labels.clone();

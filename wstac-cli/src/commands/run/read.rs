@@ -52,7 +52,8 @@ impl<'a> Run<'a> {
             arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
         finishing(Ending::InTime);
-        let wanted = OutputOptions { features: arguments.features, samples: arguments.samples };
+        let Arguments { features, samples, motion, .. } = *arguments;
+        let wanted = OutputOptions { features, samples, motion };
         let session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
@@ -100,7 +101,8 @@ impl<'a> Run<'a> {
         let succeeded = |sensor: &Sensor<'_>| match result_of(sensor) {
             Ok(()) => true,
             Err(Stop::Failed(error)) => {
-                note(format_args!("{}: {error}", sensor.name.unwrap_or(sensor.source)));
+                let name = sensor.name.map_or_else(|| sensor.source.to_string_lossy(), Into::into);
+                note(format_args!("{name}: {error}"));
                 false
             }
             Err(Stop::OutputClosed | Stop::Interrupted(_)) => {

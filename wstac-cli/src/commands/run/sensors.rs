@@ -1,5 +1,8 @@
 //! Parses sources with names: `cam:left=/dev/video0`.
 
+use std::ffi::{OsStr, OsString};
+use std::os::unix::ffi::OsStrExt;
+
 use wstac_host::error::{Error, ErrorKind};
 
 /// A source with the name that its records have.
@@ -8,14 +11,14 @@ pub(super) struct Sensor<'a> {
     /// The name; `None` for a plain source.
     pub(super) name: Option<&'a str>,
     /// The source to open.
-    pub(super) source: &'a str,
+    pub(super) source: &'a OsStr,
 }
 
 /// Returns the sensors that the user names.
 ///
 /// # Errors
 /// Returns an error if a name is invalid or taken, or if two sources are standard input.
-pub(super) fn sensors(sources: &[String]) -> Result<Vec<Sensor<'_>>, Error> {
+pub(super) fn sensors(sources: &[OsString]) -> Result<Vec<Sensor<'_>>, Error> {
     let sensors = sources.iter().map(|source| sensor(source)).collect::<Result<Vec<_>, _>>()?;
     for (index, sensor) in sensors.iter().enumerate() {
         let before = &sensors[..index];
@@ -29,22 +32,24 @@ pub(super) fn sensors(sources: &[String]) -> Result<Vec<Sensor<'_>>, Error> {
     Ok(sensors)
 }
 
-fn sensor(text: &str) -> Result<Sensor<'_>, Error> {
-    let Some(named) = text.strip_prefix("cam:") else { return Ok(Sensor { name: None, source: text }) };
-    let Some((name, source)) = named.split_once('=') else {
+fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
+    let Some(named) = text.as_bytes().strip_prefix(b"cam:") else { return Ok(Sensor { name: None, source: text }) };
+    let at = named.iter().position(|byte| *byte == b'=');
+    let Some((name, source)) = at.map(|at| (&named[..at], OsStr::from_bytes(&named[at + 1..]))) else {
         return Err(refused(text, "expected cam:NAME=SOURCE, such as cam:left=/dev/video0"));
     };
     let is_letter = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
-    if name.is_empty() || !name.bytes().all(is_letter) {
+    let name = OsStr::from_bytes(name);
+    let Some(name) = name.to_str().filter(|name| !name.is_empty() && name.bytes().all(is_letter)) else {
         return Err(refused(text, format_args!("the name is {name:?}, expected letters, digits, - and _")));
-    }
+    };
     if source.is_empty() {
         return Err(refused(text, "there is nothing after =, expected a source such as /dev/video0"));
     }
     Ok(Sensor { name: Some(name), source })
 }
 
-fn refused(source: &str, message: impl std::fmt::Display) -> Error {
+fn refused(source: &OsStr, message: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Usage, format_args!("SOURCE is {source:?}"), message)
 }
 
@@ -53,9 +58,9 @@ mod tests {
     use super::*;
 
     fn parsed(sources: &[&str]) -> Result<Vec<(Option<String>, String)>, String> {
-        let sources: Vec<String> = sources.iter().map(|source| (*source).to_owned()).collect();
+        let sources: Vec<OsString> = sources.iter().map(OsString::from).collect();
         let sensors = sensors(&sources).map_err(|error| error.to_string())?;
-        Ok(sensors.iter().map(|sensor| (sensor.name.map(str::to_owned), sensor.source.to_owned())).collect())
+        Ok(sensors.iter().map(|sensor| (sensor.name.map(str::to_owned), sensor.source.display().to_string())).collect())
     }
 
     #[test]

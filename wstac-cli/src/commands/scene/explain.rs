@@ -1,5 +1,6 @@
 //! `wstac scene explain` prints what a scene models, what it does not, and what each effect costs.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
@@ -19,7 +20,7 @@ use wstac_scene::{Scene, SceneConfig, Truth};
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml
-    scene: String,
+    scene: OsString,
 
     /// Do not measure what effects cost
     #[arg(long)]
@@ -28,7 +29,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let script = script(named(&arguments.scene), &OpenOptions::default())?;
-    let scene = Scene::new(&script).map_err(|error| error.about(&arguments.scene))?;
+    let scene = Scene::new(&script).map_err(|error| error.about(arguments.scene.display()))?;
     let mut out = super::super::output::stdout();
     let (width, height) = script.sensor.size.into();
     let rate = script.sensor.rate.per_second();

@@ -4,6 +4,9 @@ mod explain;
 mod render;
 mod strain;
 
+use std::ffi::OsStr;
+use std::os::unix::ffi::OsStrExt;
+
 use clap::Subcommand;
 
 use super::output::Stop;
@@ -163,8 +166,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// Returns the name of a scene without `scene:`.
-fn named(scene: &str) -> &str {
-    scene.strip_prefix("scene:").unwrap_or(scene)
+fn named(scene: &OsStr) -> &OsStr {
+    scene.as_bytes().strip_prefix(b"scene:").map_or(scene, OsStr::from_bytes)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! `wstac scene render` writes a scene's frames to a file.
 
+use std::ffi::OsString;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -24,7 +25,7 @@ use wstac_scene::source::script;
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150[,90deg][,seed=N], or FILE.toml
-    scene: String,
+    scene: OsString,
 
     /// FILE.y4m, FILE.raw, or - for Y4M on standard output
     ///
@@ -40,7 +41,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let script = script(named(&arguments.scene), &OpenOptions::default())?;
-    let mut source = SceneSource::new(&script).map_err(|error| error.about(&arguments.scene))?;
+    let mut source = SceneSource::new(&script).map_err(|error| error.about(arguments.scene.display()))?;
     let path = arguments.output.as_path();
     let info = source.info().clone();
     if info.taxels_only {

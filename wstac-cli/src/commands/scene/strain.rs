@@ -1,5 +1,6 @@
 //! `wstac scene strain` prints the strain along one whisker.
 
+use std::ffi::OsString;
 use std::io::Write;
 
 use super::super::output::{Stop, Visible, stdout};
@@ -16,7 +17,7 @@ use wstac_scene::source::script;
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Saw3@150, or FILE.toml
-    scene: String,
+    scene: OsString,
 
     /// Number of rows: moments of the pass
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=10_000))]

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 
 use super::colors::Colors;
-use crate::view::state::{Phase, State};
+use crate::view::state::{Phase, State, arrow};
 
 /// Draws the panel, one fact per row.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
@@ -16,6 +16,10 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     lines.push((format!("frame   {}", state.frame), calm));
     lines.push((format!("dropped {}", state.dropped), if_any(state.dropped)));
     lines.push((format!("events  {}", state.events), calm));
+    if let Some(motion) = state.motion {
+        let angle = f64::from(motion.degrees).round() % 360.0;
+        lines.push((format!("slides  {:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees)), colors.lit()));
+    }
     if state.live {
         let behind = state.lag;
         let latency = behind.latency.map_or("–".to_owned(), |latency| format!("{} ms", latency.as_millis()));

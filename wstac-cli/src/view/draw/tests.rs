@@ -36,7 +36,7 @@ fn play(
 ) -> Mutex<State> {
     let mut source = open(source, options).unwrap();
     let (info, config) = (source.info().clone(), Config::default());
-    let wanted = OutputOptions { features: true, samples: false };
+    let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted).unwrap();
     let about = record::about::About::new(&info, &config, wstac_host::source::Labels::default(), Vec::new());
     let mut recordings = Recordings::new(about, named, |record| format!("{record:?}"));
@@ -80,8 +80,19 @@ fn all_panels_of_a_slide_are_there() {
         assert_eq!(count(&lines, name), 1, "{name}\n{all}");
     }
     let event = lines.iter().find(|line| line.contains("mm/s  ")).unwrap();
-    assert!(event.starts_with("     35  1") && event.contains(" ↑  90°  0.98  lit 27"), "{all}");
+    assert!(event.starts_with("     35  1") && event.contains(" ↑  90°  ±0°   lit 2"), "{all}");
     assert!(lines[23].starts_with("q quit  z re-zero  r record  space pause  ? help"), "{all}");
+}
+
+#[test]
+fn what_slides_is_shown_with_its_speed_and_direction() {
+    let shown = |items| {
+        let (lines, _) = screen(&after("scene:Saw3@150,90deg", items), Colors::True, false, [80, 24]);
+        lines.iter().find_map(|line| Some(line.split_once("slides  ")?.1.trim().to_owned()))
+    };
+    let found = shown(56).expect("the slide is under way");
+    assert!(found.ends_with(" mm/s ↑ 90°") || found.ends_with(" mm/s ↑ 89°"), "{found}");
+    assert_eq!([shown(40), shown(100)], [None, None]);
 }
 
 #[test]

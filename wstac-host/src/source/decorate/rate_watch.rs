@@ -1,7 +1,7 @@
 //! Checks that a camera keeps the rate that was agreed on.
 
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
@@ -75,6 +75,7 @@ enum Ready {
 struct FrameCopy {
     bytes: Vec<u8>,
     timestamp: Option<Duration>,
+    stamp: Option<SystemTime>,
     sequence: Option<u32>,
     is_encoded: bool,
     encoded: Vec<u8>,
@@ -83,7 +84,8 @@ struct FrameCopy {
 
 impl FrameCopy {
     fn set(&mut self, frame: &Frame<'_>) {
-        (self.timestamp, self.sequence, self.lag) = (frame.timestamp, frame.sequence, frame.lag);
+        (self.timestamp, self.stamp) = (frame.timestamp, frame.stamp);
+        (self.sequence, self.lag) = (frame.sequence, frame.lag);
         self.bytes.clear();
         self.bytes.extend_from_slice(frame.bytes);
         self.is_encoded = frame.encoded.is_some();
@@ -93,7 +95,8 @@ impl FrameCopy {
 
     fn frame(&self) -> Frame<'_> {
         let encoded = self.is_encoded.then_some(&self.encoded[..]);
-        Frame { bytes: &self.bytes, timestamp: self.timestamp, sequence: self.sequence, encoded, lag: self.lag }
+        let Self { timestamp, stamp, sequence, lag, .. } = *self;
+        Frame { bytes: &self.bytes, timestamp, stamp, sequence, encoded, lag }
     }
 
     fn event(&self, ready: Ready) -> Result<SourceEvent<'_>, Error> {
@@ -272,13 +275,7 @@ mod tests {
                     self.bytes = [sequence as u8];
                     let timestamp = Some(Duration::from_millis(time));
                     let (bytes, encoded) = (&self.bytes[..], Some(&b"jpeg"[..]));
-                    SourceEvent::Frame(Frame {
-                        bytes,
-                        timestamp,
-                        sequence: Some(sequence),
-                        encoded,
-                        lag: Lag::default(),
-                    })
+                    SourceEvent::Frame(Frame { timestamp, sequence: Some(sequence), encoded, ..Frame::new(bytes) })
                 }
                 Some(Played::Lost(frames, reason)) => SourceEvent::Lost { frames, reason },
                 Some(Played::Fault(kind)) => SourceEvent::Fault(Fault::new(kind, "a fault")),

@@ -21,6 +21,7 @@ use self::path::Answer;
 use self::proto::{Attribute, Node};
 use self::scaler::Scaler;
 use super::trained::{Kind, Trained, guess_task};
+use wstac_core::model::file::Input;
 
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
 const UNDERSTOOD: &str = "Cast, Identity, Scaler, TreeEnsembleClassifier, TreeEnsemble with ArgMax, LinearClassifier, SVMClassifier (linear kernel), and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
@@ -71,7 +72,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
         remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
     }
-    Ok((Trained { labels, task, inputs, kind, remarks }, trainer))
+    Ok((Trained { labels, task, input: Input::Frames, inputs, kind, remarks }, trainer))
 }
 
 fn attribute<'m>(node: &'m Node, name: &str) -> Option<&'m Attribute> {

@@ -85,6 +85,7 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     let task = model.task.number();
     halves[6..12].copy_from_slice(&[body.kind, body.number, classes as u16, task, frames as u16, body.trees]);
     halves[14] = u16::from(body.shift);
+    halves[15] = model.input.number();
     halves.extend(body.halves);
     let labels = length(halves.len())?;
     halves[12..14].copy_from_slice(&[labels as u16, (labels >> 16) as u16]);

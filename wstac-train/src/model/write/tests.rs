@@ -1,4 +1,4 @@
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, ModelError, Task};
 use wstac_core::model::trees::NARROW;
 use wstac_scene::rng::SplitMix64;
 
@@ -84,7 +84,7 @@ fn to_file(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
 
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("Klasse {class} µ𝛼")).collect();
-    Trained { labels, task: Task::Other, inputs: INPUTS, kind, remarks: Vec::new() }
+    Trained { labels, task: Task::Other, input: Input::Frames, inputs: INPUTS, kind, remarks: Vec::new() }
 }
 
 fn same_answers(
@@ -371,4 +371,22 @@ fn equal_votes_stay_equal_where_others_are_rounded() {
     let written = write(&model(9, Kind::Forest(trees)), "", Options::default()).unwrap();
     assert!(written.exactness.contains("votes are in units of"), "{}", written.exactness);
     assert_eq!(Model::from_words(&written.words).unwrap().classify(&[0; INPUTS]), 0);
+}
+
+#[test]
+fn a_file_says_which_sample_its_model_takes() {
+    let rows = vec![Row { weights: vec![0.5; 20], bias: 0.0 }; 3];
+    for (number, input) in (0..).zip([Input::Frames, Input::Path, Input::TaxelPath]) {
+        let kind = Kind::Linear(Linear { pairs: false, rows: rows.clone() });
+        let trained = Trained { input, inputs: 20, ..model(3, kind) };
+        let mut words = write(&trained, "{}", Options::default()).unwrap().words;
+        assert_eq!(words[7] >> 16, number, "{input:?}");
+        assert_eq!(Model::from_words(&words).unwrap().input(), input);
+        // Another number is that of a later version.
+        words[7] = words[7] & 0xFFFF | 3 << 16;
+        words[1] = crc(&words);
+        let error = Model::from_words(&words).unwrap_err();
+        assert_eq!(error, ModelError::Header { half: 15, found: 3 });
+        assert!(error.to_string().ends_with("(half 15 is 3, expected 0 to 2)"), "{error}");
+    }
 }

@@ -1,0 +1,197 @@
+//! Live motion: its first answers, its later ones, and those that it must not give.
+
+use std::fmt::Write as _;
+
+use wstac_core::green::gray::Gray;
+use wstac_core::layout::Layout;
+use wstac_core::motion::{LiveMotion, MotionConfig, Velocity};
+use wstac_core::pipeline::Pipeline;
+use wstac_core::rate::FrameRate;
+use wstac_core::taxels::FrameGeometry;
+use wstac_host::statistics::percentile;
+use wstac_scene::{Scene, SimulatedFrame, Slide};
+
+use crate::touches::{Kind, each, script};
+
+/// Touches of a table.
+const SLIDES: u64 = 2000;
+const OTHERS: u64 = 1000;
+/// Width of the sensor between its outer whiskers, in mm.
+const SPAN_MM: f64 = 16.0;
+/// Path in mm over which a speed must have been even for an answer to be compared.
+const EVEN_MM: f64 = 20.0;
+/// Frames after the last touch in which a velocity may still be said.
+const AFTER: f64 = 1.0;
+
+/// A velocity that was said, and what is true.
+struct Said {
+    /// Frames after the leading edge has crossed all whiskers.
+    delay: f64,
+    /// Error of the speed as a fraction, and of the direction in degrees.
+    errors: [f64; 2],
+    /// Whether each is within one standard deviation.
+    within: [bool; 2],
+    /// Whether the speed was even.
+    is_even: bool,
+}
+
+/// What was said of a touch.
+struct Followed {
+    speed_mm_s: f64,
+    said: Vec<Said>,
+    /// Frames from the crossing to the last touch in which the speed was even.
+    frames: usize,
+    /// Velocities that were said while nothing slid.
+    wrong: usize,
+}
+
+/// Returns the path in mm and the speed in mm/s at the end of each frame.
+fn path(slide: &Slide, start: f64, frames: usize) -> Vec<[f64; 2]> {
+    const STEPS: u32 = 50;
+    let (mut path, mut time) = (0.0, start);
+    (1..=frames)
+        .map(|end| {
+            let step = (end as f64 - time) / f64::from(STEPS);
+            if step > 0.0 {
+                for _ in 0..STEPS {
+                    let middle = slide.speed_at(path) * step / 60.0;
+                    path += slide.speed_at(path + middle) * step / 30.0;
+                }
+                time = end as f64;
+            }
+            [path, slide.speed_at(path)]
+        })
+        .collect()
+}
+
+fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64, is_even: bool) -> Said {
+    let off = (f64::from(velocity.mm_s) / speed - 1.0).abs();
+    let turned = f64::from(velocity.degrees) - slide.direction_deg;
+    let degrees = ((turned + 180.0).rem_euclid(360.0) - 180.0).abs();
+    let within = [off * speed <= f64::from(velocity.mm_s_sd), degrees <= f64::from(velocity.degrees_sd)];
+    Said { delay, errors: [off, degrees], within, is_even }
+}
+
+/// Follows the touch of a number.
+fn follow(kind: Kind, number: u64) -> Followed {
+    let script = script(kind, number);
+    let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
+    let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
+    let mut pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
+    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+    let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
+    let truth = scene.truth()[0];
+    let mut velocities = Vec::new();
+    while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
+        pipeline.push_taxels(&sums);
+        let (next_frame, recent) = pipeline.recent();
+        let answer = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline));
+        velocities.push(answer.and_then(|touch| touch.velocity));
+    }
+    let end = truth.end_s * 30.0;
+    let Some(slide) = truth.touch.slide() else {
+        let wrong = velocities.iter().flatten().count();
+        return Followed { speed_mm_s: 0.0, said: Vec::new(), frames: 0, wrong };
+    };
+    let path = path(slide, truth.start, velocities.len());
+    let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
+    let crossed = path.iter().position(|[path, _]| *path >= SPAN_MM * (sine.abs() + cosine.abs()));
+    let crossed = crossed.unwrap_or(path.len());
+    let mut followed = Followed { speed_mm_s: slide.speed_mm_s, said: Vec::new(), frames: 0, wrong: 0 };
+    for (frame, velocity) in velocities.into_iter().enumerate() {
+        let [here, speed] = path[frame];
+        let before = path[..=frame].iter().rev().take_while(|[path, _]| *path >= here - EVEN_MM);
+        let is_even = before.filter(|[path, _]| *path > 0.0).all(|[_, one]| (one / speed - 1.0).abs() < 0.03);
+        followed.frames += usize::from(is_even && frame >= crossed && (frame as f64) < end);
+        let Some(velocity) = velocity else { continue };
+        if frame as f64 > end + AFTER {
+            followed.wrong += 1;
+        } else {
+            followed.said.push(said(velocity, slide, speed, frame as f64 - crossed as f64, is_even));
+        }
+    }
+    followed
+}
+
+/// Percent of a number in another.
+fn share(count: usize, of: usize) -> String {
+    if of == 0 { "–".into() } else { format!("{:.1}", 100.0 * count as f64 / of as f64) }
+}
+
+/// The columns that first and all answers share.
+fn columns(said: &[&Said]) -> String {
+    let of = |number: usize, fraction, unit: f64| {
+        let errors = said.iter().map(|said| said.errors[number]).collect();
+        percentile(errors, fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
+    };
+    let within = |number: usize| share(said.iter().filter(|said| said.within[number]).count(), said.len());
+    format!(
+        "{} | {} | {} | {} | {} | {} | {}",
+        of(0, 0.5, 100.0),
+        of(0, 0.95, 100.0),
+        of(1, 0.5, 1.0),
+        of(1, 0.95, 1.0),
+        share(said.iter().filter(|said| said.errors[0] > 0.1).count(), said.len()),
+        within(0),
+        within(1),
+    )
+}
+
+const COLUMNS: &str = "speed error, %: median | p95 | direction error, °: median | p95 | wrong by more than 10 %, % | \
+    speed within 1 sd, % | direction within 1 sd, %";
+
+/// A table of the first answers of slides, then one of all.
+fn both(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
+    let _ = writeln!(page, "| first velocity: {property} | slides | in time, % | {COLUMNS} |");
+    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for (name, slides) in rows {
+        let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
+        let in_time = first.iter().filter(|said| said.delay <= 3.0).count();
+        let _ =
+            writeln!(page, "| {name} | {} | {} | {} |", slides.len(), share(in_time, slides.len()), columns(&first));
+    }
+    let _ = writeln!(page, "\n| all velocities: {property} | frames | answered, % | {COLUMNS} |");
+    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    for (name, slides) in rows {
+        let frames = slides.iter().map(|slide| slide.frames).sum();
+        let even: Vec<&Said> = slides.iter().flat_map(|slide| &slide.said).filter(|said| said.is_even).collect();
+        // Velocities before the crossing have no frame that counts.
+        let answered = even.iter().filter(|said| said.delay >= 0.0).count();
+        let _ = writeln!(page, "| {name} | {frames} | {} | {} |", share(answered.min(frames), frames), columns(&even));
+    }
+    page.push('\n');
+}
+
+/// Writes the tables of live motion.
+pub(crate) fn tables(page: &mut String) {
+    page.push_str(include_str!("live.txt"));
+    let slides = each(SLIDES, |number| follow(Kind::Slide, number));
+    let bounds = [10.0, 15.0, 30.0, 60.0, 100.0, 200.0, 300.0, 400.0, 600.0];
+    let within = |low: f64, high: f64| {
+        let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
+        (format!("{low} to {high} mm/s"), rows)
+    };
+    let mut rows = vec![within(10.0, 600.0), within(15.0, 600.0)];
+    rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
+    both(page, "speed", &rows);
+    let conditions = [
+        (Kind::Dim, "a fifth of the light"),
+        (Kind::Noisy, "2.5 times the noise, 3 times the spread of gains"),
+        (Kind::Dead, "one dead whisker, three weak ones"),
+        (Kind::Narrow, "blocks of 6 to 20 mm in width"),
+        (Kind::Step, "80, then 200 mm/s after 40 mm"),
+        (Kind::Changing, "speed that changes from 8 to 40 mm"),
+    ]
+    .map(|(kind, name)| (name.to_owned(), each(OTHERS, |number| follow(kind, number))));
+    let rows: Vec<_> = conditions.iter().map(|(name, slides)| (name.clone(), slides.iter().collect())).collect();
+    page.push_str("Where the speed changes, all velocities are those after 20 mm at an even speed.\n\n");
+    both(page, "condition", &rows);
+    let _ = writeln!(page, "| touch | touches | frames with a velocity while nothing slides |");
+    let _ = writeln!(page, "| --- | --- | --- |");
+    let wrong = |touches: &[Followed]| touches.iter().map(|touch| touch.wrong).sum::<usize>();
+    for (kind, name) in [(Kind::Press, "press"), (Kind::Poke, "poke"), (Kind::Hold, "hold")] {
+        let touches = each(OTHERS, |number| follow(kind, number));
+        let _ = writeln!(page, "| {name} | {} | {} |", touches.len(), wrong(&touches));
+    }
+    let _ = writeln!(page, "| slide, two frames after its end and later | {} | {} |", slides.len(), wrong(&slides));
+}

@@ -1,0 +1,90 @@
+//! Tests that names of files need not be UTF-8: every command reads and writes them.
+
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::process::{Command, Stdio};
+
+use wstac_tests::command::{said, wstac};
+use wstac_tests::folder::Folder;
+
+/// Returns a name with a byte that is no UTF-8: `caf\xe9` and an ending.
+fn name(ending: &str) -> OsString {
+    [OsStr::from_bytes(b"caf\xe9"), OsStr::new(ending)].concat_os()
+}
+
+trait Concat {
+    fn concat_os(&self) -> OsString;
+}
+
+impl Concat for [&OsStr; 2] {
+    fn concat_os(&self) -> OsString {
+        let mut all = self[0].to_owned();
+        all.push(self[1]);
+        all
+    }
+}
+
+/// Returns a word of a command: what follows `@` is the ending of such a name, and what is before it its start.
+fn word(word: &str) -> OsString {
+    match word.split_once('@') {
+        Some((start, ending)) if !start.starts_with("Saw") => [OsStr::new(start), &name(ending)].concat_os(),
+        _ => word.into(),
+    }
+}
+
+#[test]
+fn names_of_files_need_not_be_utf_8() {
+    let folder = Folder::new("names");
+    let put = |ending: &str, content: &[u8]| fs::write(folder.0.join(name(ending)), content).unwrap();
+    put(".toml", b"[trigger]\nwindow = 5\n");
+    put(".scene.toml", b"specimen = \"Saw3\"\nspeed = 150\n");
+    put(".sweep.toml", b"specimens = [\"Saw3\", \"Fla0\"]\nspeeds = [100, 150, 200]\nslides = 6\n");
+    put(".plan.toml", b"specimens = [\"Saw3\"]\ncount = 1\n");
+    put(".onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
+    put(".wsm", include_bytes!("../../wstac-host/models/svm.wsm"));
+    put(".bin", b"no board");
+    let mut wrong = Vec::new();
+    for (command, code) in [
+        ("scene render @.scene.toml -o @.y4m", 0),
+        ("run @.y4m --config @.toml --model @.wsm", 0),
+        ("run scene:@.scene.toml --frames 3 --save-raw @.raw", 0),
+        ("run cam:a=@.y4m cam:b=@.y4m", 0),
+        ("record @.y4m -o @.mcap --label specimen=Saw3 --label speed=150 --config @.toml", 0),
+        ("run @.mcap", 0),
+        ("recover @.mcap -o @.new.mcap", 0),
+        ("record scene:@.scene.toml --guide @.plan.toml -o @.files", 0),
+        ("dataset @.mcap -o @.npz", 0),
+        ("dataset @.sweep.toml -o @.slides.npz", 0),
+        ("fit-speed @.slides.npz -o @.speed.toml --plot @.fit.svg", 0),
+        ("model import @.onnx -o @.forest.wsm", 0),
+        ("model inspect @.wsm", 0),
+        ("model eval @.wsm @.slides.npz", 0),
+        ("plot @.y4m -o @.event.svg", 0),
+        ("calibrate @.y4m -o @.calibrated.toml", 0),
+        ("doctor @.y4m", 0),
+        ("scene explain @.scene.toml --no-cost", 0),
+        ("scene strain @.scene.toml", 0),
+        ("man @.man", 0),
+        // What is read is no board's stream, and it says so.
+        ("monitor @.bin", 1),
+    ] {
+        let mut process = Command::new(wstac());
+        process.args(command.split(' ').map(word)).current_dir(&folder.0).stdin(Stdio::null());
+        let done = process.output().unwrap();
+        if done.status.code() != Some(code) || (code == 1 && !said(&done).contains("has no messages")) {
+            wrong.push(format!("{command}: {:?} {}", done.status.code(), said(&done)));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    for ending in [".y4m", ".raw", ".mcap", ".npz", ".event.svg", ".forest.wsm", ".calibrated.toml", ".speed.toml"] {
+        let found = fs::metadata(folder.0.join(name(ending)));
+        assert!(found.is_ok_and(|found| found.len() > 0), "{ending}");
+    }
+    // A folder of pictures, and a missing file.
+    fs::create_dir(folder.0.join(name(".pictures"))).unwrap();
+    let empty = Command::new(wstac()).arg("run").arg(folder.0.join(name(".pictures"))).output().unwrap();
+    assert!(said(&empty).contains("has no .png file"), "{}", said(&empty));
+    let missing = Command::new(wstac()).arg("run").arg(name(".none")).output().unwrap();
+    assert!(missing.status.code() == Some(1) && said(&missing).contains("no such file"), "{}", said(&missing));
+}

@@ -1,0 +1,232 @@
+"""Motion frame by frame while something slides (SPEC section 9, "Live")."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .constants import FEATURES, NOMINAL_FPS, UNIT
+from .motion import PITCH_MM
+
+LIT = 409 / UNIT
+EDGE = 77 / 256
+K = np.arange(5) - 2
+RING = 70
+
+
+@dataclass(frozen=True)
+class LiveAnswer:
+    """What is said of a frame; `mm_s` and the rest are None unless a velocity is known."""
+
+    contact: str
+    mm_s: float | None = None
+    mm_s_sd: float | None = None
+    deg: float | None = None
+    deg_sd: float | None = None
+
+
+@dataclass
+class Axis:
+    """The slowness along one axis, what was known of it before, and the sums of its comparisons."""
+
+    slowness: float
+    variance: float
+    frame: int
+    """The next frame to compare, as an index of the history."""
+    known: tuple[float, float] = (0.0, 0.0)
+    normal: np.ndarray = field(default_factory=lambda: np.zeros((2, 2)))
+    moments: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    energy: float = 0.0
+    count: float = 0.0
+    is_behind: bool = False
+
+    def __post_init__(self) -> None:
+        self.known = (self.slowness, self.variance)
+
+
+def spline(u: float) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of three frames around a place, u = -0.5..0.5 frames from the middle one, and those of the derivative."""
+    values = np.array([(0.5 - u) ** 2 / 2, 0.75 - u * u, (0.5 + u) ** 2 / 2])
+    return values, np.array([u - 0.5, -2 * u, u + 0.5])
+
+
+class Live:
+    """Follows one stream. `totals` are the baseline's sums over `frames` frames."""
+
+    def __init__(self, totals: np.ndarray, frames: int) -> None:
+        self.means = np.floor(totals / frames) / UNIT
+        self.base = np.exp(self.means)
+        self.history: list[np.ndarray] = []
+        self.reset()
+
+    def reset(self) -> None:
+        self.onset: list[int | None] = [None] * FEATURES
+        self.dark = 0
+        self.faded = 0.0
+        self.axes: list[Axis] | None = None
+
+    def light(self, frame: int, line: int) -> float:
+        return math.exp(self.history[frame][line]) - self.base[line]
+
+    @property
+    def whole(self) -> float:
+        assert self.axes is not None
+        return math.hypot(self.axes[0].slowness, self.axes[1].slowness)
+
+    def push(self, features: np.ndarray) -> LiveAnswer | None:
+        """Takes the ten features of the next frame, in units of 2^-11."""
+        self.history.append(features / UNIT)
+        now = len(self.history) - 1
+        newest = self.history[now]
+        lit = newest > self.means + LIT
+        if not lit.any() and all(onset is None for onset in self.onset):
+            return None
+        for line in np.flatnonzero(lit):
+            if self.onset[line] is None:
+                self.onset[line] = now
+        self.dark = 0 if lit.any() else self.dark + 1
+        if self.dark > 2 + (math.floor(2 * self.whole) if self.axes else 0):
+            self.reset()
+            return None
+        is_crossing = self.axes is not None and now <= self.level_from
+        growth = (newest - self.history[now - 1])[lit].max() if lit.any() else -math.inf
+        self.faded = max(self.faded + growth, -16) if growth < -41 / UNIT and not is_crossing else 0.0
+        if self.axes is None:
+            answer = LiveAnswer(self.arrive(now))
+        else:
+            self.follow(now)
+            answer = self.answer()
+        return answer if lit.any() else None
+
+    def arrive(self, now: int) -> str:
+        """The kind of a touch whose light is arriving. Sets the axes once it has."""
+        onsets = [onset for onset in self.onset if onset is not None]
+        rows, columns = (sum(onset is not None for onset in part) for part in (self.onset[:5], self.onset[5:]))
+        if min(rows, columns) < 5:
+            is_poke = max(rows, columns) <= 2 and min(rows, columns) > 0 and self.faded < -717 / UNIT
+            return "poke" if is_poke else "unclear"
+        if now - max(onsets) < 2 or now - min(onsets) > RING - 2:
+            return "unclear"
+        axes, offs = [], []
+        for first in (0, 5):
+            edges = np.array([self.edge(first + k, self.onset[first + k]) for k in range(5)])
+            slowness = float(K @ edges) / 10
+            off = edges - edges.mean() - K * slowness
+            axes.append(Axis(slowness, float(off @ off) / 30 + 0.03**2, math.floor(edges.mean() - 1)))
+            offs.append(np.abs(off).max())
+        self.axes = axes
+        self.excess = max(max(offs) - (0.3 * self.whole + 0.1), 0.0)
+        self.level_from = max(math.floor(4 * min(abs(axis.slowness) for axis in axes)), 2) + now
+        self.settled_from = self.level_from + max(math.ceil(0.5 * self.whole) - 1, 0)
+        self.changing = 0
+        self.off = 0.0
+        return self.contact()
+
+    def edge(self, line: int, onset: int) -> float:
+        values = [self.light(onset + t, line) for t in (-1, 0, 1, 2)]
+        level = EDGE * max(values[1:])
+        for t, (before, here) in enumerate(zip(values, values[1:])):
+            if here > level:
+                return onset + t - 1 + min(max(level - before, 0.0) / (here - before), 1.0)
+        raise AssertionError("a peak is above 30 % of itself")
+
+    def contact(self) -> str:
+        if self.whole < 0.1:
+            return "press"
+        return "unclear" if self.whole < 0.17 or self.whole > 13 else "slide"
+
+    def follow(self, now: int) -> None:
+        whole = self.whole
+        length, usual = 3 + 1.5 * whole, 0.0065 + 0.017 * min(whole, 2)
+        change = self.level(now, whole)
+        for first, axis in zip((0, 5), self.axes):
+            if change:
+                slowness = axis.slowness * math.exp(-change)
+                sd = math.sqrt(axis.variance) * math.exp(-change) + 0.06 * abs(change) * abs(slowness)
+                axis.__init__(slowness, min(sd * sd, 1.0), now + 1 + math.floor(2 * abs(slowness)))
+            self.compare(axis, first, now, length, usual)
+    def level(self, now: int, whole: float) -> float:
+        """The natural logarithm of the factor by which all lines have grown, if they tell another speed."""
+        self.off = 0.0
+        if now < self.level_from:
+            return 0.0
+        newest = self.history[now]
+        if now == self.level_from:
+            self.smoothed = newest.copy()
+        else:
+            self.smoothed = self.smoothed + (newest - self.smoothed) / (1 + whole)
+        if now <= self.settled_from:
+            self.reference = self.smoothed
+            return 0.0
+        self.changing = max(self.changing - 1, 0)
+        changes = self.smoothed - self.reference
+        mean = float(changes.mean())
+        if not (changes.min() > mean / 2 if mean > 0 else changes.max() < mean / 2):
+            return 0.0
+        self.off = 0.3 * mean
+        if abs(mean) <= (0.02 if self.changing else 0.1):
+            return 0.0
+        self.changing = math.floor(4 + 3 * whole)
+        self.reference = self.smoothed
+        return mean
+
+    def compare(self, axis: Axis, first: int, now: int, length: float, usual: float) -> None:
+        """Up to four comparisons of five lines, and the slowness that follows."""
+        s = axis.slowness
+        axis.frame = max(axis.frame, now + math.floor(2 * abs(s) + 0.5) + 4 - RING)
+        sums = []
+        while len(sums) < 4 and axis.frame + 2 * abs(s) + 0.5 < now:
+            y, d = np.zeros(5), np.zeros(5)
+            for i, k in enumerate(K):
+                at = axis.frame + k * s
+                middle = math.floor(at + 0.5)
+                values, derivative = spline(at - middle)
+                light = np.array([self.light(middle + t, first + i) for t in (-1, 0, 1)])
+                y[i], d[i] = values @ light, derivative @ light
+            sums.append((np.array([y.sum(), d.sum()]), float(K @ y)))
+            axis.frame += 1
+        axis.is_behind = axis.frame + 1 + 2 * abs(s) + 0.5 < now
+        if not sums:
+            return
+        told = sum(part[1] ** 2 for part, _ in sums) * axis.count
+        new = min(told / axis.normal[1, 1], len(sums)) if axis.normal[1, 1] > 0 else len(sums)
+        forgotten = min(new / length, 1.0)
+        axis.normal = (1 - forgotten) * axis.normal + sum(np.outer(part, part) for part, _ in sums)
+        axis.moments = (1 - forgotten) * axis.moments + sum(part * moment for part, moment in sums)
+        axis.energy = (1 - forgotten) * axis.energy + sum(moment**2 for _, moment in sums)
+        axis.count = (1 - forgotten) * axis.count + len(sums)
+        mm, dd = axis.normal[0, 0], axis.normal[1, 1]
+        determinant = float(np.linalg.det(axis.normal))
+        if axis.count < 1.5 or determinant <= 1e-6 * mm * dd:
+            return
+        most = 0.1 + 0.1 * abs(s)
+        excess = float(np.clip(np.linalg.solve(axis.normal, axis.moments)[1] / 2, -most, most))
+        rest = max(axis.energy - axis.moments[0] ** 2 / mm, 0.0) + 1.6 * usual**2 * mm / axis.count
+        information = 4 * determinant / mm * (max(axis.count - 2, 0.0) + 4) / rest
+        known, variance = axis.known
+        variance = min(variance * min(1 + variance * information * forgotten, 2), 1.0)
+        axis.known = (known, variance)
+        axis.variance = 1 / (1 / variance + information)
+        axis.slowness = (known / variance + (s - excess) * information) * axis.variance
+        moved = 2 * (s - axis.slowness)
+        axis.energy += moved * (moved * dd - 2 * axis.moments[1])
+        axis.moments = axis.moments - moved * axis.normal[:, 1]
+
+    def answer(self) -> LiveAnswer:
+        contact, whole = self.contact(), self.whole
+        if contact != "slide" or self.faded < -717 / UNIT:
+            return LiveAnswer(contact)
+        always = (0.001 + 0.005 * min(whole, 1.5)) ** 2 + self.excess**2
+        (row, row_sd), (column, column_sd) = (
+            (axis.slowness / whole, math.sqrt(axis.variance + always) / whole) for axis in self.axes
+        )
+        sd = math.sqrt((column * column_sd) ** 2 + (row * row_sd) ** 2 + self.off**2)
+        if sd > 0.06 or (whole < 0.6 and any(axis.is_behind for axis in self.axes)):
+            return LiveAnswer(contact)
+        mm_s = PITCH_MM * NOMINAL_FPS / whole
+        turned = math.hypot(row * column_sd, column * row_sd)
+        return LiveAnswer(
+            contact, mm_s, mm_s * sd, math.degrees(math.atan2(-row, column)) % 360, math.degrees(turned)
+        )

@@ -1,0 +1,128 @@
+"""The sample of a touch along its path (SPEC section 10), from ten sums or from 25 taxels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .constants import COLUMNS, NOMINAL_FPS, ROWS, SAMPLE_FRAMES, UNIT
+
+PITCH_MM = 4.0
+MIDDLE_MM_S = 120.0
+START = 1 / 8
+"""A touch begins where a line first exceeds this fraction of its peak."""
+LIT = 1 / 16
+"""A line is lit from this fraction of the brightest peak on. Its own mean counts as at least that of the mean."""
+LEAST = 1 / 64
+"""Added to light in units of the mean light, and, squared, to a variance."""
+MOST_OWN = 16.0
+"""Most light of a line in units of its own mean."""
+NUMBERS = 700
+DARK_FRAMES = 4
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How lines are put together: `groups` and `spreads` are lists of lines."""
+
+    groups: list[list[int]]
+    spreads: list[list[int]]
+    step_mm: float
+    window: int
+    before: int
+    by_direction: bool
+
+
+RINGS = [
+    [k for k in range(ROWS * COLUMNS) if low <= (k // 5 - 2) ** 2 + (k % 5 - 2) ** 2 <= high]
+    for low, high in ((0, 2), (4, 5), (8, 8))
+]
+BY_TAXELS = Plan(RINGS, [list(range(25))], 1.0, 32, 4, False)
+
+
+def by_lines(first: int, second: int) -> Plan:
+    """Returns the plan of ten sums whose lines from number `first` on are those that the motion crosses."""
+    groups = [[at + k for k in of] for at in (first, second) for of in ([2], [1, 3], [0, 4])]
+    return Plan(groups, [list(range(at, at + 5)) for at in (first, second)], 2.0, 16, 2, True)
+
+
+def light_of_sums(features: np.ndarray, totals: np.ndarray, frames: int) -> np.ndarray:
+    """Light above the baseline: a row a line. `totals` are the baseline's sums over `frames` frames."""
+    return np.maximum(np.exp(features / UNIT) - np.exp(totals / frames / UNIT)[:, None], 0.0)
+
+
+def light_of_taxels(sums: np.ndarray) -> np.ndarray:
+    """Light above that of the first frames: a row a taxel."""
+    return np.maximum(sums - sums[:, :DARK_FRAMES].mean(axis=1, keepdims=True), 0.0)
+
+
+def edge(light: np.ndarray) -> float:
+    """When light first exceeds the level of a touch, in frames; straight lines between frames."""
+    level = START * light.max()
+    first = int(np.argmax(light > level))
+    if first == 0:
+        return 0.0
+    before, here = light[first - 1], light[first]
+    return first - 1 + (level - before) / (here - before)
+
+
+def along(light: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Light at times in frames: 0 before the sample, the last frame's behind it."""
+    return np.interp(at, np.arange(SAMPLE_FRAMES), light, left=0.0)
+
+
+def numbers(light: np.ndarray, plan: Plan, delays: np.ndarray, weights: np.ndarray, speed: float, direction: float,
+            per_mm: float) -> np.ndarray | None:
+    """The sample's numbers; None if it is dark. `per_mm` is in frames."""
+    peaks = light.max(axis=1)
+    lit = (peaks > 0) & (peaks >= LIT * peaks.max())
+    if not (weights[lit].sum() > 0):
+        return None
+    start = sum(weights[k] * (edge(light[k]) - delays[k]) for k in np.flatnonzero(lit)) / weights[lit].sum()
+    channels = len(plan.groups) + len(plan.spreads)
+    each = channels * (3 if plan.by_direction else 2)
+    steps = math.ceil((NUMBERS - 4) / each)
+    times = start + (np.arange(max(steps, plan.window)) - plan.before) * plan.step_mm * per_mm
+    lines = np.array([along(light[k], times + delays[k]) * lit[k] for k in range(len(light))])
+    means = np.array([lines[of].sum(axis=0) / max(lit[of].sum(), 1) for of in plan.groups])
+    mean = means[:, : plan.window].mean()
+    if not mean > 0:
+        return None
+    found = [np.log(group / mean + LEAST) for group in means]
+    own = np.maximum(lines[:, : plan.window].mean(axis=1), LIT * mean)
+    shapes = np.minimum(lines / own[:, None], MOST_OWN)
+    for of in plan.spreads:
+        those = [k for k in of if lit[k]]
+        variance = shapes[those].var(axis=0) if those else np.zeros(len(times))
+        found.append(0.5 * np.log(variance + LEAST**2))
+    factors = [1.0, speed, direction] if plan.by_direction else [1.0, speed]
+    rows = np.array([channel * factor for factor in factors for channel in found])
+    facts = [speed, direction, speed * speed, speed * direction]
+    return np.concatenate([facts, rows.T[:steps].ravel()])[:NUMBERS]
+
+
+def way(mm_s: float, degrees: float) -> tuple[float, float, float, float, float]:
+    """Frames per mm of path, its parts to the right and upwards, and the numbers of speed and direction."""
+    right, up = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    speed = min(max(math.log(mm_s / MIDDLE_MM_S), -1.0), 1.0)
+    return NOMINAL_FPS / mm_s, right, up, speed, math.cos(math.radians(4 * degrees))
+
+
+def sums_along(features: np.ndarray, totals: np.ndarray, frames: int, mm_s: float, degrees: float) -> np.ndarray | None:
+    """The sample of ten features, in natural logarithms; None if it is dark."""
+    per_mm, right, up, speed, direction = way(mm_s, degrees)
+    place = [2 - k for k in range(ROWS)] + [k - 2 for k in range(COLUMNS)]
+    part = [up] * ROWS + [right] * COLUMNS
+    delays = np.array([per_mm * PITCH_MM * at * of for at, of in zip(place, part, strict=True)])
+    weights = np.array([up * up] * ROWS + [right * right] * COLUMNS)
+    plan = by_lines(0, 5) if abs(up) > abs(right) else by_lines(5, 0)
+    return numbers(light_of_sums(features, totals, frames), plan, delays, weights, speed, direction, per_mm)
+
+
+def taxels_along(sums: np.ndarray, mm_s: float, degrees: float) -> np.ndarray | None:
+    """The sample of 25 taxels' sums, in natural logarithms; None if it is dark."""
+    per_mm, right, up, speed, direction = way(mm_s, degrees)
+    delays = np.array([per_mm * PITCH_MM * ((k % 5 - 2) * right + (2 - k // 5) * up) for k in range(ROWS * COLUMNS)])
+    return numbers(light_of_taxels(sums), BY_TAXELS, delays, np.ones(ROWS * COLUMNS), speed, direction, per_mm)

@@ -1,0 +1,84 @@
+//! Tests the samples along the path of the reference's touches: of ten sums and of 25 taxels.
+
+use serde::Deserialize;
+use wstac_core::baseline::Baseline;
+use wstac_core::features::Features;
+use wstac_core::model::file::Input;
+use wstac_core::motion::{MotionConfig, Velocity};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
+use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::rate::FrameRate;
+use wstac_core::sample::Sample;
+use wstac_core::trigger::Event;
+
+use super::case::{directory, read};
+
+#[derive(Deserialize)]
+struct Cases {
+    cases: Vec<PathCase>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PathCase {
+    name: String,
+    mm_s: f32,
+    deg: f32,
+    full_scale: u32,
+    totals: [i32; FEATURES],
+    frames: u16,
+    sums: Vec<[u32; TAXELS]>,
+    features: Vec<Features>,
+    path: Vec<i16>,
+    taxel_path: Vec<i16>,
+}
+
+/// Largest difference in units of 2^-11 where light is above a tenth of the mean, and where it is below.
+const CLOSE: [u16; 2] = [12, 60];
+
+/// Returns the largest differences where light is above a tenth of the mean, and where it is below.
+fn worst(name: &str, found: &PathSample, expected: &[i16], input: Input) -> [u16; 2] {
+    let (_, step) = input.steps().unwrap();
+    let (facts, numbers) = found.numbers().split_at(4);
+    let mut worst = [0; 2];
+    for (number, (a, b)) in facts.iter().zip(expected).enumerate() {
+        assert!(a.abs_diff(*b) <= 2, "{name}: fact {number} is {a}, expected {b}");
+    }
+    for (number, (found, expected)) in numbers.chunks(step).zip(expected[4..].chunks(step)).enumerate() {
+        for (k, (a, b)) in found.iter().zip(expected).enumerate() {
+            // Products have the size of the number that they are products of.
+            let of = expected[k % (step / if input == Input::Path { 3 } else { 2 })];
+            let dark = usize::from(of < -4700);
+            let off = a.abs_diff(*b);
+            worst[dark] = worst[dark].max(off);
+            assert!(off <= CLOSE[dark], "{name}: step {number}, number {k} is {a}, expected {b}");
+        }
+    }
+    worst
+}
+
+#[test]
+fn every_path_is_that_of_the_reference() {
+    let Cases { cases } = read(&directory().join("path.json"));
+    assert!(cases.len() >= 13, "{} cases", cases.len());
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let mut most = [[0; 2]; 2];
+    for case in &cases {
+        let name = &case.name;
+        let mut velocity = Velocity::default();
+        (velocity.mm_s, velocity.degrees) = (case.mm_s, case.deg);
+        let frames: &[Features; SAMPLE_FRAMES] = case.features.as_slice().try_into().unwrap();
+        let baseline = Baseline::new(case.totals, case.frames);
+        let event = Event::new(0, Sample::from_frames(frames), &baseline);
+        let mut ring = TaxelRing::new(case.full_scale);
+        case.sums.iter().for_each(|sums| ring.push(sums));
+        let sums = PathSample::of_sums(&event, &velocity, config, 70).unwrap();
+        let taxels = PathSample::of_taxels(&ring, &velocity, config, 70).unwrap();
+        let found =
+            [worst(name, &sums, &case.path, Input::Path), worst(name, &taxels, &case.taxel_path, Input::TaxelPath)];
+        for (most, found) in most.as_flattened_mut().iter_mut().zip(found.as_flattened()) {
+            *most = (*most).max(*found);
+        }
+    }
+    println!("{} paths, off by at most {most:?} units of 2^-11", cases.len());
+}

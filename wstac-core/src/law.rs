@@ -1,0 +1,167 @@
+//! The laws from an event to its answers: speed, direction and kind of touch, behind one trait.
+//!
+//! [`ByCoherence`] and [`ByEdges`] measure arrival times, and hold for any slide. [`SpeedConfig`] is a law of durations,
+//! with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
+
+use crate::direction::{self, Direction, Unclear};
+use crate::motion::{self, Contact, Motion, MotionConfig};
+use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
+use crate::trigger::Event;
+
+/// What an event tells about the touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Answer {
+    /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
+    pub contact: Option<Contact>,
+    /// The duration in frames from the first lit frame of the sample to the last; `None` if no frame is lit.
+    pub duration: Option<u8>,
+    /// The sliding speed, or the reason why there is none.
+    pub speed: Result<Speed, NoSpeed>,
+    /// The sliding direction, or the reason why there is none.
+    pub direction: Direction,
+    /// Whether the answers are reliable.
+    ///
+    /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says that
+    /// speed and direction hold within their standard deviations, and that the kind of the touch is clear.
+    pub reliable: bool,
+}
+
+impl Answer {
+    /// Creates an answer of a law of one's own.
+    pub const fn new(speed: Result<Speed, NoSpeed>, direction: Direction, reliable: bool) -> Self {
+        Self { contact: None, duration: None, speed, direction, reliable }
+    }
+
+    /// Returns whether the touch has a texture: whether it slides, as far as the law tells.
+    pub fn has_texture(&self) -> bool {
+        has_texture(self.contact)
+    }
+}
+
+/// Returns whether a touch of this kind has a texture.
+pub(crate) fn has_texture(contact: Option<Contact>) -> bool {
+    matches!(contact, None | Some(Contact::Slide))
+}
+
+/// A law from an event to its answers.
+pub trait EventLaw {
+    /// Returns the answers of an event.
+    fn answer(&self, event: &Event<'_>) -> Answer;
+
+    /// Returns whether the law needs one event per touch, however long the touch is.
+    ///
+    /// A pipeline has that from [`TriggerConfig::one_event_per_touch`](crate::trigger::TriggerConfig::one_event_per_touch).
+    fn is_per_touch(&self) -> bool {
+        true
+    }
+}
+
+/// The law of arrival times by coherence ([`motion::by_coherence`]): the default.
+///
+/// ```
+/// use wstac_core::law::{ByCoherence, EventLaw};
+/// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{motion::{Contact, MotionConfig}, taxels::FrameGeometry, trigger::TriggerConfig};
+///
+/// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+/// let trigger = TriggerConfig::default().one_event_per_touch();
+/// let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build()?;
+/// let law = ByCoherence(MotionConfig::published(FrameRate::NOMINAL));
+/// # let frames = (0..120).map(|t| vec![if t == 40 { 200 } else { 3_u8 }; 160_000]);
+/// for frame in frames {
+///     if let Some(event) = pipeline.push_frame(&frame)?.event() {
+///         let answer = law.answer(&event);
+///         // All taxels flashed at once.
+///         assert_eq!(answer.contact, Some(Contact::Press));
+///         assert_eq!((event.touch_frame, event.end_frame), (Some(40), Some(41)));
+///     }
+/// }
+/// # Ok::<(), wstac_core::error::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ByCoherence(pub MotionConfig);
+
+/// The law of arrival times by rising edges ([`motion::by_edges`]): cheaper, and less accurate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ByEdges(pub MotionConfig);
+
+impl EventLaw for ByCoherence {
+    fn answer(&self, event: &Event<'_>) -> Answer {
+        by_arrival(event, &motion::by_coherence(event, self.0))
+    }
+}
+
+impl EventLaw for ByEdges {
+    fn answer(&self, event: &Event<'_>) -> Answer {
+        by_arrival(event, &motion::by_edges(event, self.0))
+    }
+}
+
+/// The law of durations and the direction of centroids: the published algorithm, or the physical law in its place.
+impl EventLaw for SpeedConfig {
+    fn answer(&self, event: &Event<'_>) -> Answer {
+        Answer {
+            contact: None,
+            duration: speed::duration(event, self).map(LitSpan::frames),
+            speed: speed::speed(event, self),
+            direction: direction::direction(event),
+            reliable: event.reliable,
+        }
+    }
+
+    fn is_per_touch(&self) -> bool {
+        false
+    }
+}
+
+/// A law that is chosen at run time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+// It is exhaustive: whoever writes or draws a law must not miss one.
+pub enum AnyLaw {
+    /// Arrival times by coherence.
+    Coherence(ByCoherence),
+    /// Arrival times by rising edges.
+    Edges(ByEdges),
+    /// A law of durations.
+    Duration(SpeedConfig),
+}
+
+impl EventLaw for AnyLaw {
+    fn answer(&self, event: &Event<'_>) -> Answer {
+        match self {
+            Self::Coherence(law) => law.answer(event),
+            Self::Edges(law) => law.answer(event),
+            Self::Duration(law) => law.answer(event),
+        }
+    }
+
+    fn is_per_touch(&self) -> bool {
+        match self {
+            Self::Coherence(law) => law.is_per_touch(),
+            Self::Edges(law) => law.is_per_touch(),
+            Self::Duration(law) => law.is_per_touch(),
+        }
+    }
+}
+
+/// Returns the answers by arrival times.
+fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
+    let (speed, direction) = match motion.velocity {
+        Some(velocity) => {
+            (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
+        }
+        None => (Err(NoSpeed::NoSlide(motion.contact)), Err(Unclear::NoSlide(motion.contact))),
+    };
+    let reliable = match motion.contact {
+        Contact::Slide => motion.reliable,
+        Contact::Press | Contact::Poke => event.reliable,
+        Contact::Unclear => false,
+    };
+    let direction = Direction::by_arrival(direction);
+    Answer { contact: Some(motion.contact), duration: event.lit_frames(), speed, direction, reliable }
+}

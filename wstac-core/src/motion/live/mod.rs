@@ -1,0 +1,308 @@
+//! Speed and direction while something slides, frame by frame (SPEC §9, "Live").
+
+mod arrival;
+mod level;
+mod light;
+mod track;
+
+use crate::baseline::Baseline;
+use crate::features::Features;
+use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
+use crate::sample::Sample;
+
+use super::edges::LINES;
+use super::{Contact, LEAST_SLIDE, MOST_SLOWNESS, MotionConfig, Velocity, degrees};
+use arrival::arrival;
+use level::{Change, Level};
+use light::light;
+use track::{Memory, Track};
+
+/// What touches the sensor in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct LiveContact {
+    /// The kind of the touch, as far as it is known.
+    pub contact: Contact,
+    /// Speed and direction; `None` unless it slides and they are known.
+    pub velocity: Option<Velocity>,
+}
+
+/// Follows speed and direction while something slides.
+///
+/// It is independent of the trigger's windows and costs at most some 4,000 instructions per frame on a Cortex-M4F. The
+/// first answer comes at most three frames after the leading edge has crossed all whiskers.
+///
+/// ```
+/// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{motion::{LiveMotion, MotionConfig}, taxels::FrameGeometry};
+///
+/// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+/// let mut pipeline = Pipeline::builder(geometry).build()?;
+/// let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+/// # // A bright stripe moves to the right by 12 pixels, 0.6 mm, per frame: 18 mm/s.
+/// # let frames = (0..120).map(|t| {
+/// #     let mut frame = vec![1; 160_000];
+/// #     let lit = 12 * usize::max(t, 40) - 480;
+/// #     frame.chunks_mut(400).for_each(|row| row[lit.min(400).saturating_sub(60)..lit.min(400)].fill(200));
+/// #     frame
+/// # });
+/// # let mut speeds = Vec::new();
+/// for frame in frames {
+///     pipeline.push_frame(&frame)?;
+///     let (next_frame, recent) = pipeline.recent();
+///     let Some(baseline) = pipeline.baseline() else { continue };
+///     if let Some(velocity) = live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity) {
+///         // velocity.mm_s, velocity.degrees …
+/// #       speeds.push(velocity.mm_s);
+///     }
+/// }
+/// # assert!(speeds.len() > 5 && speeds.iter().all(|speed| (speed / 18.0 - 1.0).abs() < 0.05), "{speeds:?}");
+/// # Ok::<(), wstac_core::error::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LiveMotion {
+    config: MotionConfig,
+    /// The number of the frame after the last that was taken.
+    next_frame: u64,
+    /// Whether a line was lit.
+    is_touched: bool,
+    /// Frames since each line was first lit, and one more; 0 for a line that was not.
+    ages: [u8; FEATURES],
+    /// Frames since a line was lit.
+    dark: u8,
+    /// The feature of each line from which on it is lit.
+    limits: [i16; FEATURES],
+    /// The light of each line before the touch, in units of 2^-16.
+    base: [i32; FEATURES],
+    /// How far all lit lines have faded since one of them last grew, in units of 2^-11: at most 0.
+    faded: i16,
+    slide: Option<Slide>,
+}
+
+/// What is known once all lines are lit.
+#[derive(Clone, Copy, Debug)]
+struct Slide {
+    /// Rows and columns.
+    tracks: [Track; 2],
+    /// The slowness of both together, in frames per pitch.
+    slowness: f32,
+    /// Standard deviation of both slownesses by edges that are not on a straight line.
+    excess: f32,
+    level: Level,
+    /// Deviation of the speed by a change of the light that is too small to follow, as a fraction.
+    off: f32,
+}
+
+/// The most bytes of a follower.
+const MOST_BYTES: usize = 384;
+const _: () = assert!(size_of::<LiveMotion>() <= MOST_BYTES);
+
+/// A line is lit from this distance above the baseline's mean on: 0.2.
+const LIT: i16 = (1 << FEATURE_FRACTION_BITS) / 5;
+/// Frames in which all lines must be lit until their arrival is known.
+const AGE: u8 = 2;
+/// A touch of at most so many lines of each axis is a poke once its light has faded.
+const POKE: u8 = 2;
+/// Dark frames after which a touch is over. Two times the slowness is added.
+const DARK: u8 = 2;
+/// Light fades if all lines lose this in a frame; nothing slides once they have lost that. In units of 2^-11.
+const FADES: [i16; 2] = [-41, -717];
+/// Deviation of a speed that follows the light, as a fraction of the change's logarithm: after it, and before it counts.
+const BY_LIGHT: [f32; 2] = [0.06, 0.3];
+/// Deviation of every slowness: in frames per pitch, as a fraction, and the slowness from which on it is even.
+const LEAST: [f32; 3] = [0.001, 0.005, 1.5];
+/// Largest deviation of a speed, as a fraction of it.
+const MOST_DEVIATION: f32 = 0.06;
+
+impl LiveMotion {
+    /// Creates a follower that has seen nothing.
+    pub const fn new(config: MotionConfig) -> Self {
+        Self {
+            config,
+            next_frame: 0,
+            is_touched: false,
+            ages: [0; FEATURES],
+            dark: 0,
+            limits: [0; FEATURES],
+            base: [0; FEATURES],
+            faded: 0,
+            slide: None,
+        }
+    }
+
+    /// Forgets the touch.
+    pub fn reset(&mut self) {
+        self.is_touched = false;
+        self.ages = [0; FEATURES];
+        self.dark = 0;
+        self.faded = 0;
+        self.slide = None;
+    }
+
+    /// Takes the newest frame, and returns what touches the sensor; `None` while nothing does.
+    ///
+    /// `next_frame` and `recent` are [`Pipeline::recent`](crate::pipeline::Pipeline::recent), and `baseline` is that of
+    /// the pipeline. Call it once after each frame, from the complete baseline on. If more than 7 frames are missing since
+    /// the last call, it begins anew. Without a new frame it returns `None` and changes nothing.
+    pub fn push(&mut self, next_frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
+        let frames = next_frame.wrapping_sub(core::mem::replace(&mut self.next_frame, next_frame));
+        if frames == 0 {
+            return None;
+        }
+        if frames > u64::from(LONGEST_FILLED_GAP) + 1 {
+            self.reset();
+        }
+        // At most 8, or all is forgotten anyway.
+        let frames = frames.min(8) as u8;
+        let last = recent.len().checked_sub(1)?;
+        let newest = recent.frame(last)?;
+        if !self.is_touched {
+            if !baseline.is_below(newest, LIT) {
+                return None;
+            }
+            self.is_touched = true;
+            let means = baseline.means(FEATURE_FRACTION_BITS).map(|mean| mean as i16);
+            self.limits = means.map(|mean| mean.saturating_add(LIT));
+            self.base = means.map(light);
+        }
+        let lit = age(&mut self.ages, newest, &self.limits, frames);
+        let is_lit = lit != 0;
+        self.dark = if is_lit { 0 } else { self.dark.saturating_add(frames) };
+        let wait = self.slide.as_ref().map_or(0.0, |slide| 2.0 * slide.slowness);
+        if self.dark > DARK.saturating_add(wait as u8) {
+            self.reset();
+            return None;
+        }
+        // An edge that crosses the sensor does not fade.
+        let is_crossing = self.slide.as_ref().is_some_and(|slide| !slide.level.is_whole());
+        self.faded = if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
+        match &mut self.slide {
+            Some(slide) => slide.follow(recent, newest, &self.base, frames),
+            None => match self.arrive(recent) {
+                Ok(slide) => {
+                    let contact = slide.contact();
+                    self.slide = Some(slide);
+                    return is_lit.then_some(LiveContact { contact, velocity: None });
+                }
+                Err(contact) => return is_lit.then_some(LiveContact { contact, velocity: None }),
+            },
+        }
+        let slide = self.slide.as_ref().filter(|_| is_lit)?;
+        Some(slide.answer(self.config, self.faded < FADES[1]))
+    }
+
+    /// Returns what is known of a touch whose light has arrived, or the kind of one whose light has not.
+    fn arrive(&self, recent: Sample<'_>) -> Result<Slide, Contact> {
+        let (rows, columns) = self.ages.split_at_checked(ROWS).unwrap_or_default();
+        let lit = |ages: &[u8]| ages.iter().map(|&age| u8::from(age > 0)).sum::<u8>();
+        let (rows, columns) = (lit(rows), lit(columns));
+        let youngest = self.ages.iter().filter(|&&age| age > 0).min().map_or(0, |age| age - 1);
+        if usize::from(rows.min(columns)) < LINES {
+            let is_poke = rows.max(columns) <= POKE && rows.min(columns) > 0 && self.faded < FADES[1];
+            return Err(if is_poke { Contact::Poke } else { Contact::Unclear });
+        }
+        if youngest < AGE {
+            return Err(Contact::Unclear);
+        }
+        let arrival = arrival(recent, &self.ages, &self.base).ok_or(Contact::Unclear)?;
+        let slowness = slowness(&arrival.tracks);
+        let level = Level::new(arrival.tracks.map(|track| track.slowness), slowness);
+        Ok(Slide { tracks: arrival.tracks, slowness, excess: arrival.excess, level, off: 0.0 })
+    }
+}
+
+impl Slide {
+    /// Takes the newest frame.
+    fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8) {
+        let memory = Memory::of(self.slowness);
+        let Change { number, large } = self.level.push(newest, self.slowness, frames);
+        self.off = BY_LIGHT[1] * number;
+        let factor = large.map(|large| light(large.saturating_neg()) as f32 / light::ONE as f32);
+        for ((track, base), first) in self.tracks.iter_mut().zip(base.chunks(LINES)).zip([0, ROWS]) {
+            track.pass(frames);
+            if let Some(factor) = factor {
+                track.scale(factor, BY_LIGHT[0] * number.abs());
+            }
+            track.compare(recent, first, base, memory);
+        }
+        self.slowness = slowness(&self.tracks);
+    }
+
+    /// Returns the kind of the touch.
+    fn contact(&self) -> Contact {
+        if self.slowness < LEAST_SLIDE[0] {
+            Contact::Press
+        } else if self.slowness < LEAST_SLIDE[1] || self.slowness > MOST_SLOWNESS {
+            Contact::Unclear
+        } else {
+            Contact::Slide
+        }
+    }
+
+    fn answer(&self, config: MotionConfig, has_faded: bool) -> LiveContact {
+        let contact = self.contact();
+        let is_sliding = contact == Contact::Slide && !has_faded;
+        LiveContact { contact, velocity: if is_sliding { self.velocity(self.slowness, config) } else { None } }
+    }
+
+    /// Returns the velocity of a slowness above 0, if it is known well enough.
+    fn velocity(&self, whole: f32, config: MotionConfig) -> Option<Velocity> {
+        let least = LEAST[0] + LEAST[1] * whole.min(LEAST[2]);
+        let always = least * least + self.excess * self.excess;
+        let part = |track: &Track| (track.slowness / whole, (track.variance + always) / (whole * whole));
+        let [(up, up_variance), (right, right_variance)] = self.tracks.each_ref().map(part);
+        let (upwards, rightwards) = (up * up, right * right);
+        let mm_s = config.pitch_per_frame / whole;
+        let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;
+        let is_behind = whole < 0.6 && self.tracks.iter().any(|track| track.is_behind);
+        let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION;
+        is_known.then(|| Velocity {
+            mm_s,
+            mm_s_sd: mm_s * root(variance),
+            degrees: degrees(right, -up),
+            degrees_sd: root(upwards * right_variance + rightwards * up_variance) * (180.0 / core::f32::consts::PI),
+        })
+    }
+}
+
+/// Lets lines grow older, and notes those above their limits. Returns these, one bit each.
+#[inline(never)]
+fn age(ages: &mut [u8], newest: &[i16], limits: &[i16], frames: u8) -> u16 {
+    let mut lit = 0;
+    for (line, ((age, feature), limit)) in ages.iter_mut().zip(newest).zip(limits).enumerate() {
+        let is_lit = feature > limit;
+        lit |= u16::from(is_lit) << line;
+        *age = if *age > 0 { age.saturating_add(frames) } else { u8::from(is_lit) };
+    }
+    lit
+}
+
+/// Returns how far all lit lines have faded by the newest frame, if it was `faded` before.
+#[inline(never)]
+fn fading(before: &[i16], newest: &[i16], lit: u16, faded: i16) -> i16 {
+    let mut growth = i16::MIN;
+    for (line, (here, before)) in newest.iter().zip(before).enumerate() {
+        if lit >> line & 1 == 1 {
+            growth = growth.max(here.saturating_sub(*before));
+        }
+    }
+    if growth < FADES[0] { faded.saturating_add(growth) } else { 0 }
+}
+
+/// Returns the square root of a number of at least 0. Two steps of Newton's method from a first guess within 3.5 % leave an
+/// error of a few units in the last place. Libm's takes ten times as long on a Cortex-M.
+fn root(x: f32) -> f32 {
+    let guess = f32::from_bits(0x1FBD_1DF5 + (x.to_bits() >> 1));
+    let better = 0.5 * (guess + x / guess);
+    0.5 * (better + x / better)
+}
+
+/// Returns the slowness of rows and columns together, in frames per pitch.
+fn slowness([rows, columns]: &[Track; 2]) -> f32 {
+    root(rows.slowness * rows.slowness + columns.slowness * columns.slowness)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,211 @@
+use std::vec::Vec;
+
+use super::*;
+use crate::params::SAMPLE_FRAMES;
+use crate::rate::FrameRate;
+
+/// Light of a dark line.
+const DARK: f64 = 0.01;
+/// The frame in which the middle line is lit.
+const MIDDLE: f64 = 100.0;
+
+fn feature(light: f64) -> i16 {
+    (light.ln() * 2048.0).round() as i16
+}
+
+fn baseline() -> Baseline {
+    Baseline::new([25 * i32::from(feature(DARK)); FEATURES], 25)
+}
+
+/// Light of a surface of `length` mm with a texture, `path` mm behind its leading edge: it rises over 2 mm, and again every 30 mm.
+fn surface(path: f64, length: f64) -> f64 {
+    let ramp = (path / 2.0).clamp(0.0, 1.0);
+    if path < length { ramp * (0.4 + 0.1 * (path * core::f64::consts::TAU / 30.0).sin()) } else { 0.0 }
+}
+
+/// Returns frames in which a surface of `length` mm passes rows and columns, `slowness` frames per pitch of 4 mm, with a gain each.
+fn frames(rows: f64, columns: f64, gains: [f64; 5], length: f64) -> Vec<Features> {
+    let whole = f64::hypot(rows, columns);
+    let each = |t: usize, line: usize| {
+        let (slowness, k) = if line < 5 { (rows, line) } else { (columns, line - 5) };
+        let since = t as f64 - MIDDLE - slowness * (k as f64 - 2.0);
+        // A frame is exposed for its whole time.
+        let exposed =
+            (0..8).map(|part| surface((since + f64::from(part) / 8.0) / whole * 4.0, length)).sum::<f64>() / 8.0;
+        gains[k] * exposed
+    };
+    // Light fades within two frames.
+    let mut lit = [0.0; FEATURES];
+    let frame = |t| {
+        core::array::from_fn(|line| {
+            lit[line] = 0.5 * lit[line] + 0.5 * each(t, line);
+            feature(DARK + lit[line])
+        })
+    };
+    (0..240).map(frame).collect()
+}
+
+/// Returns what is said of each frame.
+fn said(frames: &[Features]) -> Vec<Option<LiveContact>> {
+    let baseline = baseline();
+    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+    (SAMPLE_FRAMES..frames.len())
+        .map(|end| {
+            let recent: &[Features; SAMPLE_FRAMES] = frames[end - SAMPLE_FRAMES..end].try_into().unwrap();
+            live.push(end as u64, Sample::from_frames(recent), &baseline)
+        })
+        .collect()
+}
+
+#[test]
+fn a_slide_is_followed_from_its_first_frames_to_its_end() {
+    for gains in [[1.0; 5], [0.8, 1.1, 1.0, 0.9, 1.2]] {
+        for (rows, columns) in [(0.0, 0.8), (-1.5, 0.7), (0.5, -0.4), (3.0, 4.0), (0.3, 0.0), (0.0, -6.0)] {
+            let (speed, whole) = (120.0 / f64::hypot(rows, columns), f64::hypot(rows, columns));
+            let degrees = f64::atan2(-rows, columns).to_degrees().rem_euclid(360.0);
+            let said = said(&frames(rows, columns, gains, 60.0));
+            // The edge has passed the last line after half of the sensor, and left it 60 mm later.
+            let at = |half_widths: f64, path: f64| {
+                (MIDDLE + half_widths * 2.0 * f64::max(rows.abs(), columns.abs()) + path / 4.0 * whole) as usize + 1
+                    - SAMPLE_FRAMES
+            };
+            let velocities: Vec<(usize, Velocity)> =
+                said.iter().enumerate().filter_map(|(t, said)| Some((t, said.as_ref()?.velocity?))).collect();
+            let first = velocities[0].0;
+            assert!(first <= at(1.0, 2.0) + 3, "{rows} {columns}: {first}, {}", at(1.0, 2.0));
+            let last = velocities[velocities.len() - 1].0;
+            assert!((at(-1.0, 60.0)..=at(1.0, 60.0) + 2).contains(&last), "{rows} {columns}: {last}");
+            assert!(velocities.len() * 10 >= (at(-1.0, 60.0) - first) * 9, "{rows} {columns}: {}", velocities.len());
+            for (t, velocity) in velocities {
+                let off = (f64::from(velocity.mm_s) / speed - 1.0).abs();
+                let turned = (f64::from(velocity.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
+                assert!(off < 0.05, "{rows} {columns}, frame {t}: {velocity:?}, expected {speed}");
+                assert!(turned.abs() < 3.5, "{rows} {columns}, frame {t}: {velocity:?}, expected {degrees}");
+            }
+        }
+    }
+}
+
+/// Checks that a speed follows the light of all lines. No line brings anything new.
+#[test]
+fn more_light_of_all_lines_is_more_speed() {
+    for factor in [0.6_f64, 0.8, 1.25, 1.5] {
+        let mut frames = frames(0.0, 1.5, [1.0; 5], 300.0);
+        for (t, frame) in frames.iter_mut().enumerate() {
+            for value in frame.iter_mut() {
+                // Without the texture, and with a step.
+                let lit = f64::from(*value) / 2048.0 > DARK.ln() + 3.0;
+                let step = if t >= 120 { factor } else { 1.0 };
+                *value = if lit && t < 150 { feature(DARK + 0.4 * step) } else { *value };
+            }
+        }
+        let said = said(&frames);
+        let velocity = |t: usize| said[t - SAMPLE_FRAMES].unwrap().velocity;
+        let before = f64::from(velocity(118).unwrap().mm_s);
+        let after = f64::from(velocity(130).unwrap().mm_s);
+        assert!((before / 80.0 - 1.0).abs() < 0.05, "{before}");
+        assert!((after / (80.0 * factor) - 1.0).abs() < 0.07, "{factor}: {after}");
+    }
+}
+
+#[test]
+fn touches_that_do_not_slide_have_no_velocity() {
+    let fading = |t: usize| 0.3 * (-(t as f64 - 100.0).max(0.0) / 1.3).exp();
+    let of = |lines: core::ops::Range<usize>, step: usize| -> Vec<Option<LiveContact>> {
+        let lit = |t: usize, line: usize| t >= 100 && lines.contains(&line) && line.is_multiple_of(step);
+        let light = |t, line| if lit(t, line) { DARK + fading(t) } else { DARK };
+        said(&(0..240).map(|t| core::array::from_fn(|line| feature(light(t, line)))).collect::<Vec<_>>())
+    };
+    let kinds =
+        |said: &[Option<LiveContact>]| -> Vec<Contact> { said.iter().flatten().map(|one| one.contact).collect() };
+    let press = of(0..10, 1);
+    assert!(kinds(&press).contains(&Contact::Press));
+    let poke = of(2..8, 5);
+    assert!(!kinds(&poke).contains(&Contact::Slide));
+    let poke = of(0..10, 5);
+    assert!(kinds(&poke).contains(&Contact::Poke));
+    for said in [press, poke, of(0..0, 1)] {
+        assert!(said.iter().flatten().all(|one| one.velocity.is_none() && one.contact != Contact::Slide));
+        assert_eq!(said.last(), Some(&None));
+    }
+    assert!(of(0..0, 1).iter().all(Option::is_none));
+}
+
+#[test]
+fn a_short_gap_is_passed_and_a_long_one_begins_anew() {
+    let frames = frames(0.0, 4.0, [1.0; 5], 60.0);
+    let baseline = baseline();
+    for (gap, goes_on) in [(3, true), (7, true), (8, false)] {
+        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+        let mut all = frames.clone();
+        let filled = all[125];
+        all[126..126 + gap].fill(filled);
+        let mut said = Vec::new();
+        for end in (SAMPLE_FRAMES..=126).chain(127 + gap..150) {
+            let recent: &[Features; SAMPLE_FRAMES] = all[end - SAMPLE_FRAMES..end].try_into().unwrap();
+            said.push(live.push(end as u64, Sample::from_frames(recent), &baseline));
+        }
+        let before = said[126 - SAMPLE_FRAMES].unwrap().velocity.unwrap();
+        assert!((before.mm_s / 30.0 - 1.0).abs() < 0.04, "{before:?}");
+        let after = said[127 - SAMPLE_FRAMES].unwrap().velocity;
+        assert_eq!(after.is_some(), goes_on, "{gap}: {after:?}");
+        // The same frame again brings nothing.
+        let recent: &[Features; SAMPLE_FRAMES] = all[149 - SAMPLE_FRAMES..149].try_into().unwrap();
+        assert_eq!(live.push(149, Sample::from_frames(recent), &baseline), None);
+    }
+}
+
+/// Checks that whatever features, baseline and gaps are, numbers are finite and in range.
+#[test]
+fn any_features_have_an_answer_in_range() {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as u32
+    };
+    let mut velocities = 0;
+    for round in 0..300 {
+        let kind = round % 6;
+        let (rows, columns) = (f64::from(random() % 800) / 100.0 - 4.0, f64::from(random() % 800) / 100.0 - 4.0);
+        let slide = frames(rows, columns, [1.0, 0.1, 2.0, 0.7, 1.0], 60.0);
+        let mut value = |t: usize, line: usize| match kind {
+            0 => random() as i16,
+            1 => [i16::MIN, i16::MAX][random() as usize & 1],
+            2 => -((random() % 9000) as i16),
+            3 => i16::MIN + (random() % 3) as i16,
+            4 => slide[t][line].saturating_add((random() % 300) as i16),
+            _ => slide[t][line].saturating_add((random() % 20) as i16),
+        };
+        let all: Vec<Features> = (0..240).map(|t| core::array::from_fn(|line| value(t, line))).collect();
+        let totals = core::array::from_fn(|_| if kind > 3 { 25 * i32::from(feature(DARK)) } else { random() as i32 });
+        let baseline =
+            Baseline::new(totals, [25, 1, 350, 0, u16::MAX][if kind > 3 { 0 } else { random() as usize % 5 }]);
+        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+        let mut end = SAMPLE_FRAMES;
+        while end < all.len() {
+            let from = end - [SAMPLE_FRAMES, 25, 1, 70][random() as usize & 3].min(end);
+            let recent = Sample::new((&all[from..usize::midpoint(from, end)], &all[usize::midpoint(from, end)..end]));
+            let said = live.push(end as u64, recent, &baseline);
+            if let Some(LiveContact { contact, velocity: Some(velocity) }) = said {
+                velocities += 1;
+                let Velocity { mm_s, mm_s_sd, degrees, degrees_sd } = velocity;
+                assert_eq!(contact, Contact::Slide);
+                assert!((0.0..360.0).contains(&degrees) && mm_s > 8.0 && mm_s < 710.0, "{velocity:?}");
+                assert!(mm_s_sd > 0.0 && mm_s_sd <= 0.0601 * mm_s, "{velocity:?}");
+                assert!(degrees_sd > 0.0 && degrees_sd.is_finite(), "{velocity:?}");
+            }
+            end += if random() % 10 == 0 { random() as usize % 12 } else { 1 };
+        }
+    }
+    assert!(velocities > 500, "{velocities}");
+}
+
+#[test]
+fn the_root_is_a_root() {
+    for bits in (0x0080_0000_u32..0x7F00_0000).step_by(99_991) {
+        let x = f32::from_bits(bits);
+        let off = f64::from(root(x)) / f64::from(x).sqrt() - 1.0;
+        assert!(off.abs() < 1e-6, "{x}: {off}");
+    }
+    assert!(root(0.0) < 1e-15);
+}

@@ -1,0 +1,225 @@
+//! The sample in millimeters: light along the path of a touch instead of light over time (SPEC §10).
+//!
+//! A texture gives another sample at every speed and in every direction. With the touch's velocity, light is read at
+//! equal distances behind the specimen's leading edge, and lines are put together by their place in the motion. So one
+//! texture gives similar numbers at any speed, in any direction and at any length.
+//!
+//! [`PathSample::of_sums`] uses the ten features of the event, and needs no memory of its own. [`PathSample::of_taxels`]
+//! uses the 25 taxels that a [`TaxelRing`] keeps, which tells textures apart better above 200 mm/s.
+//!
+//! A model file says which of them it takes ([`Input`]).
+
+mod resample;
+mod ring;
+
+use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::ln::Ln;
+use crate::ln::fixed::Fixed;
+use crate::model::file::{INPUTS, Input};
+use crate::motion::{MotionConfig, Velocity};
+use crate::params::{COLUMNS, FEATURES, ROWS, SAMPLE_FRAMES, TAXELS};
+use crate::trigger::Event;
+use resample::{BY_COLUMNS, BY_ROWS, BY_TAXELS, Factors, Light, Plan, Track};
+pub use ring::TaxelRing;
+
+/// Numbers before those of the first step: the speed, the direction, and products of them.
+pub const FACTS: usize = 4;
+/// Speed in mm/s at which the speed's number is 0: near the geometric mean of 50 and 300.
+const MIDDLE_MM_S: u32 = 120;
+/// Fraction bits of a speed in mm/s of which a logarithm is taken.
+const SPEED_FRACTION_BITS: u32 = 6;
+/// The number one, in units of the numbers.
+const ONE: i32 = 1 << 11;
+/// Largest slowness, in frames per pitch: that of a slide at 9 mm/s, at a pitch of 4 mm and 30 frames per second.
+const MOST_SLOWNESS: f32 = 13.5;
+/// Fraction bits of frames.
+const FRAME_BITS: u32 = 16;
+
+/// The sample of a touch along its path, as a texture model takes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PathSample {
+    numbers: [i16; INPUTS],
+    covered: u16,
+}
+
+impl PathSample {
+    /// Creates the sample of an event from its ten features.
+    ///
+    /// It holds the numbers that a model of `frames` frames reads, in tens; all others are 0. Returns `None` for a
+    /// velocity below 9 mm/s and for a dark sample.
+    ///
+    /// ```
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+    /// use wstac_core::{motion::{self, MotionConfig}, path_sample::PathSample, taxels::FrameGeometry};
+    ///
+    /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+    /// let mut pipeline = Pipeline::builder(geometry).build()?;
+    /// let config = MotionConfig::published(FrameRate::NOMINAL);
+    /// # let frames = (0..120_usize).map(|t| {
+    /// #     let mut frame = vec![1; 160_000];
+    /// #     if (40..73).contains(&t) { frame.chunks_mut(400).for_each(|row| row[12 * (t - 40)..][..12].fill(200)); }
+    /// #     frame
+    /// # });
+    /// for frame in frames {
+    ///     if let Some(event) = pipeline.push_frame(&frame)?.event()
+    ///         && let Some(velocity) = motion::by_coherence(&event, config).velocity
+    ///     {
+    ///         let sample = PathSample::of_sums(&event, &velocity, config, 70);
+    ///         assert!(sample.is_some());
+    ///     }
+    /// }
+    /// # Ok::<(), wstac_core::error::Error>(())
+    /// ```
+    pub fn of_sums(event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
+        let way = Way::new(velocity, config)?;
+        let mut light = SumLight::DARK;
+        light.fill(event);
+        let by_rows = way.up.unsigned_abs() > way.right.unsigned_abs();
+        let plan = if by_rows { &BY_ROWS } else { &BY_COLUMNS };
+        let delays = core::array::from_fn(|line| {
+            if line < ROWS { way.up * (2 - line as i32) } else { way.right * (line as i32 - (ROWS + 2) as i32) }
+        });
+        let weights = core::array::from_fn(|line| if line < ROWS { way.rows } else { ONE - way.rows });
+        way.sample(&light, plan, delays, weights, frames)
+    }
+
+    /// Creates the sample of an event from 25 taxels. The ring's last frame must be that of the event.
+    ///
+    /// It holds the numbers that a model of `frames` frames reads, in tens; all others are 0. Returns `None` for a
+    /// velocity below 9 mm/s and for a dark sample.
+    ///
+    /// The first four frames count as dark: a trigger must begin its sample that long before the touch.
+    pub fn of_taxels(ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
+        let way = Way::new(velocity, config)?;
+        let delays = core::array::from_fn(|taxel| {
+            let (row, column) = ((taxel / COLUMNS) as i32, (taxel % COLUMNS) as i32);
+            way.up * (2 - row) + way.right * (column - 2)
+        });
+        way.sample(&ring::TaxelLight::new(ring), &BY_TAXELS, delays, [1; TAXELS], frames)
+    }
+
+    /// Returns the numbers, as a texture model takes them.
+    pub const fn numbers(&self) -> &[i16; INPUTS] {
+        &self.numbers
+    }
+
+    /// Returns whether the touch went far enough within its 70 frames for a model of so many frames, in tens of numbers.
+    pub const fn covers(&self, frames: u8) -> bool {
+        frames as usize * FEATURES <= self.covered as usize
+    }
+
+    /// Creates a sample from stored numbers, all of which are there; for data sets.
+    pub const fn from_numbers(numbers: [i16; INPUTS]) -> Self {
+        Self { numbers, covered: INPUTS as u16 }
+    }
+}
+
+impl Input {
+    /// Returns the distance of two steps in mm, and the numbers of each; `None` for a sample over time.
+    pub const fn steps(self) -> Option<(f32, usize)> {
+        match self {
+            Self::Frames => None,
+            Self::Path => Some((BY_ROWS.step_mm, BY_ROWS.numbers())),
+            Self::TaxelPath => Some((BY_TAXELS.step_mm, BY_TAXELS.numbers())),
+        }
+    }
+}
+
+/// A touch's way over the sensor, in frames.
+struct Way {
+    /// Frames per mm of path.
+    per_mm: f32,
+    /// Delay from a column to the next and from a row to the one above it, in units of 2^-16 frames.
+    right: i32,
+    up: i32,
+    /// Weight of the rows in the motion: the square of its upward part, in units of 2^-11.
+    rows: i32,
+    factors: Factors,
+}
+
+impl Way {
+    /// Returns the way of a velocity; `None` for one that is too slow or no number.
+    fn new(velocity: &Velocity, config: MotionConfig) -> Option<Self> {
+        let slowness = config.pitch_per_frame() / velocity.mm_s;
+        if !(velocity.mm_s > 0.0 && slowness > 0.0 && slowness <= MOST_SLOWNESS) {
+            return None;
+        }
+        let angle = velocity.degrees * (core::f32::consts::PI / 180.0);
+        let (right, up) = (libm::cosf(angle), libm::sinf(angle));
+        let (rows, columns) = (up * up, right * right);
+        let ln = |x: u32| Fixed::<256>.ln(x.max(1));
+        let speed = (velocity.mm_s * (1 << SPEED_FRACTION_BITS) as f32) as u32;
+        let speed = rounded(ln(speed) - ln(MIDDLE_MM_S << SPEED_FRACTION_BITS), 15).clamp(-ONE, ONE);
+        // The cosine of four times the angle: 1 along an axis, −1 between them.
+        let direction = nearest((1.0 - 8.0 * rows * columns) * ONE as f32).clamp(-ONE, ONE);
+        Some(Self {
+            per_mm: slowness / config.pitch_mm(),
+            right: nearest(slowness * right * (1 << FRAME_BITS) as f32),
+            up: nearest(slowness * up * (1 << FRAME_BITS) as f32),
+            rows: nearest(rows * ONE as f32).clamp(0, ONE),
+            factors: Factors { speed, direction },
+        })
+    }
+
+    /// Resamples light along the way.
+    fn sample<const LINES: usize>(
+        &self,
+        light: &impl Light,
+        plan: &Plan<LINES>,
+        delays: [i32; LINES],
+        weights: [i32; LINES],
+        frames: u8,
+    ) -> Option<PathSample> {
+        let step = nearest(self.per_mm * plan.step_mm * (1 << FRAME_BITS) as f32).max(1);
+        let track = Track::new(light, plan, delays, weights, step)?;
+        let wanted = (usize::from(frames) * FEATURES).min(INPUTS);
+        let mut numbers = [0; INPUTS];
+        track.fill(light, plan, self.factors, numbers.get_mut(..wanted)?)?;
+        Some(PathSample { numbers, covered: track.covered(plan) as u16 })
+    }
+}
+
+/// Light of ten sums over a sample, in units of 2^-16 of the brightest.
+struct SumLight([[u16; FEATURES]; SAMPLE_FRAMES]);
+
+impl SumLight {
+    const DARK: Self = Self([[0; FEATURES]; SAMPLE_FRAMES]);
+
+    /// Computes the light of an event in place of darkness. A new value would be a second one on the stack.
+    #[inline(never)]
+    fn fill(&mut self, event: &Event<'_>) {
+        let means = event.baseline.means(EXP_FRACTION_BITS);
+        let widened = |value: i16| i32::from(value) << (EXP_FRACTION_BITS - crate::params::FEATURE_FRACTION_BITS);
+        let brightest = event.sample.frames().flatten().copied().max().map_or(0, widened);
+        let of = |value: i32| exp_of_negative(brightest.saturating_sub(value).max(0) as u32);
+        let dark = means.map(of);
+        for (place, frame) in self.0.iter_mut().zip(event.sample.frames()) {
+            for (((place, &value), &mean), &dark) in place.iter_mut().zip(frame).zip(&means).zip(&dark) {
+                // Most frames are dark.
+                let value = widened(value);
+                if value > mean {
+                    *place = (of(value).saturating_sub(dark) >> 15).min(u32::from(u16::MAX)) as u16;
+                }
+            }
+        }
+    }
+}
+
+impl Light for SumLight {
+    fn at(&self, frame: usize, line: usize) -> u16 {
+        self.0.get(frame).and_then(|frame| frame.get(line)).copied().unwrap_or(0)
+    }
+}
+
+/// Returns a number without so many of its fraction bits; ties round up.
+const fn rounded(value: i32, bits: u32) -> i32 {
+    ((value >> (bits - 1)) + 1) >> 1
+}
+
+/// Returns the nearest integer; ties round away from zero.
+fn nearest(value: f32) -> i32 {
+    (if value < 0.0 { value - 0.5 } else { value + 0.5 }) as i32
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,242 @@
+use std::vec::Vec;
+
+use super::ring::TaxelLight;
+use super::*;
+use crate::baseline::Baseline;
+use crate::features::Features;
+use crate::rate::FrameRate;
+use crate::sample::Sample;
+
+/// Light of a dark taxel, as a fraction of full scale.
+const DARK: f64 = 0.004;
+/// Full scale of a taxel's sum.
+const FULL: f64 = 637_500.0;
+
+fn config() -> MotionConfig {
+    MotionConfig::published(FrameRate::NOMINAL)
+}
+
+fn velocity(mm_s: f32, degrees: f32) -> Velocity {
+    Velocity { mm_s, mm_s_sd: 1.0, degrees, degrees_sd: 1.0 }
+}
+
+/// Light along a path, in mm behind the leading edge.
+fn profile(x: f64) -> f64 {
+    let rise = 1.0 / (1.0 + (-0.5 * x).exp());
+    0.4 * rise * (-x / 40.0).exp()
+}
+
+/// A touch: the light of each taxel in each frame, with a gain for each taxel.
+fn taxels(mm_s: f64, degrees: f64, gain: impl Fn(usize) -> f64) -> [[f64; TAXELS]; SAMPLE_FRAMES] {
+    let (up, right) = degrees.to_radians().sin_cos();
+    core::array::from_fn(|frame| {
+        core::array::from_fn(|taxel| {
+            let (x, y) = (4.0 * ((taxel % 5) as f64 - 2.0), 4.0 * (2.0 - (taxel / 5) as f64));
+            let at = (frame as f64 - 16.0) * mm_s / 30.0 - (x * right + y * up);
+            DARK + gain(taxel) * profile(at)
+        })
+    })
+}
+
+fn ring(light: &[[f64; TAXELS]; SAMPLE_FRAMES]) -> TaxelRing {
+    let mut ring = TaxelRing::new(FULL as u32);
+    for frame in light {
+        ring.push(&frame.map(|light| (light * FULL) as u32));
+    }
+    ring
+}
+
+fn features(light: &[[f64; TAXELS]; SAMPLE_FRAMES]) -> [Features; SAMPLE_FRAMES] {
+    light.map(|frame| {
+        core::array::from_fn(|line| {
+            let of = |k: usize| if line < 5 { frame[5 * line + k] } else { frame[5 * k + line - 5] };
+            ((0..5).map(of).sum::<f64>().ln() * 2048.0).round() as i16
+        })
+    })
+}
+
+fn of_sums(light: &[[f64; TAXELS]; SAMPLE_FRAMES], velocity: &Velocity) -> Option<PathSample> {
+    let frames = features(light);
+    let dark = ((5.0 * DARK).ln() * 2048.0).round() as i32;
+    let baseline = Baseline::new([25 * dark; FEATURES], 25);
+    PathSample::of_sums(&Event::new(0, Sample::from_frames(&frames), &baseline), velocity, config(), 70)
+}
+
+/// Returns the first channel of each step.
+fn first_channel(sample: &PathSample, input: Input) -> Vec<i32> {
+    let (_, numbers) = input.steps().unwrap();
+    sample.numbers()[FACTS..].chunks_exact(numbers).map(|step| i32::from(step[0])).collect()
+}
+
+#[test]
+fn one_texture_is_one_sample_at_any_speed_and_in_any_direction() {
+    let path = |mm_s: f64, degrees: f64| {
+        let light = taxels(mm_s, degrees, |_| 1.0);
+        let velocity = velocity(mm_s as f32, degrees as f32);
+        let taxels = PathSample::of_taxels(&ring(&light), &velocity, config(), 70).unwrap();
+        let sums = of_sums(&light, &velocity).unwrap();
+        assert!(taxels.covers(28) && sums.covers(39), "{mm_s} {degrees}");
+        (first_channel(&taxels, Input::TaxelPath), first_channel(&sums, Input::Path))
+    };
+    let (taxels, sums) = path(60.0, 0.0);
+    for (mm_s, degrees) in [(60.0, 33.0), (80.0, 90.0), (100.0, 180.0), (110.0, 250.0), (90.0, 270.0)] {
+        let other = path(mm_s, degrees);
+        // The window, without the steps before the touch, which are next to dark.
+        let off = |a: &[i32], b: &[i32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).max().unwrap();
+        assert!(off(&taxels[6..40], &other.0[6..40]) < 120, "{mm_s} {degrees}: {:?} {:?}", taxels, other.0);
+        // A sum of a row along an oblique motion is light of different places.
+        if degrees % 90.0 == 0.0 {
+            assert!(off(&sums[4..20], &other.1[4..20]) < 250, "{mm_s} {degrees}: {sums:?} {:?}", other.1);
+        }
+    }
+}
+
+#[test]
+fn the_numbers_are_those_of_the_light() {
+    let light = taxels(120.0, 0.0, |_| 1.0);
+    let sample = PathSample::of_taxels(&ring(&light), &velocity(120.0, 0.0), config(), 70).unwrap();
+    let numbers = sample.numbers();
+    // At 120 mm/s and along an axis: the speed's number is 0, and the direction's is 1.
+    assert_eq!(numbers[..FACTS], [0, 2048, 0, 0]);
+    let step = |number: usize| &numbers[FACTS + 8 * number..][..8];
+    // All whiskers see the same light: groups agree, and the spread is the least there is, 2^-6.
+    for number in 12..40 {
+        let [inner, middle, outer, spread, ..] = *step(number) else { panic!() };
+        assert!(inner.abs_diff(middle) < 40 && inner.abs_diff(outer) < 40, "{number}: {:?}", step(number));
+        assert!((-8518..-7000).contains(&spread), "{number}: {:?}", step(number));
+        assert_eq!(step(number)[4..], [0; 4]);
+    }
+    // From 15 to 35 mm the light falls by e^(-1/2), wherever the touch begins, but for what is added to it.
+    let found = f64::from(step(19)[0] - step(39)[0]) / 2048.0;
+    assert!((found - 0.5).abs() < 0.02, "{found}");
+}
+
+#[test]
+fn rings_of_whiskers_are_told_apart_and_gains_are_not_a_spread() {
+    let corner = |taxel: usize| if [0, 4, 20, 24].contains(&taxel) { 0.5 } else { 1.0 };
+    let velocity = velocity(100.0, 20.0);
+    let sample = |light: &[[f64; TAXELS]; SAMPLE_FRAMES]| {
+        PathSample::of_taxels(&ring(light), &velocity, config(), 70).unwrap().numbers
+    };
+    let (even, lowered) = (sample(&taxels(100.0, 20.0, |_| 1.0)), sample(&taxels(100.0, 20.0, corner)));
+    for number in 12..40 {
+        let at = FACTS + 8 * number;
+        let less = f64::from(lowered[at] - lowered[at + 2]) / 2048.0;
+        assert!((less - 2.0_f64.ln()).abs() < 0.06, "{number}: {less}");
+        assert!(lowered[at + 3].abs_diff(even[at + 3]) < 200, "{number}");
+    }
+}
+
+#[test]
+fn a_dead_whisker_is_left_out() {
+    let gain = |dead: usize| move |taxel: usize| if taxel == dead { 0.0 } else { 1.0 };
+    let velocity = velocity(90.0, 70.0);
+    let sample = |dead| PathSample::of_taxels(&ring(&taxels(90.0, 70.0, gain(dead))), &velocity, config(), 40).unwrap();
+    let (whole, without) = (sample(99), sample(7));
+    for (number, (&a, &b)) in whole.numbers[..400].iter().zip(&without.numbers[..400]).enumerate() {
+        assert!(a.abs_diff(b) < 150, "{number}: {a} {b}");
+    }
+}
+
+#[test]
+fn all_light_may_be_brighter_or_dimmer() {
+    let velocity = velocity(100.0, 290.0);
+    let of = |gain: f64| {
+        let light = taxels(100.0, 290.0, |_| gain);
+        (PathSample::of_taxels(&ring(&light), &velocity, config(), 36).unwrap(), of_sums(&light, &velocity).unwrap())
+    };
+    let ((taxels, sums), (dim, dim_sums)) = (of(1.0), of(0.1));
+    for (number, (a, b)) in taxels.numbers.iter().zip(dim.numbers).enumerate() {
+        assert!(a.abs_diff(b) < 60, "{number}: {a} {b}");
+    }
+    // A dim feature has a coarser unit, since its light is above a baseline.
+    for (number, (a, b)) in sums.numbers.iter().zip(dim_sums.numbers).enumerate().take(400) {
+        assert!(a.abs_diff(b) < 200, "{number}: {a} {b}");
+    }
+}
+
+#[test]
+fn a_model_of_fewer_numbers_gets_the_same_ones() {
+    let light = taxels(150.0, 10.0, |_| 1.0);
+    let velocity = velocity(150.0, 10.0);
+    let ring = ring(&light);
+    let whole = PathSample::of_taxels(&ring, &velocity, config(), 70).unwrap();
+    for frames in [1, 2, 28, 29, 69] {
+        let part = PathSample::of_taxels(&ring, &velocity, config(), frames).unwrap();
+        let wanted = 10 * usize::from(frames);
+        assert_eq!(part.numbers[..wanted], whole.numbers[..wanted]);
+        assert_eq!(part.numbers[wanted..], [0; INPUTS][wanted..]);
+    }
+    let none = PathSample::of_taxels(&ring, &velocity, config(), 0).map(|sample| sample.numbers);
+    assert!(none.is_none_or(|numbers| numbers == [0; INPUTS]));
+}
+
+#[test]
+fn a_slow_touch_covers_less_of_its_path() {
+    let covered = |mm_s: f64| {
+        let light = taxels(mm_s, 0.0, |_| 1.0);
+        let sample = PathSample::of_taxels(&ring(&light), &velocity(mm_s as f32, 0.0), config(), 70).unwrap();
+        (1..=70).filter(|&frames| sample.covers(frames)).count()
+    };
+    let all = [16.0, 30.0, 40.0, 60.0, 120.0].map(covered);
+    assert!(all.is_sorted() && all[0] < 28 && all[3] >= 40 && all[4] == 70, "{all:?}");
+}
+
+#[test]
+fn what_has_no_path_is_refused() {
+    let light = taxels(100.0, 0.0, |_| 1.0);
+    let ring = ring(&light);
+    for mm_s in [8.0, 0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
+        assert_eq!(PathSample::of_taxels(&ring, &velocity(mm_s, 0.0), config(), 70), None, "{mm_s}");
+    }
+    let dark = TaxelRing::new(FULL as u32);
+    assert_eq!(PathSample::of_taxels(&dark, &velocity(100.0, 0.0), config(), 70), None);
+    assert_eq!(of_sums(&taxels(100.0, 0.0, |_| 0.0), &velocity(100.0, 0.0)), None);
+    // An impossible direction gives numbers, but no panic.
+    assert!(PathSample::of_taxels(&ring, &velocity(f32::INFINITY, f32::NAN), config(), 70).is_none());
+    assert!(PathSample::of_taxels(&ring, &velocity(1e9, 1e9), config(), 70).is_some());
+}
+
+#[test]
+fn extremes_do_not_overflow() {
+    let mut ring = TaxelRing::new(u32::MAX);
+    for frame in 0..SAMPLE_FRAMES {
+        let on = |taxel: usize| (frame + taxel) % 7 > 3 && frame > 8;
+        ring.push(&core::array::from_fn(|taxel| if on(taxel) { u32::MAX } else { 0 }));
+    }
+    for mm_s in [9.5, 40.0, 300.0, 1e7] {
+        for degrees in 0..36 {
+            let sample = PathSample::of_taxels(&ring, &velocity(mm_s, 10.0 * degrees as f32), config(), 70);
+            assert!(sample.is_some_and(|sample| sample.numbers.iter().all(|number| number.abs() < 14_000)));
+        }
+    }
+    let frames = core::array::from_fn(|frame| [if frame % 2 == 0 { i16::MIN } else { i16::MAX }; FEATURES]);
+    let baseline = Baseline::new([i32::MIN; FEATURES], 1);
+    let event = Event::new(0, Sample::from_frames(&frames), &baseline);
+    for mm_s in [9.5, 40.0, 300.0, 1e7] {
+        assert!(PathSample::of_sums(&event, &velocity(mm_s, 45.0), config(), 70).is_some());
+    }
+}
+
+#[test]
+fn a_ring_keeps_the_last_frames() {
+    let mut ring = TaxelRing::new(1 << 20);
+    for frame in 0..100 {
+        ring.push(&[frame << 5; TAXELS]);
+    }
+    // 2^20 has 21 bits, so five of them go.
+    let light = |ring: &TaxelRing, number: usize| TaxelLight::new(ring).at(number, 3);
+    // The oldest four are 30 to 33, and their mean is 32, rounded up.
+    assert_eq!([0, 2, 3, 4, 69].map(|number| light(&ring, number)), [0, 0, 1, 2, 67]);
+    ring.fill(2);
+    assert_eq!([66, 67, 68, 69].map(|number| light(&ring, number)), [64, 65, 65, 65]);
+    ring.fill(u32::MAX);
+    assert_eq!(TaxelLight::new(&ring).at(69, 0), 0);
+}
+
+#[test]
+fn inputs_have_steps() {
+    assert_eq!(Input::Frames.steps(), None);
+    assert_eq!(Input::Path.steps(), Some((2.0, 24)));
+    assert_eq!(Input::TaxelPath.steps(), Some((1.0, 8)));
+}

@@ -1,0 +1,68 @@
+//! The sample that the compiled-in texture model takes, as a type, so that no code of another sample is linked.
+
+use wstac_core::model::file::INPUTS;
+use wstac_core::motion::{MotionConfig, Velocity};
+use wstac_core::path_sample::PathSample;
+use wstac_core::texture;
+use wstac_core::trigger::Event;
+use wstac_core::wire::{Answers, TextureAnswer};
+
+use crate::setup::Kind;
+
+/// A sample that a texture model takes.
+pub trait ModelSample {
+    /// Whether the first frames of a sample are enough for an answer.
+    const HAS_PREFIXES: bool;
+
+    /// Returns the model's answer to an event that slides; `None` if the event shows too little for it.
+    fn texture(
+        event: &Event<'_>,
+        answers: &Answers<'_>,
+        motion: MotionConfig,
+        model: &'static Kind,
+    ) -> Option<TextureAnswer<'static>>;
+}
+
+/// Ten features over 70 frames.
+#[derive(Clone, Copy, Debug)]
+pub struct OverTime;
+
+impl ModelSample for OverTime {
+    const HAS_PREFIXES: bool = true;
+
+    // It is not inlined, so that its copy of the sample does not lie on the stack of the law.
+    #[inline(never)]
+    fn texture(
+        event: &Event<'_>,
+        _: &Answers<'_>,
+        _: MotionConfig,
+        model: &'static Kind,
+    ) -> Option<TextureAnswer<'static>> {
+        let mut numbers = [0; INPUTS];
+        event.sample.copy_to(&mut numbers);
+        Some(texture::texture(&numbers, model).into())
+    }
+}
+
+/// Light of ten sums along the path of the touch, by the speed and direction of a law of arrival times.
+#[derive(Clone, Copy, Debug)]
+pub struct AlongPath;
+
+impl ModelSample for AlongPath {
+    const HAS_PREFIXES: bool = false;
+
+    // It is not inlined for the same reason.
+    #[inline(never)]
+    fn texture(
+        event: &Event<'_>,
+        answers: &Answers<'_>,
+        motion: MotionConfig,
+        model: &'static Kind,
+    ) -> Option<TextureAnswer<'static>> {
+        let mut velocity = Velocity::default();
+        velocity.mm_s = answers.speed.ok()?.mm_s;
+        velocity.degrees = answers.direction.degrees.ok()?;
+        let path = PathSample::of_sums(event, &velocity, motion, model.frames())?;
+        path.covers(model.frames()).then(|| texture::texture(path.numbers(), model).into())
+    }
+}

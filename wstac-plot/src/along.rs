@@ -1,0 +1,54 @@
+//! Panel d by arrival times: when the light reaches each taxel, over the taxel's place along the motion.
+
+use wstac_core::params::COLUMNS;
+use wstac_core::rate::FrameRate;
+
+use super::arrival::arrivals;
+use super::event::Found;
+use crate::axes::{Axes, Span, number};
+use crate::style::{INK, ORDERED, SIZE, THICK};
+use crate::svg::{Anchor, Drawing, Look, Marker};
+
+/// Whiskers from the middle to the corner, along a diagonal, in pitches.
+const REACH: f64 = 3.0;
+
+/// Draws a point per taxel, and the straight line of the event's speed.
+pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], size: [f64; 2]) {
+    let titles = ["d  Arrival along the motion", "place along the motion (mm)", "frame of the sample"];
+    let arrivals = arrivals(found);
+    let known = || arrivals.iter().flatten().copied();
+    let [first, last] = [known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)];
+    let reach = REACH * found.pitch_mm;
+    let frames = if first <= last { [first - 1.0, last + 1.0] } else { [0.0, 1.0] };
+    let panel = Axes::new([left, top], size, Span::linear([-reach, reach]), Span::linear(frames));
+    let motion = found.record.speed.ok().zip(found.record.direction.degrees.ok());
+    let Some((speed, degrees)) = motion else {
+        let why = found.record.contact.map_or("no slide", |contact| contact.as_str());
+        drawing.text([panel.right() - 4.0, top + SIZE + 3.0], SIZE, Anchor::End, why);
+        panel.draw(drawing, titles);
+        return;
+    };
+    let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+    // Columns count to the right, rows downwards.
+    let place = |taxel: usize| {
+        let [x, y] = [(taxel % COLUMNS) as f64 - 2.0, 2.0 - (taxel / COLUMNS) as f64];
+        found.pitch_mm * (x * cosine + y * sine)
+    };
+    let points: Vec<_> =
+        arrivals.iter().enumerate().filter_map(|(taxel, arrival)| Some([place(taxel), (*arrival)?])).collect();
+    // The line of the speed through the middle of the points.
+    let count = points.len().max(1) as f64;
+    let middle = points.iter().fold([0.0; 2], |sum, point| [sum[0] + point[0] / count, sum[1] + point[1] / count]);
+    let per_mm = FrameRate::NOMINAL.per_second() / found.nominal_frames / f64::from(speed.mm_s);
+    let frame = |mm: f64| middle[1] + per_mm * (mm - middle[0]);
+    // Where the line leaves the panel.
+    let ends = frames.map(|frame| (middle[0] + (frame - middle[1]) / per_mm).clamp(-reach, reach));
+    drawing.line(&ends.map(|mm| panel.at([mm, frame(mm).clamp(frames[0], frames[1])])), INK, THICK);
+    for point in points {
+        drawing.marker(panel.at(point), Look { marker: Marker::Circle, color: ORDERED[2], filled: true });
+    }
+    let mm_s = f64::from(speed.mm_s);
+    let text = format!("{} mm/s", number(mm_s, if mm_s < 10.0 { 0.1 } else { 1.0 }));
+    drawing.text([left + 4.0, top + SIZE + 3.0], SIZE, Anchor::Start, &text);
+    panel.draw(drawing, titles);
+}

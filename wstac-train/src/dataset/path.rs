@@ -1,0 +1,256 @@
+//! Samples along the path of random slides: of any direction, speed, length and sensor.
+//!
+//! Each slide is a scene of its own. Its velocity is the one that the core measures, as on a real sensor.
+
+use std::io::{self, Seek, Write};
+
+use rayon::prelude::*;
+use wstac_core::green::gray::Gray;
+use wstac_core::layout::Layout;
+use wstac_core::model::file::INPUTS;
+use wstac_core::motion::{self, MotionConfig};
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::pipeline::Pipeline;
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::TriggerConfig;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_scene::rng::Rng;
+use wstac_scene::sensor::Fidelity;
+use wstac_scene::specimen::Specimen;
+use wstac_scene::{Scene, SceneConfig, SimulatedFrame, Slide, Touch};
+
+use super::arrays::numbers_of;
+use super::npz::{Dtype, Npz};
+
+/// Random slides.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RandomSlides {
+    /// Their specimens, which are equally frequent.
+    pub specimens: Vec<Specimen>,
+    /// Number of slides.
+    pub slides: u32,
+    /// The seed of everything; slides of different seeds have no random number in common.
+    pub seed: u64,
+    /// Range of the speed in mm/s; its logarithm is even.
+    pub speeds_mm_s: [f64; 2],
+    /// Range of the length in mm.
+    pub lengths_mm: [f64; 2],
+    /// The first sensor, and the number of sensors.
+    pub sensors: [u32; 2],
+    /// Range of the gain of all light, that of a sensor as it is mounted for one run.
+    pub gains: [f64; 2],
+}
+
+impl Default for RandomSlides {
+    fn default() -> Self {
+        Self {
+            specimens: Specimen::ALL.to_vec(),
+            slides: 1000,
+            seed: 1,
+            speeds_mm_s: [50.0, 300.0],
+            lengths_mm: [60.0, 120.0],
+            sensors: [0, 1000],
+            gains: [0.6, 1.4],
+        }
+    }
+}
+
+/// What a slide gave.
+#[derive(Clone, Debug)]
+pub struct PathSlide {
+    /// The slide.
+    pub slide: Slide,
+    /// Its sensor.
+    pub sensor: u32,
+    /// Its sample over time; zeros if there was no event.
+    pub frames: [i16; INPUTS],
+    /// Its samples along the path, of ten sums and of 25 taxels; `None` without a velocity.
+    pub path: Option<PathSample>,
+    /// Of 25 taxels.
+    pub taxel_path: Option<PathSample>,
+    /// The measured speed in mm/s and direction in degrees; `None` if there is none.
+    pub measured: Option<[f32; 2]>,
+    /// Whether the event and its motion are reliable.
+    pub reliable: bool,
+}
+
+impl RandomSlides {
+    /// Returns the slide of a number, its sensor, and its scene.
+    fn drawn(&self, number: u32) -> (Slide, u32, SceneConfig) {
+        let mut rng = Rng::new(self.seed, 1_000_000 + u64::from(number));
+        let mut between = |[from, to]: [f64; 2]| from + (to - from) * rng.uniform();
+        let speed = between(self.speeds_mm_s.map(f64::ln)).exp();
+        let direction = between([0.0, 360.0]);
+        let length_mm = between(self.lengths_mm);
+        let specimen = between([0.0, self.specimens.len() as f64]) as usize;
+        let sensor = self.sensors[0] + between([0.0, f64::from(self.sensors[1])]) as u32;
+        let gain = between(self.gains);
+        let slide = Slide::new(Specimen { length_mm, ..self.specimens[specimen] }, speed, direction);
+        let mut scene = SceneConfig::new(vec![Touch::Slide(slide)]);
+        scene.seed = self.seed.wrapping_mul(10_000_019).wrapping_add(u64::from(number));
+        scene.fidelity = Fidelity::Taxel;
+        scene.light.unit = sensor;
+        scene.light.flash_ms *= gain;
+        scene.light.rubbing_ms *= gain;
+        (slide, sensor, scene)
+    }
+
+    /// Simulates the slide of a number.
+    ///
+    /// # Errors
+    /// Its scene is not valid.
+    fn slide(&self, number: u32) -> Result<PathSlide, Error> {
+        let (slide, sensor, script) = self.drawn(number);
+        let subject = "random slides";
+        let wrong = |error: &dyn std::fmt::Display| Error::new(ErrorKind::Config, subject, error.to_string());
+        let rate = script.sensor.rate;
+        let layout = Layout::paper(script.sensor.size).map_err(|error| wrong(&error))?;
+        let geometry = FrameGeometry::new(Gray, layout, rate).map_err(|error| wrong(&error))?;
+        let trigger = TriggerConfig::default().one_event_per_touch();
+        let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().map_err(|error| wrong(&error))?;
+        let mut ring = TaxelRing::of(&geometry);
+        let config = MotionConfig::published(rate);
+        let nothing = PathSlide {
+            slide,
+            sensor,
+            frames: [0; INPUTS],
+            path: None,
+            taxel_path: None,
+            measured: None,
+            reliable: false,
+        };
+        let mut scene = Scene::new(&script)?;
+        while let Some(frame) = scene.next_shot() {
+            let SimulatedFrame::Taxels(sums) = frame else { continue };
+            ring.push(&sums);
+            let Some(event) = pipeline.push_taxels(&sums).event() else { continue };
+            let motion = motion::by_coherence(&event, config);
+            let whole = SAMPLE_FRAMES as u8;
+            return Ok(PathSlide {
+                frames: event.sample.flat(),
+                path: motion.velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, config, whole)),
+                taxel_path: motion.velocity.and_then(|velocity| PathSample::of_taxels(&ring, &velocity, config, whole)),
+                measured: motion.velocity.map(|velocity| [velocity.mm_s, velocity.degrees]),
+                reliable: motion.reliable,
+                ..nothing
+            });
+        }
+        Ok(nothing)
+    }
+
+    /// Simulates all slides, in parallel. They are in the order of their numbers.
+    ///
+    /// # Errors
+    /// A scene is not valid.
+    pub fn all(&self) -> Result<Vec<PathSlide>, Error> {
+        (0..self.slides).into_par_iter().map(|number| self.slide(number)).collect()
+    }
+}
+
+/// Writes slides as a data set: `X`, `X_path` and `X_taxel_path` hold their samples, zeros if there is none.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write(file: impl Write + Seek, slides: &[PathSlide]) -> io::Result<()> {
+    let n = slides.len();
+    let mut npz = Npz::new(file);
+    let zeros = [0; INPUTS];
+    let samples = |npz: &mut Npz<_>, name: &str, of: &dyn Fn(&PathSlide) -> [i16; INPUTS]| {
+        npz.array(name, Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
+            slides.iter().try_for_each(|slide| out.write_all(&by_feature(&of(slide))))
+        })
+    };
+    samples(&mut npz, "X", &|slide| slide.frames)?;
+    samples(&mut npz, "X_path", &|slide| slide.path.map_or(zeros, |path| *path.numbers()))?;
+    samples(&mut npz, "X_taxel_path", &|slide| slide.taxel_path.map_or(zeros, |path| *path.numbers()))?;
+    let scale = 1.0 / f64::from(FEATURE_ONE);
+    npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;
+    npz.strings("y_specimen", slides.iter().map(|slide| super::arrays::name(&slide.slide.specimen)))?;
+    let mut column = |name: &str, of: &dyn Fn(&PathSlide) -> f64| {
+        numbers_of(&mut npz, name, Dtype::Float64, slides.iter().map(|slide| of(slide).to_le_bytes()))
+    };
+    column("speed", &|slide| slide.slide.speed_mm_s)?;
+    column("direction", &|slide| slide.slide.direction_deg)?;
+    column("length", &|slide| slide.slide.specimen.length_mm)?;
+    column("period", &|slide| slide.slide.specimen.period_mm)?;
+    column("depth", &|slide| slide.slide.specimen.depth_mm)?;
+    column("sensor", &|slide| f64::from(slide.sensor))?;
+    column("measured_speed", &|slide| slide.measured.map_or(f64::NAN, |[mm_s, _]| mm_s.into()))?;
+    column("measured_direction", &|slide| slide.measured.map_or(f64::NAN, |[_, degrees]| degrees.into()))?;
+    npz.array("reliable", Dtype::Bool, &[n], |out| {
+        slides.iter().try_for_each(|slide| out.write_all(&[u8::from(slide.reliable)]))
+    })?;
+    npz.finish().map(drop)
+}
+
+/// Returns the bytes of a sample as a data set has them: number k of every ten numbers after each other.
+fn by_feature(numbers: &[i16; INPUTS]) -> Vec<u8> {
+    let of = |k: usize| numbers.iter().skip(k).step_by(FEATURES).flat_map(|number| number.to_le_bytes());
+    (0..FEATURES).flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::model::Model;
+    use wstac_core::model::file::{Input, Task};
+
+    use super::*;
+    use crate::model::eval::answers;
+    use crate::model::trained::{Kind, Linear, Row, Trained};
+    use crate::model::write;
+
+    fn few() -> RandomSlides {
+        RandomSlides { slides: 12, seed: 5, ..RandomSlides::default() }
+    }
+
+    #[test]
+    fn random_slides_are_within_their_ranges_and_have_a_path() {
+        let slides = few().all().unwrap();
+        assert_eq!(slides.len(), 12);
+        for PathSlide { slide, sensor, path, taxel_path, measured, reliable, frames } in &slides {
+            assert!((50.0..=300.0).contains(&slide.speed_mm_s) && (60.0..=120.0).contains(&slide.specimen.length_mm));
+            assert!((0.0..360.0).contains(&slide.direction_deg) && *sensor < 1000);
+            let [mm_s, degrees] = measured.unwrap().map(f64::from);
+            let off = (degrees - slide.direction_deg + 180.0).rem_euclid(360.0) - 180.0;
+            assert!(*reliable && (mm_s / slide.speed_mm_s - 1.0).abs() < 0.05 && off.abs() < 3.0, "{slide:?}");
+            assert!(path.unwrap().covers(39) && taxel_path.unwrap().covers(28), "{slide:?}");
+            assert!(frames.iter().any(|&feature| feature != 0));
+        }
+        // Numbers, not threads, decide.
+        let again = RandomSlides { slides: 3, ..few() }.all().unwrap();
+        for (one, other) in again.iter().zip(&slides) {
+            assert_eq!((one.slide, one.path, one.taxel_path), (other.slide, other.path, other.taxel_path));
+        }
+        let other = RandomSlides { slides: 1, seed: 6, ..few() }.all().unwrap();
+        assert_ne!(other[0].slide, slides[0].slide);
+    }
+
+    /// A model whose answer is the sign of one number of a sample.
+    fn sign_of(input: Input, number: usize) -> Vec<u32> {
+        let mut weights = vec![0.0; INPUTS];
+        // Weights are in the order of data sets.
+        weights[number % FEATURES * SAMPLE_FRAMES + number / FEATURES] = 1.0;
+        let kind = Kind::Linear(Linear { pairs: false, rows: vec![Row { weights, bias: 0.0 }] });
+        let labels = vec!["no".into(), "yes".into()];
+        let trained = Trained { labels, task: Task::Other, input, inputs: INPUTS, kind, remarks: Vec::new() };
+        write::write(&trained, "", write::Options::default()).unwrap().words
+    }
+
+    #[test]
+    fn a_model_is_evaluated_on_the_sample_that_it_takes() {
+        let slides = few().all().unwrap();
+        let path = std::env::temp_dir().join(format!("wstac-path-{}.npz", std::process::id()));
+        write(std::fs::File::create(&path).unwrap(), &slides).unwrap();
+        // Number 0 along a path is that of the speed, and number 1 that of the direction.
+        for (input, number) in [(Input::Path, 0), (Input::TaxelPath, 0), (Input::TaxelPath, 1), (Input::Path, 500)] {
+            let words = sign_of(input, number);
+            let found = answers(&Model::from_words(&words).unwrap(), &path).unwrap().predictions;
+            let sample = |slide: &PathSlide| if input == Input::Path { slide.path } else { slide.taxel_path };
+            let expected: Vec<u8> =
+                slides.iter().map(|slide| u8::from(sample(slide).unwrap().numbers()[number] > 0)).collect();
+            assert_eq!(found, expected, "{input:?} {number}");
+        }
+        std::fs::remove_file(path).unwrap();
+    }
+}
