@@ -95,3 +95,40 @@ fn read_up_to(mut from: impl Read, most: usize) -> io::Result<(Vec<u8>, bool)> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_build_says_what_it_lacks() {
+        assert!(Compression::None.check(&"a.mcap").is_ok());
+        for compression in [Compression::Zstd, Compression::Lz4] {
+            let checked = compression.check(&"a.mcap");
+            assert_eq!(checked.is_ok(), cfg!(feature = "compression"));
+            if let Err(error) = checked {
+                assert!(error.is_unsupported() && error.message().contains("build with the feature compression"));
+                assert!(compression.unpack(&[], 0).is_err());
+            }
+        }
+    }
+
+    #[cfg(feature = "compression")]
+    #[test]
+    fn what_was_cut_off_gives_what_was_whole() {
+        use std::io::Write;
+
+        let bytes: Vec<u8> = (0..1_000_000_u32).map(|at| (at / 7) as u8 ^ (at >> 9) as u8).collect();
+        let mut encoder = zstd::stream::write::Encoder::new(Vec::new(), 1).unwrap();
+        encoder.write_all(&bytes).unwrap();
+        let packed = encoder.finish().unwrap();
+        assert!(Compression::Zstd.unpack(&packed, bytes.len()).unwrap() == (bytes.clone(), true));
+        for cut in [0, 5, packed.len() / 2, packed.len() - 1] {
+            let (found, is_all) = Compression::Zstd.unpack(&packed[..cut], bytes.len()).unwrap();
+            assert!(bytes.starts_with(&found) && (!is_all || cut == 0), "{cut}: {} bytes", found.len());
+        }
+        // What unpacks to more than may be read ends there.
+        let (found, is_all) = Compression::Zstd.unpack(&packed, 100_000).unwrap();
+        assert!(bytes.starts_with(&found) && found.len() <= 100_000 && !is_all);
+    }
+}
