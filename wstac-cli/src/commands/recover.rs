@@ -38,10 +38,11 @@ Recovered data:
   - Every frame has a checksum. Damaged frames become lost frames where
     they were. Later frames keep their place in time, and wstac run
     counts the lost ones as dropped.
-  The new file takes its name when it is whole. The recording must not be
-  compressed (mcap decompress undoes that). Recordings of other programs
-  are recovered, too, but without their attachments, and the exit code
-  is 1.
+  - Of a compressed recording that was killed, what the compressor had
+    not written is lost: up to a second of frames.
+  The new file takes its name when it is whole. It is compressed as the
+  recording is. Recordings of other programs are recovered, too, but
+  without their attachments, and the exit code is 1.
 
 Exit code:
   0   there is a new file, wstac run can read it, and every frame that
