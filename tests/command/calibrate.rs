@@ -31,7 +31,7 @@ fn answers(folder: &Folder, config: &str) -> (usize, Vec<f64>) {
         let found = event["direction"]["deg"].as_f64().unwrap_or(f64::NAN);
         let turned = (found - f64::from(degrees) + 180.0).rem_euclid(360.0) - 180.0;
         // Not a number is wrong, too.
-        wrong += usize::from(!(turned.abs() < 5.0));
+        wrong += usize::from(turned.is_nan() || turned.abs() >= 5.0);
         errors.push(event["speed"]["mm_s"].as_f64().map_or(f64::INFINITY, |found| (found / speed - 1.0).abs()));
     }
     (wrong, errors)

@@ -50,7 +50,8 @@ fn bits(motion: &Motion) -> String {
     let numbers = velocity.unwrap_or_default().into_iter().chain([motion.coherence]);
     let halves = [kind, motion.reliable.into()].map(u16::to_le_bytes);
     let bytes = halves.into_iter().flatten().chain(numbers.flat_map(f32::to_le_bytes));
-    bytes.map(|byte| format!("{byte:02x}")).collect()
+    let words: Vec<String> = bytes.map(|byte| format!("{byte:02x}")).collect();
+    words.concat()
 }
 
 /// Checks that every bit of every motion is as recorded. Boards are compared with the same record (`ci/firmware`), so

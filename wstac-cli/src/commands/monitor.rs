@@ -22,6 +22,7 @@ const SILENT: u32 = 15;
 /// of a camera. Standard error reports what the board is and what was lost. Ctrl-C ends the command.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
     /// Serial device, tcp:HOST:PORT, - or a file
     ///

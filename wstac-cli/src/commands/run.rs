@@ -22,6 +22,7 @@ use wstac_host::model_file::ModelFile;
 /// touch the sensor during them. Ctrl-C ends a camera.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]
+#[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
     /// Camera, recording or scene, or several as cam:NAME=SOURCE
     ///
