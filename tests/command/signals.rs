@@ -179,7 +179,9 @@ fn a_signal_that_the_parent_ignores_stays_ignored() {
     stdin.write_all(&frames(1)).unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     lines.next().unwrap().unwrap();
-    SIGNALS.iter().for_each(|signal| send(&child, *signal));
+    for signal in SIGNALS {
+        send(&child, signal);
+    }
     thread::sleep(Duration::from_millis(300));
     assert!(child.try_wait().unwrap().is_none(), "it has ended");
     stdin.write_all(&frames(1)).unwrap();

@@ -30,6 +30,31 @@ fn models_that_come_with_the_program_name_specimens() {
 }
 
 #[test]
+fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
+    let slides = [
+        ("Saw3", "60,200deg,80mm"),
+        ("Sin4", "290,10deg"),
+        ("Fla0", "120,45deg,60mm"),
+        ("Tri2", "90,330deg,120mm"),
+        ("Saw4", "180,100deg"),
+        ("Sin2", "150,225deg,70mm"),
+    ];
+    for model in ["path-svm", "path-forest", "path-boosted"] {
+        let mut right = 0;
+        for (specimen, slide) in slides {
+            let scene = format!("scene:{specimen}@{slide},seed=3");
+            let asked = ["run", &scene, "--json", "--size", "320x180", "--model", &format!("builtin:{model}")];
+            right += usize::from(records(&asked)[0]["texture"]["specimen"] == specimen);
+        }
+        assert!(right >= 5, "{model}: {right} of 6");
+    }
+    // At 10 mm/s, 70 frames show 23 mm of path: too little.
+    let slow = records(&["run", "scene:Saw3@10", "--json", "--size", "320x180", "--model", "builtin:path-svm"]);
+    assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
+    assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
+}
+
+#[test]
 fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
     let folder = Folder::new("early");
     let early = model(&folder, "early", 30, 29, "Fla,Saw");

@@ -36,6 +36,7 @@ from ._answers import (
     Texture,
 )
 from ._dataset import dataset
+from ._errors import NotFoundError
 from ._models import Config, Model
 from ._pipeline import Pipeline, features
 from ._recording import Recording, Truth, read, simulate
@@ -54,6 +55,7 @@ __all__ = [
     "Incomplete",
     "Lost",
     "Model",
+    "NotFoundError",
     "Pipeline",
     "Recording",
     "Speed",

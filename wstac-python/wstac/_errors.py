@@ -13,3 +13,7 @@ class NotFoundError(Error, FileNotFoundError):
     def __init__(self, message: str) -> None:
         super().__init__(message)
         self.errno = errno.ENOENT
+
+
+# Where it is known.
+NotFoundError.__module__ = "wstac"

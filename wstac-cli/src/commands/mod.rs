@@ -169,7 +169,10 @@ fn refuse(error: &clap::Error) -> ExitCode {
     };
     let error = Arguments::try_parse_from(std::env::args_os().map(shown)).err().filter(clap::Error::use_stderr);
     // Nobody may read it; the exit code still reports the failure.
-    let _ = error.map_or_else(|| Ok(note("wrong arguments, expected those of wstac --help")), |error| error.print());
+    let _ = error.map_or_else(
+        || writeln!(std::io::stderr(), "error: wrong arguments, expected those of wstac --help"),
+        |error| error.print(),
+    );
     ExitCode::from(2)
 }
 

@@ -34,8 +34,7 @@ Recovered data:
   - Every frame that was completely written and is not damaged, with all
     that belongs to it. wstac record hands each frame to the system at
     once. After kill -9, only the frames that waited in memory for a slow
-    disk are missing; wstac record prints at its end how many waited at
-    most.
+    disk are missing; wstac record prints how many waited at most.
   - Every frame has a checksum. Damaged frames become lost frames where
     they were. Later frames keep their place in time, and wstac run
     counts the lost ones as dropped.

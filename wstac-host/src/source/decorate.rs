@@ -232,24 +232,25 @@ mod tests {
         assert_eq!(event_and_dropped(&outputs(long)), (None, 40));
     }
 
+    /// Gives frames, and a gap of any length after the 67th.
+    struct Gap(Stripe, u64);
+    impl Source for Gap {
+        fn info(&self) -> &StreamInfo {
+            self.0.info()
+        }
+
+        fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+            if self.0.number == 67 && self.1 > 0 {
+                return Ok(SourceEvent::Lost { frames: std::mem::take(&mut self.1), reason: LossReason::Dropped });
+            }
+            self.0.next_event()
+        }
+    }
+
     #[test]
     fn a_limit_is_exact_and_cuts_a_gap() {
         let size = FrameSize::new(100, 100).unwrap();
         let info = StreamInfo::new("a stripe", size, PixelFormat::Gray, FrameRate::NOMINAL);
-        /// Gives frames, and a gap of any length after the 67th.
-        struct Gap(Stripe, u64);
-        impl Source for Gap {
-            fn info(&self) -> &StreamInfo {
-                self.0.info()
-            }
-
-            fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-                if self.0.number == 67 && self.1 > 0 {
-                    return Ok(SourceEvent::Lost { frames: std::mem::take(&mut self.1), reason: LossReason::Dropped });
-                }
-                self.0.next_event()
-            }
-        }
         for (limit, gap, frames) in
             [(Some(70), 6, 70), (Some(70), u64::MAX, 70), (Some(66), 6, 66), (Some(300), 6, 126), (None, 6, 126)]
         {

@@ -87,12 +87,20 @@ pub fn open(
     let none_of_these = |kind, why: &str| {
         let names = kinds.iter().map(|kind| kind.expected()).filter(|names| !names.is_empty());
         let expected = names.chain([FILES]).collect::<Vec<_>>().join(", ");
-        Error::new(kind, format_args!("SOURCE is {name:?}"), format_args!("{why}expected {expected}"))
+        Error::new(
+            kind,
+            format_args!("SOURCE is {:?}", name.to_string_lossy()),
+            format_args!("{why}expected {expected}"),
+        )
     };
     let is_missing = |start: &str| starts(name, start) && !kinds.iter().any(|kind| kind.expected().starts_with(start));
     if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| is_missing(start)) {
         let message = format_args!("this program opens no such source: it must pass the kind {kind} to open");
-        return Err(Error::new(ErrorKind::Unsupported, format_args!("SOURCE is {name:?}"), message));
+        return Err(Error::new(
+            ErrorKind::Unsupported,
+            format_args!("SOURCE is {:?}", name.to_string_lossy()),
+            message,
+        ));
     }
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),

@@ -41,7 +41,10 @@ fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
     let is_letter = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
     let name = OsStr::from_bytes(name);
     let Some(name) = name.to_str().filter(|name| !name.is_empty() && name.bytes().all(is_letter)) else {
-        return Err(refused(text, format_args!("the name is {name:?}, expected letters, digits, - and _")));
+        return Err(refused(
+            text,
+            format_args!("the name is {:?}, expected letters, digits, - and _", name.to_string_lossy()),
+        ));
     };
     if source.is_empty() {
         return Err(refused(text, "there is nothing after =, expected a source such as /dev/video0"));
@@ -50,7 +53,7 @@ fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
 }
 
 fn refused(source: &OsStr, message: impl std::fmt::Display) -> Error {
-    Error::new(ErrorKind::Usage, format_args!("SOURCE is {source:?}"), message)
+    Error::new(ErrorKind::Usage, format_args!("SOURCE is {:?}", source.to_string_lossy()), message)
 }
 
 #[cfg(test)]
