@@ -131,7 +131,7 @@ fn texts_and_models_without_an_end_take_little_memory() {
         let most = 1 << 20;
         let text = match name {
             "lists" => format!("x=[{}]", line.repeat(most / 3 - 2)),
-            _ => (0..most / 10).map(|key| format!("k{key}=1\n")).collect::<Vec<_>>().concat(),
+            _ => (0..most / 10).fold(String::new(), |text, key| text + &format!("k{key}=1\n")),
         };
         assert!((most / 2..=most).contains(&text.len()), "{}", text.len());
         fs::write(folder.0.join("full.toml"), text).unwrap();

@@ -29,7 +29,7 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = at_least(0_u64))]
     seed: u64,
 
-    /// Name textures with this model
+    /// Texture model
     #[arg(long, value_name = "FILE.wsm", default_value = "builtin:path-svm")]
     model: PathBuf,
 }
