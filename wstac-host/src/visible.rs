@@ -54,9 +54,9 @@ pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
 
 /// Displays a text as [`line`] returns it.
 #[derive(Clone, Copy, Debug)]
-pub struct Line<T>(pub T);
+pub struct OneLine<T>(pub T);
 
-impl<T: fmt::Display> fmt::Display for Line<T> {
+impl<T: fmt::Display> fmt::Display for OneLine<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Width and precision of the caller hold for the whole text.
         f.pad(&line(&self.0.to_string()))
@@ -79,7 +79,7 @@ mod tests {
         for text in ["", "Saw3, 90° · ½ é ß 工 עברית ‑ … 👍🏽"] {
             assert!(matches!(line(text), Cow::Borrowed(same) if same == text));
         }
-        assert_eq!(format!("{:>4}|{:<3}|{}", Line("é"), Line("ab"), Line("\n")), "   é|ab |\\u000a");
+        assert_eq!(format!("{:>4}|{:<3}|{}", OneLine("é"), OneLine("ab"), OneLine("\n")), "   é|ab |\\u000a");
         // JSON reads the same character.
         assert_eq!(serde_json::from_str::<String>(&lines("\"a\u{9b}\u{202e}\"")).unwrap(), "a\u{9b}\u{202e}");
     }

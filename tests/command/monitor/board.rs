@@ -4,7 +4,7 @@ use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::law::ByCoherence;
 use wstac_core::layout::Layout;
 use wstac_core::model::Model;
-use wstac_core::motion::MotionConfig;
+use wstac_core::motion::{LiveMotion, MotionConfig};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
@@ -31,13 +31,14 @@ struct Board<'m> {
     law: ByCoherence,
     models: Vec<Model<'m>>,
     dropped: u64,
-    /// Whether features and samples are sent, too.
+    live: LiveMotion,
+    /// Whether features, samples and motion are sent, too.
     all: bool,
     sent: Sent,
 }
 
-/// Returns everything that a board sends for a scene, from its hello to its end. With `all`, that includes features and
-/// samples.
+/// Returns everything that a board sends for a scene, from its hello to its end. With `all`, that includes features,
+/// samples and motion.
 pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     let mut source = open(scene, &OpenOptions::default(), &[&Scenes]).unwrap();
     let info = source.info().clone();
@@ -49,6 +50,7 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
         law: ByCoherence(MotionConfig::published(info.rate)),
         models: models.iter().map(|file| file.model().unwrap()).collect(),
         dropped: 0,
+        live: LiveMotion::new(MotionConfig::published(info.rate)),
         all,
         sent: Sent { frames: Vec::new() },
     };
@@ -66,7 +68,9 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
             _ => continue,
         };
         board.take(&update);
-        if update.is_frame() && pipeline.next_frame().is_multiple_of(30) {
+        let is_frame = update.is_frame();
+        board.motion(&pipeline);
+        if is_frame && pipeline.next_frame().is_multiple_of(30) {
             board.sent.push(&Message::Status { stream: pipeline.end(), dropped: board.dropped });
         }
     }
@@ -112,6 +116,16 @@ impl Board<'_> {
                 let texture = texture(&prefix.flat(), model).into();
                 self.sent.push(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
             }
+        }
+    }
+
+    fn motion(&mut self, pipeline: &Pipeline<Any>) {
+        let (next_frame, recent) = pipeline.recent();
+        if let Some(baseline) = pipeline.baseline()
+            && let Some(velocity) = self.live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity)
+            && self.all
+        {
+            self.sent.push(&Message::Motion { frame: next_frame - 1, velocity });
         }
     }
 

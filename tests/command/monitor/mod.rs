@@ -81,16 +81,16 @@ fn wait_for(board: &mut impl Read, expected: &[Request]) {
     }
 }
 
-const ALL: [Request; 3] = [Request::Hello, Request::Features(true), Request::Samples(true)];
+const ALL: [Request; 4] = [Request::Hello, Request::Features(true), Request::Samples(true), Request::Motion(true)];
 
-/// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features and
-/// samples.
+/// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features,
+/// samples and motion.
 fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
-    let lines = good(&["run", scene, "--json", "--features", "--samples"]);
+    let lines = good(&[&["run", scene][..], &WANTED].concat());
     (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true).frames)
 }
 
-const WANTED: [&str; 3] = ["--json", "--features", "--samples"];
+const WANTED: [&str; 4] = ["--json", "--features", "--samples", "--motion"];
 
 #[test]
 fn every_line_is_that_of_run() {
@@ -113,6 +113,8 @@ fn every_line_is_that_of_run() {
                 !json || expected.contains(r#""kind":"event""#) && !expected.contains(r#""dropped":0"#),
                 "{expected}"
             );
+            let has_motion = expected.contains(r#""kind":"motion""#);
+            assert_eq!(has_motion, wanted.contains(&"--motion"), "{expected}");
             assert_eq!(json && expected.contains(r#""kind":"texture""#), json && !models.is_empty(), "{expected}");
         }
     }

@@ -16,7 +16,7 @@ use wstac_host::plural::counted;
 use wstac_host::session::Session;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::texture::{Texture, Textures, pattern_and_depth};
-use wstac_host::visible::Line;
+use wstac_host::visible::OneLine;
 
 /// Compare simulated slides of every specimen with the answers
 ///
@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         };
         let texture = event.texture.ok().and_then(|texture| told(task, texture));
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
-        write!(out, "    {:8}", Line(texture.as_deref().unwrap_or("none")))?;
+        write!(out, "    {:8}", OneLine(texture.as_deref().unwrap_or("none")))?;
         match event.speed {
             Ok(answer) => {
                 let mm_s = rounded(answer.mm_s);

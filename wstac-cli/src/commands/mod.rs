@@ -32,7 +32,7 @@ use clap::{Parser, Subcommand};
 
 use output::{Stop, note};
 use wstac_host::error::Error;
-use wstac_host::visible::{self, Line};
+use wstac_host::visible::{self, OneLine};
 
 /// Print tactile events of a WSTac sensor: sliding speed, direction and texture
 ///
@@ -178,7 +178,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
 
 /// Returns an error about arguments: one line of at most 1000 bytes that a terminal shows as it is.
 fn wrong_arguments(kind: ErrorKind, message: impl Display) -> clap::Error {
-    let message = Line(message).to_string();
+    let message = OneLine(message).to_string();
     clap::Error::raw(kind, format_args!("{}\n", visible::shortened(&message, visible::LONGEST - "error: \n".len())))
 }
 

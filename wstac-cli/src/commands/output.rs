@@ -205,7 +205,7 @@ impl Records {
 /// Writes a note of one line to standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
     // A single write, because several threads may write notes.
-    let _ = io::stderr().write_all(format!("wstac: {}\n", visible::Line(message)).as_bytes());
+    let _ = io::stderr().write_all(format!("wstac: {}\n", visible::OneLine(message)).as_bytes());
 }
 
 /// Returns a record as one line of text.

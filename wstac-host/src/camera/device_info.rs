@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::formats;
 use super::modes::{Mode, RateRange};
-use crate::visible::Line;
+use crate::visible::OneLine;
 
 /// A video node that captures, or that may capture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -46,18 +46,18 @@ pub struct ControlValue {
 impl fmt::Display for DeviceInfo {
     /// Writes several lines: the node, its lasting names, then a line per format and size.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", Line(self.path.display()))?;
+        write!(f, "{}", OneLine(self.path.display()))?;
         if !self.card.is_empty() {
-            write!(f, "  {} ({}, {})", Line(&self.card), Line(&self.driver), Line(&self.bus))?;
+            write!(f, "  {} ({}, {})", OneLine(&self.card), OneLine(&self.driver), OneLine(&self.bus))?;
         }
         if let Some(serial) = &self.serial {
-            write!(f, "  serial {}", Line(serial))?;
+            write!(f, "  serial {}", OneLine(serial))?;
         }
         for link in &self.links {
-            write!(f, "\n  also {}", Line(link.display()))?;
+            write!(f, "\n  also {}", OneLine(link.display()))?;
         }
         if let Some(problem) = &self.problem {
-            write!(f, "\n  cannot be used: {}", Line(problem))?;
+            write!(f, "\n  cannot be used: {}", OneLine(problem))?;
         }
         for mode in self.modes.iter().filter(|mode| mode.readable) {
             write_mode(f, mode)?;
@@ -81,7 +81,7 @@ fn write_mode(f: &mut fmt::Formatter<'_>, mode: &Mode) -> fmt::Result {
     }
     let name = formats::name(mode.fourcc);
     if lines.is_empty() {
-        return write!(f, "\n  {name:4}  {}", Line(&mode.description));
+        return write!(f, "\n  {name:4}  {}", OneLine(&mode.description));
     }
     for (sizes, rates) in lines {
         write!(f, "\n  {name:4}  {sizes}")?;

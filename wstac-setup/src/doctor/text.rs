@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-use wstac_host::visible::Line;
+use wstac_host::visible::OneLine;
 
 use super::{LevelsReport, RateReport, Report, SignalReport};
 
 impl fmt::Display for Report {
     /// Writes about twenty lines: the numbers, then the verdict.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", Line(&self.source))?;
+        writeln!(f, "{}", OneLine(&self.source))?;
         if let Some(camera) = &self.camera {
             writeln!(f, "\n{}", camera.device)?;
         }
@@ -35,7 +35,7 @@ impl fmt::Display for Report {
             return write!(f, "\nNothing to change.");
         }
         write!(f, "\nTo change:")?;
-        self.verdict.iter().try_for_each(|finding| write!(f, "\n- {}:\n  {}", Line(&finding.found), finding.advice))
+        self.verdict.iter().try_for_each(|finding| write!(f, "\n- {}:\n  {}", OneLine(&finding.found), finding.advice))
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use super::super::output::{Stop, note};
 use wstac_host::model_file::ModelFile;
-use wstac_host::visible::Line;
+use wstac_host::visible::OneLine;
 use wstac_train::model::eval::{Answers, Truth, answers};
 
 /// Print a model's answers for a data set, and its accuracy
@@ -55,13 +55,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return Ok(out.flush()?);
     }
     if let (Some(truth), Some(accuracy), Some(right)) = (&answers.truth, accuracy, answers.right()) {
-        writeln!(out, "{:.2} % right: {right} of {n} samples, by {}", 100.0 * accuracy, Line(&truth.from))?;
+        writeln!(out, "{:.2} % right: {right} of {n} samples, by {}", 100.0 * accuracy, OneLine(&truth.from))?;
         confusions(&mut out, &answers, truth)?;
     } else {
         writeln!(out, "{n} samples, without truth")?;
         for (class, label) in answers.labels.iter().enumerate() {
             let count = answers.predictions.iter().filter(|&&answer| usize::from(answer) == class).count();
-            writeln!(out, "{:>12} {count:6}", Line(label))?;
+            writeln!(out, "{:>12} {count:6}", OneLine(label))?;
         }
     }
     Ok(out.flush()?)
@@ -78,7 +78,7 @@ fn some(labels: &[impl AsRef<str>]) -> String {
 fn confusions(out: &mut impl Write, answers: &Answers, truth: &Truth) -> Result<(), Stop> {
     writeln!(out, "\n{:>12}  answers", "truth")?;
     write!(out, "{:12}", "")?;
-    answers.labels.iter().try_for_each(|label| write!(out, " {:>6}", Line(label)))?;
+    answers.labels.iter().try_for_each(|label| write!(out, " {:>6}", OneLine(label)))?;
     writeln!(out)?;
     let classes = answers.labels.len();
     let mut counts = vec![0_u32; truth.labels.len() * classes];
@@ -89,7 +89,7 @@ fn confusions(out: &mut impl Write, answers: &Answers, truth: &Truth) -> Result<
     }
     for (label, counts) in truth.labels.iter().zip(counts.chunks(classes.max(1))) {
         if counts.iter().any(|&count| count > 0) {
-            write!(out, "{:>12}", Line(label))?;
+            write!(out, "{:>12}", OneLine(label))?;
             counts.iter().try_for_each(|count| write!(out, " {count:6}"))?;
             writeln!(out)?;
         }

@@ -7,7 +7,7 @@ use super::super::output::Stop;
 use wstac_core::path_sample::FACTS;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::visible::Line;
+use wstac_host::visible::OneLine;
 use wstac_train::model::inspect::inspect;
 
 /// Print the kind, classes, size and cost of a model
@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     writeln!(out, "kind      {}, {}", found.kind, found.numbers)?;
     writeln!(out, "task      {}", found.task)?;
-    writeln!(out, "classes   {}: {}", found.labels.len(), Line(found.labels.join(", ")))?;
+    writeln!(out, "classes   {}: {}", found.labels.len(), OneLine(found.labels.join(", ")))?;
     match model.input().steps() {
         None => writeln!(out, "frames    {} of a sample", found.frames)?,
         Some((step_mm, numbers)) => {
@@ -56,5 +56,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             "visits    {mean:.0} splits per sample if all leaves of a tree are equally likely, at most {worst}"
         )?;
     }
-    Ok(writeln!(out, "training  {}", Line(&found.training))?)
+    Ok(writeln!(out, "training  {}", OneLine(&found.training))?)
 }
