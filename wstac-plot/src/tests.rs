@@ -171,7 +171,9 @@ fn a_touch_that_is_no_slide_names_its_kind() {
     let text = draw(&found);
     well_formed(&text);
     legible(&text);
-    assert!(text.contains(">press<") && text.contains("press; No speed (the touch is a press"), "{text}");
+    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    let reason = "press; No speed (the touch is a press, which does not slide)";
+    assert!(text.contains(">press<") && caption.contains(reason), "{caption}");
 }
 
 #[test]

@@ -73,7 +73,10 @@ fn a_recording_that_claims_gigabytes_takes_little_memory() {
         // A recovery reads all of it, so it gets less.
         for arguments in [&["run", file][..], &["dataset", file, "-o", "new.npz"], &["doctor", file]] {
             let done = limited(&folder, arguments);
-            assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+            // Attachments and private records are no part of the stream, whatever their length is.
+            let is_skipped = ["record-9", "record-144"].contains(&name.as_str()) && arguments[0] == "run";
+            let code = i32::from(!is_skipped);
+            assert_eq!(done.status.code(), Some(code), "{name} {arguments:?}: {}", said(&done));
             assert!(said(&done).contains(&format!("{name}.mcap")), "{arguments:?}: {}", said(&done));
         }
         let small = [&record[..], &[0; 5]].concat();
@@ -130,7 +133,7 @@ fn texts_and_models_without_an_end_take_little_memory() {
             "lists" => format!("x=[{}]", line.repeat(most / 3 - 2)),
             _ => (0..most / 10).map(|key| format!("k{key}=1\n")).collect(),
         };
-        assert!((most * 9 / 10..=most).contains(&text.len()), "{}", text.len());
+        assert!((most / 2..=most).contains(&text.len()), "{}", text.len());
         fs::write(folder.0.join("full.toml"), text).unwrap();
         for arguments in [
             &["run", scene, "--config", "full.toml"][..],

@@ -1,6 +1,8 @@
 //! Tests `wstac record`, `wstac recover` and recordings as sources. A recording replays the same stream, whatever
 //! happens to the file.
 
+mod before;
+mod compressed;
 mod cuts;
 mod flips;
 mod guide;
@@ -202,11 +204,19 @@ fn a_closed_output_does_not_end_a_recording() {
 fn piped(file: &Path, frames: usize) -> (Child, ChildStdin) {
     let mut command = Command::new(wstac());
     command.args(["record", "-", "-o"]).arg(file);
-    piped_to(command, file, frames)
+    piped_to(command, file, frames, |bytes| has_frames(bytes, frames))
 }
 
-/// Starts a recorder of standard input, and waits until these frames are in the file.
-fn piped_to(mut command: Command, file: &Path, frames: usize) -> (Child, ChildStdin) {
+/// Returns whether a recording of `piped_to` has this many frames, and the checksum of the last. They are written as
+/// they come, so they are in the file before it has an end.
+fn has_frames(bytes: &[u8], frames: usize) -> bool {
+    let (last, sum) = (vec![frames as u8 - 1; 8000], br#"{"kind":"sum","#);
+    let found = bytes.windows(last.len()).position(|window| window == last);
+    found.is_some_and(|at| bytes[at..].windows(sum.len()).any(|window| window == sum))
+}
+
+/// Starts a recorder of standard input, gives it these frames, and waits until they are in the file.
+fn piped_to(mut command: Command, file: &Path, frames: usize, is_there: impl Fn(&[u8]) -> bool) -> (Child, ChildStdin) {
     command.stdin(Stdio::piped());
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
@@ -216,9 +226,7 @@ fn piped_to(mut command: Command, file: &Path, frames: usize) -> (Child, ChildSt
         stdin.write_all(&vec![frame as u8; 8000]).unwrap();
     }
     stdin.write_all(b"FRAME\nhalf").unwrap();
-    // Frames are written as they come, so they are in the file before it has an end.
-    let last = vec![frames as u8 - 1; 8000];
-    while !fs::read(file).is_ok_and(|bytes| bytes.windows(last.len()).any(|window| window == last)) {
+    while !fs::read(file).is_ok_and(|bytes| is_there(&bytes)) {
         std::thread::sleep(std::time::Duration::from_millis(20));
         assert!(child.try_wait().unwrap().is_none(), "it ended");
     }
@@ -259,7 +267,7 @@ fn force_replaces_a_recording_at_its_end() {
     let forced = |frames| {
         let mut command = Command::new(wstac());
         command.args(["record", "-", "--force", "-o", name]);
-        piped_to(command, &beside, frames)
+        piped_to(command, &beside, frames, |bytes| has_frames(bytes, frames))
     };
     let (mut child, _open) = forced(40);
     assert_eq!(fs::read(&file).unwrap(), b"old");

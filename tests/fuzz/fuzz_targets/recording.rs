@@ -1,5 +1,5 @@
 //! Reads any bytes as a recording. The result is its items, or an error that names the file, but never a panic.
-//! `recover` must write a recording that can be read.
+//! What `recover` writes without a problem can be read to its end, and a second recovery changes nothing.
 #![no_main]
 
 use std::fs::File;
@@ -16,9 +16,9 @@ use wstac_host::source::{SourceEvent, Source};
 use wstac_host::source::mcap::McapSource;
 
 /// Recordings are files, so each process of the fuzzer has its own.
-static PATHS: LazyLock<[PathBuf; 2]> = LazyLock::new(|| {
+static PATHS: LazyLock<[PathBuf; 3]> = LazyLock::new(|| {
     let name = |what: &str| std::env::temp_dir().join(format!("wstac-fuzz-{}-{what}.mcap", std::process::id()));
-    [name("old"), name("new")]
+    [name("old"), name("new"), name("again")]
 });
 /// The position of the checksum in a chunk: after the operation code, the length, two times and a size.
 const CHECKSUM: usize = 9 + 24;
@@ -29,15 +29,31 @@ fuzz_target!(|data: &[u8]| {
     if first & 1 == 1 {
         forget_checksums(&mut bytes);
     }
-    let [old, new] = &*PATHS;
+    let [old, new, _] = &*PATHS;
     std::fs::write(old, &bytes).expect("a temporary file");
     read(old, bytes.len());
     let out = File::create(new).expect("a temporary file");
     match recover(old, out, new) {
         Err(error) => assert!(error.to_string().contains("wstac-fuzz-")),
-        Ok(found) => read(new, found.bytes as usize),
+        Ok(found) => {
+            read(new, found.bytes as usize);
+            if found.problem.is_none() {
+                again(new);
+            }
+        }
     }
 });
+
+/// Checks that a recovery can be read to its end, and that it is what a second recovery writes.
+fn again(recovered: &Path) {
+    let mut source = McapSource::open(recovered, None).expect("it can be read");
+    while !matches!(source.next_event().expect("it can be read to its end"), SourceEvent::End) {}
+    let again = &PATHS[2];
+    let out = File::create(again).expect("a temporary file");
+    let found = recover(recovered, out, again).expect("it can be recovered again");
+    assert!(found.problem.is_none());
+    assert!(std::fs::read(recovered).ok() == std::fs::read(again).ok(), "a second recovery is another file");
+}
 
 /// Reads a recording as `wstac run` does.
 fn read(path: &Path, bytes: usize) {

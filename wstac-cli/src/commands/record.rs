@@ -18,7 +18,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::{Recorder, Written};
+use wstac_host::record::{Compression, Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::Labels;
 use wstac_host::source::decorate::Limited;
@@ -52,6 +52,13 @@ pub(super) struct Arguments {
     /// wstac dataset reads specimen, speed and direction.
     #[arg(long = "label", value_name = "NAME=VALUE", value_parser = label)]
     labels: Vec<(String, String)>,
+
+    /// Compress the file
+    ///
+    /// If the program is killed, up to a second of frames is lost then. A build without the feature compression cannot
+    /// do it.
+    #[arg(long, value_name = "zstd|lz4", value_parser = compression)]
+    compress: Option<Compression>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -88,7 +95,8 @@ pub(super) struct Arguments {
 }
 
 const HELP: &str = r#"Content of the file:
-  MCAP, uncompressed, with the schemas of Foxglove; Rerun opens it.
+  MCAP with the schemas of Foxglove; Rerun opens it. It is uncompressed
+  unless --compress says zstd or lz4.
   /camera     every frame: foxglove.RawImage, or foxglove.CompressedImage
               with the JPEG that the camera sent. The bytes are the
               camera's own. Formats that viewers do not know (planes, and
@@ -182,7 +190,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         None => outputs.create_at_once(&arguments.output)?,
     };
     let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
-    let recorder = Recorder::new(file, path, &about, session.processor())?;
+    let recorder =
+        Recorder::compressed(file, path, &about, session.processor(), arguments.compress.unwrap_or_default())?;
     let form = if arguments.json { Form::Json } else { Form::Text };
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let mut recording = Recording { recorder, shown, losses: LossReport::default() };
@@ -343,6 +352,12 @@ fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
         note(format_args!("label {name} is kept; wstac dataset reads only {}", NAMES.join(", ")));
     }
     Ok(labels)
+}
+
+/// Parses the name of a compression.
+fn compression(text: &str) -> Result<Compression, String> {
+    let found = [Compression::Zstd, Compression::Lz4].into_iter().find(|compression| compression.name() == text);
+    found.ok_or_else(|| format!("{text:?} is no compression, expected zstd or lz4"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

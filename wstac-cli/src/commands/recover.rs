@@ -34,15 +34,15 @@ Recovered data:
   - Every frame that was completely written and is not damaged, with all
     that belongs to it. wstac record hands each frame to the system at
     once. After kill -9, only the frames that waited in memory for a slow
-    disk are missing; wstac record prints at its end how many waited at
-    most.
+    disk are missing; wstac record prints how many waited at most.
   - Every frame has a checksum. Damaged frames become lost frames where
     they were. Later frames keep their place in time, and wstac run
     counts the lost ones as dropped.
-  The new file takes its name when it is whole. The recording must not be
-  compressed (mcap decompress undoes that). Recordings of other programs
-  are recovered, too, but without their attachments, and the exit code
-  is 1.
+  - Of a compressed recording that was killed, what the compressor had
+    not written is lost: up to a second of frames.
+  The new file takes its name when it is whole. It is compressed as the
+  recording is. Recordings of other programs are recovered, too, but
+  without their attachments, and the exit code is 1.
 
 Exit code:
   0   there is a new file, wstac run can read it, and every frame that

@@ -208,7 +208,7 @@ impl<const LINES: usize> Track<LINES> {
         let scales = own.map(|sum| (1_u64 << 31).checked_div(u64::from((sum << 4).max(least)) >> 4).unwrap_or(0));
         let unit = ln(level / 3 * 2);
         let Factors { speed, direction } = factors;
-        let product = |a: i32, b: i32| a * b >> 11;
+        let product = |a: i32, b: i32| (a * b) >> 11;
         let facts = [speed, direction, product(speed, speed), product(speed, direction)];
         let (first, rest) = numbers.split_at_mut_checked(FACTS)?;
         for (place, fact) in first.iter_mut().zip(facts) {
@@ -274,10 +274,7 @@ impl<const LINES: usize> Track<LINES> {
 /// Returns the first `count` numbers, or all of them if there are not so many, and the others.
 fn parted(numbers: &mut [i16], count: usize) -> (&mut [i16], &mut [i16]) {
     let count = count.clamp(1, numbers.len().max(1));
-    match numbers.split_at_mut_checked(count) {
-        Some(parts) => parts,
-        None => (&mut [], &mut []),
-    }
+    numbers.split_at_mut_checked(count).unwrap_or_default()
 }
 
 /// Returns when a line first exceeds the level at which a touch begins, in units of 2^-16 frames.

@@ -6,6 +6,8 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use crc32fast::Hasher;
+use rustix::fs::{SeekFrom, seek};
+use rustix::io::Errno;
 
 use crate::error::{Error, ErrorKind};
 
@@ -20,6 +22,8 @@ pub(super) struct FileBytes {
     /// Some bytes of the file, and their place.
     window: Vec<u8>,
     start: u64,
+    /// A chunk that was unpacked, which is read in place of the file.
+    unpacked: Option<Vec<u8>>,
 }
 
 impl FileBytes {
@@ -36,12 +40,17 @@ impl FileBytes {
             let message = "is a folder, a device or a pipe, expected an MCAP file";
             return Err(Error::new(ErrorKind::Format, path.display(), message));
         }
-        Ok(Self { file, length: metadata.len(), window: Vec::new(), start: 0 })
+        Ok(Self { file, length: metadata.len(), window: Vec::new(), start: 0, unpacked: None })
     }
 
-    /// Returns the size of the file when it was opened.
+    /// Returns the size of the file when it was opened, or of the chunk that is read in its place.
     pub(super) fn length(&self) -> u64 {
-        self.length
+        self.unpacked.as_ref().map_or(self.length, |chunk| chunk.len() as u64)
+    }
+
+    /// Reads a chunk that was unpacked in place of the file, or the file again.
+    pub(super) fn set_unpacked(&mut self, chunk: Option<Vec<u8>>) {
+        self.unpacked = chunk;
     }
 
     /// Returns bytes at a place; fewer than `count` at the end of the file, and at most 64 KiB.
@@ -49,7 +58,10 @@ impl FileBytes {
     /// # Errors
     /// The file cannot be read.
     pub(super) fn peek(&mut self, at: u64, count: usize) -> io::Result<&[u8]> {
-        let count = (count.min(WINDOW) as u64).min(self.length.saturating_sub(at)) as usize;
+        let count = (count.min(WINDOW) as u64).min(self.length().saturating_sub(at)) as usize;
+        if let Some(chunk) = &self.unpacked {
+            return Ok(part(chunk, at, count as u64).unwrap_or_default());
+        }
         let there = at.checked_sub(self.start).map_or(0, |from| (self.window.len() as u64).saturating_sub(from));
         if there < count as u64 {
             self.window.resize(WINDOW, 0);
@@ -62,6 +74,19 @@ impl FileBytes {
         Ok(rest.get(..count).unwrap_or(rest))
     }
 
+    /// Returns the first place from here on that may hold other bytes than zeros: a file's holes take no time.
+    pub(super) fn next_data(&self, at: u64) -> u64 {
+        if self.unpacked.is_some() {
+            return at;
+        }
+        match seek(&self.file, SeekFrom::Data(at)) {
+            Ok(next) => next.max(at),
+            Err(Errno::NXIO) => self.length.max(at),
+            // A file system without holes.
+            Err(_) => at,
+        }
+    }
+
     /// Reads exactly this many bytes of a place.
     ///
     /// # Errors
@@ -69,6 +94,10 @@ impl FileBytes {
     pub(super) fn read(&self, at: u64, count: usize, into: &mut Vec<u8>) -> io::Result<()> {
         into.clear();
         into.try_reserve_exact(count).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+        if let Some(chunk) = &self.unpacked {
+            into.extend_from_slice(part(chunk, at, count as u64).ok_or(io::ErrorKind::UnexpectedEof)?);
+            return Ok(());
+        }
         into.resize(count, 0);
         self.file.read_exact_at(into, at)
     }
@@ -79,6 +108,11 @@ impl FileBytes {
     /// The file cannot be read or is too short.
     pub(super) fn hash(&self, from: u64, to: u64) -> io::Result<Hasher> {
         let mut hasher = Hasher::new();
+        if let Some(chunk) = &self.unpacked {
+            let bytes = part(chunk, from, to.saturating_sub(from)).ok_or(io::ErrorKind::UnexpectedEof)?;
+            hasher.update(bytes);
+            return Ok(hasher);
+        }
         let mut buffer = [0; 1 << 14];
         let mut at = from;
         while at < to {
@@ -92,6 +126,12 @@ impl FileBytes {
         }
         Ok(hasher)
     }
+}
+
+/// Returns this many bytes of a place.
+fn part(bytes: &[u8], at: u64, count: u64) -> Option<&[u8]> {
+    let from = usize::try_from(at).ok()?;
+    bytes.get(from..)?.get(..usize::try_from(count).ok()?)
 }
 
 /// Fills as much of the buffer as the file has.

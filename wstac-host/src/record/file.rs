@@ -1,7 +1,7 @@
 //! A recording's file while it is written. It is an MCAP file whose messages go to the disk as soon as they are
 //! complete.
 //!
-//! Messages are stored uncompressed, in chunks of about 1 s or 4 MiB. The written part of an unfinished chunk can be
+//! Messages are stored uncompressed unless the user wants it otherwise, in chunks of about 1 s or 4 MiB. The written part of an unfinished chunk can be
 //! read message by message. So a program that is killed loses nothing that it has written ([`super::recover`]). Every
 //! moment and the description have checksums ([`super::sums`]), and the numbers of channels are fixed, so that damage of
 //! one part leaves the others readable.
@@ -17,6 +17,7 @@ use mcap::records::{Channel, MessageHeader};
 use mcap::write::Metadata;
 use mcap::{McapError, Schema, WriteOptions, Writer};
 
+use super::compression::Compression;
 use super::recorder::lost_frames;
 use super::reserved::Reserved;
 use super::sums::{Counts, MomentSum};
@@ -152,6 +153,23 @@ impl Seek for Shared {
     }
 }
 
+/// Adds a compression, which this build has.
+#[cfg(feature = "compression")]
+fn compressed(options: WriteOptions, compression: Compression) -> WriteOptions {
+    // The same bytes on every machine, whatever processors it has.
+    let options = options.compression_threads(0);
+    options.compression(match compression {
+        Compression::None => None,
+        Compression::Zstd => Some(mcap::Compression::Zstd),
+        Compression::Lz4 => Some(mcap::Compression::Lz4),
+    })
+}
+
+#[cfg(not(feature = "compression"))]
+fn compressed(options: WriteOptions, _: Compression) -> WriteOptions {
+    options
+}
+
 /// An MCAP file that is being written.
 pub(super) struct RecordingFile {
     writer: Writer<Shared>,
@@ -164,6 +182,8 @@ pub(super) struct RecordingFile {
     /// Bytes and messages of the chunk that is open, and the number of chunks so far.
     chunk: (u64, u64),
     chunks: u64,
+    /// Whether the chunk that is open waits in memory for its compression.
+    is_packed: bool,
     /// Whether it is a recording of this program, which has checksums.
     is_own: bool,
     /// The checksum of the moment that is being written, and its last time.
@@ -177,11 +197,11 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn new(file: File, description: &[Metadata]) -> Result<Self, McapError> {
+    pub(super) fn new(file: File, description: &[Metadata], compression: Compression) -> Result<Self, McapError> {
         let shared = Shared(Rc::new(RefCell::new(BufWriter::new(Reserved::new(file)))));
         let library = concat!("wstac ", env!("CARGO_PKG_VERSION"));
         let options = WriteOptions::new().compression(None).chunk_size(None).library(library);
-        let mut writer = options.create(shared.clone())?;
+        let mut writer = compressed(options, compression).create(shared.clone())?;
         let is_own = !description.is_empty();
         if is_own {
             // A description that is damaged in one place is still there once.
@@ -200,6 +220,7 @@ impl RecordingFile {
             chunk_start: None,
             chunk: (0, 0),
             chunks: 0,
+            is_packed: compression != Compression::None,
             is_own,
             moment: MomentSum::default(),
             moment_time: None,
@@ -222,7 +243,7 @@ impl RecordingFile {
         let bytes: u64 = messages.iter().map(|message| message.data.len() as u64 + MESSAGE_SHARE).sum();
         let end = END_BYTES + CHUNK_SHARE * (self.chunks + 1) + MESSAGE_SHARE * self.chunk.1;
         let mut file = self.shared.0.borrow_mut();
-        let waiting = file.buffer().len() as u64;
+        let waiting = file.buffer().len() as u64 + if self.is_packed { self.chunk.0 } else { 0 };
         file.get_mut().make_room(bytes + SUM_BYTES + end + waiting)
     }
 

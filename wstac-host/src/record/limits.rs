@@ -2,6 +2,8 @@
 
 /// Most bytes of a message: of a frame with what stands beside it in its message.
 pub(crate) const MOST_MESSAGE: u64 = 64 << 20;
+/// Most bytes of a compressed chunk, before and after it is unpacked.
+pub(crate) const MOST_PACKED: u64 = 72 << 20;
 /// Most bytes of all schemas and channels of a file, of all its metadata, and of one of them.
 pub(crate) const MOST_DEFINITIONS: u64 = 4 << 20;
 /// Most chunks whose places are kept.

@@ -8,6 +8,7 @@
 
 pub mod about;
 mod bytes;
+mod compression;
 mod file;
 pub(crate) mod foxglove;
 mod limits;
@@ -23,6 +24,7 @@ mod sums;
 mod walk;
 mod writer;
 
+pub use compression::Compression;
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
 pub(crate) use recorder::check_frame_bytes;

@@ -16,9 +16,10 @@ pub(crate) fn parse_record(op: u8, body: &[u8]) -> McapResult<Record<'_>> {
     Err(McapError::UnexpectedEof)
 }
 
-/// Returns whether the lengths in a schema, a channel or metadata fit the record, with nothing behind them.
+/// Returns whether the lengths in a header, a schema, a channel or metadata fit the record, with nothing behind them.
 pub(crate) fn fits(op: u8, body: &[u8]) -> bool {
     let rest = match op {
+        op::HEADER => text(body).and_then(text),
         op::SCHEMA => body.get(2..).and_then(text).and_then(text).and_then(text),
         op::CHANNEL => body.get(4..).and_then(text).and_then(text).and_then(texts),
         op::METADATA => text(body).and_then(texts),
@@ -64,6 +65,9 @@ mod tests {
             (op::CHANNEL, [vec![1, 0, 1, 0], bytes_of("/camera"), bytes_of("protobuf"), map.clone()].concat()),
             (op::METADATA, [bytes_of("wstac.labels"), map].concat()),
         ];
+        let header = [bytes_of(""), bytes_of("wstac 0.2.0")].concat();
+        assert!(fits(op::HEADER, &header) && !fits(op::HEADER, &header[1..]));
+        assert!(!fits(op::HEADER, &[&header[..], &[0; 64]].concat()));
         for (op, body) in records {
             assert!(parse_record(op, &body).is_ok(), "{op}");
             for cut in 0..body.len() {

@@ -3,7 +3,7 @@
 //! Every frame's chunk has a checksum, the whole data have one, and the index says how many messages there are. So
 //! a recording that is read to its end without an error is whole.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
@@ -31,6 +31,8 @@ pub(crate) struct Reader {
     /// The record that was found last, and its body once it was read.
     span: Option<Span>,
     body: Vec<u8>,
+    /// Channels that were described so far.
+    channels: BTreeSet<u16>,
     /// Messages of each channel so far.
     messages: BTreeMap<u16, u64>,
 }
@@ -60,7 +62,8 @@ impl Reader {
             return Err(Error::new(ErrorKind::Format, &subject, format_args!("was not finished: {recover}")));
         }
         let walk = Walk::open(path, Mode::Strict)?;
-        Ok((Self { subject, walk, span: None, body: Vec::new(), messages: BTreeMap::new() }, outline))
+        let (body, channels, messages) = Default::default();
+        Ok((Self { subject, walk, span: None, body, channels, messages }, outline))
     }
 
     /// Returns an error about a damaged part.
@@ -82,10 +85,19 @@ impl Reader {
                 Step::Record(span) => {
                     self.span = Some(span);
                     match span.op {
-                        op::SCHEMA | op::CHANNEL => return Ok(Item::Definition(span.op)),
+                        op::SCHEMA => return Ok(Item::Definition(span.op)),
+                        op::CHANNEL => {
+                            let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
+                            self.channels.extend(start.first_chunk().map(|id| u16::from_le_bytes(*id)));
+                            return Ok(Item::Definition(span.op));
+                        }
                         op::MESSAGE => {
                             let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
                             let channel = start.first_chunk().map_or(0, |id| u16::from_le_bytes(*id));
+                            if !self.channels.contains(&channel) {
+                                let what = format_args!("has a message of channel {channel}, which nothing describes");
+                                return Err(self.damaged(what));
+                            }
                             let count = self.messages.entry(channel).or_default();
                             *count = count.saturating_add(1);
                             return Ok(Item::Message(channel));

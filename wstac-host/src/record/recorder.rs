@@ -7,6 +7,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::about::About;
+use super::compression::Compression;
 use super::file::{Message, Topic};
 use super::foxglove::{self, Level, Shape};
 use super::limits::MOST_MESSAGE;
@@ -100,6 +101,21 @@ impl Recorder {
     /// # Errors
     /// The recording cannot be started.
     pub fn new(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
+        Self::compressed(file, path, about, processor, Compression::None)
+    }
+
+    /// Starts a recording whose chunks are compressed.
+    ///
+    /// # Errors
+    /// The recording cannot be started, or this build has no such compression.
+    pub fn compressed(
+        file: File,
+        path: &Path,
+        about: &About,
+        processor: &Processor,
+        compression: Compression,
+    ) -> Result<Self, Error> {
+        compression.check(&path.display())?;
         let metadata = about.to_metadata(processor.geometry().layout());
         let metadata = metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
         let frame_bytes = picture::frame_bytes(&about.info);
@@ -107,7 +123,7 @@ impl Recorder {
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
         Ok(Self {
-            writer: Writer::start(file, path, metadata, frame_bytes)?,
+            writer: Writer::start(file, path, metadata, frame_bytes, compression)?,
             shape: picture::shape(&about.info),
             frame_bytes,
             time: TimeLine { frames: 0, period, driver_times: about.driver_times, now: None },

@@ -104,6 +104,8 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     survey.set_own();
     let all = outline(&mut survey).map_err(failed)?.metadata;
     let is_sums = |metadata: &Metadata| metadata.name == sums::DESCRIPTION_SUMS;
+    let compression = survey.compression().unwrap_or_default();
+    compression.check(&old.display())?;
     let (sound, missing) = sums::sound_metadata(&all);
     let about = About::from_metadata(&sound);
     let description: Vec<Metadata> = sound.into_iter().filter(|metadata| is_description(&metadata.name)).collect();
@@ -113,14 +115,12 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         let message = format_args!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\"");
         return Err(Error::new(ErrorKind::Format, old.display(), message));
     }
-    let mut problem = match &about {
+    let problem = match &about {
+        _ if missing > 0 => Some("has a damaged description".to_owned()),
         Ok(Some(_)) => None,
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
     };
-    if missing > 0 && problem.is_none() {
-        problem = Some("has a damaged description".to_owned());
-    }
     let has_sums = all.iter().any(is_sums);
     if has_sums || !description.is_empty() {
         walk.set_own();
@@ -128,7 +128,7 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     // Without a description, the checksums still belong to a recording of this program.
     // The new file may have another name until it is whole.
     let same = new.try_clone().map_err(|error| Error::io(path.display(), error))?;
-    let written = RecordingFile::new(new, &description).map_err(|error| not_written(path, error))?;
+    let written = RecordingFile::new(new, &description, compression).map_err(|error| not_written(path, error))?;
     let mut recovery = Recovery {
         walk,
         out: written,
@@ -240,7 +240,7 @@ impl Recovery<'_> {
     fn define(&mut self, op: u8, body: &[u8], sound: bool) {
         self.definitions = self.definitions.saturating_add(body.len() as u64);
         if self.definitions > 4 * MOST_DEFINITIONS {
-            let most = 4 * MOST_DEFINITIONS >> 20;
+            let most = (4 * MOST_DEFINITIONS) >> 20;
             self.doubt.get_or_insert_with(|| format!("has more than {most} MB of schemas and channels"));
             return;
         }
@@ -303,7 +303,7 @@ impl Recovery<'_> {
             return self.sum(span);
         }
         // Without checksums, a moment is a frame and everything behind it.
-        let starts = !self.has_sums && (topic.is_none() || topic.is_some_and(Topic::is_frame));
+        let starts = !self.has_sums && topic.is_none_or(Topic::is_frame);
         if starts || self.pending.len() == MOST_PENDING {
             self.flush()?;
         }

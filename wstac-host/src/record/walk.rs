@@ -16,8 +16,9 @@ use mcap::records::op;
 use mcap::write::Metadata;
 
 use super::bytes::FileBytes;
+use super::compression::Compression;
 use super::file::FIXED_CHANNELS;
-use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA};
+use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PACKED};
 use super::parse::{fits, parse_record};
 use super::summary::{self, DATA_END, HEAD, Summary};
 use super::sums;
@@ -27,6 +28,8 @@ use crate::error::Error;
 const CHUNK_HEADER: u64 = 40;
 /// Bytes of a message before its data.
 const MESSAGE_HEADER: u64 = 22;
+/// Most bytes of the name of a compression, and of the size behind it.
+const LONGEST_NAME: usize = 4;
 /// Bytes that are searched at a time for the next record.
 const PIECE: usize = 1 << 15;
 
@@ -70,6 +73,26 @@ pub(super) enum Crc {
     Bad,
     /// There is no checksum, or no chunk.
     Unknown,
+}
+
+impl Crc {
+    fn of(stated: u32, found: u32) -> Self {
+        match stated {
+            0 => Self::Unknown,
+            stated if stated == found => Self::Good,
+            _ => Self::Bad,
+        }
+    }
+}
+
+/// What the header of a chunk says.
+#[derive(Clone, Copy, Debug)]
+struct ChunkHead {
+    /// The place of its records, or of what they were compressed to.
+    content: u64,
+    /// Bytes there; `None` if the chunk was never finished.
+    stored: Option<u64>,
+    compression: Compression,
 }
 
 /// A message.
@@ -117,6 +140,27 @@ struct Chunk {
     end: Option<u64>,
 }
 
+/// What a record stands in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Around {
+    /// The file itself.
+    File,
+    /// A chunk that was never finished.
+    Open,
+    /// A chunk whose records end here.
+    Until(u64),
+}
+
+impl Around {
+    /// Returns the end of the chunk, if it is known.
+    fn end(self) -> Option<u64> {
+        match self {
+            Self::Until(end) => Some(end),
+            Self::File | Self::Open => None,
+        }
+    }
+}
+
 /// The way of a walk through damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
@@ -143,6 +187,10 @@ pub(super) struct Walk {
     crc: Crc,
     /// The end of the bytes that a chunk's checksum was made of.
     hashed: u64,
+    /// Where to go on in the file behind a chunk that was unpacked, the end there, and the place of the chunk.
+    outer: Option<(u64, u64, u64)>,
+    /// The compression of the first chunk.
+    compression: Option<Compression>,
     /// The checksum of the data so far, and its end.
     total: (Hasher, u64),
     /// Numbers of channels.
@@ -176,6 +224,8 @@ impl Walk {
             chunk: None,
             crc: Crc::Unknown,
             hashed: 0,
+            outer: None,
+            compression: None,
             total: (Hasher::new(), 0),
             channels: BTreeSet::new(),
             own: false,
@@ -211,6 +261,11 @@ impl Walk {
     /// Returns the index at the file's end; `None` if it is damaged or missing.
     pub(super) fn summary(&self) -> Option<&Summary> {
         self.summary.as_ref()
+    }
+
+    /// Returns the compression of the first chunk; `None` if there is no chunk so far.
+    pub(super) fn compression(&self) -> Option<Compression> {
+        self.compression
     }
 
     /// Returns all bytes that could not be read so far.
@@ -299,6 +354,10 @@ impl Walk {
     pub(super) fn next(&mut self) -> io::Result<Step> {
         if self.chunk.is_none() {
             self.crc = Crc::Unknown;
+            if let Some((at, end, _)) = self.outer.take() {
+                self.file.set_unpacked(None);
+                (self.at, self.end) = (at, end);
+            }
         }
         loop {
             if self.chunk.as_ref().is_some_and(|chunk| chunk.end.is_some_and(|end| self.at >= end)) {
@@ -356,8 +415,9 @@ impl Walk {
         let next = if self.goes_on() { self.resync(start + 1)? } else { self.end };
         // A file that was cut off ends with a part of a record.
         let cut = next == self.end && self.summary.is_none() && self.is_cut_off(start)?;
-        let damage = Unread { at: start, bytes: next - start, damaged: !cut };
-        let all = self.unread.get_or_insert(Unread { at: start, bytes: 0, damaged: false });
+        let place = self.outer.map_or(start, |(_, _, chunk)| chunk);
+        let damage = Unread { at: place, bytes: next - start, damaged: !cut };
+        let all = self.unread.get_or_insert(Unread { at: place, bytes: 0, damaged: false });
         all.bytes = all.bytes.saturating_add(damage.bytes);
         all.damaged |= damage.damaged;
         self.at = next;
@@ -383,40 +443,43 @@ impl Walk {
         Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
     }
 
-    /// Returns the record at a place if it has the shape of its kind.
-    fn shape(&mut self, at: u64) -> io::Result<Option<Span>> {
-        let of_chunk = self.chunk.as_ref().map(|chunk| chunk.end);
-        self.shape_in(at, of_chunk)
+    /// Returns what the next record stands in.
+    fn around(&self) -> Around {
+        self.chunk.as_ref().map_or(Around::File, |chunk| chunk.end.map_or(Around::Open, Around::Until))
     }
 
-    /// Returns the record at a place if it has the shape of its kind. `chunk` is the chunk that it stands in, with its
-    /// end if that is known.
-    fn shape_in(&mut self, at: u64, chunk: Option<Option<u64>>) -> io::Result<Option<Span>> {
-        let limit = chunk.flatten().unwrap_or(self.end);
-        if chunk.is_none() && self.indexed(at).is_some() {
+    /// Returns the record at a place if it has the shape of its kind.
+    fn shape(&mut self, at: u64) -> io::Result<Option<Span>> {
+        self.shape_in(at, self.around())
+    }
+
+    /// Returns the record at a place if it has the shape of its kind. `chunk` is what it stands in.
+    fn shape_in(&mut self, at: u64, chunk: Around) -> io::Result<Option<Span>> {
+        let limit = chunk.end().unwrap_or(self.end);
+        if matches!(chunk, Around::File) && self.indexed(at).is_some() {
             // The index knows better than a damaged code.
-            return Ok(self.sizes(at)?.map(|_| Span { op: op::CHUNK, at, length: CHUNK_HEADER - HEAD }));
+            return Ok(self.chunk_head(at)?.map(|_| Span { op: op::CHUNK, at, length: CHUNK_HEADER - HEAD }));
         }
         let Some((op, length)) = self.head(at)? else { return Ok(None) };
-        let is_end = op == op::DATA_END && length == 4 && chunk.flatten().is_none();
+        let is_end = op == op::DATA_END && length == 4 && chunk.end().is_none();
         if is_end {
             let known = self.summary.is_none() || at == self.end;
             let fits = known && at + DATA_END <= self.file.length() && self.is_end(at)?;
             return Ok(fits.then_some(Span { op, at, length }));
         }
-        if op == op::CHUNK && chunk.flatten().is_none() {
-            return Ok(self.sizes(at)?.map(|_| Span { op, at, length: CHUNK_HEADER - HEAD }));
+        if op == op::CHUNK && chunk.end().is_none() {
+            return Ok(self.chunk_head(at)?.map(|_| Span { op, at, length: CHUNK_HEADER - HEAD }));
         }
         let Some(left) = limit.checked_sub(at + HEAD) else { return Ok(None) };
         if length > left {
             return Ok(None);
         }
-        let inside = chunk.flatten().is_some();
+        let inside = chunk.end().is_some();
         let has_shape = match op {
             op::MESSAGE => length >= MESSAGE_HEADER && length <= self.most_of_message(),
             op::SCHEMA | op::CHANNEL => self.fits(op, at, length)?,
             op::METADATA => !inside && self.fits(op, at, length)?,
-            op::HEADER => at == mcap::MAGIC.len() as u64 && length <= MOST_DEFINITIONS,
+            op::HEADER => at == mcap::MAGIC.len() as u64 && self.fits(op, at, length)?,
             op::MESSAGE_INDEX => {
                 let count = self.file.peek(at + HEAD + 2, 4)?.first_chunk().map(|count| u32::from_le_bytes(*count));
                 !inside && length >= 6 && count.is_some_and(|count| u64::from(count) == length - 6)
@@ -457,50 +520,60 @@ impl Walk {
 
     /// Returns the length of the chunk at a place, as the index has it.
     fn indexed(&self, at: u64) -> Option<u64> {
-        let chunks = &self.summary.as_ref()?.chunks;
+        let chunks = &self.summary.as_ref().filter(|_| self.outer.is_none())?.chunks;
         let number = chunks.binary_search_by_key(&at, |(place, _)| *place).ok()?;
         chunks.get(number).map(|(_, length)| *length)
     }
 
-    /// Returns the bytes of the records of a chunk at a place, `None` inside if it was never finished.
+    /// Returns what the header of a chunk says; `None` if there is none at this place.
     ///
     /// A chunk's header has its length three times, so one of them may be damaged.
-    fn sizes(&mut self, at: u64) -> io::Result<Option<Option<u64>>> {
+    fn chunk_head(&mut self, at: u64) -> io::Result<Option<ChunkHead>> {
         let indexed = self.indexed(at);
-        let header = self.file.peek(at, (HEAD + CHUNK_HEADER) as usize)?;
+        let left = self.end.saturating_sub(at + HEAD + CHUNK_HEADER);
+        let is_open = self.summary.is_none();
+        let header = self.file.peek(at, (HEAD + CHUNK_HEADER) as usize + LONGEST_NAME)?;
         let number = |from: usize| header.get(from..).and_then(<[u8]>::first_chunk).map(|n| u64::from_le_bytes(*n));
         let (Some(length), Some(size), Some(stored)) = (number(1), number(25), number(41)) else { return Ok(None) };
-        if let Some(indexed) = indexed {
-            return Ok(indexed.checked_sub(HEAD + CHUNK_HEADER).map(Some));
-        }
         let name = header.get(37..41).and_then(<[u8]>::first_chunk).map_or(0, |n| u32::from_le_bytes(*n));
-        let candidates = [length.wrapping_sub(CHUNK_HEADER), size, stored];
-        let unfinished = [length, size, stored].iter().filter(|size| **size == u64::MAX).count();
-        if unfinished >= 2 {
-            return Ok(Some(None));
+        let compression = Compression::NAMES
+            .into_iter()
+            .find(|(_, name)| header.get(41..).is_some_and(|rest| rest.starts_with(name.as_bytes())));
+        // The bytes of a compression's name cannot be the size of a chunk that is not compressed.
+        let (compression, extra) = compression.map_or((Compression::None, 0), |(found, name)| (found, name.len()));
+        let stored = if extra > 0 { number(41 + extra).unwrap_or(0) } else { stored };
+        let content = at + HEAD + CHUNK_HEADER + extra as u64;
+        let head = |stored| Some(ChunkHead { content, stored, compression });
+        let of_length = length.wrapping_sub(CHUNK_HEADER + extra as u64);
+        if let Some(indexed) = indexed {
+            let of_index = (at + indexed).checked_sub(content);
+            return Ok(of_index.and_then(|stored| head(Some(stored))));
         }
-        let [a, b, c] = candidates;
-        let agreed = if a == b || a == c {
-            a
-        } else if b == c {
-            b
+        if [length, size, stored].iter().filter(|size| **size == u64::MAX).count() >= 2 {
+            return Ok(head(None));
+        }
+        let size = if extra > 0 { stored } else { size };
+        let agreed = if of_length == size || of_length == stored {
+            of_length
+        } else if size == stored {
+            size
         } else {
             return Ok(None);
         };
         // Without all three of them, the name must be right.
-        if name != 0 && !(a == b && b == c) {
+        let all_agree = of_length == size && size == stored;
+        if name as usize != extra && !all_agree {
             return Ok(None);
         }
-        let left = self.end.saturating_sub(at + HEAD + CHUNK_HEADER);
-        Ok(if agreed <= left { Some(Some(agreed)) } else { (self.summary.is_none()).then_some(None) })
+        Ok(if agreed <= left { head(Some(agreed)) } else { is_open.then(|| head(None)).flatten() })
     }
 
     /// Starts to read a chunk's records.
     fn enter(&mut self, span: Span) -> io::Result<()> {
-        let size = self.sizes(span.at)?.flatten();
-        let start = span.at + HEAD + CHUNK_HEADER;
-        let end = size.map(|size| (start + size).min(self.end));
-        self.at = start;
+        let Some(ChunkHead { content, stored, compression }) = self.chunk_head(span.at)? else { return Ok(()) };
+        self.compression.get_or_insert(compression);
+        self.at = content;
+        let end = stored.map(|stored| (content + stored).min(self.end));
         if let Some(end) = end
             && (self.mode == Mode::Outline || (self.mode == Mode::Survey && self.follows(end)?))
         {
@@ -508,23 +581,17 @@ impl Walk {
             return Ok(());
         }
         let crc = self.file.peek(span.at + HEAD + 24, 4)?.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
+        if compression != Compression::None {
+            return self.unpack(span.at, content, end, compression, crc);
+        }
         self.crc = match end {
             // Bytes are summed once: a chunk in a damaged one is not summed again.
-            Some(_) if start < self.hashed => Crc::Bad,
+            Some(_) if content < self.hashed => Crc::Bad,
             Some(end) => {
-                let found = self.file.hash(start, end)?;
-                if self.mode == Mode::Strict {
-                    let (total, at) = &mut self.total;
-                    total.combine(&self.file.hash(*at, start)?);
-                    total.combine(&found);
-                    *at = end;
-                }
+                let found = self.file.hash(content, end)?;
+                self.add_to_total(content, end, &found)?;
                 self.hashed = end;
-                match crc {
-                    0 => Crc::Unknown,
-                    crc if crc == found.finalize() => Crc::Good,
-                    _ => Crc::Bad,
-                }
+                Crc::of(crc, found.finalize())
             }
             None => Crc::Unknown,
         };
@@ -532,16 +599,71 @@ impl Walk {
         Ok(())
     }
 
+    /// Unpacks a chunk, and reads that in place of the file.
+    fn unpack(
+        &mut self,
+        at: u64,
+        content: u64,
+        end: Option<u64>,
+        compression: Compression,
+        crc: u32,
+    ) -> io::Result<()> {
+        let behind = end.unwrap_or(self.end);
+        let packed_bytes = behind - content;
+        if packed_bytes > MOST_PACKED && end.is_some() {
+            let (found, most) = (packed_bytes >> 20, MOST_PACKED >> 20);
+            let message = format!("has a compressed chunk of {found} MB at byte {at}, expected at most {most} MB");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+        }
+        let mut packed = Vec::new();
+        self.file.read(content, packed_bytes.min(MOST_PACKED) as usize, &mut packed)?;
+        if self.mode == Mode::Strict {
+            let found = self.file.hash(content, behind)?;
+            self.add_to_total(content, behind, &found)?;
+        }
+        let (unpacked, is_all) = compression.unpack(&packed, MOST_PACKED as usize)?;
+        drop(packed);
+        self.crc = match end {
+            Some(_) if is_all => Crc::of(crc, crc32fast::hash(&unpacked)),
+            Some(_) => Crc::Bad,
+            None => Crc::Unknown,
+        };
+        if !is_all {
+            let all = self.unread.get_or_insert(Unread { at, bytes: 0, damaged: false });
+            all.damaged |= end.is_some();
+        }
+        self.outer = Some((behind, self.end, at));
+        (self.at, self.end) = (0, unpacked.len() as u64);
+        self.chunk = Some(Chunk { end: Some(self.end) });
+        self.file.set_unpacked(Some(unpacked));
+        Ok(())
+    }
+
+    /// Adds a chunk's checksum to that of all data, with the bytes before the chunk.
+    fn add_to_total(&mut self, content: u64, end: u64, of_chunk: &Hasher) -> io::Result<()> {
+        if self.mode == Mode::Strict {
+            let (total, at) = &mut self.total;
+            total.combine(&self.file.hash(*at, content)?);
+            total.combine(of_chunk);
+            *at = end;
+        }
+        Ok(())
+    }
+
     /// Returns whether a record follows that may stand behind a chunk.
     fn follows(&mut self, end: u64) -> io::Result<bool> {
-        let span = self.shape_in(end, None)?;
+        let span = self.shape_in(end, Around::File)?;
         Ok(span.is_some_and(|span| matches!(span.op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA | op::DATA_END)))
     }
 
     /// Returns whether only zeros follow, which are reserved room.
     fn is_empty_from(&mut self, mut at: u64) -> io::Result<bool> {
         let end = self.end;
-        while at < end {
+        loop {
+            at = self.file.next_data(at);
+            if at >= end {
+                return Ok(true);
+            }
             let wanted = (end - at).min(PIECE as u64) as usize;
             let bytes = self.file.peek(at, wanted)?;
             if bytes.is_empty() || bytes.iter().any(|&byte| byte != 0) {
@@ -549,19 +671,21 @@ impl Walk {
             }
             at += bytes.len() as u64;
         }
-        Ok(true)
     }
 
     /// Returns the next place at which records start again.
     fn resync(&mut self, from: u64) -> io::Result<u64> {
-        let chunk = self.chunk.as_ref().map(|chunk| chunk.end);
-        let end = chunk.flatten().unwrap_or(self.end);
-        let chunks = self.summary.as_ref().map_or(&[][..], |summary| &summary.chunks);
+        let chunk = self.around();
+        let end = chunk.end().unwrap_or(self.end);
+        let summary = self.summary.as_ref().filter(|_| self.outer.is_none());
+        let chunks = summary.map_or(&[][..], |summary| &summary.chunks);
         let next = chunks.iter().map(|(place, _)| *place).find(|&place| place >= from && place < self.end);
         let end = next.map_or(end, |next| next.min(end)).max(from);
         let mut piece = std::mem::take(&mut self.piece);
         let mut at = from;
         let found = loop {
+            // A head starts with a byte that is not 0.
+            at = self.file.next_data(at).max(at);
             if at >= end {
                 break end;
             }
@@ -576,6 +700,10 @@ impl Walk {
                         | [op::CHUNK, _, _, _, _, 0xFF, 0xFF, 0xFF, 0xFF]
                 )
             };
+            if piece.iter().all(|&byte| byte == 0) {
+                at += piece.len() as u64;
+                continue;
+            }
             let mut found = None;
             for (offset, _) in piece.windows(HEAD as usize).enumerate().filter(|(_, head)| is_head(head)) {
                 let place = at + offset as u64;
@@ -597,8 +725,8 @@ impl Walk {
     }
 
     /// Returns whether records certainly start at a place: a checksum, or three records one behind the other.
-    fn is_anchor(&mut self, at: u64, chunk: Option<Option<u64>>) -> io::Result<bool> {
-        let end = chunk.flatten().unwrap_or(self.end);
+    fn is_anchor(&mut self, at: u64, chunk: Around) -> io::Result<bool> {
+        let end = chunk.end().unwrap_or(self.end);
         let (mut at, mut chunk) = (at, chunk);
         for _ in 0..3 {
             let Some(span) = self.shape_in(at, chunk)? else {
@@ -607,9 +735,12 @@ impl Walk {
             match span.op {
                 op::CHUNK => {
                     // Its header has the length three times.
-                    let size = self.sizes(at)?.flatten();
-                    let first = at + HEAD + CHUNK_HEADER;
-                    (at, chunk) = (first, Some(size.map(|size| first + size)));
+                    let Some(head) = self.chunk_head(at)? else { return Ok(false) };
+                    if head.compression != Compression::None {
+                        return Ok(true);
+                    }
+                    (at, chunk) =
+                        (head.content, head.stored.map_or(Around::Open, |stored| Around::Until(head.content + stored)));
                     continue;
                 }
                 op::DATA_END => return Ok(true),

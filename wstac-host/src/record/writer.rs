@@ -10,6 +10,7 @@ use std::thread::JoinHandle;
 
 use mcap::write::Metadata;
 
+use super::compression::Compression;
 use super::file::{Message, RecordingFile, in_words};
 use crate::error::{Error, ErrorKind};
 
@@ -46,14 +47,20 @@ pub(super) struct Writer {
 
 impl Writer {
     /// Starts to write a file that is empty. `frame_bytes` is the approximate size of a frame.
-    pub(super) fn start(file: File, path: &Path, metadata: Vec<Metadata>, frame_bytes: usize) -> Result<Self, Error> {
+    pub(super) fn start(
+        file: File,
+        path: &Path,
+        metadata: Vec<Metadata>,
+        frame_bytes: usize,
+        compression: Compression,
+    ) -> Result<Self, Error> {
         let frames = (QUEUE_BYTES / frame_bytes.max(1)).clamp(2, QUEUE_FRAMES);
         let (queue, messages) = sync_channel(frames);
         let (waiting, full) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
         let shared = (Arc::clone(&waiting), Arc::clone(&full), path.to_owned());
         let thread = std::thread::Builder::new().name("recording".into()).spawn(move || {
             let (waiting, full, path) = shared;
-            write(file, &path, &metadata, &messages, &waiting, &full)
+            write(file, &path, (&metadata, compression), &messages, &waiting, &full)
         });
         let thread = Some(thread.map_err(|error| Error::io(path.display(), error))?);
         Ok(Self { queue: Some(queue), thread, waiting, full, most_waiting: 0, waits: 0, path: path.into() })
@@ -97,13 +104,13 @@ impl Writer {
 fn write(
     file: File,
     path: &Path,
-    metadata: &[Metadata],
+    (metadata, compression): (&[Metadata], Compression),
     messages: &Receiver<Vec<Message>>,
     waiting: &AtomicU64,
     full: &AtomicBool,
 ) -> Result<Written, Error> {
     let failed = |error| in_words(path, error);
-    let mut file = RecordingFile::new(file, metadata).map_err(failed)?;
+    let mut file = RecordingFile::new(file, metadata, compression).map_err(failed)?;
     let mut written = Written::default();
     for messages in messages {
         waiting.fetch_sub(1, Ordering::Relaxed);

@@ -18,9 +18,9 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
-use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
+use wstac_host::record::{Compression, Recorder};
 use wstac_host::session::Processor;
 use wstac_host::source::Labels;
 use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
@@ -56,6 +56,7 @@ struct Session<'a> {
     config: Config,
     models: &'a [ModelFile],
     labels: Labels,
+    compression: Compression,
     /// Whether the source is a camera.
     is_live: bool,
     /// Lines of standard input.
@@ -102,8 +103,10 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     if let Some(doubt) = doubts_of_textures(&info, &models) {
         note(doubt);
     }
+    let compression = arguments.compress.unwrap_or_default();
     let is_live = is_camera(&arguments.source);
-    let mut session = Session { is_live, source, info, config, models: &models, labels, keys, shown, interrupted };
+    let mut session =
+        Session { is_live, source, info, config, models: &models, labels, compression, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;
     let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
     let rest = if there < slides.len() { "; the same command continues with the others" } else { "" };
@@ -241,7 +244,7 @@ impl Session<'_> {
         let models = self.models.iter().map(|file| file.about().to_owned()).collect();
         let about = About::new(&self.info, &self.config, labels, models)?;
         let file = Outputs::default().create_at_once(part)?;
-        let mut recorder = Recorder::new(file, part, &about, &processor)?;
+        let mut recorder = Recorder::compressed(file, part, &about, &processor, self.compression)?;
         let outcome = self.watch(slide, &mut processor, &mut recorder);
         // Even if the source failed, the file of what came before is complete.
         let written = recorder.finish();
@@ -361,7 +364,18 @@ mod tests {
         let source = Box::new(Failing { info: info.clone(), left: 3, bytes: vec![9; 10_000] });
         let (config, labels, interrupted) = Default::default();
         let shown = Shown { records: None, events: 0 };
-        Session { source, info, config, models: &[], labels, is_live: true, keys: channel().1, shown, interrupted }
+        Session {
+            source,
+            info,
+            config,
+            models: &[],
+            labels,
+            compression: Compression::None,
+            is_live: true,
+            keys: channel().1,
+            shown,
+            interrupted,
+        }
     }
 
     #[test]

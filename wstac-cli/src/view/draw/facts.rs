@@ -18,7 +18,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     lines.push((format!("events  {}", state.events), calm));
     if let Some(motion) = state.motion {
         let angle = f64::from(motion.degrees).round() % 360.0;
-        lines.push((format!("slides  {:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees)), colors.lit()));
+        lines.push((format!("{:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees)), colors.lit()));
     }
     if state.live {
         let behind = state.lag;

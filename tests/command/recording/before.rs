@@ -1,0 +1,93 @@
+//! Tests a recording of version 0.2.0, which has no checksums of frames. `before.mcap` is one of 140 frames, of which
+//! the simulated driver lost 3.
+
+use std::fs;
+use std::path::Path;
+
+use wstac_tests::command::{good, run, said};
+use wstac_tests::folder::Folder;
+
+use super::flips::ended;
+
+const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before.mcap");
+
+/// Returns the places of its chunks.
+fn chunks(bytes: &[u8]) -> Vec<usize> {
+    let (mut at, mut found) = (8, Vec::new());
+    while at + 9 < bytes.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+        found.extend((bytes[at] == 6).then_some(at));
+        at += 9 + length;
+    }
+    found
+}
+
+/// Recovers these bytes, twice. Returns the frames, the lost frames, and what `wstac run` and the recovery print.
+fn recovered(folder: &Path, bytes: &[u8]) -> (u64, u64, String, String) {
+    let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.join(name));
+    fs::write(&old, bytes).unwrap();
+    let [old, new_name, again_name] = [&old, &new, &again].map(|path| path.to_str().unwrap());
+    let done = run(&["recover", old, "-o", new_name, "--force"]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    good(&["recover", new_name, "-o", again_name, "--force"]);
+    assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "a second recovery changes nothing");
+    let lines = good(&["run", new_name, "--json", "--features"]);
+    let (frames, lost) = ended(lines.as_bytes());
+    (frames, lost, lines, said(&done))
+}
+
+/// Returns the number of the first frame of the only event, and whether it is reliable.
+fn event(lines: &str) -> (u64, bool) {
+    let line = lines.lines().find(|line| line.contains(r#""kind":"event""#)).unwrap();
+    let event: serde_json::Value = serde_json::from_str(line).unwrap();
+    (event["frame"].as_u64().unwrap(), event["reliable"].as_bool().unwrap())
+}
+
+#[test]
+fn a_recording_of_before_is_read_and_recovered() {
+    let folder = Folder::new("recording-before");
+    let bytes = fs::read(BEFORE).unwrap();
+    let lines = good(&["run", BEFORE, "--json", "--features"]);
+    assert_eq!((ended(lines.as_bytes()), event(&lines)), ((137, 3), (35, true)));
+    // A recovery has the same stream, with checksums.
+    let (frames, lost, recovered_lines, said) = recovered(&folder.0, &bytes);
+    assert_eq!((frames, lost), (137, 3), "{said}");
+    assert!(recovered_lines == lines && !said.contains("without a checksum"), "{said}");
+    // What was never finished has none, and that is said.
+    let cut = &bytes[..chunks(&bytes)[3] + 12_000];
+    let (frames, lost, _, said) = recovered(&folder.0, cut);
+    assert_eq!((frames, lost), (102, 3), "{said}");
+    assert!(said.contains("15 frames without a checksum"), "{said}");
+}
+
+/// The numbers of frames give the places of those that are lost.
+#[test]
+fn damage_of_a_recording_of_before_keeps_the_time_line() {
+    let folder = Folder::new("recording-before-damage");
+    let bytes = fs::read(BEFORE).unwrap();
+    let chunks = chunks(&bytes);
+    let with = |at: usize, bit: u32| {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1 << bit;
+        recovered(&folder.0, &damaged)
+    };
+    // All frames of the first chunk: the event is where it was, but for a part of a window, and it is not reliable,
+    // because its baseline was not seen.
+    let (frames, lost, lines, said) = with(chunks[0] + 9000, 0);
+    assert_eq!((frames, frames + lost), (107, 140), "{said}");
+    let (frame, reliable) = event(&lines);
+    assert!(frame.abs_diff(35) < 7 && !reliable, "frame {frame}, reliable: {reliable}");
+    // All frames of the third. Two that the driver had lost are among them.
+    let (frames, lost, _, said) = with(chunks[2] + 9000, 0);
+    assert_eq!((frames, frames + lost), (109, 140), "{said}");
+    // A code, a length and the sizes of a chunk: the index and the other two have them.
+    for (at, bit) in [(0, 7), (0, 0), (2, 5), (25, 3), (41, 3)] {
+        let (frames, lost, _, said) = with(chunks[1] + at, bit);
+        assert_eq!((frames, lost), (137, 3), "byte {at}: {said}");
+    }
+    // The magic, and the length of the first record.
+    for (at, bit) in [(1, 1), (9, 6), (12, 7)] {
+        let (frames, lost, _, said) = with(at, bit);
+        assert_eq!((frames, lost), (137, 3), "byte {at}: {said}");
+    }
+}
