@@ -84,6 +84,9 @@ enum WstacKind
   // The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
   // A law of durations gives none.
   WSTAC_KIND_CONTACT_END = 7,
+  // Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
+  // event the contact, and speed and direction with their standard deviations.
+  WSTAC_KIND_MOTION = 8,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -122,6 +125,8 @@ typedef struct WstacOptions {
   WstacBool every_frame;
   // Leave the controls of a camera as they are instead of locking them.
   WstacBool keep_controls;
+  // Give speed and direction of every frame as a record while something slides.
+  WstacBool motion;
 } WstacOptions;
 
 // Describes frames that a program pushes.

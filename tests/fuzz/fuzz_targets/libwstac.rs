@@ -54,6 +54,7 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
         width: if input.ratio(1, 16)? { number(input, 100)? } else { 0 },
         height: if input.ratio(1, 16)? { number(input, 100)? } else { 0 },
         features: choice(input)?,
+        motion: choice(input)?,
         every_frame: if input.ratio(1, 16)? { choice(input)? } else { 0 },
         keep_controls: if input.ratio(1, 16)? { choice(input)? } else { 0 },
     };

@@ -4,6 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use wstac_core::wire::LONGEST;
+use wstac_host::error::Error;
 use wstac_host::monitor::{Monitor, Report};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::visible;
@@ -18,16 +19,16 @@ fuzz_target!(|data: &[u8]| {
     } else {
         stream.extend(data);
     }
-    let mut monitor = Monitor::new(OutputOptions { features: true, samples: true });
+    let mut monitor = Monitor::new(OutputOptions { features: true, samples: true, ..OutputOptions::default() });
     for piece in stream.chunks(usize::from(piece) + 1) {
         let goes_on = monitor.take(piece, |report| {
             if let Report::Note(text) = report {
                 assert!(text.len() < 2000);
                 assert!(!visible::line(&text).contains(char::is_control));
             }
-            Ok::<(), ()>(())
+            Ok::<(), Error>(())
         });
-        if goes_on != Ok(true) {
+        if !matches!(goes_on, Ok(true)) {
             return;
         }
     }
