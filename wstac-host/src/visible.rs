@@ -52,7 +52,7 @@ pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
     format!("{}…{}", &text[..start], &text[end..]).into()
 }
 
-/// Displays a text as [`line`] returns it.
+/// Displays a text as [`line()`] returns it.
 #[derive(Clone, Copy, Debug)]
 pub struct OneLine<T>(pub T);
 

@@ -189,7 +189,7 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
             seed.replace(found.parse().map_err(expected)?).map(|_| "seed")
         } else {
             return Err(format!(
-                "option is {part:?}, expected ANGLEdeg as in 90deg, LENGTHmm as in 60mm, or seed=NUMBER"
+                "option is {part:?}, expected an angle as in 90deg, a length as in 60mm, or seed=NUMBER"
             ));
         };
         if let Some(name) = twice {

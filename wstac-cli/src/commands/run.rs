@@ -82,7 +82,7 @@ const HELP: &str = r#"Sources:
                    --size and --fps choose one of its modes
   scene:Saw3@150   a simulated slide: Fla0, or Sin, Saw or Tri with a
                    depth of 2, 3 or 4 mm; then @ and 1 to 1000 mm/s;
-                   then any of ,ANGLEdeg ,LENGTHmm ,seed=N
+                   then any of ,90deg ,60mm ,seed=N
   scene:FILE.toml  simulated slides with any property of specimen,
                    whiskers, light and camera (see wstac scene --help)
   FILE.y4m, -      Y4M, from a file or standard input; other videos:
