@@ -78,18 +78,20 @@ impl Reader {
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         let pipeline = setup::checked(camera)?;
+        // An error behind the built pipeline would leave a second one on the stack.
+        let motion = setup::motion(rate)?;
         Ok(Self {
             pipeline: pipeline.build(),
             sender: Sender {
                 law,
-                motion: setup::motion(rate)?,
+                motion,
                 wants_features: false,
                 wants_samples: false,
                 held: None,
                 #[cfg(feature = "motion")]
                 wants_motion: false,
                 #[cfg(feature = "motion")]
-                live: LiveMotion::new(setup::motion(rate)?),
+                live: LiveMotion::new(motion),
             },
             size,
             dropped: 0,
@@ -250,7 +252,10 @@ impl Sender {
     /// without the rest of its sample.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
         self.send_held_event(out);
-        hold(&mut self.held, event, &self.law, self.motion);
+        hold(&mut self.held, event, &self.law);
+        if let Some(model) = setup::MODEL {
+            add_texture(&mut self.held, event, self.motion, model);
+        }
         if !self.wants_samples {
             self.send_held_event(out);
         }
@@ -305,12 +310,18 @@ fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl 
     out.send(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
 }
 
-/// Keeps an event's answers, its texture included if it has one.
+/// Keeps an event's answers, without its texture.
 // It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
-fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law, motion: MotionConfig) {
-    let held = held.insert(Held { answers: Answers::new(event, law), next: 0, end: None });
-    if let Some(model) = setup::MODEL
+fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law) {
+    let _ = held.insert(Held { answers: Answers::new(event, law), next: 0, end: None });
+}
+
+/// Adds the texture of an event that is kept, if it has one.
+// It is not inlined, so that the copy of the sample does not lie on the stack of the law.
+#[inline(never)]
+fn add_texture(held: &mut Option<Held>, event: &Event<'_>, motion: MotionConfig, model: &'static setup::Kind) {
+    if let Some(held) = held
         && held.answers.has_texture()
         && let Some(texture) = <setup::ModelSample as ModelSample>::texture(event, &held.answers, motion, model)
     {
