@@ -91,7 +91,7 @@ INTERRUPTED = {
     "sweep": "wstac.dataset({'slides': 90000, 'specimens': ['Saw3'], 'scene': {'fidelity': 'rendered'}})",
     "simulate": "wstac.simulate({'specimen': 'Saw3', 'speed': 1, 'lead_in': 100000}, frames=False)",
     "features": "frames = numpy.zeros((5000, 200, 200), 'u1')\n            while True: wstac.features(frames)",
-    "predict": "wstac.Model.load('builtin:forest').predict(numpy.zeros((900000, 700), 'i2'))",
+    "predict": "model, samples = wstac.Model.load('builtin:forest'), numpy.zeros((300000, 700), 'i2')\n            while True: model.predict(samples)",
     "stream": "[_ for _ in wstac.open(slow)]",
 }
 
