@@ -27,7 +27,7 @@ faulty() {
     begun "$name" 30
     "$@"
     begun "$name" $(($(lines "$name") + 45))
-    killall -INT wstac
+    killall -TERM wstac
     wait
 }
 
@@ -69,7 +69,7 @@ stopped() {
     killall "-$2" wstac
     wait
 }
-stopped interrupted INT
+stopped interrupted HUP
 stopped terminated TERM
 
 # The program itself is stopped for some time, so that buffers pile up. Without --save-raw, only the newest one is used.
@@ -79,7 +79,7 @@ killall -STOP wstac
 sleep 1
 killall -CONT wstac
 begun newest $(($(lines newest) + 40))
-killall -INT wstac
+killall -TERM wstac
 wait
 
 press inject_vidioc_streamon_error

@@ -23,7 +23,7 @@ control disconnect=1
 grown /out/recorded.mcap 90
 control horizontal_movement=6
 grown /out/recorded.mcap 190
-killall -INT wstac
+killall -TERM wstac
 wait
 control horizontal_movement=3
 
