@@ -35,7 +35,7 @@ struct Said {
     is_even: bool,
 }
 
-/// What was said of a touch.
+/// The live answers during a touch.
 struct Followed {
     speed_mm_s: f64,
     said: Vec<Said>,

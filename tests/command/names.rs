@@ -66,7 +66,7 @@ fn names_of_files_need_not_be_utf_8() {
         ("scene explain @.scene.toml --no-cost", 0),
         ("scene strain @.scene.toml", 0),
         ("man @.man", 0),
-        // What is read is no board's stream, and it says so.
+        // The file is no board's stream, and the message says so.
         ("monitor @.bin", 1),
     ] {
         let mut process = Command::new(wstac());

@@ -224,7 +224,7 @@ fn a_recording_under_way_is_not_replaced() {
     assert!(good(&["run", name, "--json"]).contains(r#""kind":"end","frames":40,"#));
 }
 
-/// What `record --force` replaces keeps its content under its other names.
+/// A file that `record --force` replaces keeps its content under its other names.
 #[test]
 fn other_names_of_a_replaced_recording_keep_its_content() {
     let folder = Folder::new("outputs-names");

@@ -271,7 +271,7 @@ fn a_call_at_the_end_of_a_thread_is_a_status() {
     }
     thread_local!(static LATE: Late = const { Late });
     let thread = std::thread::spawn(|| {
-        // What is made first is dropped last.
+        // The first one is dropped last.
         LATE.with(|_| ());
         // SAFETY: as above.
         unsafe { wstac_push_lost(ptr::null_mut(), 1) }

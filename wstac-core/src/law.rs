@@ -8,7 +8,7 @@ use crate::motion::{self, Contact, Motion, MotionConfig};
 use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use crate::trigger::Event;
 
-/// What an event tells about the touch.
+/// The answers of a law about an event's touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

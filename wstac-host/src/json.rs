@@ -29,7 +29,8 @@ pub enum JsonLine<'a> {
     Motion {
         /// The number of the feature frame.
         frame: u64,
-        /// The time of the frame in seconds from the first frame; `None` from a board.
+        /// The time of the frame in seconds from the first frame; `None` from a board that has not described
+        /// itself.
         time_s: Option<f64>,
         /// The kind of the touch: always `slide`.
         contact: &'static str,

@@ -107,7 +107,7 @@ pub struct FrameFeatures {
 pub struct MotionReport {
     /// The number of the feature frame.
     pub frame: u64,
-    /// The time of the frame in seconds from the first frame; `None` from a board.
+    /// The time of the frame in seconds from the first frame; `None` from a board that has not described itself.
     pub time_s: Option<f64>,
     /// Speed and direction with their standard deviations.
     pub velocity: Velocity,

@@ -7,20 +7,10 @@ use std::path::Path;
 use wstac_tests::command::{good, run, said};
 use wstac_tests::folder::Folder;
 
+use super::cuts::chunks;
 use super::flips::ended;
 
 const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before.mcap");
-
-/// Returns the places of its chunks.
-fn chunks(bytes: &[u8]) -> Vec<usize> {
-    let (mut at, mut found) = (8, Vec::new());
-    while at + 9 < bytes.len() {
-        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
-        found.extend((bytes[at] == 6).then_some(at));
-        at += 9 + length;
-    }
-    found
-}
 
 /// Recovers these bytes, twice. Returns the frames, the lost frames, and what `wstac run` and the recovery print.
 fn recovered(folder: &Path, bytes: &[u8]) -> (u64, u64, String, String) {
@@ -53,7 +43,7 @@ fn a_recording_of_before_is_read_and_recovered() {
     let (frames, lost, recovered_lines, said) = recovered(&folder.0, &bytes);
     assert_eq!((frames, lost), (137, 3), "{said}");
     assert!(recovered_lines == lines && !said.contains("without a checksum"), "{said}");
-    // What was never finished has none, and that is said.
+    // An unfinished recording has none, and a message says so.
     let cut = &bytes[..chunks(&bytes)[3] + 12_000];
     let (frames, lost, _, said) = recovered(&folder.0, cut);
     assert_eq!((frames, lost), (102, 3), "{said}");

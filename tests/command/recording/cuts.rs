@@ -125,7 +125,7 @@ fn a_wrong_letter_of_a_channel_loses_no_chunk_but_its_own() {
 }
 
 /// Returns the places of chunks' codes.
-fn chunks(bytes: &[u8]) -> Vec<usize> {
+pub(super) fn chunks(bytes: &[u8]) -> Vec<usize> {
     let (mut at, mut found) = (8, Vec::new());
     while at + 9 < bytes.len() {
         let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;

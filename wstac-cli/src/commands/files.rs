@@ -11,7 +11,7 @@ use super::output::check_new;
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::error::{Error, ErrorKind};
 
-/// What a command may write: no file that it reads, and existing ones only with `--force`.
+/// The files that a command may write: none that it reads, and existing ones only with `--force`.
 #[derive(Debug, Default)]
 pub(super) struct Outputs {
     inputs: Vec<PathBuf>,

@@ -143,7 +143,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => man::run(&arguments),
     };
-    // What waits in the buffer of standard output is written, or it is said that it cannot be.
+    // The buffer of standard output is written. If it cannot be, a message says so.
     let result = result.and_then(|()| Ok(std::io::stdout().flush()?));
     match result {
         // The reader of the output has seen enough.

@@ -39,7 +39,7 @@ const ENDINGS: [Ending; 4] = [Ending::AtOnce, Ending::InTime, Ending::Whole, End
 static ENDING: AtomicU8 = AtomicU8::new(0);
 static CAUGHT: OnceLock<Caught> = OnceLock::new();
 
-/// What the handlers set.
+/// The state that the handlers set.
 #[derive(Debug, Default)]
 struct Caught {
     /// Whether a signal has come.

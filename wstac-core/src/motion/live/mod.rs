@@ -17,7 +17,7 @@ use level::{Change, Level};
 use light::light;
 use track::{Memory, Track};
 
-/// What touches the sensor in a frame.
+/// The touch in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -81,7 +81,7 @@ pub struct LiveMotion {
     slide: Option<Slide>,
 }
 
-/// What is known once all lines are lit.
+/// The slide, as far as it is known once all lines are lit.
 #[derive(Clone, Copy, Debug)]
 struct Slide {
     /// Rows and columns.
