@@ -4,7 +4,7 @@
 //! with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
 
 use crate::direction::{self, Direction, Unclear};
-use crate::motion::{self, Contact, Motion, MotionConfig};
+use crate::motion::{self, Contact, Motion, MotionConfig, Velocity};
 use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use crate::trigger::Event;
 
@@ -35,10 +35,21 @@ impl Answer {
         Self { contact: None, duration: None, speed, direction, reliable }
     }
 
+    /// Returns the velocity by arrival times; `None` by a law of durations, or if the touch has none.
+    pub fn velocity(&self) -> Option<Velocity> {
+        velocity(self.speed, &self.direction)
+    }
+
     /// Returns whether the touch has a texture: whether it slides, as far as the law tells.
     pub fn has_texture(&self) -> bool {
         has_texture(self.contact)
     }
+}
+
+/// Returns the velocity of a speed and a direction by arrival times, which have standard deviations; `None` of others.
+pub(crate) fn velocity(speed: Result<Speed, NoSpeed>, direction: &Direction) -> Option<Velocity> {
+    let (speed, degrees) = (speed.ok()?, direction.degrees.ok()?);
+    Some(Velocity { mm_s: speed.mm_s, mm_s_sd: speed.sd?, degrees, degrees_sd: direction.sd? })
 }
 
 /// Returns whether a touch of this kind has a texture.

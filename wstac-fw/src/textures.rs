@@ -1,7 +1,7 @@
 //! The sample that the compiled-in texture model takes, as a type, so that no code of another sample is linked.
 
 use wstac_core::model::file::INPUTS;
-use wstac_core::motion::{MotionConfig, Velocity};
+use wstac_core::motion::MotionConfig;
 use wstac_core::path_sample::PathSample;
 use wstac_core::texture;
 use wstac_core::trigger::Event;
@@ -59,10 +59,7 @@ impl ModelSample for AlongPath {
         motion: MotionConfig,
         model: &'static Kind,
     ) -> Option<TextureAnswer<'static>> {
-        let mut velocity = Velocity::default();
-        velocity.mm_s = answers.speed.ok()?.mm_s;
-        velocity.degrees = answers.direction.degrees.ok()?;
-        let path = PathSample::of_sums(event, &velocity, motion, model.frames())?;
+        let path = PathSample::of_sums(event, &answers.velocity()?, motion, model.frames())?;
         path.covers(model.frames()).then(|| texture::texture(path.numbers(), model).into())
     }
 }

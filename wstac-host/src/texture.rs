@@ -7,7 +7,7 @@ use serde::Serialize;
 use wstac_core::law::Answer;
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, Task};
-use wstac_core::motion::{self, MotionConfig, Velocity};
+use wstac_core::motion::{self, MotionConfig};
 use wstac_core::path_sample::PathSample;
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
@@ -128,11 +128,11 @@ impl Textures {
     /// Returns the answer of all models to an event of this answer.
     ///
     /// A model that takes the sample along the path needs the velocity. If the law does not give one, it is computed by
-    /// coherence with the parameters `motion`.
+    /// coherence with the parameters `config`.
     ///
     /// # Errors
     /// There is no model, the touch is no slide, or it is too short or too slow for every model.
-    pub fn of_event(&self, event: &Event<'_>, answer: &Answer, motion: MotionConfig) -> Result<Texture, NoTexture> {
+    pub fn of_event(&self, event: &Event<'_>, answer: &Answer, config: MotionConfig) -> Result<Texture, NoTexture> {
         if self.models.is_empty() {
             return Err(NoTexture::NoModel);
         }
@@ -140,13 +140,14 @@ impl Textures {
             return Err(NoTexture::NoSlide);
         }
         let needs_path = self.models.iter().any(|model| model.get().input() == Input::Path);
-        let velocity = needs_path.then(|| velocity(event, answer, motion)).flatten();
+        let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
+        let velocity = if needs_path { by_law() } else { None };
         let answers = self.models.iter().filter_map(|model| {
             let (model, frames) = (model.get(), model.get().frames());
             if model.input() == Input::Frames {
                 return Some(named(model, &event.sample.flat()));
             }
-            let path = PathSample::of_sums(event, &velocity?, motion, frames)?;
+            let path = PathSample::of_sums(event, &velocity?, config, frames)?;
             path.covers(frames).then(|| named(model, path.numbers()))
         });
         Texture::merged(answers).ok_or(NoTexture::TooShort)
@@ -197,18 +198,6 @@ impl fmt::Display for NoTexture {
 }
 
 impl std::error::Error for NoTexture {}
-
-/// Returns the velocity of an answer by arrival times, or else that by coherence.
-fn velocity(event: &Event<'_>, answer: &Answer, motion: MotionConfig) -> Option<Velocity> {
-    match (answer.contact, answer.speed, answer.direction.degrees) {
-        (Some(_), Ok(speed), Ok(degrees)) => {
-            let mut velocity = Velocity::default();
-            (velocity.mm_s, velocity.degrees) = (speed.mm_s, degrees);
-            Some(velocity)
-        }
-        _ => motion::by_coherence(event, motion).velocity,
-    }
-}
 
 /// Returns a model's answer.
 fn named(model: &Model, sample: &[i16; INPUTS]) -> Texture {

@@ -6,7 +6,7 @@ use super::Text;
 use crate::direction::Direction;
 use crate::features::Features;
 use crate::green::any::PixelFormat;
-use crate::law::{EventLaw, has_texture};
+use crate::law::{EventLaw, has_texture, velocity};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::motion::{Contact, Velocity};
@@ -206,6 +206,11 @@ impl<'a> Answers<'a> {
     /// durations.
     pub fn end_frame(&self) -> Option<u64> {
         self.end.map(|end| self.frame.saturating_add(u64::from(end)))
+    }
+
+    /// Returns the velocity by arrival times; `None` by a law of durations, or if the touch has none.
+    pub fn velocity(&self) -> Option<Velocity> {
+        velocity(self.speed, &self.direction)
     }
 
     /// Returns whether the touch has a texture: whether it slides, as far as the law tells.

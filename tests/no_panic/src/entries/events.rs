@@ -84,6 +84,7 @@ entries! {
         Answer::new(speed, direction, reliable)
     }
     has_texture(answer: &Answer) -> bool { answer.has_texture() }
+    velocity_of_answer(answer: &Answer) -> Option<Velocity> { answer.velocity() }
     answer_by_duration(law: &SpeedConfig, event: &Event<'_>) -> Answer { law.answer(event) }
     is_law_per_touch(law: &AnyLaw) -> bool { law.is_per_touch() }
     why_unclear(reason: Unclear) -> &'static str { reason.as_str() }

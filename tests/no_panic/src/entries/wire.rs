@@ -2,6 +2,7 @@
 
 use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
 use wstac_core::model::Model;
+use wstac_core::motion::Velocity;
 use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::texture;
@@ -27,6 +28,7 @@ entries! {
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
     has_texture(answers: &Answers<'_>) -> bool { answers.has_texture() }
+    velocity_of_answers(answers: &Answers<'_>) -> Option<Velocity> { answers.velocity() }
     touch_frame(answers: &Answers<'_>) -> Option<u64> { answers.touch_frame() }
     end_frame(answers: &Answers<'_>) -> Option<u64> { answers.end_frame() }
     texture<'a>(answers: Answers<'a>, sample: &[i16; 700], model: &Model<'a>) -> Answers<'a> {
