@@ -8,6 +8,7 @@ use wstac_core::features::Features;
 use wstac_core::law::{AnyLaw, EventLaw};
 use wstac_core::motion::{Contact, MotionConfig, Velocity};
 use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::path_sample::TaxelRing;
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
 
@@ -160,12 +161,12 @@ pub struct TactileEvent {
 }
 
 impl TactileEvent {
-    /// Creates an event of the core with its answers.
-    pub(crate) fn new(event: &Event<'_>, answering: &Answering<'_>) -> Self {
+    /// Creates an event of the core with its answers. `taxels` are those of its sample, if they are kept and complete.
+    pub(crate) fn new(event: &Event<'_>, taxels: Option<&TaxelRing>, answering: &Answering<'_>) -> Self {
         let flat = event.sample.flat();
         let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
         let answer = answering.law.answer(event);
-        let texture = answering.textures.of_event(event, &answer, answering.motion);
+        let texture = answering.textures.of_event(event, taxels, &answer, answering.motion);
         Self {
             frame: event.frame,
             time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
