@@ -186,15 +186,22 @@ impl TactileEvent {
         }
     }
 
-    /// Creates an event from the answers of a board. `clock` is that of its frames, if its rate is known.
+    /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is that of
+    /// its frames, if its rate is known.
     #[cfg(feature = "board")]
     pub(crate) fn from_answers(
         answers: &wstac_core::wire::Answers<'_>,
         texture: Option<Texture>,
+        has_model: bool,
         sample: Option<&SampleFrames>,
         clock: Option<&FrameClock>,
     ) -> Self {
         let time = answers.touch_frame().zip(clock);
+        let no_texture = match (answers.has_texture(), has_model) {
+            (true, true) => NoTexture::Unanswered,
+            (true, false) => NoTexture::NoModel,
+            (false, _) => NoTexture::NoSlide,
+        };
         Self {
             frame: answers.frame,
             time: time.map(|(touch, clock)| TouchTime::new(touch, answers.frame, clock)),
@@ -206,7 +213,7 @@ impl TactileEvent {
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
-            texture: texture.ok_or(if answers.has_texture() { NoTexture::NoModel } else { NoTexture::NoSlide }),
+            texture: texture.ok_or(no_texture),
             frames_filled: answers.frames_filled,
             reliable: answers.reliable,
             sample_reliable: answers.reliable,

@@ -202,6 +202,8 @@ pub enum NoTexture {
     TooShort,
     /// Frames of the sample were lost, and the model takes 25 taxels, which are not filled.
     LostFrames,
+    /// The board has a model, which gave no answer. The board does not say why.
+    Unanswered,
 }
 
 impl NoTexture {
@@ -212,6 +214,7 @@ impl NoTexture {
             Self::NoSlide => "the touch is not a slide",
             Self::TooShort => "the sample shows too little of the path for the model",
             Self::LostFrames => "frames of the sample were lost, and the model needs the taxels of all",
+            Self::Unanswered => "the board's model has no answer: too little of the path, or lost frames",
         }
     }
 }
