@@ -188,7 +188,11 @@ const LONGEST_ARGUMENT: usize = 150;
 fn fail(error: &Error) -> ExitCode {
     // Standard error may be closed; the exit code still reports the failure.
     note(error);
-    ExitCode::FAILURE
+    match error.kind() {
+        // An argument that clap cannot judge is wrong all the same.
+        wstac_host::error::ErrorKind::Usage => ExitCode::from(2),
+        _ => ExitCode::FAILURE,
+    }
 }
 
 #[cfg(test)]

@@ -42,15 +42,16 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Returns the labels that occur in samples.
-    pub fn found(&self) -> impl Iterator<Item = &str> {
-        let found = |number: usize| self.numbers.iter().any(|&found| usize::from(found) == number);
-        self.labels.iter().enumerate().filter(move |(number, _)| found(*number)).map(|(_, label)| label.as_str())
-    }
-
-    /// Returns `true` if there are samples and none has a label that is right for a class.
-    pub fn is_of_others(&self) -> bool {
-        !self.numbers.is_empty() && !self.numbers.iter().any(|number| self.of_class.contains(number))
+    /// Returns the labels of samples that are right for no class, and the number of those samples.
+    pub fn of_no_class(&self) -> (Vec<&str>, usize) {
+        let mut counts = vec![0; self.labels.len()];
+        for &number in self.numbers.iter().filter(|number| !self.of_class.contains(number)) {
+            if let Some(count) = counts.get_mut(usize::from(number)) {
+                *count += 1;
+            }
+        }
+        let labels = self.labels.iter().zip(&counts).filter(|(_, count)| **count > 0);
+        (labels.map(|(label, _)| label.as_str()).collect(), counts.iter().sum())
     }
 }
 

@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))?;
     let progress = std::sync::Mutex::new((Progress::new("recordings", 0, files.len() as u32), 0));
-    let recordings = pool.install(|| {
+    let results = pool.install(|| {
         let each = files.par_iter().with_max_len(1).map(|file| {
             if signal.load(Ordering::Relaxed) != 0 {
                 return Ok(None);
@@ -45,9 +45,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             }
             Ok(Some(recording))
         });
-        each.collect::<Result<Option<Vec<Recording>>, Error>>()
-    })?;
+        each.collect::<Vec<Result<Option<Recording>, Error>>>()
+    });
     drop(progress);
+    let (recordings, mut bad): (Vec<_>, Vec<_>) = results.into_iter().partition(Result::is_ok);
+    // All that cannot be used are named in one run.
+    if let Some(Err(last)) = bad.pop() {
+        bad.iter().filter_map(|result| result.as_ref().err()).for_each(note);
+        return Err(last.into());
+    }
+    let recordings = recordings.into_iter().flatten().collect::<Option<Vec<Recording>>>();
     let Some(recordings) = recordings else { return Err(Stop::Interrupted(signal.load(Ordering::Relaxed) as u8)) };
     for doubt in comparable(&recordings)? {
         note(doubt);
