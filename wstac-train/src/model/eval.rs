@@ -73,10 +73,7 @@ impl Answers {
 pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let npz = Npz::open(path)?;
     let predictions = predictions(model, &npz)?;
-    let labels: Vec<String> = (0..model.labels().len())
-        .filter_map(|class| model.labels().get(class))
-        .map(|label| label.to_string())
-        .collect();
+    let labels = labels_of(model);
     let truth = truth(&npz, model.task(), &labels, predictions.len())?;
     Ok(Answers { labels, predictions, truth })
 }
@@ -90,8 +87,31 @@ pub fn array_of(input: Input) -> &'static str {
     }
 }
 
+/// Reads the samples that a model takes from an `.npz` file, with their true labels if they are known.
+///
+/// # Errors
+/// The file cannot be used; the message names the part.
+pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<[i16; INPUTS]>, Option<Truth>), Error> {
+    let npz = Npz::open(path)?;
+    let mut samples = Vec::new();
+    each_sample(model.input(), &npz, |sample| samples.push(*sample))?;
+    let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
+    Ok((samples, truth))
+}
+
+fn labels_of(model: &Model) -> Vec<String> {
+    (0..model.labels().len()).filter_map(|class| model.labels().get(class)).map(|label| label.to_string()).collect()
+}
+
 fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
-    let name = array_of(model.input());
+    let mut predictions = Vec::new();
+    each_sample(model.input(), npz, |sample| predictions.push(model.classify(sample)))?;
+    Ok(predictions)
+}
+
+/// Passes every sample to `give`, in the order of a model file.
+fn each_sample(input: Input, npz: &Npz, mut give: impl FnMut(&[i16; INPUTS])) -> Result<(), Error> {
+    let name = array_of(input);
     let mut array = npz.array(name)?;
     let n = match array.shape[..] {
         [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
@@ -105,7 +125,6 @@ fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
     if n > MOST_SAMPLES {
         return Err(npz.error(name, format_args!("{n} samples, expected at most {MOST_SAMPLES}")));
     }
-    let mut predictions = Vec::new();
     let mut bytes = [0; 2 * INPUTS];
     let mut sample = [0; INPUTS];
     for _ in 0..n {
@@ -113,9 +132,9 @@ fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
         for (input, bytes) in bytes.as_chunks::<2>().0.iter().enumerate() {
             sample[super::trained::file_order(input, SAMPLE_FRAMES)] = i16::from_le_bytes(*bytes);
         }
-        predictions.push(model.classify(&sample));
+        give(&sample);
     }
-    Ok(predictions)
+    Ok(())
 }
 
 /// Reads the true labels from the first array that fits the model's task.
