@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::{Classification, Model};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
@@ -24,6 +24,10 @@ pub struct Answers {
     pub labels: Vec<String>,
     /// A class for each sample.
     pub predictions: Vec<u8>,
+    /// The confidence of each answer in units of 2^-15; `None` for a model without a calibration.
+    pub confidences: Option<Vec<u16>>,
+    /// Whether each sample is known; `None` if the model does not tell.
+    pub known: Option<Vec<bool>>,
     /// The truth, if it is known.
     pub truth: Option<Truth>,
 }
@@ -72,10 +76,13 @@ impl Answers {
 /// The file cannot be used; the message names the part.
 pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let npz = Npz::open(path)?;
-    let predictions = predictions(model, &npz)?;
+    let found = classifications(model, &npz)?;
+    let predictions: Vec<u8> = found.iter().map(|answer| answer.class).collect();
     let labels = labels_of(model);
     let truth = truth(&npz, model.task(), &labels, predictions.len())?;
-    Ok(Answers { labels, predictions, truth })
+    let confidences = found.iter().map(|answer| answer.confidence).collect();
+    let known = found.iter().map(|answer| answer.known).collect();
+    Ok(Answers { labels, predictions, confidences, known, truth })
 }
 
 /// Returns the name of the array that holds the samples for a model.
@@ -103,10 +110,10 @@ fn labels_of(model: &Model) -> Vec<String> {
     (0..model.labels().len()).filter_map(|class| model.labels().get(class)).map(|label| label.to_string()).collect()
 }
 
-fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
-    let mut predictions = Vec::new();
-    each_sample(model.input(), npz, |sample| predictions.push(model.classify(sample)))?;
-    Ok(predictions)
+fn classifications(model: &Model, npz: &Npz) -> Result<Vec<Classification>, Error> {
+    let mut found = Vec::new();
+    each_sample(model.input(), npz, |sample| found.push(model.classification(sample)))?;
+    Ok(found)
 }
 
 /// Passes every sample to `give`, in the order of a model file.

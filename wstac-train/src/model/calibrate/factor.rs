@@ -8,16 +8,16 @@ const ITERATIONS: u32 = 60;
 
 /// Scores of samples, and the number of the true class of each.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scored {
-    pub(super) scores: Vec<Vec<i64>>,
-    pub(super) truth: Vec<usize>,
+pub(in crate::model) struct Scored {
+    pub(in crate::model) scores: Vec<Vec<i64>>,
+    pub(in crate::model) truth: Vec<usize>,
 }
 
 impl Scored {
     /// Returns the factor by which a softmax of the scores is most likely.
     ///
     /// One more sample, whose answer is wrong by the median distance, keeps the factor finite if all answers are right.
-    pub(super) fn factor(&self) -> Result<f64, String> {
+    pub(in crate::model) fn factor(&self) -> Result<f64, String> {
         let mut distances: Vec<f64> =
             self.scores.iter().map(|scores| lead(scores)).filter(|lead| *lead > 0.0).collect();
         if distances.is_empty() {

@@ -15,7 +15,7 @@ use wstac_core::params::FEATURE_ONE;
 use wstac_host::error::{Error, ErrorKind};
 
 use super::eval;
-use factor::Scored;
+pub(super) use factor::Scored;
 pub use lda::Projection;
 
 /// A unit of the projection in a file: the standard deviation within a class.
@@ -56,6 +56,19 @@ impl Samples {
             }
         }
         Ok(samples)
+    }
+
+    /// Appends samples; labels of the same name become one.
+    pub fn append(&mut self, other: Self) {
+        let number = |name: String| {
+            self.names.iter().position(|own| *own == name).unwrap_or_else(|| {
+                self.names.push(name);
+                self.names.len() - 1
+            }) as u16
+        };
+        let numbers: Vec<u16> = other.names.into_iter().map(number).collect();
+        self.numbers.extend(other.numbers);
+        self.labels.extend(other.labels.iter().filter_map(|&label| numbers.get(usize::from(label))));
     }
 
     /// Returns the samples of labels below `classes`.
@@ -223,8 +236,42 @@ fn finished(words: Vec<u32>, dimensions: usize, held_out: &Samples) -> Result<Ca
     Ok(Calibrated { words, dimensions, held_out })
 }
 
+/// What a model file tells about known samples: its projection, and the largest squared distance of a known sample.
+///
+/// The numbers are those of the file, so they are rounded.
+///
+/// # Errors
+/// The file is no model, or does not tell what is unknown.
+pub fn projection_of(words: &[u32]) -> Result<(Projection, f64), String> {
+    let model = Model::from_words(words).map_err(|error| error.to_string())?;
+    if !model.tells_unknown() {
+        return Err("has no projection, expected a calibrated model, such as builtin:embedding".into());
+    }
+    let inputs = inputs_of(&model);
+    let labels = words[6] as usize / 2;
+    let half = |at: usize| (words[at / 2] >> (16 * (at % 2))) as u16;
+    let start = 2 * (words[labels - 1] as usize).div_ceil(2);
+    let dimensions = usize::from(half(start + 3));
+    let unit = 1.0 / (UNIT * f64::from(half(start + 4)).exp2());
+    let threshold = f64::from(words[start / 2 + 3]) / (UNIT * UNIT);
+    let rows = start + 8;
+    let bias = |row: usize| {
+        let halves = (0..4).map(|k| u64::from(half(rows + 4 * row + k)) << (16 * k));
+        halves.sum::<u64>().cast_signed() as f64 * unit
+    };
+    let weight = |row: usize, input: usize| {
+        // The words of a block's rows take turns.
+        let in_block = if row / 2 * 2 + 1 < dimensions { 2 } else { 1 };
+        let block = rows + 4 * dimensions + row / 2 * 2 * inputs;
+        let at = block + 2 * (input / 2 * in_block + row % 2) + input % 2;
+        f64::from(half(at).cast_signed()) * unit * f64::from(FEATURE_ONE)
+    };
+    let weights = (0..dimensions).map(|row| (0..inputs).map(|input| weight(row, input)).collect()).collect();
+    Ok((Projection { weights, biases: (0..dimensions).map(bias).collect() }, threshold))
+}
+
 /// Returns the number of inputs that a model reads.
-pub(super) fn inputs_of(model: &Model) -> usize {
+pub fn inputs_of(model: &Model) -> usize {
     usize::from(model.frames()) * wstac_core::params::FEATURES
 }
 
