@@ -72,8 +72,14 @@ fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
     let sees_light = |frame: usize| event["sample"][0][frame].as_f64().unwrap() >= -1.5;
     let pattern = if sees_light(29) { "Saw" } else { "Fla" };
     let depth = if sees_light(69) { 3.0 } else { 2.0 };
-    assert_eq!(texture["texture"], serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": null}));
-    assert_eq!(event["texture"], serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": depth}));
+    assert_eq!(
+        texture["texture"],
+        serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": null, "confidence": null, "known": null})
+    );
+    assert_eq!(
+        event["texture"],
+        serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": depth, "confidence": null, "known": null})
+    );
     // Frame number 29 of the sample is the last before it, and the one after comes later.
     let before = &found[place("texture") - 1];
     assert_eq!((&before["kind"], &before["frame"]), (&"features".into(), &(first + 29).into()));
