@@ -203,6 +203,23 @@ fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth,
     Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
 }
 
+/// Reads an array of `n` elements as labels.
+pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Error> {
+    let mut array = npz.array(name)?;
+    if array.shape != [n as u64] {
+        return Err(npz.error(name, format_args!("shape {:?}, expected ({n},) as of X", array.shape)));
+    }
+    let text = Text::of(&array).ok_or_else(|| {
+        npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
+    })?;
+    let mut bytes = vec![0; text.bytes()];
+    let read = (0..n).map(|_| {
+        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
+        Ok(text.read(&bytes))
+    });
+    read.collect()
+}
+
 /// The conversion of an element into a label.
 enum Text {
     Unicode(usize),
