@@ -39,7 +39,9 @@ fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
         ("Saw4", "180,100deg"),
         ("Sin2", "150,225deg,70mm"),
     ];
-    for model in ["path-svm", "path-forest", "path-boosted"] {
+    let models =
+        ["path-svm", "path-forest", "path-boosted", "taxel-path-svm", "taxel-path-forest", "taxel-path-boosted"];
+    for model in models {
         let mut right = 0;
         for (specimen, slide) in slides {
             let scene = format!("scene:{specimen}@{slide},seed=3");
@@ -49,9 +51,11 @@ fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
         assert!(right >= 5, "{model}: {right} of 6");
     }
     // At 10 mm/s, 70 frames show 23 mm of path: too little.
-    let slow = records(&["run", "scene:Saw3@10", "--json", "--size", "320x180", "--model", "builtin:path-svm"]);
-    assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
-    assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
+    for model in ["builtin:path-svm", "builtin:taxel-path-svm"] {
+        let slow = records(&["run", "scene:Saw3@10", "--json", "--size", "320x180", "--model", model]);
+        assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
+        assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
+    }
 }
 
 #[test]

@@ -22,7 +22,11 @@ from counter import Counter, Setting, formats, write_samples
 from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
-MODELS = {None: None} | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
+MODELS = (
+    {None: None}
+    | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
+    | {name: ROOT / f"wstac-host/models/path/{name}.wsm" for name in ("path-svm", "taxel-path-svm")}
+)
 # The numbers of an image without a model.
 BASE = ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live", "flash", "ram")
 # Keys of [speed].

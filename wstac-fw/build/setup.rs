@@ -193,8 +193,11 @@ fn texture(file: &Path, config: &Config) -> Result<String, String> {
     let sample = match (model.input(), config.speed.law()) {
         (Input::Frames, _) => "OverTime",
         (Input::Path, None) => "AlongPath",
-        (Input::Path, Some(_)) => return Err("its sample is along the path, expected law = \"arrival\"".to_owned()),
-        (other, _) => return Err(format!("its sample is {}, expected frames or path", other.name())),
+        (Input::TaxelPath, None) => "AlongTaxels",
+        (Input::Path | Input::TaxelPath, Some(_)) => {
+            return Err("its sample is along the path, expected law = \"arrival\"".to_owned());
+        }
+        (other, _) => return Err(format!("its sample is {}, expected frames, path or taxel_path", other.name())),
     };
     let kind = match model {
         Model::LinearSvm(_) => "linear_svm::LinearSvm",

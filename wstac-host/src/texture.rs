@@ -8,7 +8,7 @@ use wstac_core::law::Answer;
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::motion::{self, MotionConfig};
-use wstac_core::path_sample::PathSample;
+use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
 use wstac_core::trigger::Event;
@@ -106,9 +106,9 @@ impl Textures {
         let mut models: Vec<(Arc<OwnedModel>, &ModelFile)> = Vec::with_capacity(files.len());
         for file in files {
             let model = file.owned()?;
-            let task = model.get().task();
-            if !matches!(model.get().input(), Input::Frames | Input::Path) {
-                let message = format_args!("takes the input {}, expected frames or path", model.get().input().name());
+            let (task, input) = (model.get().task(), model.get().input());
+            if !matches!(input, Input::Frames | Input::Path | Input::TaxelPath) {
+                let message = format_args!("takes the input {}, expected frames, path or taxel_path", input.name());
                 return Err(Error::new(ErrorKind::Unsupported, file.about(), message));
             }
             if let Some((_, other)) = models.iter().find(|(other, _)| other.get().task() == task) {
@@ -125,32 +125,54 @@ impl Textures {
         Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
     }
 
+    /// Returns whether a model takes 25 taxels. Then the pipeline must keep them
+    /// ([`Pipeline::keep_taxels`](wstac_core::pipeline::Pipeline::keep_taxels)).
+    pub fn needs_taxels(&self) -> bool {
+        self.models.iter().any(|model| model.get().input() == Input::TaxelPath)
+    }
+
     /// Returns the answer of all models to an event of this answer.
+    ///
+    /// `taxels` are those of the event's update, for models that take 25 taxels.
     ///
     /// A model that takes the sample along the path needs the velocity. If the law does not give one, it is computed by
     /// coherence with the parameters `config`.
     ///
     /// # Errors
-    /// There is no model, the touch is no slide, or it is too short or too slow for every model.
-    pub fn of_event(&self, event: &Event<'_>, answer: &Answer, config: MotionConfig) -> Result<Texture, NoTexture> {
+    /// There is no model, the touch is no slide, or no model can answer. The reason is then that of the first model.
+    pub fn of_event(
+        &self,
+        event: &Event<'_>,
+        taxels: Option<&TaxelRing>,
+        answer: &Answer,
+        config: MotionConfig,
+    ) -> Result<Texture, NoTexture> {
         if self.models.is_empty() {
             return Err(NoTexture::NoModel);
         }
         if !answer.has_texture() {
             return Err(NoTexture::NoSlide);
         }
-        let needs_path = self.models.iter().any(|model| model.get().input() == Input::Path);
+        let needs_path = self.models.iter().any(|model| model.get().input() != Input::Frames);
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
         let velocity = if needs_path { by_law() } else { None };
-        let answers = self.models.iter().filter_map(|model| {
-            let (model, frames) = (model.get(), model.get().frames());
-            if model.input() == Input::Frames {
-                return Some(named(model, &event.sample.flat()));
-            }
-            let path = PathSample::of_sums(event, &velocity?, config, frames)?;
-            path.covers(frames).then(|| named(model, path.numbers()))
-        });
-        Texture::merged(answers).ok_or(NoTexture::TooShort)
+        let answer_of = |model: &Model| {
+            let frames = model.frames();
+            let path = match model.input() {
+                Input::Frames => return Ok(named(model, &event.sample.flat())),
+                Input::Path => velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, frames)),
+                // [`Self::new`] takes no other input than that of 25 taxels.
+                _ => {
+                    let taxels = taxels.ok_or(NoTexture::LostFrames)?;
+                    velocity.and_then(|velocity| PathSample::of_taxels(taxels, &velocity, config, frames))
+                }
+            };
+            let path = path.filter(|path| path.covers(frames)).ok_or(NoTexture::TooShort)?;
+            Ok(named(model, path.numbers()))
+        };
+        let answers: Vec<_> = self.models.iter().map(|model| answer_of(model.get())).collect();
+        let reason = answers.iter().find_map(|answer| answer.as_ref().err().copied());
+        Texture::merged(answers.into_iter().flatten()).ok_or(reason.unwrap_or(NoTexture::TooShort))
     }
 
     /// Returns the answers of the models for which enough of the sample under way has just arrived.
@@ -178,6 +200,10 @@ pub enum NoTexture {
     NoSlide,
     /// The sample shows too little of the path for the models: the slide is too slow, or its velocity is not known.
     TooShort,
+    /// Frames of the sample were lost, and the model takes 25 taxels, which are not filled.
+    LostFrames,
+    /// The board has a model, which gave no answer. The board does not say why.
+    Unanswered,
 }
 
 impl NoTexture {
@@ -187,6 +213,8 @@ impl NoTexture {
             Self::NoModel => "no model was given",
             Self::NoSlide => "the touch is not a slide",
             Self::TooShort => "the sample shows too little of the path for the model",
+            Self::LostFrames => "frames of the sample were lost, and the model needs the taxels of all",
+            Self::Unanswered => "the board's model has no answer: too little of the path, or lost frames",
         }
     }
 }

@@ -49,7 +49,7 @@ fn a_part_and_sums_give_the_same_to_the_byte() {
         let part = recorded(&folder, &scene, "part.mcap", &["--label", "specimen=Saw3", "--crop"]);
         let without = recorded(&folder, &scene, "sums.mcap", &["--label", "specimen=Saw3", "--features-only"]);
         let lines =
-            |file: &str| good(&["run", file, "--json", "--features", "--samples", "--model", "builtin:path-svm"]);
+            |file: &str| good(&["run", file, "--json", "--features", "--samples", "--model", "builtin:taxel-path-svm"]);
         let (expected, of_frames) = (lines(&whole), sums(&whole));
         assert!(expected.contains(r#""kind":"event""#) && of_frames.len() > 100, "{format}");
         // Data sets and figures have the names of recordings, so all get the same.

@@ -38,8 +38,8 @@ pub(super) struct Arguments {
     /// Name textures with this model; can be given several times
     ///
     /// It is a file (see wstac model --help), or a model that was trained on simulated slides: builtin:path-svm,
-    /// builtin:path-forest or builtin:path-boosted; or builtin:svm, builtin:forest or builtin:boosted for the slides of
-    /// the publication. Give one for each of specimens, patterns and depths if they have models of their own.
+    /// builtin:path-forest or builtin:path-boosted; builtin:taxel-path-svm, -forest or -boosted; or builtin:svm,
+    /// builtin:forest or builtin:boosted for the slides of the publication. Give one for each of specimens, patterns and depths if they have models of their own.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -150,6 +150,8 @@ Meaning of the answers:
   that come with wstac were trained at 30 frames per second.
   builtin:path-… take the sample along the path of the slide: they hold
   from 50 to 300 mm/s, in any direction, and need 28 mm of path.
+  builtin:taxel-path-… are right more often: they take 25 taxels instead
+  of ten sums. They give no answer if a frame of the sample was lost.
   builtin:svm, forest and boosted take the sample over time: they hold
   from 100 to 200 mm/s in four directions, and are often wrong elsewhere.
   With law = "published" under [speed], speed and direction are those of

@@ -6,7 +6,7 @@
 //! 22,017. Both ways are tested to give the same sums.
 
 use self::plain::Sum;
-use super::linear_svm::BLOCK;
+use super::rows::BLOCK;
 
 /// Weights of one size. The words of `ROWS` rows take turns.
 pub(super) trait Weights {

@@ -25,6 +25,8 @@ pub(super) struct Board {
     progress: StreamSummary,
     /// The times of its frames. Whether it has described itself: then its rate is known.
     clock: Option<FrameClock>,
+    /// Whether it has named a texture model.
+    has_model: bool,
     baseline_said: bool,
     ended: bool,
 }
@@ -32,7 +34,7 @@ pub(super) struct Board {
 impl Board {
     pub(super) fn new(wanted: OutputOptions) -> Self {
         let (sample, progress) = (Parts::default(), StreamSummary::default());
-        Self { wanted, sample, progress, clock: None, baseline_said: false, ended: false }
+        Self { wanted, sample, progress, clock: None, has_model: false, baseline_said: false, ended: false }
     }
 
     /// Returns whether its stream has ended.
@@ -138,6 +140,7 @@ impl Board {
             // It does no harm to send the request once too often.
             give(Report::Started)?;
         }
+        self.has_model = hello.models.iter().any(Option::is_some);
         self.reach(hello.frame);
         if again { Ok(()) } else { give(Report::Note(hello_in_words(hello))) }
     }
@@ -150,7 +153,7 @@ impl Board {
         if self.wanted.samples && sample.is_none() {
             give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
         }
-        let event = TactileEvent::from_answers(answers, texture, sample, self.clock.as_ref());
+        let event = TactileEvent::from_answers(answers, texture, self.has_model, sample, self.clock.as_ref());
         give(Report::Output(Output::Event(Box::new(event))))
     }
 

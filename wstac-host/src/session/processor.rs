@@ -8,6 +8,7 @@ use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
 use wstac_core::motion::{LiveMotion, MotionConfig};
 use wstac_core::params::TAXELS;
+use wstac_core::path_sample::TaxelRing;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
@@ -23,8 +24,8 @@ use crate::output::{
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
 
-/// The pipeline of a host: format, log kernel and baseline policy are chosen at run time.
-pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>>;
+/// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
+pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>, Option<TaxelRing>>;
 
 /// Turns source events into typed outputs.
 ///
@@ -131,6 +132,7 @@ impl Config {
             .ln(kernel(self.features.ln))
             .trigger(trigger)
             .baseline(baseline)
+            .taxels()
             .build()
             .map_err(in_table("[features]"))
     }
@@ -161,7 +163,10 @@ impl Processor {
 
     /// Adds texture models.
     #[must_use]
-    pub fn with_textures(self, textures: Textures) -> Self {
+    pub fn with_textures(mut self, textures: Textures) -> Self {
+        if textures.needs_taxels() {
+            self.pipeline.keep_taxels();
+        }
         Self { textures, ..self }
     }
 
@@ -228,7 +233,8 @@ impl Processor {
         let (pipeline, answers) = self.parts();
         let finished = pipeline.finish();
         if let Some(event) = finished.event() {
-            emit(answers.event(&event))?;
+            // The end of a stream completes a sample only with lost frames.
+            emit(answers.event(&event, None))?;
         }
         if let Some(end) = finished.contact_end() {
             emit(answers.contact_end(end))?;
@@ -324,10 +330,10 @@ struct Answers<'p> {
 }
 
 impl Answers<'_> {
-    fn event(&self, event: &wstac_core::trigger::Event<'_>) -> Output {
+    fn event(&self, event: &wstac_core::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
         let Self { law, durations, textures, motion, ref clock, options } = *self;
         let answering = Answering { law, durations, textures, motion, clock, with_sample: options.samples };
-        Output::Event(Box::new(TactileEvent::new(event, &answering)))
+        Output::Event(Box::new(TactileEvent::new(event, taxels, &answering)))
     }
 
     fn contact_end(&self, end: ContactEnd) -> Output {
@@ -342,7 +348,7 @@ impl Answers<'_> {
             emit(Output::Interrupted(sample))?;
         }
         if let Some(event) = update.event() {
-            emit(self.event(&event))?;
+            emit(self.event(&event, update.taxels()))?;
             return update.contact_end().map_or(Ok(()), |end| emit(self.contact_end(end)));
         }
         if let Some(end) = update.contact_end() {

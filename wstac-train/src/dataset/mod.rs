@@ -10,6 +10,7 @@ pub mod path;
 pub mod recorded_arrays;
 pub mod recordings;
 pub mod sweep;
+pub mod textures;
 
 use rayon::prelude::*;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
