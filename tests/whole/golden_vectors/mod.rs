@@ -4,6 +4,7 @@
 mod case;
 mod live;
 mod motion;
+mod motion_of;
 mod path;
 
 use std::fs;
