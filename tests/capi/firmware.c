@@ -349,9 +349,9 @@ static void models_are_checked(size_t bytes)
 static void texts_are_there(void)
 {
     const char *unknown = wstac_fw_status_text(3);
-    for (WstacFwStatus status = WSTAC_FW_STATUS_PITCH; status <= WSTAC_FW_STATUS_NONE; status++)
+    for (WstacFwStatus status = WSTAC_FW_STATUS_CHOICE; status <= WSTAC_FW_STATUS_NONE; status++)
         EXPECT(strlen(wstac_fw_status_text(status)) > 3 && wstac_fw_status_text(status) != unknown);
-    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_PITCH - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
+    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_CHOICE - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
 }
 
 static void print_motion(const WstacFwMotion *motion)
