@@ -105,7 +105,12 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
             }
             // SAFETY: the bytes stay as they are until the model is set up again.
             let status = unsafe {
-                wstac_fw_model_init(&raw mut model, size_of::<WstacFwModel>(), model_bytes.as_ptr().cast(), bytes.len() & !3)
+                wstac_fw_model_init(
+                    &raw mut model,
+                    size_of::<WstacFwModel>(),
+                    model_bytes.as_ptr().cast(),
+                    bytes.len() & !3,
+                )
             };
             check(status);
         }
@@ -189,7 +194,8 @@ fn answers(pipeline: &mut WstacFwPipeline, model: &WstacFwModel) {
         assert!(event.frames_filled <= 70 && event.touch_frame >= -1 && event.end_frame >= -1);
         let (mut motion, mut speed): (WstacFwMotion, WstacFwSpeed) = (mem::zeroed(), mem::zeroed());
         let mut direction: WstacFwDirection = mem::zeroed();
-        for status in [wstac_fw_motion(pipeline, &raw mut motion), wstac_fw_motion_by_edges(pipeline, &raw mut motion)] {
+        for status in [wstac_fw_motion(pipeline, &raw mut motion), wstac_fw_motion_by_edges(pipeline, &raw mut motion)]
+        {
             assert!(status == WstacFwStatus::Ok && motion.mm_s.is_finite() && motion.mm_s >= 0.0);
             assert!(motion.degrees == -1.0 || (0.0..360.0).contains(&motion.degrees));
         }

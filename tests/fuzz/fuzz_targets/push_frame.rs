@@ -12,7 +12,7 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_tests::formats;
 use wstac_tests::plain_sums::{self, Picture};
