@@ -174,9 +174,9 @@ pub fn read_paths(path: &Path, config: Option<&Config>) -> Result<Recording, Err
     loop {
         match source.next_event()? {
             SourceEvent::End => break,
-            SourceEvent::Taxels(sums) => {
-                ring.push(&sums);
-                take(pipeline.push_taxels(&sums).event(), &ring);
+            SourceEvent::Taxels(frame) => {
+                ring.push(&frame.sums);
+                take(pipeline.push_taxels(&frame.sums).event(), &ring);
             }
             SourceEvent::Lost { frames, .. } => {
                 ring.fill(frames.min(SAMPLE_FRAMES as u64) as u32);
