@@ -10,9 +10,9 @@ use wstac_host::output::{Output, OutputOptions, TactileEvent};
 use wstac_host::session::Processor;
 use wstac_host::source::{LossReason, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::{NoTexture, Texture, Textures};
-use wstac_scene::source::SceneSource;
 use wstac_scene::SceneConfig;
 use wstac_scene::sensor::Fidelity;
+use wstac_scene::source::SceneSource;
 
 /// Returns a slide as taxel sums, and what its frames have in common.
 fn slide(text: &str, per_second: u32) -> (StreamInfo, Vec<[u32; TAXELS]>) {
