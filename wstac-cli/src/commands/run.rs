@@ -1,5 +1,6 @@
 //! `wstac run` prints the events of one source, or of several at once.
 
+mod no_event;
 mod read;
 mod sensors;
 

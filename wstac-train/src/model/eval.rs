@@ -46,15 +46,16 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Returns the labels that occur in samples.
-    pub fn found(&self) -> impl Iterator<Item = &str> {
-        let found = |number: usize| self.numbers.iter().any(|&found| usize::from(found) == number);
-        self.labels.iter().enumerate().filter(move |(number, _)| found(*number)).map(|(_, label)| label.as_str())
-    }
-
-    /// Returns `true` if there are samples and none has a label that is right for a class.
-    pub fn is_of_others(&self) -> bool {
-        !self.numbers.is_empty() && !self.numbers.iter().any(|number| self.of_class.contains(number))
+    /// Returns the labels of samples that are right for no class, and the number of those samples.
+    pub fn of_no_class(&self) -> (Vec<&str>, usize) {
+        let mut counts = vec![0; self.labels.len()];
+        for &number in self.numbers.iter().filter(|number| !self.of_class.contains(number)) {
+            if let Some(count) = counts.get_mut(usize::from(number)) {
+                *count += 1;
+            }
+        }
+        let labels = self.labels.iter().zip(&counts).filter(|(_, count)| **count > 0);
+        (labels.map(|(label, _)| label.as_str()).collect(), counts.iter().sum())
     }
 }
 
@@ -200,6 +201,23 @@ fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth,
         numbers.push(this);
     }
     Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
+}
+
+/// Reads an array of `n` elements as labels.
+pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Error> {
+    let mut array = npz.array(name)?;
+    if array.shape != [n as u64] {
+        return Err(npz.error(name, format_args!("shape {:?}, expected ({n},) as of X", array.shape)));
+    }
+    let text = Text::of(&array).ok_or_else(|| {
+        npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
+    })?;
+    let mut bytes = vec![0; text.bytes()];
+    let read = (0..n).map(|_| {
+        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
+        Ok(text.read(&bytes))
+    });
+    read.collect()
 }
 
 /// The conversion of an element into a label.

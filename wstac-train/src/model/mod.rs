@@ -93,7 +93,7 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
 }
 
 /// Rejects labels that are empty, occur twice, or do not fit the task.
-fn check_labels(model: &Trained) -> Result<(), String> {
+pub(crate) fn check_labels(model: &Trained) -> Result<(), String> {
     for (number, label) in model.labels.iter().enumerate() {
         if label.trim() != label || label.is_empty() {
             return Err(format!("label {label:?} of class {number}, expected a name without blanks around it"));

@@ -39,14 +39,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let answers = answers(&model, &arguments.data)?;
     let n = answers.predictions.len();
     let accuracy = answers.right().filter(|_| n > 0).map(|right| right as f64 / n as f64);
-    if let Some(truth) = answers.truth.as_ref().filter(|truth| truth.is_of_others()) {
-        let (model, data) = (arguments.model.display(), arguments.data.display());
-        let (known, from) = (some(&answers.labels), &truth.from);
-        let found: Vec<&str> = truth.found().collect();
-        let found = some(&found);
-        note(format_args!(
-            "{model} names {known}; {from} of {data} has {found}: no label is in both, so none is right"
-        ));
+    if let Some(truth) = &answers.truth {
+        let (labels, samples) = truth.of_no_class();
+        if samples > 0 {
+            let (model, data) = (arguments.model.display(), arguments.data.display());
+            let (known, from, labels) = (some(&answers.labels), &truth.from, some(&labels));
+            note(format_args!(
+                "{model} names {known}; {from} of {data} also has {labels}: {samples} of {n} samples cannot be right"
+            ));
+        }
     }
     let mut out = std::io::BufWriter::new(super::super::output::stdout());
     if arguments.json {
