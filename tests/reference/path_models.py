@@ -30,11 +30,11 @@ TRAIN = (24_000, 9_101, 0)
 TEST = (4_000, 9_001, 200_000)
 HELD = (4_000, 9_201, 100_000)
 UNKNOWN = (4_000, 9_301, 300_000)
-RANDOM = (30_000, 9_401, 500_000)
+RANDOM = (20_000, 9_401, 500_000)
 NEW = (12_000, 9_501, 600_000)
 """Slides, seed and first sensor: no sensor is in two of them."""
 NEW_SENSORS = 40
-TENS = 20
+TENS = 10
 """Sensors of new textures, and sensors that each have ten random textures of their own."""
 SHOTS = 5
 DIMENSIONS = 12
@@ -352,7 +352,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         f"`wstac model learn` makes a model from {SHOTS} slides of each texture.",
         f"`builtin:embedding` takes ten sums, `builtin:taxel-embedding` 25 taxels.",
         f"Their projection has {DIMENSIONS} dimensions,"
-        " and was trained on 30000 slides of 1000 random textures and 1000 sensors:"
+        " and was trained on 20000 slides of 1000 random textures and 1000 sensors:"
         " three patterns, depths of 1 to 6 mm, periods of 2 to 16 mm.",
         "The ten new textures are `Sin`, `Saw` and `Tri` of 1.5, 2.5 and 3.5 mm with periods of twice the depth,"
         " and `Saw` of 3 mm with a period of 12 mm; none of them was trained.",
@@ -400,7 +400,7 @@ def new_textures(bases: list[Path], work: Path) -> dict[tuple[str, str], Learned
     slides = simulated(work, "new", *NEW, "new", NEW_SENSORS)
     numbers = [np.flatnonzero(slides.arrays["sensor"] == sensor) for sensor in np.unique(slides.arrays["sensor"])]
     sensors = [slides.some(work / f"new-{place}.npz", rows) for place, rows in enumerate(numbers)]
-    tens = [simulated(work, f"ten-{k}", 300, 9_600 + k, 700_000 + k, "ten", 1) for k in range(TENS)]
+    tens = [simulated(work, f"ten-{k}", 200, 9_600 + k, 700_000 + k, "ten", 1) for k in range(TENS)]
     found: dict[tuple[str, str], Learned] = {}
     for base in bases:
         for textures, of in (("ten new", sensors), ("ten random", tens)):
