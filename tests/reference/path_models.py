@@ -41,6 +41,8 @@ class Input:
     name: str
     frames: int
     words: str
+    length: str = ""
+    """The path that models read, as their files' names have it, if it is not 28 mm."""
 
     @property
     def array(self) -> str:
@@ -50,6 +52,9 @@ class Input:
 
 INPUTS = (Input("path", 39, "ten sums"), Input("taxel_path", 28, "25 taxels"))
 """Both read the first 28 mm behind the leading edge."""
+
+SHORT = (Input("path", 25, "ten sums", "16mm"), Input("taxel_path", 17, "25 taxels", "16mm"))
+"""Both read the first 16 mm."""
 
 
 @dataclass(frozen=True)
@@ -109,11 +114,17 @@ class Judged:
     alike: int
 
 
+def file_name(wanted: Input, candidate: Candidate) -> str:
+    """Returns the name of a model's file, without its ending."""
+    parts = [wanted.name.replace("_", "-"), candidate.kind, wanted.length]
+    return "-".join(part for part in parts if part)
+
+
 def judged(wanted: Input, candidate: Candidate, train: Slides, test: Slides, folder: Path) -> Judged:
     """Trains a model, makes a model file of it, and evaluates the file."""
     rows = train.measured
     model = candidate.train(train.numbers(wanted)[rows], train.arrays["y_specimen"][rows])
-    path = folder / f"{wanted.name.replace('_', '-')}-{candidate.kind}.wsm"
+    path = folder / f"{file_name(wanted, candidate)}.wsm"
     with tempfile.TemporaryDirectory() as work:
         file, options = candidate.save(model, Path(work), 10 * wanted.frames)
         note = f"{candidate.words}, {int(rows.sum())} simulated slides of 1000 sensors"
@@ -136,7 +147,7 @@ def interval(right: np.ndarray) -> str:
 
 def name_of(model: Judged) -> str:
     """Returns the name of a model's file."""
-    return f"`{model.input.name.replace('_', '-')}-{model.candidate.kind}.wsm`"
+    return f"`{file_name(model.input, model.candidate)}.wsm`"
 
 
 def by(models: list[Judged], values: np.ndarray, edges: tuple[int, ...], head: str, unit: str) -> str:
@@ -169,7 +180,7 @@ def page(models: list[Judged], train: Slides, test: Slides) -> str:
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
         "`path` models take ten sums, and `taxel-path` models 25 taxels.",
-        "They read the first 28 mm behind the leading edge.",
+        "They read the first 28 mm behind the leading edge, or the first 16 mm.",
         "Between two frames light is interpolated, so at 300 mm/s the last number uses light up to 10 mm later.",
     )
     trained = paragraph(
@@ -211,6 +222,7 @@ def write(folder: Path) -> None:
         train = simulated(Path(work), "train", *TRAIN)
         test = simulated(Path(work), "test", *TEST)
         jobs: list[Any] = [(wanted, candidate) for wanted in INPUTS for candidate in CANDIDATES]
+        jobs += [(wanted, CANDIDATES[0]) for wanted in SHORT]
         with ThreadPoolExecutor(WORKERS) as pool:
             models = list(pool.map(lambda job: judged(*job, train, test, folder), jobs))
     for model in models:
