@@ -265,7 +265,8 @@ impl<'py> Classes<'py> {
     }
 
     fn texture(&self, texture: &Texture) -> PyResult<Bound<'py, PyAny>> {
-        self.make("Texture", (&texture.specimen, &texture.pattern, texture.depth_mm, &texture.class))
+        let Texture { specimen, pattern, depth_mm, class, confidence, known } = texture;
+        self.make("Texture", (specimen, pattern, *depth_mm, class, *confidence, *known))
     }
 
     fn incomplete(&self, sample: InterruptedSample) -> PyResult<Bound<'py, PyAny>> {

@@ -89,31 +89,21 @@ macro_rules! common {
                 if !self.calibration.is_some() {
                     return None;
                 }
-                let (mut softmax, mut scores) = (self.calibration.softmax(), [0; MOST_CLASSES]);
+                let (mut softmax, mut probabilities) = (self.calibration.softmax(), [0; MOST_CLASSES]);
+                self.decide::<true>(sample, true, |_, score| softmax.push(score));
                 self.decide::<true>(sample, true, |class, score| {
-                    softmax.push(score);
-                    if let Some(place) = scores.get_mut(usize::from(class)) {
-                        *place = score;
+                    if let Some(place) = probabilities.get_mut(usize::from(class)) {
+                        *place = softmax.probability(score);
                     }
                 });
-                let mut probabilities = [0; MOST_CLASSES];
-                for (place, &score) in probabilities.iter_mut().zip(&scores).take(usize::from(self.header.classes)) {
-                    *place = softmax.probability(score);
-                }
                 Some(probabilities)
             }
 
-            /// Returns the score of every class, for as many classes as there are [`labels`](Self::labels).
+            /// Passes the score of every class to `give`, in their order.
             ///
             /// Scores are what a [`calibration`] makes probabilities of: the page describes them.
-            pub fn scores(&self, sample: &[i16; INPUTS]) -> [i64; MOST_CLASSES] {
-                let mut scores = [0; MOST_CLASSES];
-                self.decide::<true>(sample, true, |class, score| {
-                    if let Some(place) = scores.get_mut(usize::from(class)) {
-                        *place = score;
-                    }
-                });
-                scores
+            pub fn each_score(&self, sample: &[i16; INPUTS], give: impl FnMut(u8, i64)) {
+                self.decide::<true>(sample, true, give);
             }
 
             /// Returns whether the model says how sure an answer is.
@@ -232,12 +222,14 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Returns the score of every class, for as many classes as there are [`labels`](Self::labels).
-    pub fn scores(&self, sample: &[i16; INPUTS]) -> [i64; MOST_CLASSES] {
+    /// Passes the score of every class to `give`, in their order.
+    ///
+    /// Scores are what a [`calibration`] makes probabilities of: the page describes them.
+    pub fn each_score(&self, sample: &[i16; INPUTS], give: impl FnMut(u8, i64)) {
         match self {
-            Self::LinearSvm(model) => model.scores(sample),
-            Self::Forest(model) => model.scores(sample),
-            Self::Boosted(model) => model.scores(sample),
+            Self::LinearSvm(model) => model.each_score(sample, give),
+            Self::Forest(model) => model.each_score(sample, give),
+            Self::Boosted(model) => model.each_score(sample, give),
         }
     }
 

@@ -22,7 +22,7 @@
 #define WSTAC_FW_SAMPLE_NUMBERS 700
 
 // The number of bytes of a model.
-#define WSTAC_FW_MODEL_SIZE 112
+#define WSTAC_FW_MODEL_SIZE 128
 
 // The number of bytes of a class's name, with the 0 behind it.
 #define WSTAC_FW_LABEL_BYTES 64
@@ -300,7 +300,7 @@ typedef struct WstacFwEnd {
 // wstac_fw_model_init sets it up. It reads the file's bytes where they lie. Nothing has to be freed.
 typedef struct WstacFwModel {
   // Private to the library.
-  uint64_t opaque[14];
+  uint64_t opaque[16];
 } WstacFwModel;
 
 // The answer of a model for a sample.
@@ -311,6 +311,11 @@ typedef struct WstacFwTexture {
   uint8_t class_number;
   // The name of the class in UTF-8, such as Saw3, with a 0 at its end.
   char label[WSTAC_FW_LABEL_BYTES];
+  // The probability that the class is right, in units of 2^-15; -1 for a model without a calibration.
+  int32_t confidence;
+  // 1 if the sample is like those of the training, and 0 if it is not: then the class is probably wrong. -1 if the
+  // model does not tell.
+  int8_t known;
 } WstacFwTexture;
 
 // A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.

@@ -24,7 +24,11 @@ entries! {
     forest_classification(model: &Forest<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     boosted_classification(model: &Boosted<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     probabilities(model: &Model<'_>, sample: &[i16; 700]) -> Option<[u16; 64]> { model.probabilities(sample) }
-    scores(model: &Model<'_>, sample: &[i16; 700]) -> [i64; 64] { model.scores(sample) }
+    scores(model: &Model<'_>, sample: &[i16; 700]) -> i64 {
+        let mut sum = 0_i64;
+        model.each_score(sample, |_, score| sum = sum.wrapping_add(score));
+        sum
+    }
     calibrated(model: &Model<'_>) -> [bool; 2] { [model.is_calibrated(), model.tells_unknown()] }
     texture_of_svm(sample: &[i16; 700], model: &LinearSvm<'static>) -> u8 { texture::texture(sample, model).class }
     texture_of_forest(sample: &[i16; 700], model: &Forest<'static>) -> u8 { texture::texture(sample, model).class }

@@ -150,8 +150,13 @@ fn every_kind_says_how_sure_it_is() {
                 assert_eq!(slowly, found, "{kind} {seed}");
                 let probabilities = model.probabilities(&sample).unwrap();
                 assert_eq!(Some(probabilities[usize::from(found.class)]), found.confidence);
-                let scores = &model.scores(&sample)[..classes];
-                let expected = softmax(scores, number, before, behind);
+                let mut scores = Vec::new();
+                model.each_score(&sample, |class, score| {
+                    assert_eq!(usize::from(class), scores.len());
+                    scores.push(score);
+                });
+                assert_eq!(scores.len(), classes);
+                let expected = softmax(&scores, number, before, behind);
                 for (class, (&found, expected)) in probabilities.iter().zip(expected).enumerate() {
                     let expected = (expected * f64::from(CONFIDENCE_ONE)).min(f64::from(CONFIDENCE_ONE - 1));
                     assert!((f64::from(found) - expected).abs() <= 1.0, "{kind} {seed}: {class} {found} {expected}");
