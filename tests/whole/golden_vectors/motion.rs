@@ -27,8 +27,8 @@ struct MotionCase {
     motion: MotionOf,
 }
 
-/// Shapes have 13 bits in the core and 53 in the reference, which moves a slowness by less than a thousandth of itself, or
-/// of a fifth of a frame. Deviations are of what a fit leaves over: rounding counts where that is next to nothing.
+/// Shapes have 13 bits in the core and 53 in the reference, which moves a slowness by less than a thousandth of itself,
+/// or of a fifth of a frame. Deviations are of what a fit leaves over: rounding counts where that is next to nothing.
 const MOST: Tolerance =
     Tolerance { speed: 1e-3, grows: true, degrees: 0.06, deviation: 0.02, of_speed: 5e-4, of_degrees: 0.03 };
 

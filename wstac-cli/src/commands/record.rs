@@ -61,14 +61,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "zstd|lz4", value_parser = compression)]
     compress: Option<Compression>,
 
-    /// Record only the part of the picture around the taxels
+    /// Record only the part around the taxels
     ///
     /// PIXELS is the margin around them, 16 if left out. The file is read as before: what is outside is black. Other
     /// taxels must lie inside.
     #[arg(long, value_name = "PIXELS", num_args = 0..=1, require_equals = true, default_missing_value = MARGIN)]
     crop: Option<u16>,
 
-    /// Record no pictures, only the taxel sums and features of every frame
+    /// Record taxel sums and features, and no pictures
     ///
     /// wstac run, dataset and plot give the same events again, as long as [layout] and [green] stay. What needs pixels
     /// (wstac calibrate, --save-raw, another layout) is refused.

@@ -71,7 +71,8 @@ impl About {
     /// Creates the description of a new recording.
     ///
     /// If the stream has taxel sums alone, so has the recording. A stream of frames becomes such a recording if
-    /// `taxels_only` is set in a copy of its information. If `crop` is set there, only that part of its frames is stored.
+    /// `taxels_only` is set in a copy of its information. If `crop` is set there, only that part of its frames is
+    /// stored.
     ///
     /// # Errors
     /// The configuration cannot be written as TOML.
@@ -84,8 +85,8 @@ impl About {
 
     /// Returns the description as records of an MCAP file.
     ///
-    /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the pictures
-    /// that are stored.
+    /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the
+    /// pictures that are stored.
     pub(super) fn to_metadata(&self, layout: &Layout) -> Result<Vec<Metadata>, serde_json::Error> {
         let Self { info, driver_times, configuration, labels, models } = self;
         let stream = Stream {
