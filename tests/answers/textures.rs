@@ -9,7 +9,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
 use wstac_train::dataset::path::{PathSlide, RandomSlides};
 use wstac_train::dataset::textures::{NEW, UNKNOWN_KINDS, unknown};
-use wstac_train::model::calibrate::{Quality, Samples};
+use wstac_train::model::calibrate::{LabeledSamples, Quality};
 use wstac_train::model::learn::learn;
 
 /// Slides of the ten textures, of unknown ones, and of new ones on each sensor.
@@ -121,8 +121,8 @@ fn learned(base: &ModelFile, input: Input) -> (Vec<f64>, f64) {
             ..RandomSlides::default()
         };
         let names = (0..NEW.len()).map(|number| format!("new {number}")).collect();
-        let mut few = Samples { names, ..Samples::default() };
-        let (mut rest, mut without) = (Samples::default(), 0);
+        let mut few = LabeledSamples { names, ..LabeledSamples::default() };
+        let (mut rest, mut without) = (LabeledSamples::default(), 0);
         for slide in wanted.all().expect("the scenes are valid") {
             let length_mm = slide.slide.specimen.length_mm;
             let is_it = |new: &Specimen| Specimen { length_mm, ..*new } == slide.slide.specimen;
