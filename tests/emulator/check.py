@@ -84,7 +84,7 @@ def crc(data):
 
 def request(message, *wanted):
     """Returns the frame of a request."""
-    data = bytes([2, 0, message, *wanted])
+    data = bytes([3, 0, message, *wanted])
     data += crc(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
     return b"\0" + stuffed + b"\0"

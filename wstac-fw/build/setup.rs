@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use wstac_core::green::any::YcbcrMethod;
 use wstac_core::model::Model;
 use wstac_core::model::file::Input;
 use wstac_core::speed::Law;
@@ -30,6 +31,9 @@ pub fn source(
     };
     let mut source = configuration(&config, pixels)?;
     source += &laws(&config);
+    if config.green.yuv != YcbcrMethod::default() && pixels.name != "YUYV" {
+        println!("cargo::warning=[green] yuv has no effect: frames of {} have no chroma", pixels.name);
+    }
     source += &pixels.source(config.green.yuv)?;
     source += &match model {
         Some(file) => texture(&file, &config)

@@ -89,7 +89,7 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
     let touch = scene.truth().first().map_or(0.0, |truth| truth.start);
     let specimen = slide.specimen.to_string();
     let (pattern, depth_mm) = pattern_and_depth(&specimen);
-    let truth = Texture { specimen: Some(specimen), pattern, depth_mm, class: None };
+    let truth = Texture { specimen: Some(specimen), pattern, depth_mm, ..Texture::default() };
     let mut outcomes = vec![None; plan.settings.len()];
     for stream in cameras.into_iter().flat_map(EvaluatedCamera::into_streams) {
         let event = stream.first.map(|event| Answer {

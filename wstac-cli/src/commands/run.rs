@@ -1,5 +1,6 @@
 //! `wstac run` prints the events of one source, or of several at once.
 
+mod no_event;
 mod read;
 mod sensors;
 
@@ -172,7 +173,8 @@ Output with --json, one object per line (wrapped here):
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
    "duration_frames":28,"speed":{"mm_s":150.2,"sd":1.3},
    "direction":{"deg":90.5,"sd":0.5},
-   "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0},
+   "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0,
+   "confidence":0.97,"known":true},
    "frames_filled":0,"reliable":true}
   {"kind":"contact_end","frame":75,"event_frame":35,"time_s":2.5}
   {"kind":"texture","frame":137,"frames":40,"texture":{…}}
@@ -195,7 +197,10 @@ Output with --json, one object per line (wrapped here):
               the source knows it. "sd" is a standard deviation. speed,
               direction and texture are null if there is no answer, and
               "why" gives the reason. Models of other classes answer
-              with "class".
+              with "class". "confidence" is the probability that the
+              names are right, and "known" is false for a texture that
+              is unlike those of the training: then there are no names.
+              Both are null for a model that does not tell.
               --samples adds "sample": 10 lists of 70 numbers like "f".
               With law = "published" or "physical" the fields from
               "touch_frame" to "contact" are missing, "speed" has

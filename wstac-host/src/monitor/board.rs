@@ -84,7 +84,7 @@ impl Board {
             Message::Texture { frame, frames, texture } => {
                 let so_far = InterruptedSample::new(*frame, *frames);
                 self.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
-                let texture = Texture::of(texture.task, texture.label.to_string());
+                let texture = texture_of(texture);
                 let (frame, frames) = (*frame, *frames);
                 give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, frames, texture })))
             }
@@ -147,7 +147,7 @@ impl Board {
 
     fn event<E>(&mut self, answers: &Answers<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
         self.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
-        let in_words = |answer: &TextureAnswer<'_>| (answer.task, answer.label.to_string());
+        let in_words = |answer: &TextureAnswer<'_>| (answer.task, texture_of(answer));
         let texture = Texture::of_all(answers.textures.iter().flatten().map(in_words).collect());
         let sample = self.sample.of(answers.frame).filter(|_| self.wanted.samples);
         if self.wanted.samples && sample.is_none() {
@@ -244,4 +244,9 @@ fn fault_in_words(fault: &Fault<'_>) -> String {
         Fault::LastRun(reason) => format!("it started again because of: {reason}"),
         _ => "a fault of a newer firmware".to_owned(),
     }
+}
+
+/// Returns the answer of a board's model.
+fn texture_of(answer: &TextureAnswer<'_>) -> Texture {
+    Texture::of_answer(answer.task, answer.label.to_string(), answer.confidence, answer.known)
 }
