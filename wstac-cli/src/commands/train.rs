@@ -148,8 +148,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         text(&mut out, &trained)?;
     }
     out.flush()?;
-    let (path, classes) = (output.display(), counted(trained.labels.len(), "class").replace("classs", "classes"));
-    note(format_args!("{path}: {} bytes, {classes}, trained on {}", bytes.len(), trained.words()));
+    let (path, classes) = (output.display(), trained.labels.len());
+    note(format_args!("{path}: {} bytes, {classes} classes, trained on {}", bytes.len(), trained.words()));
     if let Some(why) = &trained.why_uncalibrated {
         note(format_args!("not calibrated, so the model gives no confidence: {why}"));
     }
