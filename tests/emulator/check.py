@@ -20,8 +20,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from emulate import FRAME, HEIGHT, OV7690, OV7692, OV7725, WIDTH, Board, cost, frames_of
+from emulate import FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import Machine
+from model.sensor import Ov7690, Ov7692, Ov7725
 
 SCENE = f"""
 lead_in = 30
@@ -185,7 +186,7 @@ class Check:
             problems.append(f"the log says {log}, expected {said}")
         self.say(name, problems)
 
-    def never(self, name, said, told, sensor=OV7725, **how):
+    def never(self, name, said, told, sensor=Ov7725, **how):
         """The sensor cannot be used: this is reported, and reported again to a host that connects later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
@@ -243,7 +244,7 @@ def halt_at_end(board, cycles):
     """The core stops some cycles after the last rows of a frame, until the next frame's second stripe has begun. Only
     the interrupts at the sync run in between.
     """
-    machine, line, sync = board.machine, board.camera.line_time, board.machine.now + FRAME
+    machine, line, sync = board.machine, board.camera.line_time, board.machine.now + board.camera.period
     # 8 lines before the first row, 9 rows above the window, and the window's 224 rows; then the first 19 of the next
     # frame.
     machine.at(machine.now + 240 * line + cycles, lambda: machine.stall(sync - machine.now))
@@ -258,7 +259,7 @@ def main():
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         check = Check(Host(wstac, folder), elf)
-        for sensor, name in ((OV7725, "OV7725"), (OV7690, "OV7690"), (OV7692, "OV7692")):
+        for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692")):
             check.plain(sensor, name)
         if other:
             config, model, other_elf = other
@@ -281,7 +282,7 @@ def main():
             said = [FOUND] if at == 0 else [GONE, FOUND]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
         check.never("no sensor", [GONE], "does not answer", present=False)
-        other_sensor = (0x21, {0x0A: 0x26, 0x0B: 0x42})
+        other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
         check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)

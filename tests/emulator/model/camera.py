@@ -122,23 +122,31 @@ class Dcmi(Registers):
 
 
 class Camera:
-    """The sensor's pixels: a clip of GREY frames, sent as YUYV with a chroma that must not matter."""
+    """The pixels of a sensor that sees a clip of GREY frames. The sensor's registers decide what of it is sent, and how.
+    """
 
-    def __init__(self, machine, sensor, dcmi, clip, size, cycles_per_frame, faults=()):
+    def __init__(self, machine, sensor, dcmi, clip, size, clock, faults=()):
         self.machine, self.sensor, self.dcmi, self.clip, self.faults = machine, sensor, dcmi, clip, dict(faults)
-        self.width, self.height = size
-        self.frame, self.began, self.started, self.period = None, None, machine.now, cycles_per_frame
-        self.chroma = bytes((x * 37 + 11) & 0xFF for x in range(2 * self.width))
-        # The blank lines that an OV7725 has between frames; a few of them come before the first line.
-        self.line_time = cycles_per_frame // (self.height + 15)
+        self.size, self.clock = size, clock
+        self.frame, self.began, self.started = None, None, machine.now
         self.machine.at(self.started, self._begin)
+
+    @property
+    def period(self):
+        """Returns the cycles of a frame."""
+        return round(self.clock * self.sensor.period())
+
+    @property
+    def line_time(self):
+        """Returns the cycles of a line. Of the blank lines between frames, eight come before the first line."""
+        return self.period // (self.sensor.size()[1] + 15)
 
     def is_over(self):
         """Returns whether the clip has been sent, and one more frame time has passed."""
         return self.frame is not None and self.frame > len(self.clip)
 
     def _begin(self):
-        """Begins a frame time. The next one is planned from the start, so that nothing drifts."""
+        """Begins a frame time. The next one is planned from its start, so that nothing drifts."""
         if self.dcmi.ever:
             if self.frame is None:
                 self.frame, self.began = -1, self.machine.now
@@ -146,26 +154,23 @@ class Camera:
         fault = self.faults.get(self.frame) if self.frame is not None else None
         if callable(fault):
             fault = fault()
-        begins = self.machine.now
+        begins, line_time = self.machine.now, self.line_time
         self.machine.at(begins + self.period, self._begin)
-        if not self.sensor.is_set_up() or fault == "silent":
+        self.sensor.begin_frame()
+        if not self.sensor.drives() or fault == "silent":
             return
         if fault != "lost sync":
             self.dcmi.sync()
         picture = self.clip[self.frame] if self.frame is not None and self.frame < len(self.clip) else None
-        for row in range(self.height):
-            if fault == "sync inside" and row == self.height // 2:
-                self.machine.at(begins + (8 + row) * self.line_time, self.dcmi.sync)
+        lines = self.sensor.size()[1]
+        for row in range(lines):
+            if fault == "sync inside" and row == lines // 2:
+                self.machine.at(begins + (8 + row) * line_time, self.dcmi.sync)
                 break
-            if fault == "overrun" and row == self.height // 3:
-                self.machine.at(begins + (8 + row) * self.line_time, lambda: self.dcmi.flag(OVERRUN))
-            self.machine.at(begins + (8 + row) * self.line_time, lambda: self._line(picture))
+            if fault == "overrun" and row == lines // 3:
+                self.machine.at(begins + (8 + row) * line_time, lambda: self.dcmi.flag(OVERRUN))
+            self.machine.at(begins + (8 + row) * line_time, lambda: self._line(picture))
 
     def _line(self, picture):
-        if self.sensor.is_set_up():
-            self.dcmi.line(lambda row: self._yuyv(picture, row))
-
-    def _yuyv(self, picture, row):
-        line = bytearray(self.chroma)
-        line[0::2] = picture[row * self.width : (row + 1) * self.width] if picture else bytes(self.width)
-        return bytes(line)
+        if self.sensor.drives():
+            self.dcmi.line(lambda row: self.sensor.line(picture, row, self.size))

@@ -1,4 +1,4 @@
-"""I2C1 as master, and a camera sensor on it whose registers are behind an address that is written first."""
+"""I2C1 as master. The sensors on it are objects of `sensor.py`."""
 
 from .registers import Registers
 
@@ -63,55 +63,3 @@ class I2c(Registers):
         if self.sensor:
             self.sensor.stop()
         self.sensor, self.flags = None, self.flags & ~TC | STOPF
-
-
-class Sensor:
-    """A sensor's registers. `present` is whether it answers, `nack_after` is how often it answers before it fails once,
-    and `stuck` is a register that keeps its value. Another object has the pixels.
-    """
-
-    def __init__(self, address, identity):
-        self.address, self.identity = address, identity
-        self.present, self.resets, self.nack_after, self.stuck = True, 0, None, None
-        self.registers, self.pointer, self.written = dict(identity), 0, []
-
-    def answers(self, reads):
-        """Returns whether it acknowledges its address. It does not accept a repeated start."""
-        if self.nack_after == 0:
-            self.nack_after = None
-            return False
-        if self.nack_after is not None:
-            self.nack_after -= 1
-        self.written = [] if not reads else self.written
-        return self.present
-
-    def write(self, value):
-        """Accepts a byte."""
-        self.written.append(value)
-
-    def read(self):
-        """Returns the register whose address was written before the last stop."""
-        return self.registers.get(self.pointer, 0)
-
-    def stop(self):
-        """Ends a transfer of an address, or of an address and a value."""
-        if self.written:
-            self.pointer = self.written[0]
-        if len(self.written) == 2:
-            self._set(*self.written)
-        self.written = []
-
-    def power_on(self):
-        """Forgets all registers."""
-        self.registers = dict(self.identity)
-
-    def is_set_up(self):
-        """Returns whether automatic exposure, gain and white balance have been switched off. Then pixels come."""
-        return self.present and self.registers.get(0x13) == 0
-
-    def _set(self, register, value):
-        if (register, value) == (0x12, 0x80):
-            self.resets += 1
-            self.power_on()
-        elif register not in self.identity and register != self.stuck:
-            self.registers[register] = value

@@ -5,6 +5,7 @@
 //! table first switches the automatic controls off, then sets values, and makes gamma a straight line.
 
 pub mod ov7690;
+pub mod ov7692;
 pub mod ov7725;
 
 use core::fmt;
@@ -42,6 +43,8 @@ pub struct Sensor {
     pub reset: Setting,
     /// The milliseconds that the sensor needs after that.
     pub reset_ms: u32,
+    /// The settings that choose banks of registers, and those of other banks. Each is read back, and they come first.
+    pub banked: &'static [Setting],
     /// The settings of format, size and rate, then the locks. Each is read back.
     pub settings: &'static [&'static [Setting]],
     /// The milliseconds from the last setting to frames that show it.
@@ -134,7 +137,7 @@ impl Sensor {
         let mut port = Port(Sccb::new(bus, self.address));
         port.write(self.reset)?;
         delay.delay_ms(self.reset_ms);
-        for setting in self.settings.iter().copied().flatten() {
+        for setting in self.banked.iter().chain(self.settings.iter().copied().flatten()) {
             port.write(*setting)?;
             let found = port.read(setting.register)?;
             if found != setting.value {
@@ -157,6 +160,9 @@ impl<B: I2c> Port<'_, B> {
         self.0.write(register, value).map_err(|error| SensorError::Bus { register, error })
     }
 }
+
+/// The value of U and V, which the sensors are told to fix: no color.
+pub const FIXED_CHROMA: u8 = 0x80;
 
 /// The size of QVGA, 320 × 240.
 const QVGA: FrameSize = match FrameSize::new(320, 240) {

@@ -7,7 +7,8 @@ use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 
-use super::ov7690::{OV7690, OV7692};
+use super::ov7690::OV7690;
+use super::ov7692::OV7692;
 use super::ov7725::OV7725;
 use super::{Sensor, SensorError, Setting};
 
@@ -23,7 +24,7 @@ fn is_written(sensor: &Sensor, Setting { register, value }: Setting) -> Transact
 }
 
 fn settings(sensor: &Sensor) -> Vec<Setting> {
-    sensor.settings.iter().copied().flatten().copied().collect()
+    sensor.banked.iter().chain(sensor.settings.iter().copied().flatten()).copied().collect()
 }
 
 /// Returns all steps on the bus if nothing is wrong.
@@ -101,7 +102,7 @@ fn a_setting_that_is_not_taken_is_named() {
 #[test]
 fn automatic_controls_are_off_before_their_values_are_set() {
     for sensor in ALL {
-        let settings = settings(&sensor);
+        let settings: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();
         let place = |register| settings.iter().position(|setting| setting.register == register).unwrap();
         // 0x13 holds the switches of all three in both families. Gain, blue, red, green, and exposure's low byte
         // follow.
