@@ -186,8 +186,8 @@ class Check:
             problems.append(f"the log says {log}, expected {said}")
         self.say(name, problems)
 
-    def never(self, name, said, told, sensor=Ov7725, **how):
-        """The sensor cannot be used: this is reported, and reported again to a host that connects later."""
+    def never(self, name, said, told, sensor=Ov7725, first=(), **how):
+        """The sensor cannot be used: this is reported, after `first`, and again to a host that connects later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
             setattr(board.sensor, key, value)
@@ -195,10 +195,26 @@ class Check:
         machine.at(40 * FRAME, lambda: board.line.receive(request(HELLO)))
         machine.run(lambda: machine.now > 60 * FRAME)
         log = [line.split(": ", 1)[1] for _, line in board.log.lines]
-        problems = [] if log == 2 * said else [f"the log says {log}, expected {2 * said}"]
+        expected = [*first, *said, *said]
+        problems = [] if log == expected else [f"the log says {log}, expected {expected}"]
         self.host.of_line(board.line.sent)
         notes = self.host.notes.count(f"the board: the camera {told}\n")
         if notes != 2:
+            problems.append(f"the host is told {self.host.notes!r}")
+        self.say(name, problems)
+
+    def drift(self, name):
+        """The rate changes by 4 % while frames are used: this is reported, and frames are used again when it is right."""
+        board = Board(self.elf, self.host.frames)
+        board.camera.faults[30] = lambda: board.sensor.slips.update({0x2B: 32})
+        board.camera.faults[70] = lambda: board.sensor.slips.clear()
+        self.host.of_line(board.run())
+        log = fault_lines(board)
+        said = [line for _, line in log]
+        problems = [] if said == [RATE, FORGETS, BACK] else [f"the log says {log}"]
+        if not problems and not 45 <= log[0][0] <= 92:
+            problems.append(f"it is said at frame {log[0][0]:.1f}, expected within 60 frames of 30")
+        if "the board: the camera does not keep what register 0x11 is set to" not in self.host.notes:
             problems.append(f"the host is told {self.host.notes!r}")
         self.say(name, problems)
 
@@ -219,6 +235,9 @@ OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
 FORGETS = "the sensor does not keep register {=u8:#04x}"
+SIZE, FORMAT = "frames have {=u32} lines and {=u32} words", "bytes are not luma and fixed chroma in turn"
+RATE = "{=u32} frames in 1000 seconds"
+CHROMA_FIRST = "chroma comes first, which is not as it was set: it is left out all the same"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
 
 
@@ -232,6 +251,11 @@ def unplug(board):
 def plug_in(board):
     """The power is back, and the sensor has forgotten its settings."""
     board.sensor.present = True
+
+
+def brown_out(board):
+    """The sensor restarts with its defaults: automatic exposure, another size, another rate."""
+    board.sensor.power_on()
 
 
 def halt(board):
@@ -274,8 +298,8 @@ def main():
         check.faulty("late after them", {40: idle}, [], [])
         check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
         check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
-        check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 82), [(70, SILENT), (None, BACK)])
-        check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 111), [(90, SILENT), (90, GONE), (None, BACK)])
+        check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 83), [(70, SILENT), (None, BACK)])
+        check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 118), [(90, SILENT), (90, GONE), (None, BACK)])
         # While the program looks for an OV7690: twice in the identity, at the reset, and in the settings; in a write,
         # an address and a read.
         for at in (0, 4, 9, 12, 13, 14, 15):
@@ -286,6 +310,17 @@ def main():
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
         check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)
+        # What only the frames show: the firmware reads back what it wrote.
+        for name, slips, said, register in (
+            ("60 frames per second", {0x11: 0x00}, RATE, "0x11"),
+            ("640 pixels per line", {0x65: 0x20}, SIZE, "0x29"),
+            ("RGB", {0x12: 0x06}, FORMAT, "0x0c"),
+        ):
+            told = f"does not keep what register {register} is set to"
+            check.never(name, [FORGETS], told, first=[FOUND, said], slips=slips)
+        check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
+        check.faulty("brown-out", {60: brown_out}, range(60, 73), [(60, FORGETS), (None, BACK)])
+        check.drift("the rate changes by 4 %")
         check.crash("hard fault", Machine.crash, "hard fault at 0x20000100")
         check.crash("panic", Machine.panic, r"panic at \S*/src/lib\.rs:\d+: explicit panic")
         print(cost(elf, check.host.frames))

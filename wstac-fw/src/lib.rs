@@ -12,6 +12,7 @@ pub mod emulated;
 pub mod link;
 pub mod reader;
 pub mod sccb;
+pub mod self_test;
 pub mod sensor;
 #[cfg(feature = "h743")]
 pub mod serial;

@@ -22,13 +22,15 @@ use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Request, Text};
 use wstac_fw::link::{Absence, Link};
 use wstac_fw::reader::Reader;
+use wstac_fw::self_test::{self, Defect, RateMeter};
 use wstac_fw::sensor::ov7690::OV7690;
 use wstac_fw::sensor::ov7692::OV7692;
 use wstac_fw::sensor::ov7725::OV7725;
+use wstac_fw::sensor::watch::Watch;
 use wstac_fw::sensor::{Sensor, SensorError};
 use wstac_fw::serial::{self, Serial};
 use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, DcmiInterrupts, Ring};
-use wstac_fw::stripes::{self, Step, Stripes};
+use wstac_fw::stripes::{self, Capture, Step, Stripes};
 use wstac_fw::window::Window;
 use wstac_fw::{crash_record, setup};
 
@@ -40,6 +42,11 @@ const RATE: FrameRate = FrameRate::NOMINAL;
 const ROWS: u16 = 16;
 /// The bits per second of the serial line.
 const BAUD: u32 = 115_200;
+/// The frames that a self-test measures, and the longest time for them.
+const SELF_TEST_FRAMES: u32 = 4;
+const SELF_TEST: Duration = Duration::from_millis(800);
+/// The failures of the bus in a row after which the sensor counts as gone, although frames come.
+const BUS_FAILURES: u32 = 30;
 /// The time between two attempts to find a sensor.
 const TRY_AGAIN: Duration = Duration::from_millis(250);
 
@@ -112,7 +119,9 @@ async fn main(_spawner: Spawner) {
         return;
     };
     let mut stripes = Stripes::new(dcmi, u32::from(WINDOW.height() / ROWS), PERIOD);
+    let mut stage = Stage::Test;
     let mut absent = Absence::None;
+    let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
     loop {
         while let Some(request) = line.request() {
             reader.answer(request, &mut line);
@@ -121,55 +130,156 @@ async fn main(_spawner: Spawner) {
             }
         }
         while line.has_room() && reader.send_held(&mut line) {}
+        if stage != Stage::Run {
+            match bring_up(sensor, stage, &mut bus, stripes.capture_mut()).await {
+                Ok(()) => {
+                    stage = Stage::Run;
+                    (watch, bus_failures) = (Watch::default(), 0);
+                }
+                Err(Failure { reason, defect }) => {
+                    stage = Stage::SetUp;
+                    if absent != reason {
+                        absent = reason;
+                        log(defect);
+                        line.absence(reason);
+                    }
+                    // This also serves a board without a camera.
+                    reader.status(&mut line);
+                    Timer::after(TRY_AGAIN).await;
+                }
+            }
+            meter.restart();
+            stripes.restart();
+            continue;
+        }
         match stripes.step() {
             Step::Rows { rows, last } => {
-                if absent != Absence::None {
-                    absent = Absence::None;
-                    line.fault(Fault::SensorBack);
-                }
-                // The last row completes the frame. It is kept back until all rows are known to be those of the camera.
+                // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
+                // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
                 let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
                 let mut done = reader.rows(now, &mut line);
                 if stripes.release() && last {
-                    done = done.and_then(|()| reader.rows(&row, &mut line));
+                    let lost = match watch.check(sensor, &mut bus) {
+                        Ok(()) => {
+                            bus_failures = 0;
+                            wrong_rate(&mut meter, stripes.capture()).map(|defect| {
+                                log(Some(defect));
+                                Absence::of(defect, sensor)
+                            })
+                        }
+                        Err(SensorError::Bus { .. }) => {
+                            bus_failures += 1;
+                            (bus_failures >= BUS_FAILURES).then_some(Absence::Gone)
+                        }
+                        Err(error) => Some(error.into()),
+                    };
+                    if let Some(reason) = lost {
+                        reader.abandon_frame(&mut line);
+                        (stage, absent) = (Stage::SetUp, reason);
+                        line.absence(reason);
+                    } else {
+                        if absent != Absence::None {
+                            absent = Absence::None;
+                            line.fault(Fault::SensorBack);
+                        }
+                        done = done.and_then(|()| reader.rows(&row, &mut line));
+                    }
                 }
                 if let Err(error) = done {
                     defmt::error!("{}", error);
                 }
                 events.set_level(Level::from(line.events() % 2 == 1));
             }
-            Step::Abandoned => reader.abandon_frame(&mut line),
+            Step::Abandoned => {
+                meter.restart();
+                reader.abandon_frame(&mut line);
+            }
             Step::Lost(frames) => reader.lost(frames, &mut line),
-            Step::Fault(stripes::Fault::Overrun) => line.fault(Fault::Overrun),
-            Step::Fault(stripes::Fault::LostSync) => line.fault(Fault::LostSync),
-            Step::Fault(stripes::Fault::Silent) => {
-                if absent == Absence::None {
-                    line.fault(Fault::SensorSilent);
-                }
-                // This also serves a board without a camera.
-                reader.status(&mut line);
-                match sensor.set_up(&mut bus, &mut Delay) {
-                    Ok(()) => {
-                        absent = Absence::Silent;
-                        Timer::after_millis(sensor.settle_ms.into()).await;
-                    }
-                    Err(error) => {
-                        let reason = Absence::from(error);
-                        if absent != reason {
-                            absent = reason;
-                            line.absence(reason);
-                        }
-                        Timer::after(TRY_AGAIN).await;
+            Step::Fault(fault) => {
+                meter.restart();
+                match fault {
+                    stripes::Fault::Overrun => line.fault(Fault::Overrun),
+                    stripes::Fault::LostSync => line.fault(Fault::LostSync),
+                    stripes::Fault::Silent => {
+                        (stage, absent) = (Stage::SetUp, Absence::Silent);
+                        line.fault(Fault::SensorSilent);
                     }
                 }
-                stripes.restart();
             }
             Step::Wait(until) => {
                 select(CHANGED.wait(), Timer::at(Instant::from_ticks(until))).await;
             }
         }
+    }
+}
+
+/// The steps before frames are used.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// The sensor has to be set up.
+    SetUp,
+    /// It was set up, and its frames have to be measured.
+    Test,
+    /// Its frames are used.
+    Run,
+}
+
+/// The reason why there are no frames, and the measurement that shows it.
+struct Failure {
+    reason: Absence,
+    defect: Option<Defect>,
+}
+
+/// Sets the sensor up if that has to be done, and measures its frames.
+async fn bring_up(
+    sensor: &Sensor,
+    stage: Stage,
+    bus: &mut I2c<'_, Blocking, Master>,
+    dcmi: &mut Dcmi,
+) -> Result<(), Failure> {
+    dcmi.stop();
+    if stage == Stage::SetUp {
+        sensor.set_up(bus, &mut Delay).map_err(|error| Failure { reason: error.into(), defect: None })?;
+    }
+    Timer::after_millis(sensor.settle_ms.into()).await;
+    dcmi.begin_probe();
+    let until = Instant::now() + SELF_TEST;
+    while dcmi.probe().frames < SELF_TEST_FRAMES && Instant::now() < until {
+        select(CHANGED.wait(), Timer::at(until)).await;
+    }
+    // The ring goes on being written, by whole frames of the same kind.
+    let judged = [0, 1].map(|half| self_test::judge(dcmi.probe(), dcmi.rows(half), sensor.size, RATE, TICK_HZ));
+    let luma_first = match judged {
+        [Err(defect), _] | [_, Err(defect)] => {
+            return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+        }
+        [Ok(Some(first)), _] | [Ok(None), Ok(Some(first))] => first,
+        // Luma and chroma look the same, so the table has to be right.
+        [Ok(None), Ok(None)] => sensor.signals.luma_first,
+    };
+    if luma_first != sensor.signals.luma_first {
+        defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
+    }
+    dcmi.set_luma_first(luma_first);
+    Ok(())
+}
+
+/// Returns the defect if the rate of the last frames was wrong.
+fn wrong_rate(meter: &mut RateMeter, dcmi: &Dcmi) -> Option<Defect> {
+    let (syncs, at) = dcmi.syncs();
+    let (frames, ticks) = meter.push(syncs, at)?;
+    self_test::judge_rate(frames, ticks, RATE, TICK_HZ).err()
+}
+
+/// Logs the measurement that shows a defect. The host is told the register that has to do with it.
+fn log(defect: Option<Defect>) {
+    match defect {
+        None | Some(Defect::NoFrames) => {}
+        Some(Defect::Size { lines, words }) => defmt::error!("frames have {=u32} lines and {=u32} words", lines, words),
+        Some(Defect::Format) => defmt::error!("bytes are not luma and fixed chroma in turn"),
+        Some(Defect::Rate { millihertz }) => defmt::error!("{=u32} frames in 1000 seconds", millihertz),
     }
 }
 
@@ -233,7 +343,6 @@ async fn find(bus: &mut I2c<'_, Blocking, Master>, reader: &mut Reader, line: &m
                 Ok(()) => match sensor.set_up(bus, &mut Delay) {
                     Ok(()) => {
                         defmt::info!("sensor {}", sensor.name);
-                        Timer::after_millis(sensor.settle_ms.into()).await;
                         return sensor;
                     }
                     Err(error) => {

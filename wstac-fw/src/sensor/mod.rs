@@ -7,6 +7,7 @@
 pub mod ov7690;
 pub mod ov7692;
 pub mod ov7725;
+pub mod watch;
 
 use core::fmt;
 
@@ -53,6 +54,19 @@ pub struct Sensor {
     pub size: FrameSize,
     /// The signals of the sensor's parallel port.
     pub signals: Signals,
+    /// The registers that are named when frames are wrong although every setting was kept.
+    pub suspects: Suspects,
+}
+
+/// The registers that decide what a sensor sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Suspects {
+    /// The register of the width of a frame.
+    pub size: u8,
+    /// The register of the order of bytes.
+    pub format: u8,
+    /// The register of the clock.
+    pub rate: u8,
 }
 
 /// The polarities and the byte order of a parallel port, which a camera interface needs to know.
@@ -139,10 +153,7 @@ impl Sensor {
         delay.delay_ms(self.reset_ms);
         for setting in self.banked.iter().chain(self.settings.iter().copied().flatten()) {
             port.write(*setting)?;
-            let found = port.read(setting.register)?;
-            if found != setting.value {
-                return Err(SensorError::NotTaken { register: setting.register, found, expected: setting.value });
-            }
+            port.verify(*setting)?;
         }
         Ok(())
     }
@@ -158,6 +169,11 @@ impl<B: I2c> Port<'_, B> {
 
     fn write(&mut self, Setting { register, value }: Setting) -> Result<(), SensorError<B::Error>> {
         self.0.write(register, value).map_err(|error| SensorError::Bus { register, error })
+    }
+
+    fn verify(&mut self, Setting { register, value }: Setting) -> Result<(), SensorError<B::Error>> {
+        let found = self.read(register)?;
+        if found == value { Ok(()) } else { Err(SensorError::NotTaken { register, found, expected: value }) }
     }
 }
 

@@ -25,7 +25,7 @@
 //! | 0xC8–0xCF | width and height into the scaler, and out of it |
 //! | 0xD2, 0xDA, 0xDB | effects: 4–3 fix U and V at these two values; 2: contrast |
 
-use super::{FIXED_CHROMA, QVGA, Sensor, Setting, Signals, set};
+use super::{FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
 
 /// The OV7690.
 pub const OV7690: Sensor = Sensor {
@@ -36,8 +36,8 @@ pub const OV7690: Sensor = Sensor {
     reset_ms: 5,
     banked: &[],
     settings: &[&FORMAT, &RATE, &WINDOW, &GAMMA, &LOCKS],
-    // The time of ten frames.
-    settle_ms: 334,
+    // The time of six frames.
+    settle_ms: 200,
     size: QVGA,
     signals: Signals {
         vsync_high_between_frames: true,
@@ -45,6 +45,7 @@ pub const OV7690: Sensor = Sensor {
         sample_at_rising_edge: true,
         luma_first: true,
     },
+    suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
 };
 
 /// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.

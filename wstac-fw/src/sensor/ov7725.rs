@@ -25,7 +25,7 @@
 //! | 0x67 | 1–0: 0 for YUV or RGB |
 //! | 0xAC | 3–2: scale factors follow from the sizes |
 
-use super::{FIXED_CHROMA, QVGA, Sensor, Setting, Signals, set};
+use super::{FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
 
 /// The OV7725.
 pub const OV7725: Sensor = Sensor {
@@ -36,8 +36,8 @@ pub const OV7725: Sensor = Sensor {
     reset_ms: 10,
     banked: &[],
     settings: &[&FORMAT, &WINDOW, &LOCKS],
-    // The time of ten frames.
-    settle_ms: 334,
+    // The time of six frames.
+    settle_ms: 200,
     size: QVGA,
     signals: Signals {
         vsync_high_between_frames: true,
@@ -45,6 +45,7 @@ pub const OV7725: Sensor = Sensor {
         sample_at_rising_edge: true,
         luma_first: true,
     },
+    suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
 };
 
 /// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma
