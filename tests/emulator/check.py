@@ -218,17 +218,65 @@ class Check:
             problems.append(f"the host is told {self.host.notes!r}")
         self.say(name, problems)
 
-    def crash(self, name, how, why):
-        """The program fails: it restarts, reports the reason, and continues."""
+    def crash(self, name, how, why, frames=40, again=None):
+        """The program fails: it restarts, reports the reason, and continues. It may be reset `again` some cycles after
+        that, before the report is sent; then the report comes after the second restart.
+        """
         board = Board(self.elf, self.host.frames[:40])
-        board.camera.faults[20] = lambda: how(board.machine)
-        self.host.of_line(board.run())
+        machine = board.machine
+        machine.correct_errors("crash_record")
+
+        def fail():
+            how(machine)
+            if again:
+                machine.at(machine.now + again, lambda: setattr(machine, "reset_wanted", True))
+
+        board.camera.faults[20] = fail
+        machine.run(lambda: board.camera.frame is not None and board.camera.frame > frames)
+        self.host.of_line(bytes(board.line.sent))
         problems = []
-        if not re.search(f"it started again because of: {why}", self.host.notes):
+        restarts = 2 if again else 1
+        if not re.search(f"it started again because of: {why}; restart {restarts}", self.host.notes):
             problems.append(f"the host is told {self.host.notes!r}")
-        if [line for _, line in board.log.lines] != [SENSOR, LAST_RUN, SENSOR]:
-            problems.append(f"the log says {board.log.lines}")
+        log = [line for _, line in board.log.lines]
+        if log not in ([SENSOR, LAST_RUN, SENSOR], [SENSOR, LAST_RUN, LAST_RUN, SENSOR]):
+            problems.append(f"the log says {log}")
+        # What was reported is not reported after the next reset.
+        machine.reset_wanted, sent, until = True, len(board.line.sent), machine.now + 2 * FRAME
+        machine.run(lambda: machine.now > until)
+        self.host.of_line(bytes(board.line.sent[sent:]))
+        if "started again" in self.host.notes:
+            problems.append(f"the host is told again {self.host.notes!r}")
         self.say(name, problems)
+
+    def quiet(self, name):
+        """A debugger that asked the program to wait for it reads no log: everything else goes on."""
+        board = Board(self.elf, self.host.frames, faults=dict.fromkeys(range(5, 60, 4), "overrun"))
+        board.log.forgotten = True
+        board.run()
+        self.say(name, [] if board.camera.is_over() and len(board.line.sent) > 500 else ["nothing is sent"])
+
+    def own_clock(self, name):
+        """The debugger gives no clock: the chip's own is used, and the host is told."""
+        board = Board(self.elf, self.host.frames[:5])
+        board.rcc.has_hse = False
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        problems = [] if lines == self.features[:5] else [f"features are {lines}"]
+        if "wstac-fw on the chip's clock" not in self.host.notes:
+            problems.append(f"the host is told {self.host.notes!r}")
+        self.say(name, problems)
+
+    def pulls(self, name):
+        """Every input of the camera interface is pulled down, so that a wire that is off does not float."""
+        board = Board(self.elf, self.host.frames[:1])
+        board.run()
+        registers = {p.base: p for p in board.machine.peripherals}
+        floating = []
+        for port, pins in {0: (4, 6), 1: (7,), 2: (6, 7, 8, 9), 3: (3,), 4: (4, 5, 6)}.items():
+            pulled = registers[0x5802_0000 + 0x400 * port].read(0x0C)
+            floating += [f"P{'ABCDE'[port]}{pin}" for pin in pins if pulled >> 2 * pin & 3 != 2]
+        self.say(name, [f"{pin} is not pulled down" for pin in floating])
 
 
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
@@ -237,6 +285,7 @@ FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
 FORGETS = "the sensor does not keep register {=u8:#04x}"
 SIZE, FORMAT = "frames have {=u32} lines and {=u32} words", "bytes are not luma and fixed chroma in turn"
 RATE = "{=u32} frames in 1000 seconds"
+HELD = "the sensor held its bus"
 CHROMA_FIRST = "chroma comes first, which is not as it was set: it is left out all the same"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
 
@@ -251,6 +300,11 @@ def unplug(board):
 def plug_in(board):
     """The power is back, and the sensor has forgotten its settings."""
     board.sensor.present = True
+
+
+def hold(board):
+    """The sensor holds the data line, as after a reset in the middle of a read."""
+    board.sensor.holds = 4
 
 
 def brown_out(board):
@@ -321,8 +375,19 @@ def main():
         check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
         check.faulty("brown-out", {60: brown_out}, range(60, 73), [(60, FORGETS), (None, BACK)])
         check.drift("the rate changes by 4 %")
-        check.crash("hard fault", Machine.crash, "hard fault at 0x20000100")
+        check.start("data line held low", [HELD, FOUND], holds=5)
+        check.faulty("data line held low for a while", {40: hold}, [], [(40, HELD)])
+        hard_fault = r"hard fault at 0x20000100, called from 0x\w+, fault status 0x\w+"
+        check.crash("hard fault", Machine.crash, hard_fault)
+        check.crash("hard fault, and a reset before it is reported", Machine.crash, hard_fault, again=FRAME // 4)
         check.crash("panic", Machine.panic, r"panic at \S*/src/lib\.rs:\d+: explicit panic")
+        unknown = "an interrupt without a handler: 3"
+        check.crash("interrupt without a handler", lambda machine: machine.interrupt(3), unknown)
+        hung = "the program hung, and the watchdog ended it"
+        check.crash("the program hangs", lambda machine: machine.stall(90 * FRAME), hung, frames=120)
+        check.quiet("a debugger that reads no log")
+        check.own_clock("no clock from the debugger")
+        check.pulls("pulled inputs")
         print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if check.failures else 0)

@@ -21,7 +21,7 @@ CLOCK = 96_000_000  # of core and timer
 SERIAL_DIVIDER = 2  # cycles of the core per clock of the serial line
 FRAME = CLOCK // 30
 # Ports, and what embassy accesses but this program does not need.
-KEPT = [0x5802_0000 + 0x400 * port for port in range(11)] + [
+KEPT = [0x5802_0000 + 0x400 * port for port in range(11) if port != 1] + [
     0xE000_E400,  # priorities of interrupts: all are equal
     0x5800_0000,  # EXTI
     0x5800_0400,  # SYSCFG
@@ -49,7 +49,9 @@ class Board:
         self.dcmi = camera.Dcmi(self.dma)
         self.sensor = sensor()
         self.line = usart.Usart(machine, SERIAL_DIVIDER)
-        machine.add(core.Nvic(machine), core.Scb(machine), *clocks.all_of_them(), mux, self.dma, self.dcmi)
+        self.rcc, *others = clocks.all_of_them()
+        machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, *others, mux, self.dma, self.dcmi)
+        machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), i2c.Port(self.sensor))
         machine.add(i2c.I2c([self.sensor]), timer.Timer(machine), self.line, *map(Registers, KEPT))
         self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), CLOCK, faults)
         self.log = rtt.Log(machine, elf)

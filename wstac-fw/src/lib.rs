@@ -5,6 +5,8 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "h743")]
+pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;

@@ -76,6 +76,11 @@ impl Link {
         self.serial.room() >= wire::LONGEST
     }
 
+    /// Returns whether all messages have been sent.
+    pub fn is_drained(&self) -> bool {
+        self.serial.is_drained()
+    }
+
     /// Returns the next request that has arrived.
     pub fn request(&mut self) -> Option<Request> {
         while let Some(byte) = self.serial.receive() {

@@ -18,7 +18,7 @@ GREY_CHROMA = 0x80
 class Sensor:
     """A sensor behind a bus with registers of eight bits.
 
-    `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a register
+    `holds` is the number of clocks for which it holds the data line, `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a register
     that keeps its value. `slips` has registers that act as if another value were written, although the value that was
     written is read back: so a table with that value in it would act.
     """
@@ -31,6 +31,7 @@ class Sensor:
         self.address = self.ADDRESS if address is None else address
         self.identity = self.IDENTITY if identity is None else identity
         self.present, self.resets, self.nack_after, self.stuck, self.slips = True, 0, None, None, {}
+        self.holds = 0
         self.pointer, self.written, self.history, self.dark = 0, [], [], None
         self.power_on()
 
