@@ -124,7 +124,8 @@ def record_of(line):
         "direction_confidence": direction.get("confidence"),
         "why_no_speed": why.get("speed"),
         "why_no_direction": why.get("direction"),
-        **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm")},
+        **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm", "confidence")},
+        "known": {None: -1, False: 0, True: 1}[texture.get("known")],
         "other": texture.get("class"),
         "sample": [units(line["sample"][feature][frame]) for frame in range(70) for feature in range(10)],
     }

@@ -143,6 +143,7 @@ static void pushed_frames_are_checked(void)
     EXPECT(record.event.end_frame == 107 && fabs(record.event.completed_s - (record.frame + 69) / 30.0) < 1e-4);
     EXPECT(isnan(record.event.speed_sd_mm_s) && isnan(record.event.direction_sd_deg) && isnan(record.event.direction_confidence));
     EXPECT(record.texture.specimen == NULL && isnan(record.texture.depth_mm));
+    EXPECT(isnan(record.texture.confidence) && record.texture.known == -1);
     uint64_t event_frame = record.frame;
     record = next(handle, WSTAC_KIND_CONTACT_END);
     EXPECT(record.frame == 107 && record.event_frame == event_frame && fabs(record.time_s - 107 / 30.0) < 1e-4);
@@ -229,6 +230,7 @@ static void same_record(const WstacRecord *a, const WstacRecord *b)
     EXPECT(same_text(x->why_no_speed, y->why_no_speed) && same_text(x->why_no_direction, y->why_no_direction));
     EXPECT(same_text(a->texture.specimen, b->texture.specimen) && same_text(a->texture.pattern, b->texture.pattern));
     EXPECT(same_number(a->texture.depth_mm, b->texture.depth_mm) && same_text(a->texture.other, b->texture.other));
+    EXPECT(same_number(a->texture.confidence, b->texture.confidence) && a->texture.known == b->texture.known);
     EXPECT((a->kind == WSTAC_KIND_EVENT) == (x->sample != NULL) && (x->sample == NULL) == (y->sample == NULL));
     if (x->sample != NULL)
         EXPECT(memcmp(x->sample, y->sample, sizeof(int16_t[WSTAC_SAMPLE_FRAMES][WSTAC_FEATURES])) == 0);

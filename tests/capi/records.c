@@ -52,6 +52,8 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     text("specimen", texture->specimen);
     text("pattern", texture->pattern);
     number("depth_mm", texture->depth_mm);
+    number("confidence", texture->confidence);
+    whole("known", texture->known);
     text("other", texture->other);
     printf(", \"sample\": [");
     for (int frame = 0; frame < WSTAC_SAMPLE_FRAMES; frame++)

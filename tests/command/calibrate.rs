@@ -115,7 +115,7 @@ fn what_cannot_be_calibrated_is_said() {
     refused(&["nothing", "-o", config], 1, "no such file");
     refused(&["scene:Saw3@150"], 2, "--output");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "29"], 2, "29");
-    refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 1, "expected two names");
+    refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 2, "expected two names");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
     let sums = scene(&folder, "sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     refused(&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames");

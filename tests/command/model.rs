@@ -125,10 +125,12 @@ fn truth_of_other_labels_is_said() {
     };
     let numbers = said([0, 1], "");
     assert!(
-        numbers.contains("out.wsm names Fla, Saw; y of ") && numbers.contains("data.npz has 0, 1: no label is in both")
+        numbers.contains("out.wsm names Fla, Saw; y of ") && numbers.contains("data.npz also has 0, 1: 2 of 2 samples")
     );
-    assert!(said([0, 0], "TriSin").contains(" has Tri, Sin: "));
-    assert_eq!(said([0, 0], "TriSaw"), "");
+    assert!(said([0, 0], "TriSin").contains(" also has Tri, Sin: 2 of 2 samples cannot be right"));
+    // Labels that are shared in part.
+    assert!(said([0, 0], "TriSaw").contains(" also has Tri: 1 of 2 samples cannot be right"));
+    assert_eq!(said([0, 0], "FlaSaw"), "");
 }
 
 #[test]

@@ -273,7 +273,7 @@ fn a_figure_s_file_is_what_its_name_says() {
         let path = folder.0.join(name);
         let refused = Command::new(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
         let told = String::from_utf8_lossy(&refused.stderr);
-        assert!(refused.status.code() == Some(1) && told.contains(says) && !path.exists(), "{told}");
+        assert!(refused.status.code() == Some(2) && told.contains(says) && !path.exists(), "{told}");
     }
 }
 
@@ -317,10 +317,33 @@ fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
         (&["cam:a=scene:Saw3@150", "scene:Saw3@150"], 2),
         (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "scene:Saw3@150"], 2),
         (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "--save-raw", "never-made"], 2),
-        (&["cam:a=scene:Saw3@150", "cam:a=scene:Saw3@150"], 1),
-        (&["cam:a b=scene:Saw3@150"], 1),
+        (&["cam:a=scene:Saw3@150", "cam:a=scene:Saw3@150"], 2),
+        (&["cam:a b=scene:Saw3@150"], 2),
     ] {
         let refused = run(sources);
         assert_eq!((refused.status.code(), refused.stdout.len()), (Some(code), 0), "{sources:?}");
     }
+}
+
+#[test]
+fn a_run_without_an_event_says_why() {
+    let folder = Folder::new("no-event");
+    let y4m = |level: u8, count: usize| {
+        let mut stream = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n".to_vec();
+        for _ in 0..count {
+            stream.extend(b"FRAME\n");
+            stream.extend([level; 1600]);
+        }
+        folder.file(&format!("{level}-{count}.y4m"), stream)
+    };
+    for (source, says) in [
+        (y4m(0, 2), "no event: the source ended before the baseline was complete"),
+        (y4m(0, 60), "no event: every taxel stayed dark; check the light, the exposure and [layout]"),
+        (y4m(255, 60), "no event: a taxel was saturated all the time; shorten the exposure"),
+        (y4m(51, 60), "no event: no touch was seen; the brightest taxel reached 20 % of full scale"),
+    ] {
+        let done = run(&["run", source.to_str().unwrap()]);
+        assert!(said(&done).contains(says), "{says}: {}", said(&done));
+    }
+    assert!(!said(&run(&["run", "scene:Saw3@150"])).contains("no event"));
 }

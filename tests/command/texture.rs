@@ -39,7 +39,9 @@ fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
         ("Saw4", "180,100deg"),
         ("Sin2", "150,225deg,70mm"),
     ];
-    for model in ["path-svm", "path-forest", "path-boosted"] {
+    let models =
+        ["path-svm", "path-forest", "path-boosted", "taxel-path-svm", "taxel-path-forest", "taxel-path-boosted"];
+    for model in models {
         let mut right = 0;
         for (specimen, slide) in slides {
             let scene = format!("scene:{specimen}@{slide},seed=3");
@@ -49,9 +51,35 @@ fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
         assert!(right >= 5, "{model}: {right} of 6");
     }
     // At 10 mm/s, 70 frames show 23 mm of path: too little.
-    let slow = records(&["run", "scene:Saw3@10", "--json", "--size", "320x180", "--model", "builtin:path-svm"]);
-    assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
-    assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
+    for model in ["builtin:path-svm", "builtin:taxel-path-svm"] {
+        let slow = records(&["run", "scene:Saw3@10", "--json", "--size", "320x180", "--model", model]);
+        assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
+        assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
+    }
+}
+
+#[test]
+fn an_unknown_texture_has_no_names() {
+    let folder = Folder::new("unknown");
+    let scene = folder.0.join("long.toml");
+    let texts = ["period = 16.0\n", ""].map(|period| format!("specimen = \"Saw3\"\nspeed = 150\n{period}"));
+    let mut found = Vec::new();
+    for text in texts {
+        fs::write(&scene, text).unwrap();
+        let asked =
+            ["run", scene.to_str().unwrap(), "--json", "--size", "320x180", "--model", "builtin:taxel-path-svm"];
+        found.push(records(&asked)[0]["texture"].clone());
+        let text =
+            String::from_utf8(run(&[asked[0], asked[1], asked[3], asked[4], asked[5], asked[6]]).stdout).unwrap();
+        let expected = if found.len() == 1 { ", texture unknown" } else { ", texture Saw3 (confidence 0." };
+        assert!(text.contains(expected), "{text}");
+    }
+    let unknown =
+        serde_json::json!({"specimen": null, "pattern": null, "depth_mm": null, "confidence": null, "known": false});
+    assert_eq!(found[0], unknown);
+    assert_eq!((&found[1]["specimen"], &found[1]["known"]), (&"Saw3".into(), &true.into()));
+    let confidence = found[1]["confidence"].as_f64().unwrap();
+    assert!(confidence > 0.9 && confidence < 1.0, "{confidence}");
 }
 
 #[test]
@@ -68,8 +96,14 @@ fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
     let sees_light = |frame: usize| event["sample"][0][frame].as_f64().unwrap() >= -1.5;
     let pattern = if sees_light(29) { "Saw" } else { "Fla" };
     let depth = if sees_light(69) { 3.0 } else { 2.0 };
-    assert_eq!(texture["texture"], serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": null}));
-    assert_eq!(event["texture"], serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": depth}));
+    assert_eq!(
+        texture["texture"],
+        serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": null, "confidence": null, "known": null})
+    );
+    assert_eq!(
+        event["texture"],
+        serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": depth, "confidence": null, "known": null})
+    );
     // Frame number 29 of the sample is the last before it, and the one after comes later.
     let before = &found[place("texture") - 1];
     assert_eq!((&before["kind"], &before["frame"]), (&"features".into(), &(first + 29).into()));
@@ -89,17 +123,17 @@ fn models_that_cannot_be_used_are_refused_by_name() {
     let mut bytes = fs::read(one).unwrap();
     bytes[40] ^= 1;
     fs::write(&damaged, bytes).unwrap();
-    for (models, parts) in [
-        (vec![one, two], &["two.wsm", "one.wsm", "pattern"][..]),
-        (vec![damaged.to_str().unwrap()], &["damaged.wsm", "checksum"]),
-        (vec!["builtin:trees"], &["builtin:trees", "builtin:forest"]),
-        (vec!["none.wsm"], &["none.wsm", "No such file"]),
+    for (models, code, parts) in [
+        (vec![one, two], 2, &["two.wsm", "one.wsm", "pattern"][..]),
+        (vec![damaged.to_str().unwrap()], 1, &["damaged.wsm", "checksum"]),
+        (vec!["builtin:trees"], 1, &["builtin:trees", "builtin:forest"]),
+        (vec!["none.wsm"], 1, &["none.wsm", "No such file"]),
     ] {
         let mut arguments = vec!["run", SCENE];
         arguments.extend(models.iter().flat_map(|model| ["--model", model]));
         let done = run(&arguments);
         let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(1), "{said}");
+        assert_eq!(done.status.code(), Some(code), "{said}");
         assert!(parts.iter().all(|part| said.contains(part)), "{said}");
         assert!(done.stdout.is_empty());
     }

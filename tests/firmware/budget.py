@@ -26,14 +26,20 @@ ROWS = {
     "svm": "texture by the shipped SVM, instructions per event",
     "forest": "texture by the shipped forest, instructions per event",
     "boosted": "texture by the shipped boosted trees, instructions per event",
+    "path-svm": "texture by the SVM of ten sums along the path, with its sample, instructions per event",
+    "taxel-path-svm": "texture by the SVM of 25 taxels along the path, with its sample, instructions per event",
     "flash": "flash of the whole firmware with its link, without a model, bytes",
     "svm, flash": "flash that the SVM adds, bytes",
     "forest, flash": "flash that the forest adds, bytes",
     "boosted, flash": "flash that the boosted trees add, bytes",
+    "path-svm, flash": "flash that the SVM of ten sums along the path adds, bytes",
+    "taxel-path-svm, flash": "flash that the SVM of 25 taxels along the path adds, bytes",
     "ram": "RAM without a model, with the measured stack, without the stripe, bytes",
     "svm, ram": "RAM with the SVM, bytes",
     "forest, ram": "RAM with the forest, bytes",
     "boosted, ram": "RAM with the boosted trees, bytes",
+    "path-svm, ram": "RAM with the SVM of ten sums along the path, bytes",
+    "taxel-path-svm, ram": "RAM with the SVM of 25 taxels along the path, bytes",
 } | {
     f"image {name}": f"image: {what}, bytes"
     for name, what in {

@@ -22,7 +22,11 @@ from counter import Counter, Setting, formats, write_samples
 from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
-MODELS = {None: None} | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
+MODELS = (
+    {None: None}
+    | {name: ROOT / f"wstac-host/models/{name}.wsm" for name in ("svm", "forest", "boosted")}
+    | {name: ROOT / f"wstac-host/models/path/{name}.wsm" for name in ("path-svm", "taxel-path-svm")}
+)
 # The numbers of an image without a model.
 BASE = ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live", "flash", "ram")
 # Keys of [speed].
@@ -56,8 +60,10 @@ def measure(wstac, folder, models):
     for name, model in models.items():
         asked = [] if model is None else ["--model", model]
         events = host(wstac, "run", file, "--json", *asked)
+        # The golden vectors need no model.
+        what = ("--bins",) if model is None else ("--bin", "emulated", "--bin", "cost")
         for target in boards.TARGETS:
-            programs = boards.build(target, "--bins", model=model)
+            programs = boards.build(target, *what, model=model)
             for board in (board for board in BOARDS if board.target == target):
                 boards.run(board, programs / "emulated", folder, "file:serial")
                 stack = int.from_bytes((folder / "stack").read_bytes(), "little")

@@ -20,6 +20,7 @@ from vectors.case import Case
 from vectors.event_cases import event_cases
 from vectors.follow_cases import follow_cases
 from vectors.format_cases import format_cases
+from vectors.known_cases import known_cases
 from vectors.live_cases import live_cases
 from vectors.motion_cases import motion_cases
 from vectors.path_cases import path_cases
@@ -46,6 +47,7 @@ def made_files() -> dict[str, bytes]:
     manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
     files = {
         "manifest.json": lines_of(manifest).encode(),
+        "known.json": lines_of({"cases": known_cases()}).encode(),
         "live.json": lines_of({"cases": live_cases()}).encode(),
         "motion.json": lines_of({"cases": motion_cases()}).encode(),
         "path.json": lines_of({"cases": path_cases()}).encode(),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -27,7 +28,21 @@ SCALE = 1 / 2048
 FRAMES = 70
 TRAIN = (24_000, 9_101, 0)
 TEST = (4_000, 9_001, 200_000)
-"""Slides, seed and first sensor: no sensor is in both."""
+HELD = (4_000, 9_201, 100_000)
+UNKNOWN = (4_000, 9_301, 300_000)
+RANDOM = (20_000, 9_401, 500_000)
+NEW = (12_000, 9_501, 600_000)
+"""Slides, seed and first sensor: no sensor is in two of them."""
+NEW_SENSORS = 40
+TENS = 10
+"""Sensors of new textures, and sensors that each have ten random textures of their own."""
+SHOTS = 5
+DIMENSIONS = 12
+"""Slides of each new texture that are learned, and dimensions of an embedding."""
+REJECTED = {"path": 0.01, "taxel_path": 0.02}
+"""Part of the slides held out that may be taken for unknown."""
+KINDS = ("shallow and fine", "shallow", "long", "short", "deep")
+"""Kinds of unknown textures, in the order of `UNKNOWN_KINDS` of wstac-train."""
 SPEEDS = (50, 80, 120, 180, 240, 300)
 OFF_AXIS = (0, 15, 30, 45)
 LENGTHS = (60, 80, 100, 120)
@@ -41,6 +56,8 @@ class Input:
     name: str
     frames: int
     words: str
+    length: str = ""
+    """The path that models read, as their files' names have it, if it is not 28 mm."""
 
     @property
     def array(self) -> str:
@@ -50,6 +67,9 @@ class Input:
 
 INPUTS = (Input("path", 39, "ten sums"), Input("taxel_path", 28, "25 taxels"))
 """Both read the first 28 mm behind the leading edge."""
+
+SHORT = (Input("path", 25, "ten sums", "16mm"), Input("taxel_path", 17, "25 taxels", "16mm"))
+"""Both read the first 16 mm."""
 
 
 @dataclass(frozen=True)
@@ -64,17 +84,26 @@ class Slides:
         numbers = self.arrays[wanted.array][:, :, : wanted.frames]
         return (numbers.reshape(len(numbers), -1) * SCALE).astype(np.float32)
 
+    def some(self, path: Path, rows: np.ndarray) -> Slides:
+        """Writes some of the slides to a data set of their own."""
+        kept = {key: value[rows] for key, value in self.arrays.items() if value.ndim > 0}
+        np.savez(path, **kept)
+        return Slides(path, kept)
+
     @property
     def measured(self) -> np.ndarray:
         """Whether a slide has a velocity, and so a path."""
         return ~np.isnan(self.arrays["measured_speed"])
 
 
-def simulated(folder: Path, name: str, slides: int, seed: int, sensor: int) -> Slides:
-    """Simulates slides."""
+def simulated(
+    folder: Path, name: str, slides: int, seed: int, sensor: int, textures: str = "paper", sensors: int = 1000
+) -> Slides:
+    """Simulates slides of so many sensors."""
     path = folder / f"{name}.npz"
     program = os.environ["PATH_SLIDES"]
-    subprocess.run([program, str(path), str(slides), str(seed), str(sensor)], check=True)
+    numbers = [str(slides), str(seed), str(sensor), textures, str(sensors)]
+    subprocess.run([program, str(path), *numbers], check=True)
     with np.load(path) as data:
         return Slides(path, {key: data[key] for key in data.files})
 
@@ -100,30 +129,126 @@ CANDIDATES = (
 
 @dataclass(frozen=True)
 class Judged:
-    """A model file and its answers for the slides that test. `right` is (n,)."""
+    """A model file and its answers for the slides that test. `right`, `known`, `named` and `confidence` are (n,).
+
+    A slide that is said to be unknown is not right; `named` is whether its class is right all the same.
+    """
 
     input: Input
     candidate: Candidate
     size: int
     right: np.ndarray
+    known: np.ndarray
+    named: np.ndarray
+    confidence: np.ndarray
     alike: int
+    rejected: np.ndarray
+    """Of unknown textures, whether each slide is said to be unknown."""
+
+    @property
+    def calibration_error(self) -> float:
+        """The expected calibration error of the answers that are given, over 15 ranges of confidence."""
+        confidence, named = self.confidence[self.known], self.named[self.known]
+        places = np.minimum((confidence * 15).astype(int), 14)
+        sums = [abs((confidence - named)[places == place].sum()) for place in range(15)]
+        return float(sum(sums) / len(confidence))
 
 
-def judged(wanted: Input, candidate: Candidate, train: Slides, test: Slides, folder: Path) -> Judged:
-    """Trains a model, makes a model file of it, and evaluates the file."""
+@dataclass(frozen=True)
+class Sets:
+    """All simulated slides of the ten textures, and those of unknown ones."""
+
+    train: Slides
+    held: Slides
+    test: Slides
+    unknown: Slides
+
+
+def evaluated(path: Path, slides: Slides) -> dict[str, Any]:
+    """Returns the answers of a model file for a data set."""
+    found: dict[str, Any] = json.loads(run_wstac(["model", "eval", str(path), str(slides.path), "--json"]))
+    return found
+
+
+def file_name(wanted: Input, candidate: Candidate) -> str:
+    """Returns the name of a model's file, without its ending."""
+    parts = [wanted.name.replace("_", "-"), candidate.kind, wanted.length]
+    return "-".join(part for part in parts if part)
+
+
+def kept_alike(folder: Path, name: str) -> int | None:
+    """Returns how many answers of a kept model are those of the trained model, by the page that was written with it."""
+    page = folder / "README.md"
+    if not page.exists() or not (folder / name).exists():
+        return None
+    line = re.search(rf"^\| `{re.escape(name)}` .* (\d+) of \d+ \|$", page.read_text(), re.MULTILINE)
+    return int(line[1]) if line else None
+
+
+def judged(wanted: Input, candidate: Candidate, sets: Sets, folder: Path, keep: bool) -> Judged:
+    """Trains and calibrates a model, makes a model file of it, and evaluates the file."""
+    path = folder / f"{file_name(wanted, candidate)}.wsm"
+    alike = kept_alike(folder, path.name) if keep else None
+    if alike is None:
+        alike = trained(wanted, candidate, sets, path)
+    calibrate = ["model", "calibrate", str(path), str(sets.train.path), str(sets.held.path), "-o", str(path), "--force"]
+    run_wstac([*calibrate, "--rejected", str(REJECTED[wanted.name])])
+    found = evaluated(path, sets.test)
+    named = (np.array(found["predictions"]) == sets.test.arrays["y_specimen"]) & sets.test.measured
+    known = np.array(found["known"]) & sets.test.measured
+    unknown = ~np.array(evaluated(path, sets.unknown)["known"])[sets.unknown.measured]
+    print(f"{path}: {100 * (named & known).mean():.2f} %, unknown {100 * unknown.mean():.1f} %", file=sys.stderr, flush=True)
+    confidence = np.array(found["confidence"])
+    return Judged(wanted, candidate, path.stat().st_size, named & known, known, named, confidence, alike, unknown)
+
+
+def trained(wanted: Input, candidate: Candidate, sets: Sets, path: Path) -> int:
+    """Trains a model and imports it. Returns how many of its answers are the trained model's."""
+    train, test = sets.train, sets.test
     rows = train.measured
     model = candidate.train(train.numbers(wanted)[rows], train.arrays["y_specimen"][rows])
-    path = folder / f"{wanted.name.replace('_', '-')}-{candidate.kind}.wsm"
     with tempfile.TemporaryDirectory() as work:
         file, options = candidate.save(model, Path(work), 10 * wanted.frames)
         note = f"{candidate.words}, {int(rows.sum())} simulated slides of 1000 sensors"
         options = ["--input", wanted.name.replace("_", "-"), "--note", note, "--force", *options]
         run_wstac(["model", "import", str(file), "-o", str(path), *options])
-    found = np.array(json.loads(run_wstac(["model", "eval", str(path), str(test.path), "--json"]))["predictions"])
-    right = (found == test.arrays["y_specimen"]) & test.measured
-    alike = int(np.sum(found == answers(model, test.numbers(wanted))))
-    print(f"{path}: {100 * right.mean():.2f} %", file=sys.stderr, flush=True)
-    return Judged(wanted, candidate, path.stat().st_size, right, alike)
+    found = np.array(evaluated(path, test)["predictions"])
+    return int(np.sum(found == answers(model, test.numbers(wanted))))
+
+
+def embedding(wanted: Input, random: Slides, sets: Sets, folder: Path) -> Path:
+    """Makes the file from which models of new textures are learned."""
+    prefix = wanted.name.replace("_", "-")
+    path = folder / f"{prefix.replace('path', 'embedding')}.wsm"
+    calibrate = ["model", "calibrate", str(folder / f"{prefix}-svm.wsm"), str(sets.train.path), str(sets.held.path)]
+    projection = ["--projection", str(random.path), "--dimensions", str(DIMENSIONS)]
+    run_wstac([*calibrate, "-o", str(path), "--force", *projection])
+    return path
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What models of a few slides say about all other slides of their sensor: one number for each sensor."""
+
+    right: np.ndarray
+    known: np.ndarray
+
+
+def learned(base: Path, sensors: list[Slides], work: Path) -> Learned:
+    """Learns the textures of each sensor from the first slides of each, and evaluates the model on the others."""
+    shares: list[tuple[float, float]] = []
+    for slides in sensors:
+        few = np.zeros(len(slides.measured), dtype=bool)
+        for name in np.unique(slides.arrays["y_specimen"]):
+            few[np.flatnonzero((slides.arrays["y_specimen"] == name) & slides.measured)[:SHOTS]] = True
+        shots, rest = slides.some(work / f"{base.stem}-few.npz", few), slides.some(work / f"{base.stem}-rest.npz", ~few)
+        model = work / f"{base.stem}-new.wsm"
+        run_wstac(["model", "learn", str(base), str(shots.path), "-o", str(model), "--force"])
+        found = evaluated(model, rest)
+        named = (np.array(found["predictions"]) == rest.arrays["y_specimen"]) & rest.measured
+        shares.append((float(named.mean()), float((np.array(found["known"]) & rest.measured).mean())))
+    right, known = np.array(shares).T
+    return Learned(right, known)
 
 
 def interval(right: np.ndarray) -> str:
@@ -136,7 +261,7 @@ def interval(right: np.ndarray) -> str:
 
 def name_of(model: Judged) -> str:
     """Returns the name of a model's file."""
-    return f"`{model.input.name.replace('_', '-')}-{model.candidate.kind}.wsm`"
+    return f"`{file_name(model.input, model.candidate)}.wsm`"
 
 
 def by(models: list[Judged], values: np.ndarray, edges: tuple[int, ...], head: str, unit: str) -> str:
@@ -149,8 +274,48 @@ def by(models: list[Judged], values: np.ndarray, edges: tuple[int, ...], head: s
     return table([head, "slides", *map(name_of, models)], rows, range(1, 2 + len(models)))
 
 
-def page(models: list[Judged], train: Slides, test: Slides) -> str:
+def unknown_kinds(unknown: Slides) -> np.ndarray:
+    """Returns the kind of each unknown texture, as a place in `KINDS`."""
+    depth, period = (unknown.arrays[name][unknown.measured] for name in ("depth", "period"))
+    by_period = np.where(period > 10, 2, 3)
+    return np.where(depth < 1.9, np.where(period < 3.9, 0, 1), np.where(depth > 4.1, 4, by_period))
+
+
+def unknown_table(models: list[Judged], unknown: Slides) -> str:
+    """Returns the table of what is said to be unknown."""
+    kinds = unknown_kinds(unknown)
+    rows = [
+        [name, str(int((kinds == place).sum())), *(f"{100 * m.rejected[kinds == place].mean():.1f} %" for m in models)]
+        for place, name in enumerate(KINDS)
+    ]
+    rows.append(["all unknown textures", str(len(kinds)), *(f"{100 * model.rejected.mean():.1f} %" for model in models)])
+    measured = [model.known.sum() / len(model.known) for model in models]
+    known = [f"{100 * (1 - share):.1f} %" for share in measured]
+    rows.append(["trained textures", str(len(models[0].known)), *known])
+    return table(["textures", "slides", *map(name_of, models)], rows, range(1, 2 + len(models)))
+
+
+def learned_table(found: dict[tuple[str, str], Learned]) -> str:
+    """Returns the table of new textures."""
+    rows: list[list[str]] = []
+    for (base, textures), result in found.items():
+        half = 1.96 * result.right.std(ddof=1) / np.sqrt(len(result.right))
+        mean = result.right.mean()
+        rows.append([
+            f"`{base}`",
+            textures,
+            str(len(result.right)),
+            f"{100 * mean:.1f} ({100 * (mean - half):.1f} … {min(100.0, 100 * (mean + half)):.1f})",
+            f"{100 * result.right.min():.1f}",
+            f"{100 * result.known.mean():.1f}",
+        ])
+    head = ["base", "textures", "sensors", "accuracy, %", "worst sensor, %", "known, %"]
+    return table(head, rows, range(2, 6))
+
+
+def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) -> str:
     """Returns the text about the models."""
+    train, test = sets.train, sets.test
     arrays = test.arrays
     early = arrays["speed"] < 200
     rows: list[list[str]] = [
@@ -160,26 +325,51 @@ def page(models: list[Judged], train: Slides, test: Slides) -> str:
             str(model.size),
             interval(model.right),
             interval(model.right[early]),
+            f"{model.calibration_error:.4f}",
             f"{model.alike} of {len(model.right)}",
         ]
         for model in models
     ]
-    head = ["file", "model", "bytes", "accuracy, %", "at 50 to 200 mm/s, %", "equal to the trained model"]
+    head = [
+        "file", "model", "bytes", "accuracy, %", "at 50 to 200 mm/s, %", "calibration error", "equal to the trained model"
+    ]
     off = np.minimum(arrays["direction"] % 90, 90 - arrays["direction"] % 90)
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
         "`path` models take ten sums, and `taxel-path` models 25 taxels.",
-        "They read the first 28 mm behind the leading edge.",
+        "They read the first 28 mm behind the leading edge, or the first 16 mm.",
         "Between two frames light is interpolated, so at 300 mm/s the last number uses light up to 10 mm later.",
     )
-    trained = paragraph(
+    training = paragraph(
         f"They were trained on {int(train.measured.sum())} simulated slides of 1000 sensors,"
-        f" and tested on {len(test.measured)} slides of 1000 other sensors.",
+        f" calibrated with {int(sets.held.measured.sum())} slides of 1000 other sensors,"
+        f" and tested on {len(test.measured)} slides of 1000 others.",
         "Directions are any, speeds 50 to 300 mm/s with an even logarithm, lengths 60 to 120 mm.",
         "Each slide has its own gain of all light, 0.6 to 1.4.",
         "Speed and direction are those that the core measures.",
-        "A slide without them counts as wrong.",
+        "A slide without them counts as wrong, and so does one that is said to be unknown.",
+        "The calibration error is the mean difference between confidence and accuracy, over 15 ranges of confidence.",
         "Intervals are Wilson's, 95 %:",
+    )
+    unknown = paragraph(
+        "A slide is unknown if it is unlike those of the training that have the answer's name.",
+        "Unknown textures have a depth or a period at least 1.5 times outside the trained ones,"
+        " which are 2 to 4 mm deep and have periods of 4 to 8 mm.",
+        "The table has the percentage of slides that are said to be unknown, of unseen sensors.",
+        "The goal is at least 80 % of unknown textures, and at most 3 % of trained ones.",
+        "Models of 25 taxels reach it, and models of ten sums do not:",
+    )
+    learning = paragraph(
+        f"`wstac model learn` makes a model from {SHOTS} slides of each texture.",
+        f"`builtin:embedding` takes ten sums, `builtin:taxel-embedding` 25 taxels.",
+        f"Their projection has {DIMENSIONS} dimensions,"
+        " and was trained on 20000 slides of 1000 random textures and 1000 sensors:"
+        " three patterns, depths of 1 to 6 mm, periods of 2 to 16 mm.",
+        "The ten new textures are `Sin`, `Saw` and `Tri` of 1.5, 2.5 and 3.5 mm with periods of twice the depth,"
+        " and `Saw` of 3 mm with a period of 12 mm; none of them was trained.",
+        "Ten random textures are other ones for every sensor, and may be nearly alike.",
+        "The slides that are learned and those that are named have one unseen sensor,"
+        " any speed from 50 to 300 mm/s, any direction and length, and each its own gain:",
     )
     return f"""# Texture models of the path
 
@@ -188,9 +378,9 @@ Do not edit them.
 
 {intro}
 
-{trained}
+{training}
 
-{table(head, rows, range(2, 6))}
+{table(head, rows, range(2, 7))}
 
 ## By speed, direction and length
 
@@ -201,21 +391,52 @@ The direction is its angle to the nearest row or column.
 {by(models, off, OFF_AXIS, "direction", "°")}
 
 {by(models, arrays["length"], LENGTHS, "length", " mm")}
+
+## Unknown textures
+
+{unknown}
+
+{unknown_table(models, sets.unknown)}
+
+## New textures from five slides each
+
+{learning}
+
+{learned_table(new)}
 """
 
 
-def write(folder: Path) -> None:
-    """Writes all models, and README.md about them."""
+def new_textures(bases: list[Path], work: Path) -> dict[tuple[str, str], Learned]:
+    """Evaluates learning: of the ten new textures, and of ten random textures for each sensor."""
+    slides = simulated(work, "new", *NEW, "new", NEW_SENSORS)
+    numbers = [np.flatnonzero(slides.arrays["sensor"] == sensor) for sensor in np.unique(slides.arrays["sensor"])]
+    sensors = [slides.some(work / f"new-{place}.npz", rows) for place, rows in enumerate(numbers)]
+    tens = [simulated(work, f"ten-{k}", 200, 9_600 + k, 700_000 + k, "ten", 1) for k in range(TENS)]
+    found: dict[tuple[str, str], Learned] = {}
+    for base in bases:
+        for textures, of in (("ten new", sensors), ("ten random", tens)):
+            found[base.name, textures] = learned(base, of, work)
+            print(f"{base.name}: {textures}: {100 * found[base.name, textures].right.mean():.1f} %", file=sys.stderr)
+    return found
+
+
+def write(folder: Path, keep: bool) -> None:
+    """Writes all models, and README.md about them. With `keep`, models that are there are only calibrated anew."""
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as work:
-        train = simulated(Path(work), "train", *TRAIN)
-        test = simulated(Path(work), "test", *TEST)
+    with tempfile.TemporaryDirectory() as temporary:
+        work = Path(temporary)
+        train, held, test = (simulated(work, *named) for named in (("train", *TRAIN), ("held", *HELD), ("test", *TEST)))
+        sets = Sets(train, held, test, simulated(work, "unknown", *UNKNOWN, "unknown"))
+        random = simulated(work, "random", *RANDOM, "random")
         jobs: list[Any] = [(wanted, candidate) for wanted in INPUTS for candidate in CANDIDATES]
+        jobs += [(wanted, CANDIDATES[0]) for wanted in SHORT]
         with ThreadPoolExecutor(WORKERS) as pool:
-            models = list(pool.map(lambda job: judged(*job, train, test, folder), jobs))
+            models = list(pool.map(lambda job: judged(*job, sets, folder, keep), jobs))
+            bases = list(pool.map(lambda wanted: embedding(wanted, random, sets, folder), INPUTS))
+        new = new_textures(bases, work)
     for model in models:
         most = MOST_BYTES[model.candidate.kind]
         if model.size > most:
             raise SystemExit(f"{name_of(model)} has {model.size} bytes, expected at most {most}")
-    (folder / "README.md").write_text(page(models, train, test))
+    (folder / "README.md").write_text(page(models, sets, new))
     print(folder / "README.md")

@@ -54,6 +54,7 @@ def main() -> int:
     models.add_argument("folder", type=Path, help="where to write them")
     path = commands.add_parser("path", help="the models of light along the path")
     path.add_argument("folder", type=Path, help="where to write them")
+    path.add_argument("--keep", action="store_true", help="keep trained models that are there, and calibrate them anew")
     trade = commands.add_parser("trade", help="the models that are compared with those that are shipped")
     trade.add_argument("folder", type=Path, help="where to write them and README.md; models of the same sources are kept")
     trade.add_argument("--keep", action="store_true", help="keep models of any sources, and what their page says made them")
@@ -66,7 +67,7 @@ def main() -> int:
     elif arguments.what == "trade":
         trade_models.write(arguments.folder, arguments.keep)
     elif arguments.what == "path":
-        path_models.write(arguments.folder)
+        path_models.write(arguments.folder, arguments.keep)
     else:
         shipped.write(arguments.folder)
     return 0

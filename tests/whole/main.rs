@@ -12,3 +12,4 @@ mod ln;
 mod path_models;
 mod properties;
 mod serialized;
+mod taxel_models;

@@ -204,6 +204,10 @@ typedef struct WstacTexture {
   double depth_mm;
   // The class of a model of another task.
   const char *other;
+  // The probability that the names are right, 0 to below 1; NAN if a model has no calibration.
+  double confidence;
+  // 1 if the touch is like those of the training, and 0 if it is not: then there are no names. -1 if no model tells.
+  int8_t known;
 } WstacTexture;
 
 // How a stream ended.

@@ -65,6 +65,10 @@ pub struct WstacTexture {
     pub depth_mm: f64,
     /// The class of a model of another task.
     pub other: *const c_char,
+    /// The probability that the names are right, 0 to below 1; NAN if a model has no calibration.
+    pub confidence: f64,
+    /// 1 if the touch is like those of the training, and 0 if it is not: then there are no names. -1 if no model tells.
+    pub known: i8,
 }
 
 /// A tactile event, with the numbers that `wstac run --json` prints.
@@ -189,8 +193,14 @@ const EMPTY: WstacRecord = WstacRecord {
     time_s: f64::NAN,
 };
 
-const NO_TEXTURE: WstacTexture =
-    WstacTexture { specimen: ptr::null(), pattern: ptr::null(), depth_mm: f64::NAN, other: ptr::null() };
+const NO_TEXTURE: WstacTexture = WstacTexture {
+    specimen: ptr::null(),
+    pattern: ptr::null(),
+    depth_mm: f64::NAN,
+    other: ptr::null(),
+    confidence: f64::NAN,
+    known: -1,
+};
 
 /// Returns the number of a frame as a signed one.
 fn signed(frame: u64) -> i64 {
@@ -316,6 +326,8 @@ impl Given {
             pattern: self.keep_any(texture.pattern.as_deref()),
             depth_mm: texture.depth_mm.unwrap_or(f64::NAN),
             other: self.keep_any(texture.class.as_deref()),
+            confidence: texture.confidence.unwrap_or(f64::NAN),
+            known: texture.known.map_or(-1, i8::from),
         }
     }
 

@@ -1,6 +1,8 @@
 //! The pipeline from a camera's bytes to events. Only this module knows its order: bytes, taxel sums, features,
 //! trigger.
 
+use core::marker::PhantomData;
+
 use crate::baseline::Baseline;
 use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::early::{self, SamplePrefix};
@@ -9,6 +11,7 @@ use crate::features::{Features, Floor};
 use crate::green::{GreenChannel, gray::Gray};
 use crate::ln::{Ln, fixed::Fixed};
 use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
+use crate::path_sample::{NoTaxels, TaxelRing, TaxelStore};
 use crate::sample::Sample;
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
@@ -44,9 +47,10 @@ use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, T
 /// # Ok::<(), wstac_core::error::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Pipeline<G: GreenChannel = Gray, L = Fixed, B = FixedBaseline> {
+pub struct Pipeline<G: GreenChannel = Gray, L = Fixed, B = FixedBaseline, T = NoTaxels> {
     stream: FeatureStream<G, L>,
     trigger: Trigger<B>,
+    taxels: T,
 }
 
 /// The most bytes that a default pipeline may take, ring included.
@@ -67,6 +71,7 @@ pub struct Update<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Completed<'a> {
     trigger: &'a TriggerState,
+    taxels: Option<&'a TaxelRing>,
     /// Number of the feature frame.
     number: u64,
     /// First frame of the sample that was completed.
@@ -90,6 +95,15 @@ impl<'a> Update<'a> {
     pub fn event(&self) -> Option<Event<'a>> {
         let Completed { trigger, event, .. } = self.completed?;
         event.map(|first| trigger.event(first))
+    }
+
+    /// Returns the taxels of the last 70 frames, for the sample of the event
+    /// ([`PathSample::of_taxels`](crate::path_sample::PathSample::of_taxels)).
+    ///
+    /// It is `None` if the pipeline keeps no taxels ([`PipelineBuilder::taxels`]), or if a frame of them was lost, in
+    /// whole or in part.
+    pub fn taxels(&self) -> Option<&'a TaxelRing> {
+        self.completed?.taxels.filter(|ring| ring.is_unbroken())
     }
 
     /// Returns the sample that a long gap interrupted. It has no event.
@@ -217,11 +231,19 @@ impl Pipeline {
             trigger: TriggerConfig::default(),
             baseline: FixedBaseline,
             first_frame: 0,
+            taxels: PhantomData,
         }
     }
 }
 
-impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B, Option<TaxelRing>> {
+    /// Keeps the taxels of the frames to come, for a model that needs them.
+    pub fn keep_taxels(&mut self) {
+        self.taxels = Some(TaxelRing::of(self.geometry()));
+    }
+}
+
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B, T> {
     /// Takes a whole frame.
     ///
     /// # Errors
@@ -231,7 +253,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// Returns [`FrameError::FrameUnderWay`] if a frame in stripes is not complete. Give it up with
     /// [`Pipeline::abandon_frame`], which counts it as lost, and push again.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Update<'_>, FrameError> {
-        let Some(frame) = self.stream.push_frame(bytes)? else { return Ok(Update::NOTHING) };
+        let Some(frame) = self.stream.push_frame_to(bytes, &mut self.taxels)? else { return Ok(Update::NOTHING) };
         Ok(self.advance(frame, 0))
     }
 
@@ -243,14 +265,14 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// Returns [`FrameError::StripeNotWholeRows`], [`FrameError::StripeTooLong`] or [`FrameError::StripeOfPlanar`] if
     /// the stripe was not taken.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Update<'_>, FrameError> {
-        let Some(frame) = self.stream.push_stripe(bytes)? else { return Ok(Update::NOTHING) };
+        let Some(frame) = self.stream.push_stripe_to(bytes, &mut self.taxels)? else { return Ok(Update::NOTHING) };
         Ok(self.advance(frame, 0))
     }
 
     /// Takes the 25 taxel sums of a frame that was summed elsewhere, row by row. Each is at most G · A; larger ones
     /// saturate.
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Update<'_> {
-        match self.stream.push_taxels(taxels) {
+        match self.stream.push_taxels_to(taxels, &mut self.taxels) {
             Some(frame) => self.advance(frame, 0),
             None => Update::NOTHING,
         }
@@ -258,7 +280,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
 
     /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
     pub fn abandon_frame(&mut self) -> Update<'_> {
-        let loss = self.stream.abandon_frame();
+        let loss = self.stream.abandon_frame_of(&mut self.taxels);
         self.lose(loss)
     }
 
@@ -267,7 +289,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// A short gap is filled; a long one interrupts the sample under way. Frames lost before the first frame have no
     /// place. A frame that is under way in stripes stays so.
     pub fn push_lost(&mut self, frames: u64) -> Update<'_> {
-        let loss = self.stream.push_lost(frames);
+        let loss = self.stream.push_lost_of(frames, &mut self.taxels);
         self.lose(loss)
     }
 
@@ -290,6 +312,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
     /// ends here.
     pub fn restart(&mut self) -> Option<InterruptedSample> {
         self.stream.restart();
+        self.taxels.lose();
         self.trigger.rezero()
     }
 
@@ -370,14 +393,15 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B> {
         let trigger = self.trigger.state();
         // An interrupted sample is not the one that is under way now.
         let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
-        Update { completed: Some(Completed { trigger, number, event, before }) }
+        let taxels = self.taxels.ring();
+        Update { completed: Some(Completed { trigger, taxels, number, event, before }) }
     }
 }
 
 /// Builds a [`Pipeline`]. [`Pipeline::builder`] creates the builder.
 #[derive(Clone, Copy, Debug)]
 #[must_use]
-pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64> {
+pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64, T = NoTaxels> {
     geometry: FrameGeometry<G>,
     /// The floor in gray levels of a taxel, or computed. It is a type parameter so that a board with a computed floor
     /// needs no 64-bit floating point.
@@ -386,25 +410,26 @@ pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64> {
     trigger: TriggerConfig,
     baseline: B,
     first_frame: u64,
+    taxels: PhantomData<T>,
 }
 
-impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<G, L, B, F> {
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> PipelineBuilder<G, L, B, F, T> {
     /// Sets the darkness floor to this many gray levels of a taxel, from 0 to the green full scale.
-    pub fn floor_levels(self, levels: f64) -> PipelineBuilder<G, L, B, f64> {
-        let Self { geometry, ln, trigger, baseline, first_frame, .. } = self;
-        PipelineBuilder { geometry, floor: levels, ln, trigger, baseline, first_frame }
+    pub fn floor_levels(self, levels: f64) -> PipelineBuilder<G, L, B, f64, T> {
+        let Self { geometry, ln, trigger, baseline, first_frame, taxels, .. } = self;
+        PipelineBuilder { geometry, floor: levels, ln, trigger, baseline, first_frame, taxels }
     }
 
     /// Sets a computed darkness floor. If it is computed in a `const`, a board needs no 64-bit floating point.
-    pub fn floor(self, floor: Floor) -> PipelineBuilder<G, L, B, Floor> {
-        let Self { geometry, ln, trigger, baseline, first_frame, .. } = self;
-        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
+    pub fn floor(self, floor: Floor) -> PipelineBuilder<G, L, B, Floor, T> {
+        let Self { geometry, ln, trigger, baseline, first_frame, taxels, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
 
     /// Sets the log kernel. A host that chooses at run time uses [`AnyLn`](crate::ln::any::AnyLn).
-    pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, F> {
-        let Self { geometry, floor, trigger, baseline, first_frame, .. } = self;
-        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
+    pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, F, T> {
+        let Self { geometry, floor, trigger, baseline, first_frame, taxels, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
 
     /// Sets the trigger's parameters.
@@ -415,9 +440,45 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     /// Sets the baseline policy, which applies after the baseline's 5m frames.
     ///
     /// A host that chooses at run time uses `Option<`[`TrackingBaseline`](crate::baseline_policy::TrackingBaseline)`>`.
-    pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, F> {
-        let Self { geometry, floor, ln, trigger, first_frame, .. } = self;
-        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame }
+    pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, F, T> {
+        let Self { geometry, floor, ln, trigger, first_frame, taxels, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
+    }
+
+    /// Sets what keeps the taxels of the last 70 frames: [`TaxelRing`] for a model that needs them. Without this call,
+    /// they are not kept.
+    ///
+    /// ```
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
+    /// use wstac_core::{motion::{self, MotionConfig}, path_sample::{PathSample, TaxelRing}};
+    /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
+    ///
+    /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+    /// let mut pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build()?;
+    /// let config = MotionConfig::published(FrameRate::NOMINAL);
+    /// # let mut samples = 0;
+    /// # let frames = (0..120_usize).map(|t| {
+    /// #     let mut frame = vec![1; 160_000];
+    /// #     if (40..73).contains(&t) { frame.chunks_mut(400).for_each(|row| row[12 * (t - 40)..][..12].fill(200)); }
+    /// #     frame
+    /// # });
+    /// for frame in frames {
+    ///     let update = pipeline.push_frame(&frame)?;
+    ///     if let Some(event) = update.event()
+    ///         && let Some(taxels) = update.taxels()
+    ///         && let Some(velocity) = motion::by_coherence(&event, config).velocity
+    ///     {
+    ///         let sample = PathSample::of_taxels(taxels, &velocity, config, 28);
+    ///         assert!(sample.is_some());
+    /// #       samples += 1;
+    ///     }
+    /// }
+    /// # assert_eq!(samples, 1);
+    /// # Ok::<(), wstac_core::error::Error>(())
+    /// ```
+    pub fn taxels<S: TaxelStore>(self) -> PipelineBuilder<G, L, B, F, S> {
+        let Self { geometry, floor, ln, trigger, baseline, first_frame, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels: PhantomData }
     }
 
     /// Sets the number of the first feature frame, for a recording that does not start at 0.
@@ -430,7 +491,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     /// # Errors
     /// Returns [`ConfigError::FloorLevels`] if the floor is not 0 to the green full scale, and
     /// [`ConfigError::FloorFullScale`] if it is for pixels of another full scale.
-    pub fn build(self) -> Result<Pipeline<G, L, B>, ConfigError> {
+    pub fn build(self) -> Result<Pipeline<G, L, B, T>, ConfigError> {
         Ok(self.check()?.build())
     }
 
@@ -440,29 +501,31 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice> PipelineBuilder<
     ///
     /// # Errors
     /// Returns the errors of [`PipelineBuilder::build`].
-    pub fn check(self) -> Result<CheckedBuilder<G, L, B>, ConfigError> {
-        let Self { geometry, floor, ln, trigger, baseline, first_frame } = self;
+    pub fn check(self) -> Result<CheckedBuilder<G, L, B, T>, ConfigError> {
+        let Self { geometry, floor, ln, trigger, baseline, first_frame, taxels } = self;
         let stream = FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?;
-        Ok(CheckedBuilder { stream, trigger, baseline, first_frame })
+        Ok(CheckedBuilder { stream, trigger, baseline, first_frame, taxels })
     }
 }
 
 /// A [`PipelineBuilder`] that has been checked.
 #[derive(Clone, Debug)]
 #[must_use]
-pub struct CheckedBuilder<G: GreenChannel, L = Fixed, B = FixedBaseline> {
+pub struct CheckedBuilder<G: GreenChannel, L = Fixed, B = FixedBaseline, T = NoTaxels> {
     stream: FeatureStream<G, L>,
     trigger: TriggerConfig,
     baseline: B,
     first_frame: u64,
+    taxels: PhantomData<T>,
 }
 
-impl<G: GreenChannel, L: Ln, B: BaselinePolicy> CheckedBuilder<G, L, B> {
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> CheckedBuilder<G, L, B, T> {
     /// Builds the pipeline.
     #[inline(always)]
-    pub fn build(self) -> Pipeline<G, L, B> {
-        let Self { stream, trigger, baseline, first_frame } = self;
-        Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline) }
+    pub fn build(self) -> Pipeline<G, L, B, T> {
+        let Self { stream, trigger, baseline, first_frame, .. } = self;
+        let taxels = T::of(stream.camera());
+        Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline), taxels }
     }
 }
 

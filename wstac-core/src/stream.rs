@@ -5,6 +5,7 @@ use crate::features::{FeatureScale, Features, Floor, line_sums};
 use crate::green::GreenChannel;
 use crate::ln::Ln;
 use crate::params::{FEATURES, TAXELS};
+use crate::path_sample::{NoTaxels, TaxelStore};
 use crate::taxels::{FrameGeometry, TaxelSums};
 
 /// The features of one feature frame, which is one camera frame, or several above 45 frames per second.
@@ -93,8 +94,17 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// # Errors
     /// Returns the errors of [`TaxelSums::push_frame`]; then nothing has changed.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, FrameError> {
+        self.push_frame_to(bytes, &mut NoTaxels)
+    }
+
+    /// Takes a whole frame, and hands its taxels to `store`.
+    pub(crate) fn push_frame_to(
+        &mut self,
+        bytes: &[u8],
+        store: &mut impl TaxelStore,
+    ) -> Result<Option<FeatureFrame>, FrameError> {
         let taxels = self.accumulators.push_frame(bytes)?;
-        Ok(self.add(&taxels))
+        Ok(self.add(&taxels, store))
     }
 
     /// Takes the next rows of a frame. Returns features if they complete a feature frame.
@@ -102,14 +112,32 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// # Errors
     /// Returns the errors of [`TaxelSums::push_stripe`]; then nothing has changed.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<FeatureFrame>, FrameError> {
+        self.push_stripe_to(bytes, &mut NoTaxels)
+    }
+
+    /// Takes the next rows of a frame, and hands its taxels to `store`.
+    pub(crate) fn push_stripe_to(
+        &mut self,
+        bytes: &[u8],
+        store: &mut impl TaxelStore,
+    ) -> Result<Option<FeatureFrame>, FrameError> {
         let Some(taxels) = self.accumulators.push_stripe(bytes)? else { return Ok(None) };
-        Ok(self.add(&taxels))
+        Ok(self.add(&taxels, store))
     }
 
     /// Takes the 25 taxel sums of a frame that was summed elsewhere. Each is at most G · A; larger ones saturate.
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
+        self.push_taxels_to(taxels, &mut NoTaxels)
+    }
+
+    /// Takes the 25 taxel sums of a frame, and hands them to `store`.
+    pub(crate) fn push_taxels_to(
+        &mut self,
+        taxels: &[u32; TAXELS],
+        store: &mut impl TaxelStore,
+    ) -> Option<FeatureFrame> {
         self.accumulators.forget_taxels();
-        self.add(taxels)
+        self.add(taxels, store)
     }
 
     /// Returns the taxel sums of the last camera frame that was pushed as bytes, until the next frame begins or is
@@ -136,19 +164,25 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     }
 
     /// Adds one camera frame to the feature frame under way.
-    fn add(&mut self, taxels: &[u32; TAXELS]) -> Option<FeatureFrame> {
+    fn add(&mut self, taxels: &[u32; TAXELS], store: &mut impl TaxelStore) -> Option<FeatureFrame> {
+        store.add(taxels, self.present == 0);
         self.started = true;
         self.present += 1;
         for (line, sum) in self.lines.iter_mut().zip(line_sums(taxels)) {
             *line = line.saturating_add(sum);
         }
-        self.complete()
+        self.complete(store)
     }
 
     /// Forgets the rows of a frame whose rest will not arrive, and counts it as lost.
     pub fn abandon_frame(&mut self) -> Loss {
+        self.abandon_frame_of(&mut NoTaxels)
+    }
+
+    /// Forgets the rows of a frame whose rest will not arrive. `store` takes note of it.
+    pub(crate) fn abandon_frame_of(&mut self, store: &mut impl TaxelStore) -> Loss {
         self.accumulators.abandon_frame();
-        self.lose(1)
+        self.lose(1, store)
     }
 
     /// Keeps the place of `frames` lost camera frames in time.
@@ -156,13 +190,21 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     /// Frames lost before the first frame have no place. A frame that is under way in stripes stays so:
     /// [`FeatureStream::abandon_frame`] gives it up.
     pub fn push_lost(&mut self, frames: u64) -> Loss {
+        self.push_lost_of(frames, &mut NoTaxels)
+    }
+
+    /// Keeps the place of `frames` lost camera frames in time. `store` takes note of them.
+    pub(crate) fn push_lost_of(&mut self, frames: u64, store: &mut impl TaxelStore) -> Loss {
         if frames > 0 {
             self.accumulators.forget_taxels();
         }
-        self.lose(frames)
+        self.lose(frames, store)
     }
 
-    fn lose(&mut self, frames: u64) -> Loss {
+    fn lose(&mut self, frames: u64, store: &mut impl TaxelStore) -> Loss {
+        if frames > 0 {
+            store.lose();
+        }
         let size = self.camera().rate().frames_added();
         let room = u64::from(size - self.present - self.lost);
         if !self.started {
@@ -173,14 +215,14 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
             return Loss { has_missing_frames: None, frames: 0 };
         };
         self.lost += room as u32;
-        let has_missing_frames = self.complete();
+        let has_missing_frames = self.complete(store);
         let groups = beyond.checked_div(u64::from(size)).unwrap_or(0);
         self.lost = (beyond - groups * u64::from(size)) as u32;
         Loss { has_missing_frames, frames: groups + u64::from(has_missing_frames.is_none()) }
     }
 
     /// Returns the feature frame if all its camera frames have arrived or are lost; `None` if all are lost.
-    fn complete(&mut self) -> Option<FeatureFrame> {
+    fn complete(&mut self, store: &mut impl TaxelStore) -> Option<FeatureFrame> {
         if self.present + self.lost < self.camera().rate().frames_added() {
             return None;
         }
@@ -197,6 +239,7 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
                 (u64::from(sum) * (present + lost) * 2 + present).checked_div(2 * present).unwrap_or(0) as u32
             })
         };
+        store.complete(lost > 0);
         Some(FeatureFrame { features: self.scale.features(&lines), has_missing_frames: lost > 0 })
     }
 }

@@ -1,11 +1,11 @@
 //! The texture that slid: a texture model's answer for an event, in words (SPEC §6; paper, "Texture Classification").
 
-use crate::model::Model;
 use crate::model::boosted::Boosted;
 use crate::model::file::{INPUTS, Task};
 use crate::model::forest::Forest;
 use crate::model::labels::{Label, Labels};
 use crate::model::linear_svm::LinearSvm;
+use crate::model::{Classification, Model};
 
 /// The answer of a texture model.
 #[derive(Clone, Copy, Debug)]
@@ -17,12 +17,18 @@ pub struct Texture<'m> {
     pub label: Label<'m>,
     /// The task of the model: what it tells apart.
     pub task: Task,
+    /// The probability that the class is right, in units of 2^-15, below 1; `None` for a model without a calibration.
+    pub confidence: Option<u16>,
+    /// Whether the sample is like those of the training; `None` if the model does not tell.
+    ///
+    /// If it is `Some(false)`, the class is the likeliest of those that the model knows, and probably wrong.
+    pub known: Option<bool>,
 }
 
 /// A texture model of any kind, or of only one kind, so that no other kind is linked.
 pub trait TextureModel<'m> {
-    /// Returns the class of a sample of 700 numbers, frame by frame.
-    fn class(&self, sample: &[i16; INPUTS]) -> u8;
+    /// Returns the class of a sample of 700 numbers, frame by frame, and how sure it is.
+    fn classification(&self, sample: &[i16; INPUTS]) -> Classification;
     /// Returns the names of the classes.
     fn labels(&self) -> Labels<'m>;
     /// Returns what the model tells apart.
@@ -32,8 +38,8 @@ pub trait TextureModel<'m> {
 macro_rules! texture_models {
     ($($model:ident)*) => {$(
         impl<'m> TextureModel<'m> for $model<'m> {
-            fn class(&self, sample: &[i16; INPUTS]) -> u8 {
-                self.classify(sample)
+            fn classification(&self, sample: &[i16; INPUTS]) -> Classification {
+                self.classification(sample)
             }
 
             fn labels(&self) -> Labels<'m> {
@@ -51,6 +57,6 @@ texture_models!(LinearSvm Forest Boosted Model);
 /// Returns a model's answer for 700 numbers: [`Sample::flat`](crate::sample::Sample::flat) of an event, or
 /// [`SamplePrefix::flat`](crate::early::SamplePrefix::flat) of a sample that is still under way.
 pub fn texture<'m>(numbers: &[i16; INPUTS], model: &impl TextureModel<'m>) -> Texture<'m> {
-    let class = model.class(numbers);
-    Texture { class, label: model.labels().of(class), task: model.task() }
+    let Classification { class, confidence, known } = model.classification(numbers);
+    Texture { class, label: model.labels().of(class), task: model.task(), confidence, known }
 }

@@ -267,6 +267,8 @@ impl<B: BaselinePolicy> Trigger<B> {
     }
 
     /// Returns the sample that a long gap has interrupted, once.
+    ///
+    /// Only the last one is kept: ask after every push.
     pub fn take_interrupted(&mut self) -> Option<InterruptedSample> {
         self.state.interrupted.take()
     }

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use wstac_core::green::any::YcbcrMethod;
 use wstac_core::model::Model;
 use wstac_core::model::file::Input;
 use wstac_core::speed::Law;
@@ -30,6 +31,9 @@ pub fn source(
     };
     let mut source = configuration(&config, pixels)?;
     source += &laws(&config);
+    if config.green.yuv != YcbcrMethod::default() && pixels.name != "YUYV" {
+        println!("cargo::warning=[green] yuv has no effect: frames of {} have no chroma", pixels.name);
+    }
     source += &pixels.source(config.green.yuv)?;
     source += &match model {
         Some(file) => texture(&file, &config)
@@ -193,8 +197,11 @@ fn texture(file: &Path, config: &Config) -> Result<String, String> {
     let sample = match (model.input(), config.speed.law()) {
         (Input::Frames, _) => "OverTime",
         (Input::Path, None) => "AlongPath",
-        (Input::Path, Some(_)) => return Err("its sample is along the path, expected law = \"arrival\"".to_owned()),
-        (other, _) => return Err(format!("its sample is {}, expected frames or path", other.name())),
+        (Input::TaxelPath, None) => "AlongTaxels",
+        (Input::Path | Input::TaxelPath, Some(_)) => {
+            return Err("its sample is along the path, expected law = \"arrival\"".to_owned());
+        }
+        (other, _) => return Err(format!("its sample is {}, expected frames, path or taxel_path", other.name())),
     };
     let kind = match model {
         Model::LinearSvm(_) => "linear_svm::LinearSvm",

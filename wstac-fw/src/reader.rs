@@ -9,7 +9,8 @@ use wstac_core::model::file::INPUTS;
 use wstac_core::motion::LiveMotion;
 use wstac_core::motion::MotionConfig;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::pipeline::{Pipeline, Update};
+use wstac_core::path_sample::TaxelRing;
+use wstac_core::pipeline::Update;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
@@ -32,7 +33,7 @@ pub trait Outlet {
 /// The core between a camera and a link.
 #[derive(Clone, Debug)]
 pub struct Reader {
-    pipeline: Pipeline<setup::GreenChannel, setup::Ln, setup::BaselinePolicy>,
+    pipeline: setup::BoardPipeline,
     sender: Sender,
     /// The size of the whole frames, for hosts that ask.
     size: FrameSize,
@@ -74,7 +75,7 @@ impl Reader {
     /// computes.
     ///
     /// # Errors
-    /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
+    /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`](wstac_core::pipeline::Pipeline::builder) for the configuration.
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
@@ -110,7 +111,7 @@ impl Reader {
     /// Takes the next rows of a frame.
     ///
     /// # Errors
-    /// Returns the errors of [`Pipeline::push_stripe`] if the rows do not fit this layout; then nothing was taken.
+    /// Returns the errors of [`Pipeline::push_stripe`](wstac_core::pipeline::Pipeline::push_stripe) if the rows do not fit this layout; then nothing was taken.
     pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), FrameError> {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {
@@ -193,7 +194,8 @@ impl Reader {
         let finished = self.pipeline.finish();
         let (end, interrupted, contact_end) = (finished.end(), finished.interrupted(), finished.contact_end());
         if let Some(event) = finished.event() {
-            self.sender.event(&event, out);
+            // The end of a stream completes a sample only with lost frames.
+            self.sender.event(&event, None, out);
         }
         if let Some(end) = contact_end {
             self.sender.contact_end(end, out);
@@ -224,7 +226,7 @@ impl Sender {
         }
         let event = update.event();
         if let Some(event) = &event {
-            self.event(event, out);
+            self.event(event, update.taxels(), out);
         }
         if let Some(end) = update.contact_end() {
             self.contact_end(end, out);
@@ -240,11 +242,7 @@ impl Sender {
 
     /// Sends speed and direction of the newest frame if they are wanted and something slides.
     #[cfg(feature = "motion")]
-    fn give_motion(
-        &mut self,
-        pipeline: &Pipeline<setup::GreenChannel, setup::Ln, setup::BaselinePolicy>,
-        out: &mut impl Outlet,
-    ) {
+    fn give_motion(&mut self, pipeline: &setup::BoardPipeline, out: &mut impl Outlet) {
         if !self.wants_motion {
             return;
         }
@@ -258,11 +256,11 @@ impl Sender {
 
     /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
     /// without the rest of its sample.
-    fn event(&mut self, event: &Event<'_>, out: &mut impl Outlet) {
+    fn event(&mut self, event: &Event<'_>, taxels: Option<&TaxelRing>, out: &mut impl Outlet) {
         self.send_held_event(out);
         hold(&mut self.held, event, &self.law);
         if let Some(model) = setup::MODEL {
-            add_texture(&mut self.held, event, self.motion, model);
+            add_texture(&mut self.held, event, taxels, self.motion, model);
         }
         if !self.wants_samples {
             self.send_held_event(out);
@@ -328,10 +326,16 @@ fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law) {
 /// Adds the texture of an event that is kept, if it has one.
 // It is not inlined, so that the copy of the sample does not lie on the stack of the law.
 #[inline(never)]
-fn add_texture(held: &mut Option<Held>, event: &Event<'_>, motion: MotionConfig, model: &'static setup::Kind) {
+fn add_texture(
+    held: &mut Option<Held>,
+    event: &Event<'_>,
+    taxels: Option<&TaxelRing>,
+    motion: MotionConfig,
+    model: &'static setup::Kind,
+) {
     if let Some(held) = held
         && held.answers.has_texture()
-        && let Some(texture) = <setup::ModelSample as ModelSample>::texture(event, &held.answers, motion, model)
+        && let Some(texture) = <setup::ModelSample as ModelSample>::texture(event, taxels, &held.answers, motion, model)
     {
         held.answers = held.answers.with_texture(texture);
     }

@@ -18,23 +18,26 @@ use wstac_core::trigger::{Rule, TriggerConfig};
 
 include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 
+/// The type of what the pipeline keeps of the taxels: nothing, unless the texture model takes 25 of them.
+pub type Taxels = <ModelSample as crate::textures::ModelSample>::Taxels;
+/// The type of the board's pipeline.
+pub type BoardPipeline = Pipeline<GreenChannel, Ln, BaselinePolicy, Taxels>;
+
 /// Checks the pipeline of this configuration for frames of this geometry.
 ///
 /// # Errors
 /// Returns the errors of [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
 pub fn checked(
     geometry: FrameGeometry<GreenChannel>,
-) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy>, ConfigError> {
+) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy, Taxels>, ConfigError> {
     let builder = Pipeline::builder(geometry).floor(FLOOR).ln(Ln::default());
-    builder.trigger(TRIGGER).baseline(FOLLOWING).check()
+    builder.trigger(TRIGGER).baseline(FOLLOWING).taxels().check()
 }
 
 /// Builds the pipeline of this configuration for frames of this geometry.
 ///
 /// # Errors
 /// Returns the errors of [`checked`].
-pub fn pipeline(
-    geometry: FrameGeometry<GreenChannel>,
-) -> Result<Pipeline<GreenChannel, Ln, BaselinePolicy>, ConfigError> {
+pub fn pipeline(geometry: FrameGeometry<GreenChannel>) -> Result<BoardPipeline, ConfigError> {
     Ok(checked(geometry)?.build())
 }

@@ -2,7 +2,7 @@
 
 use wstac_core::model::file::INPUTS;
 use wstac_core::motion::MotionConfig;
-use wstac_core::path_sample::PathSample;
+use wstac_core::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 use wstac_core::texture;
 use wstac_core::trigger::Event;
 use wstac_core::wire::{Answers, TextureAnswer};
@@ -14,9 +14,15 @@ pub trait ModelSample {
     /// Whether the first frames of a sample are enough for an answer.
     const HAS_PREFIXES: bool;
 
+    /// The type of what the pipeline keeps of the taxels.
+    type Taxels: TaxelStore + Clone + core::fmt::Debug;
+
     /// Returns the model's answer to an event that slides; `None` if the event shows too little for it.
+    ///
+    /// `taxels` are those of the event's update.
     fn texture(
         event: &Event<'_>,
+        taxels: Option<&TaxelRing>,
         answers: &Answers<'_>,
         motion: MotionConfig,
         model: &'static Kind,
@@ -29,11 +35,13 @@ pub struct OverTime;
 
 impl ModelSample for OverTime {
     const HAS_PREFIXES: bool = true;
+    type Taxels = NoTaxels;
 
     // It is not inlined, so that its copy of the sample does not lie on the stack of the law.
     #[inline(never)]
     fn texture(
         event: &Event<'_>,
+        _: Option<&TaxelRing>,
         _: &Answers<'_>,
         _: MotionConfig,
         model: &'static Kind,
@@ -50,16 +58,40 @@ pub struct AlongPath;
 
 impl ModelSample for AlongPath {
     const HAS_PREFIXES: bool = false;
+    type Taxels = NoTaxels;
 
     // It is not inlined for the same reason.
     #[inline(never)]
     fn texture(
         event: &Event<'_>,
+        _: Option<&TaxelRing>,
         answers: &Answers<'_>,
         motion: MotionConfig,
         model: &'static Kind,
     ) -> Option<TextureAnswer<'static>> {
         let path = PathSample::of_sums(event, &answers.velocity()?, motion, model.frames())?;
+        path.covers(model.frames()).then(|| texture::texture(path.numbers(), model).into())
+    }
+}
+
+/// Light of 25 taxels along the path of the touch. The pipeline keeps their last 70 frames.
+#[derive(Clone, Copy, Debug)]
+pub struct AlongTaxels;
+
+impl ModelSample for AlongTaxels {
+    const HAS_PREFIXES: bool = false;
+    type Taxels = TaxelRing;
+
+    // It is not inlined for the same reason.
+    #[inline(never)]
+    fn texture(
+        _: &Event<'_>,
+        taxels: Option<&TaxelRing>,
+        answers: &Answers<'_>,
+        motion: MotionConfig,
+        model: &'static Kind,
+    ) -> Option<TextureAnswer<'static>> {
+        let path = PathSample::of_taxels(taxels?, &answers.velocity()?, motion, model.frames())?;
         path.covers(model.frames()).then(|| texture::texture(path.numbers(), model).into())
     }
 }

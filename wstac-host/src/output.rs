@@ -8,6 +8,7 @@ use wstac_core::features::Features;
 use wstac_core::law::{AnyLaw, EventLaw};
 use wstac_core::motion::{Contact, MotionConfig, Velocity};
 use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::path_sample::TaxelRing;
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
 
@@ -160,12 +161,12 @@ pub struct TactileEvent {
 }
 
 impl TactileEvent {
-    /// Creates an event of the core with its answers.
-    pub(crate) fn new(event: &Event<'_>, answering: &Answering<'_>) -> Self {
+    /// Creates an event of the core with its answers. `taxels` are those of its sample, if they are kept and complete.
+    pub(crate) fn new(event: &Event<'_>, taxels: Option<&TaxelRing>, answering: &Answering<'_>) -> Self {
         let flat = event.sample.flat();
         let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
         let answer = answering.law.answer(event);
-        let texture = answering.textures.of_event(event, &answer, answering.motion);
+        let texture = answering.textures.of_event(event, taxels, &answer, answering.motion);
         Self {
             frame: event.frame,
             time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
@@ -185,15 +186,22 @@ impl TactileEvent {
         }
     }
 
-    /// Creates an event from the answers of a board. `clock` is that of its frames, if its rate is known.
+    /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is that of
+    /// its frames, if its rate is known.
     #[cfg(feature = "board")]
     pub(crate) fn from_answers(
         answers: &wstac_core::wire::Answers<'_>,
         texture: Option<Texture>,
+        has_model: bool,
         sample: Option<&SampleFrames>,
         clock: Option<&FrameClock>,
     ) -> Self {
         let time = answers.touch_frame().zip(clock);
+        let no_texture = match (answers.has_texture(), has_model) {
+            (true, true) => NoTexture::Unanswered,
+            (true, false) => NoTexture::NoModel,
+            (false, _) => NoTexture::NoSlide,
+        };
         Self {
             frame: answers.frame,
             time: time.map(|(touch, clock)| TouchTime::new(touch, answers.frame, clock)),
@@ -205,7 +213,7 @@ impl TactileEvent {
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
-            texture: texture.ok_or(if answers.has_texture() { NoTexture::NoModel } else { NoTexture::NoSlide }),
+            texture: texture.ok_or(no_texture),
             frames_filled: answers.frames_filled,
             reliable: answers.reliable,
             sample_reliable: answers.reliable,

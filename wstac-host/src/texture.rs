@@ -6,9 +6,10 @@ use std::sync::Arc;
 use serde::Serialize;
 use wstac_core::law::Answer;
 use wstac_core::model::Model;
+use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::motion::{self, MotionConfig};
-use wstac_core::path_sample::PathSample;
+use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
 use wstac_core::trigger::Event;
@@ -28,6 +29,12 @@ pub struct Texture {
     /// The class of a model that distinguishes something else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
+    /// The probability that the names are right, 0 to below 1, with five decimals: the lowest of all models that answer.
+    /// It is `None` if one of them has no calibration.
+    pub confidence: Option<f64>,
+    /// Whether the touch is like those of the training; `None` if no model tells. If it is `false` there are no names
+    /// and no confidence.
+    pub known: Option<bool>,
 }
 
 impl Texture {
@@ -47,18 +54,29 @@ impl Texture {
         record
     }
 
-    /// Merges the answers of several models, each of another task; `None` without an answer.
+    /// Creates the answer of a model from a class's name, with its confidence in units of 2^-15 and whether the touch is
+    /// known ([`wstac_core::texture::Texture`]).
+    pub fn of_answer(task: Task, label: String, confidence: Option<u16>, known: Option<bool>) -> Self {
+        if known == Some(false) {
+            return Self { known, ..Self::default() };
+        }
+        Self { confidence: confidence.map(confidence_of), known, ..Self::of(task, label) }
+    }
+
+    /// Merges the answers of several models of these tasks, each of another one; `None` without an answer.
     #[cfg(feature = "board")]
-    pub(crate) fn of_all(mut answers: Vec<(Task, String)>) -> Option<Self> {
+    pub(crate) fn of_all(mut answers: Vec<(Task, Self)>) -> Option<Self> {
         answers.sort_by_key(|(task, _)| rank(*task));
-        Self::merged(answers.into_iter().map(|(task, label)| Self::of(task, label)))
+        Self::merged(answers.into_iter().map(|(_, answer)| answer))
     }
 
     fn merged(records: impl Iterator<Item = Self>) -> Option<Self> {
-        records.reduce(|mut all, one| {
+        let merged = records.reduce(|mut all, one| {
             all.merge(one);
             all
-        })
+        })?;
+        // What one model does not know has no names, whatever others say.
+        Some(if merged.known == Some(false) { Self { known: merged.known, ..Self::default() } } else { merged })
     }
 
     /// Takes over the fields that another answer has.
@@ -67,7 +85,17 @@ impl Texture {
         self.pattern = other.pattern.or(self.pattern.take());
         self.depth_mm = other.depth_mm.or(self.depth_mm);
         self.class = other.class.or(self.class.take());
+        self.confidence = self.confidence.zip(other.confidence).map(|(one, other)| one.min(other));
+        self.known = match (self.known, other.known) {
+            (Some(one), Some(other)) => Some(one && other),
+            (one, other) => one.or(other),
+        };
     }
+}
+
+/// Returns a confidence in units of 2^-15 for output, 0 to below 1, with five decimals.
+pub fn confidence_of(units: u16) -> f64 {
+    (f64::from(units) / f64::from(CONFIDENCE_ONE) * 1e5).round() / 1e5
 }
 
 /// Returns a specimen's pattern and depth in mm by its name: `Saw3` is a `Saw` of 3 mm. A sphere has no depth.
@@ -106,9 +134,9 @@ impl Textures {
         let mut models: Vec<(Arc<OwnedModel>, &ModelFile)> = Vec::with_capacity(files.len());
         for file in files {
             let model = file.owned()?;
-            let task = model.get().task();
-            if !matches!(model.get().input(), Input::Frames | Input::Path) {
-                let message = format_args!("takes the input {}, expected frames or path", model.get().input().name());
+            let (task, input) = (model.get().task(), model.get().input());
+            if !matches!(input, Input::Frames | Input::Path | Input::TaxelPath) {
+                let message = format_args!("takes the input {}, expected frames, path or taxel_path", input.name());
                 return Err(Error::new(ErrorKind::Unsupported, file.about(), message));
             }
             if let Some((_, other)) = models.iter().find(|(other, _)| other.get().task() == task) {
@@ -125,32 +153,54 @@ impl Textures {
         Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
     }
 
+    /// Returns whether a model takes 25 taxels. Then the pipeline must keep them
+    /// ([`Pipeline::keep_taxels`](wstac_core::pipeline::Pipeline::keep_taxels)).
+    pub fn needs_taxels(&self) -> bool {
+        self.models.iter().any(|model| model.get().input() == Input::TaxelPath)
+    }
+
     /// Returns the answer of all models to an event of this answer.
+    ///
+    /// `taxels` are those of the event's update, for models that take 25 taxels.
     ///
     /// A model that takes the sample along the path needs the velocity. If the law does not give one, it is computed by
     /// coherence with the parameters `config`.
     ///
     /// # Errors
-    /// There is no model, the touch is no slide, or it is too short or too slow for every model.
-    pub fn of_event(&self, event: &Event<'_>, answer: &Answer, config: MotionConfig) -> Result<Texture, NoTexture> {
+    /// There is no model, the touch is no slide, or no model can answer. The reason is then that of the first model.
+    pub fn of_event(
+        &self,
+        event: &Event<'_>,
+        taxels: Option<&TaxelRing>,
+        answer: &Answer,
+        config: MotionConfig,
+    ) -> Result<Texture, NoTexture> {
         if self.models.is_empty() {
             return Err(NoTexture::NoModel);
         }
         if !answer.has_texture() {
             return Err(NoTexture::NoSlide);
         }
-        let needs_path = self.models.iter().any(|model| model.get().input() == Input::Path);
+        let needs_path = self.models.iter().any(|model| model.get().input() != Input::Frames);
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
         let velocity = if needs_path { by_law() } else { None };
-        let answers = self.models.iter().filter_map(|model| {
-            let (model, frames) = (model.get(), model.get().frames());
-            if model.input() == Input::Frames {
-                return Some(named(model, &event.sample.flat()));
-            }
-            let path = PathSample::of_sums(event, &velocity?, config, frames)?;
-            path.covers(frames).then(|| named(model, path.numbers()))
-        });
-        Texture::merged(answers).ok_or(NoTexture::TooShort)
+        let answer_of = |model: &Model| {
+            let frames = model.frames();
+            let path = match model.input() {
+                Input::Frames => return Ok(named(model, &event.sample.flat())),
+                Input::Path => velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, frames)),
+                // [`Self::new`] takes no other input than that of 25 taxels.
+                _ => {
+                    let taxels = taxels.ok_or(NoTexture::LostFrames)?;
+                    velocity.and_then(|velocity| PathSample::of_taxels(taxels, &velocity, config, frames))
+                }
+            };
+            let path = path.filter(|path| path.covers(frames)).ok_or(NoTexture::TooShort)?;
+            Ok(named(model, path.numbers()))
+        };
+        let answers: Vec<_> = self.models.iter().map(|model| answer_of(model.get())).collect();
+        let reason = answers.iter().find_map(|answer| answer.as_ref().err().copied());
+        Texture::merged(answers.into_iter().flatten()).ok_or(reason.unwrap_or(NoTexture::TooShort))
     }
 
     /// Returns the answers of the models for which enough of the sample under way has just arrived.
@@ -178,6 +228,10 @@ pub enum NoTexture {
     NoSlide,
     /// The sample shows too little of the path for the models: the slide is too slow, or its velocity is not known.
     TooShort,
+    /// Frames of the sample were lost, and the model takes 25 taxels, which are not filled.
+    LostFrames,
+    /// The board has a model, which gave no answer. The board does not say why.
+    Unanswered,
 }
 
 impl NoTexture {
@@ -187,6 +241,8 @@ impl NoTexture {
             Self::NoModel => "no model was given",
             Self::NoSlide => "the touch is not a slide",
             Self::TooShort => "the sample shows too little of the path for the model",
+            Self::LostFrames => "frames of the sample were lost, and the model needs the taxels of all",
+            Self::Unanswered => "the board's model has no answer: too little of the path, or lost frames",
         }
     }
 }
@@ -202,12 +258,28 @@ impl std::error::Error for NoTexture {}
 /// Returns a model's answer.
 fn named(model: &Model, sample: &[i16; INPUTS]) -> Texture {
     let texture = texture(sample, model);
-    Texture::of(texture.task, texture.label.to_string())
+    Texture::of_answer(texture.task, texture.label.to_string(), texture.confidence, texture.known)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn answers_of_several_models_are_as_sure_as_the_least_sure() {
+        let of = |task, label: &str, confidence, known| Texture::of_answer(task, label.into(), confidence, known);
+        let specimen = of(Task::Specimen, "Saw3", Some(32_767), Some(true));
+        assert_eq!((specimen.confidence, specimen.known), (Some(0.99997), Some(true)));
+        let both = Texture::merged([specimen.clone(), of(Task::Depth, "2", Some(16_384), None)].into_iter()).unwrap();
+        let expected = Texture { depth_mm: Some(2.0), confidence: Some(0.5), ..specimen.clone() };
+        assert_eq!(both, expected);
+        let with_plain = Texture::merged([specimen.clone(), Texture::of(Task::Depth, "2".into())].into_iter()).unwrap();
+        assert_eq!((with_plain.confidence, with_plain.known), (None, Some(true)));
+        let unknown = of(Task::Pattern, "Saw", Some(9), Some(false));
+        let nothing = Texture { known: Some(false), ..Texture::default() };
+        assert_eq!(unknown, nothing);
+        assert_eq!(Texture::merged([specimen, unknown].into_iter()), Some(nothing));
+    }
 
     #[test]
     fn specimens_by_name() {

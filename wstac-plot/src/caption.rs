@@ -70,7 +70,12 @@ fn texture(texture: &Texture) -> String {
         names.extend(texture.pattern.clone());
         names.extend(texture.depth_mm.map(|depth| format!("{depth} mm deep")));
     }
-    format!("texture {}", names.join(", "))
+    if texture.known == Some(false) {
+        return "texture unknown".to_owned();
+    }
+    let trust =
+        texture.confidence.map(|confidence| format!(" (confidence {:.2})", (100.0 * confidence).floor() / 100.0));
+    format!("texture {}{}", names.join(", "), trust.unwrap_or_default())
 }
 
 fn drawn(found: &Found) -> String {

@@ -25,8 +25,8 @@ pub(crate) struct Model {
 
 #[pymethods]
 impl Model {
-    /// Reads and checks a model file (`wstac model import` makes one), or one that comes with wstac: `builtin:svm`,
-    /// `builtin:forest`, `builtin:boosted`. Raises `wstac.Error` if it cannot be read or used.
+    /// Reads and checks a model file (`wstac model import` makes one), or one that comes with wstac: `builtin:path-svm`,
+    /// `builtin:taxel-path-svm`, `builtin:svm`, and the same with `forest` and `boosted`. Raises `wstac.Error` if it cannot be read or used.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         waiting(py, || {

@@ -153,7 +153,7 @@ impl Frames {
     fn take(&mut self, event: &SourceEvent<'_>, taxels: &[f32; TAXELS], number: u64) {
         let (bytes, timestamp) = match event {
             SourceEvent::Frame(frame) => (frame.bytes, frame.timestamp),
-            SourceEvent::Taxels(_) => (&[][..], None),
+            SourceEvent::Taxels(frame) => (&[][..], frame.timestamp),
             _ => return,
         };
         self.numbers.push(number as i64);
@@ -265,7 +265,8 @@ impl<'py> Classes<'py> {
     }
 
     fn texture(&self, texture: &Texture) -> PyResult<Bound<'py, PyAny>> {
-        self.make("Texture", (&texture.specimen, &texture.pattern, texture.depth_mm, &texture.class))
+        let Texture { specimen, pattern, depth_mm, class, confidence, known } = texture;
+        self.make("Texture", (specimen, pattern, *depth_mm, class, *confidence, *known))
     }
 
     fn incomplete(&self, sample: InterruptedSample) -> PyResult<Bound<'py, PyAny>> {

@@ -53,6 +53,10 @@ class Texture:
     # "class" is a keyword of Python.
     class_: Optional[str] = None
     """The class of a model that tells something else apart."""
+    confidence: Optional[float] = None
+    """Probability that the names are right, 0 to below 1; None if a model has no calibration."""
+    known: Optional[bool] = None
+    """Whether the touch is like those of the training; if it is False there are no names. None if no model tells."""
 
 
 @dataclass(frozen=True)

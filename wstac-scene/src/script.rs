@@ -144,7 +144,7 @@ impl SceneConfig {
     /// # Errors
     /// The text is not in the short form; the message names the part, the value found and the values expected.
     pub fn parse_short(text: &str) -> Result<Self, Error> {
-        parse_short(text).map_err(|message| Error::new(ErrorKind::Config, format_args!("scene:{text}"), message))
+        parse_short(text).map_err(|message| Error::new(ErrorKind::Usage, format_args!("scene:{text}"), message))
     }
 
     /// Reads a script's text; `subject` names its file.

@@ -1,47 +1,39 @@
 //! Writes a data set of random slides with their samples along the path: `path_slides OUT.npz SLIDES SEED SENSOR`.
 //!
-//! Slides have any direction, 50 to 300 mm/s and 60 to 120 mm. Their sensors are those from number SENSOR on.
-//! A fifth argument `unknown` gives textures whose depth or period is outside the trained ones.
+//! Slides have any direction, 50 to 300 mm/s and 60 to 120 mm. Their sensors are those from number SENSOR on. Textures
+//! are the ten of the paper. A fifth argument chooses others: `unknown`, `random` (a thousand by SEED), `ten` (ten of
+//! them) or `new`. A sixth is the number of sensors, 1000 without it.
 
 use std::fs::File;
 use std::io::BufWriter;
 
 use wstac_scene::specimen::Specimen;
 use wstac_train::dataset::path::{RandomSlides, write};
+use wstac_train::dataset::textures;
+
+/// The number of random textures.
+const RANDOM: usize = 1000;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let (out, numbers, unknown) = match arguments.as_slice() {
-        [out, slides, seed, sensor] => (out, [slides, seed, sensor], false),
-        [out, slides, seed, sensor, kind] if kind == "unknown" => (out, [slides, seed, sensor], true),
-        _ => return Err("expected OUT.npz SLIDES SEED SENSOR [unknown]".into()),
+    let (out, numbers, textures) = match arguments.as_slice() {
+        [out, slides, seed, sensor] => (out, [slides, seed, sensor], "paper"),
+        [out, slides, seed, sensor, textures] => (out, [slides, seed, sensor], textures.as_str()),
+        [out, slides, seed, sensor, textures, _] => (out, [slides, seed, sensor], textures.as_str()),
+        _ => return Err("expected OUT.npz SLIDES SEED SENSOR [paper|unknown|random|ten|new [SENSORS]]".into()),
     };
+    let sensors = arguments.get(5).map_or(Ok(1000), |number| number.parse::<u32>())?;
     let [slides, seed, sensor] = numbers.map(|number| number.parse::<u32>());
     let (slides, seed, sensor) = (slides?, seed?.into(), sensor?);
-    let mut wanted = RandomSlides { slides, seed, sensors: [sensor, 1000], ..RandomSlides::default() };
-    if unknown {
-        wanted.specimens = unknown_specimens();
-    }
+    let specimens = match textures {
+        "paper" => Specimen::ALL.to_vec(),
+        "unknown" => textures::unknown().into_iter().map(|(_, specimen)| specimen).collect(),
+        "random" => textures::random(seed, RANDOM),
+        "ten" => textures::random(seed, 10),
+        "new" => textures::NEW.to_vec(),
+        other => return Err(format!("textures {other}, expected paper, unknown, random, ten or new").into()),
+    };
+    let wanted = RandomSlides { specimens, slides, seed, sensors: [sensor, sensors], ..RandomSlides::default() };
     write(BufWriter::new(File::create(out)?), &wanted.all()?)?;
     Ok(())
-}
-
-/// Returns textures whose depth or period is at least 1.5 times below or above the trained ones: depths of 2 to 4 mm and
-/// periods of 4 to 8 mm.
-fn unknown_specimens() -> Vec<Specimen> {
-    let textured = &Specimen::ALL[1..];
-    let changed = [(2.0 / 1.5, 1.0), (1.0, 1.0), (0.0, 12.0), (0.0, 16.0), (0.0, 4.0 / 1.5), (0.0, 2.0)];
-    let of = |specimen: &Specimen| {
-        let specimen = *specimen;
-        changed.map(|(depth_mm, period_mm)| {
-            if depth_mm > 0.0 {
-                // The shallower depth with the specimen's own period, and with the usual one.
-                let period_mm = if depth_mm > 1.0 { specimen.period_mm } else { 2.0 * depth_mm * period_mm };
-                Specimen { depth_mm, period_mm, ..specimen }
-            } else {
-                Specimen { period_mm, ..specimen }
-            }
-        })
-    };
-    textured.iter().flat_map(of).collect()
 }

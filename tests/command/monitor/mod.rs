@@ -286,8 +286,8 @@ fn what_is_no_board_of_this_version_is_refused() {
         (&["monitor"][..], 2),
         (&["monitor", "-", "--baud", "0"], 2),
         (&["monitor", "-", "--samples"], 2),
-        (&["monitor", "-", "--baud", "9600"], 1),
-        (&["monitor", "/"], 1),
+        (&["monitor", "-", "--baud", "9600"], 2),
+        (&["monitor", "/"], 2),
         (&["monitor", "/no/such/device"], 1),
         (&["monitor", "tcp:nowhere"], 1),
     ] {

@@ -16,7 +16,7 @@ fn what_the_plan_gives_is_no_label() {
     for label in ["specimen=Fla0", "speed=100"] {
         let files = files.to_str().unwrap();
         let done = run(&["record", "scene:Saw3@150", "--guide", &plan, "-o", files, "--label", label]);
-        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert_eq!(done.status.code(), Some(2), "{}", said(&done));
         assert!(said(&done).contains("expected none: "), "{}", said(&done));
     }
     assert!(!files.exists());

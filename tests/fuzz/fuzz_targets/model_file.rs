@@ -28,6 +28,10 @@ fuzz_target!(|data: &[u8]| {
             value = value.wrapping_add(step);
             value
         });
-        assert!(usize::from(model.classify(&sample)) < classes);
+        let found = model.classification(&sample);
+        assert!(usize::from(found.class) < classes && model.classify(&sample) == found.class);
+        let probabilities = model.probabilities(&sample);
+        assert_eq!(probabilities.map(|all| all[usize::from(found.class)]), found.confidence);
+        assert_eq!(found.known.is_some(), model.tells_unknown());
     }
 });

@@ -2,8 +2,10 @@
 //! events, answers and ends. Every case of the manifest is run. A missing or empty manifest fails.
 
 mod case;
+mod known;
 mod live;
 mod motion;
+mod motion_of;
 mod path;
 
 use std::fs;

@@ -1,7 +1,8 @@
 //! `wstac dataset` makes a training set of simulated slides or recordings.
 
-mod progress;
-mod recorded;
+pub(super) mod progress;
+pub(super) mod random;
+pub(super) mod recorded;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -9,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use self::progress::Progress;
 use super::files::Outputs;
+use super::model_words::Sample;
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing, number};
 use wstac_host::atomic_write::AtomicFile;
@@ -30,9 +32,16 @@ use wstac_train::dataset::{arrays, check, each_sample};
 pub(super) struct Arguments {
     /// A sweep of simulated slides, or recordings
     ///
-    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them.
-    #[arg(value_name = "SWEEP|RECORDING", required = true)]
+    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any,
+    /// path and taxel-path samples are of the empty sweep.
+    #[arg(value_name = "SWEEP|RECORDING", required_if_eq("input", "frames"))]
     sources: Vec<PathBuf>,
+
+    /// The samples: over time, or along the path of a touch
+    ///
+    /// For models of any speed, direction and length, use path. Then a sweep is of random slides, with keys of its own.
+    #[arg(long, value_enum, default_value = "frames")]
+    input: Sample,
 
     /// Write the samples to this new file
     #[arg(short, long, value_name = "FILE.npz")]
@@ -114,6 +123,24 @@ Data sets of recordings have no seed, and two more arrays:
   speed is nan and direction -1 without such a label; y_depth is nan if
   the specimen's name has no depth.
 
+With --input path or taxel-path:
+  A sweep is of random slides; these are the keys and their defaults:
+    specimens = ["Fla0", …]   # the same ten
+    slides = 12000            # of all specimens together
+    speeds = [50, 300]        # mm/s, from and to; even in the logarithm
+    directions = [0, 360]     # degrees, from and to
+    lengths = [60, 120]       # mm, from and to
+    sensors = 500             # different simulated sensors
+    seed = 1
+    test = 0.2                # fraction of the sensors for tests
+  Without a file it is this empty sweep, which takes about a minute on
+  two processors. Slides have random gains of 0.6 to 1.4, too.
+  X_path or X_taxel_path takes the place of X. It is zero if there is
+  no velocity or too little of the path. Further arrays: length, period
+  and depth in mm, sensor, measured_speed, measured_direction, split.
+  Recordings keep their arrays. With the label sensor in all of them,
+  there is an array sensor, too.
+
 In Python:
   set = numpy.load("FILE.npz")
   X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
@@ -128,12 +155,13 @@ Interrupted runs:
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     match &arguments.sources[..] {
+        [] => random::run(arguments),
         [one] if !one.is_dir() && !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) => {
             if !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
                 let message = "is no sweep, expected a .toml file, recordings (.mcap) or a folder of them";
                 return Err(Error::new(ErrorKind::Usage, one.display(), message).into());
             }
-            simulated(arguments, one)
+            if arguments.input == Sample::Frames { simulated(arguments, one) } else { random::run(arguments) }
         }
         _ => recorded::run(arguments),
     }
@@ -192,6 +220,12 @@ fn outputs(arguments: &Arguments) -> Outputs {
     Outputs::new(arguments.force).reading(&arguments.sources).reading(&arguments.config)
 }
 
+/// Creates the threads that compute.
+pub(super) fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
+    pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))
+}
+
 /// Writes the file completely or not at all.
 fn write_all(
     outputs: &Outputs,
@@ -204,7 +238,7 @@ fn write_all(
 }
 
 /// Reads a fraction of something, from 0 to below 1.
-fn fraction(text: &str) -> Result<f64, String> {
+pub(super) fn fraction(text: &str) -> Result<f64, String> {
     let fraction = text.parse().ok().filter(|fraction| (0.0..1.0).contains(fraction));
     fraction.ok_or_else(|| format!("{text:?} is no fraction, expected at least 0 and below 1"))
 }
@@ -217,9 +251,7 @@ fn make(
     threads: Option<u16>,
     signal: &AtomicUsize,
 ) -> Result<(), Stop> {
-    let threads = threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))?;
+    let pool = pool(threads)?;
     let missing = part.missing();
     let mut progress = Progress::new("slides", part.tally().done(), sweep.count());
     pool.install(|| {

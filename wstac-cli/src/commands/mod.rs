@@ -10,6 +10,7 @@ mod files;
 mod fit_speed;
 mod man;
 mod model;
+mod model_words;
 mod monitor;
 mod output;
 mod plot;
@@ -20,6 +21,7 @@ mod scene;
 pub(crate) mod signals;
 mod source_arguments;
 mod trade;
+mod train;
 mod view;
 
 use std::ffi::OsString;
@@ -67,8 +69,12 @@ Start here:
       name textures, too
 
 Texture models of your own:
-  wstac dataset sweep.toml -o train.npz
-      make a training set; wstac dataset --help lists the keys
+  wstac train -o my.wsm
+      train on simulated slides of many sensors, and test on others
+  wstac train recordings/ -o my.wsm
+      train on your own recordings
+  wstac dataset --input path -o set.npz
+      make a data set for other trainers; --help lists the keys
   wstac model import forest.onnx -o forest.wsm
       turn a trained model into a file; wstac model --help trains one
 
@@ -105,6 +111,7 @@ enum Command {
     Calibrate(calibrate::Arguments),
     Dataset(dataset::Arguments),
     FitSpeed(fit_speed::Arguments),
+    Train(train::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
     View(view::Arguments),
@@ -135,6 +142,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::FitSpeed(arguments) => fit_speed::run(&arguments),
+        Command::Train(arguments) => train::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
@@ -188,7 +196,11 @@ const LONGEST_ARGUMENT: usize = 150;
 fn fail(error: &Error) -> ExitCode {
     // Standard error may be closed; the exit code still reports the failure.
     note(error);
-    ExitCode::FAILURE
+    match error.kind() {
+        // An argument that clap cannot judge is wrong all the same.
+        wstac_host::error::ErrorKind::Usage => ExitCode::from(2),
+        _ => ExitCode::FAILURE,
+    }
 }
 
 #[cfg(test)]

@@ -328,5 +328,12 @@ fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {
     let mut words: Vec<String> = texture.specimen.iter().chain(&texture.class).cloned().collect();
     words.extend(texture.pattern.clone().filter(|_| texture.pattern != pattern));
     words.extend(texture.depth_mm.filter(|_| texture.depth_mm != depth).map(|depth| format!("{depth} mm deep")));
-    line.write_str(&words.join(", "))
+    match (texture.known, texture.confidence) {
+        (Some(false), _) => line.write_str("unknown"),
+        // Rounded down: nothing is certain.
+        (_, Some(confidence)) => {
+            write!(line, "{} (confidence {:.2})", words.join(", "), (100.0 * confidence).floor() / 100.0)
+        }
+        (_, None) => line.write_str(&words.join(", ")),
+    }
 }

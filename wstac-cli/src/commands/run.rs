@@ -1,5 +1,6 @@
 //! `wstac run` prints the events of one source, or of several at once.
 
+mod no_event;
 mod read;
 mod sensors;
 
@@ -38,8 +39,8 @@ pub(super) struct Arguments {
     /// Name textures with this model; can be given several times
     ///
     /// It is a file (see wstac model --help), or a model that was trained on simulated slides: builtin:path-svm,
-    /// builtin:path-forest or builtin:path-boosted; or builtin:svm, builtin:forest or builtin:boosted for the slides of
-    /// the publication. Give one for each of specimens, patterns and depths if they have models of their own.
+    /// builtin:path-forest or builtin:path-boosted; builtin:taxel-path-svm, -forest or -boosted; or builtin:svm,
+    /// builtin:forest or builtin:boosted for the slides of the publication. Give one for each of specimens, patterns and depths if they have models of their own.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -150,6 +151,8 @@ Meaning of the answers:
   that come with wstac were trained at 30 frames per second.
   builtin:path-… take the sample along the path of the slide: they hold
   from 50 to 300 mm/s, in any direction, and need 28 mm of path.
+  builtin:taxel-path-… are right more often: they take 25 taxels instead
+  of ten sums. They give no answer if a frame of the sample was lost.
   builtin:svm, forest and boosted take the sample over time: they hold
   from 100 to 200 mm/s in four directions, and are often wrong elsewhere.
   With law = "published" under [speed], speed and direction are those of
@@ -170,7 +173,8 @@ Output with --json, one object per line (wrapped here):
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
    "duration_frames":28,"speed":{"mm_s":150.2,"sd":1.3},
    "direction":{"deg":90.5,"sd":0.5},
-   "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0},
+   "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0,
+   "confidence":0.97,"known":true},
    "frames_filled":0,"reliable":true}
   {"kind":"contact_end","frame":75,"event_frame":35,"time_s":2.5}
   {"kind":"texture","frame":137,"frames":40,"texture":{…}}
@@ -193,7 +197,10 @@ Output with --json, one object per line (wrapped here):
               the source knows it. "sd" is a standard deviation. speed,
               direction and texture are null if there is no answer, and
               "why" gives the reason. Models of other classes answer
-              with "class".
+              with "class". "confidence" is the probability that the
+              names are right, and "known" is false for a texture that
+              is unlike those of the training: then there are no names.
+              Both are null for a model that does not tell.
               --samples adds "sample": 10 lists of 70 numbers like "f".
               With law = "published" or "physical" the fields from
               "touch_frame" to "contact" are missing, "speed" has

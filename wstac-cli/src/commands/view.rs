@@ -100,7 +100,7 @@ Terminals:
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if !std::io::stdout().is_terminal() {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
-        return Err(Error::new(ErrorKind::Usage, "standard output", message).into());
+        return Err(Error::new(ErrorKind::Unsupported, "standard output", message).into());
     }
     // There is no --force here, because a key is easily pressed by mistake.
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {

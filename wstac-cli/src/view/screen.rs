@@ -108,7 +108,7 @@ impl Keyboard {
             Ok(group) if group != getpgrp() => {
                 let message = "not in the foreground, expected the program that the terminal waits for; \
                                start it without & or timeout, or use timeout --foreground";
-                Err(Error::new(ErrorKind::Usage, "the terminal", message))
+                Err(Error::new(ErrorKind::Unsupported, "the terminal", message))
             }
             // A terminal of another session has no foreground process that this one could compare with.
             _ => Ok(()),

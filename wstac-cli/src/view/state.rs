@@ -213,6 +213,7 @@ fn line(event: &TactileEvent) -> String {
         let depth = texture.depth_mm.map(|depth| format!("{depth} mm"));
         let parts = || texture.pattern.iter().cloned().chain(depth);
         match &texture.specimen {
+            _ if texture.known == Some(false) => vec!["unknown".to_owned()],
             Some(specimen) => vec![specimen.clone()],
             None => texture.class.iter().cloned().chain(parts()).collect(),
         }

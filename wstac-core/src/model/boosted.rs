@@ -10,6 +10,7 @@
 //! Either leaves are int16, and starts and the bound int32; or all of them are float32. They are added in the order of
 //! the trees, exactly as XGBoost does.
 
+use super::calibration::Calibration;
 use super::descent;
 use super::file::{HEADER_HALVES, Header, INPUTS, ModelError, half, long};
 use super::labels::Labels;
@@ -22,6 +23,7 @@ pub struct Boosted<'a> {
     words: &'a [u32],
     pub(super) labels: Labels<'a>,
     pub(super) header: Header,
+    pub(super) calibration: Calibration<'a>,
     /// The number of scores: that of the classes, or 1.
     scores: u8,
     /// The half at which the trees start.
@@ -53,7 +55,7 @@ impl<'a> Boosted<'a> {
             FLOAT32 => (true, Leaves::Floats),
             _ => return Err(ModelError::Header { half: 7, found: header.number }),
         };
-        if header.labels < HEADER_HALVES + 3 {
+        if header.end < HEADER_HALVES + 3 {
             return Err(ModelError::Part(HEADER_HALVES as u32));
         }
         let scores = half(words, HEADER_HALVES);
@@ -64,7 +66,7 @@ impl<'a> Boosted<'a> {
             return Err(ModelError::Overflow);
         }
         let trees = HEADER_HALVES + 3 + 3 * scores as usize;
-        if trees > header.labels {
+        if trees > header.end {
             return Err(ModelError::Part(HEADER_HALVES as u32));
         }
         let mut all = 0_u32;
@@ -90,19 +92,35 @@ impl<'a> Boosted<'a> {
         if let Err(error) = trees::check(words, trees, &header, leaves) {
             return Err(error);
         }
-        Ok(Self { words, labels: Labels::new(words, &header), header, scores: scores as u8, trees, floats })
+        let calibration = match Calibration::new(words, &header) {
+            Ok(calibration) => calibration,
+            Err(error) => return Err(error),
+        };
+        Ok(Self {
+            words,
+            labels: Labels::new(words, &header),
+            header,
+            calibration,
+            scores: scores as u8,
+            trees,
+            floats,
+        })
     }
 
-    /// Returns the class of a sample, either by the fast kernel or by plain code.
+    /// Returns the class of a sample, either by the fast kernel or by plain code. Each class's score is passed to `give`;
+    /// scores of float32 are in units of 2^-16.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
+    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS], all: bool, give: impl FnMut(u8, i64)) -> u8 {
         if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
-            return self.decide::<false>(sample);
+            return self.decide::<false>(sample, all, give);
         }
         if self.floats {
-            self.highest(sample, f32::from_bits, if FAST { Self::float_score_fast } else { Self::float_score })
+            let fixed = |score: f32| (score * 65_536.0) as i64;
+            let score = if FAST { Self::float_score_fast } else { Self::float_score };
+            self.highest(sample, f32::from_bits, score, fixed, give)
         } else {
-            self.highest(sample, u32::cast_signed, if FAST { Self::score_fast } else { Self::score })
+            let score = if FAST { Self::score_fast } else { Self::score };
+            self.highest(sample, u32::cast_signed, score, i64::from, give)
         }
     }
 
@@ -114,19 +132,27 @@ impl<'a> Boosted<'a> {
         sample: &[i16; INPUTS],
         of_bits: impl Fn(u32) -> S,
         score: impl Fn(&Self, S, usize, u16, &[i16; INPUTS]) -> (S, usize),
+        fixed: impl Fn(S) -> i64,
+        mut give: impl FnMut(u8, i64),
     ) -> u8 {
+        let one = self.scores == 1 && self.header.classes == 2;
+        let bound = of_bits(long(self.words, HEADER_HALVES + 1));
+        if one {
+            // The first class's score is what the second one's must exceed.
+            give(0, fixed(bound));
+        }
         let (mut at, mut best, mut highest) = (self.trees, 0, None);
         for class in 0..self.scores {
             let entry = HEADER_HALVES + 3 + 3 * usize::from(class);
             let start = of_bits(long(self.words, entry + 1));
             let (sum, end) = score(self, start, at, half(self.words, entry), sample);
             at = end;
+            give(class + u8::from(one), fixed(sum));
             if highest.is_none_or(|highest| sum > highest) {
                 (best, highest) = (class, Some(sum));
             }
         }
-        if self.scores == 1 && self.header.classes == 2 {
-            let bound = of_bits(long(self.words, HEADER_HALVES + 1));
+        if one {
             return u8::from(highest.is_some_and(|score| score > bound));
         }
         best
@@ -135,7 +161,7 @@ impl<'a> Boosted<'a> {
     fn score(&self, mut sum: i32, mut at: usize, trees: u16, sample: &[i16; INPUTS]) -> (i32, usize) {
         let shift = self.header.shift;
         for _ in 0..trees {
-            let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, shift) else { break };
+            let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, shift) else { break };
             let leaf = walk::leaf::<1>(self.words, start, shift, sample);
             // Starts and leaves fit 32 bits together, which has been checked once.
             sum = sum.wrapping_add(i32::from(half(self.words, leaf) as i16));
@@ -147,7 +173,7 @@ impl<'a> Boosted<'a> {
     fn float_score(&self, mut sum: f32, mut at: usize, trees: u16, sample: &[i16; INPUTS]) -> (f32, usize) {
         let shift = self.header.shift;
         for _ in 0..trees {
-            let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, shift) else { break };
+            let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, shift) else { break };
             sum += f32::from_bits(long(self.words, walk::leaf::<2>(self.words, start, shift, sample)));
             at = end;
         }

@@ -6,7 +6,7 @@
 //! 22,017. Both ways are tested to give the same sums.
 
 use self::plain::Sum;
-use super::linear_svm::BLOCK;
+use super::rows::BLOCK;
 
 /// Weights of one size. The words of `ROWS` rows take turns.
 pub(super) trait Weights {
@@ -127,11 +127,15 @@ mod plain {
     #[inline(always)]
     pub(in super::super) fn int8<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
         let mut sums = [S::default(); ROWS];
-        for (words, inputs) in weights.as_chunks::<ROWS>().0.iter().zip(inputs.chunks(4)) {
-            let mut four = [0; 4];
-            for (input, &given) in four.iter_mut().zip(inputs) {
-                *input = i32::from(given);
-            }
+        // `chunks` does not serve: its panic for empty chunks was left over in code for a Cortex-M4.
+        let (fours, left) = inputs.as_chunks::<4>();
+        let mut last = [0; 4];
+        for (input, &given) in last.iter_mut().zip(left) {
+            *input = given;
+        }
+        let last = if left.is_empty() { None } else { Some(&last) };
+        for (words, inputs) in weights.as_chunks::<ROWS>().0.iter().zip(fours.iter().chain(last)) {
+            let four = inputs.map(i32::from);
             for (sum, word) in sums.iter_mut().zip(words) {
                 let [first, third, second, fourth] = word.to_le_bytes().map(|byte| i32::from(byte.cast_signed()));
                 *sum = sum.add(first * four[0], second * four[1]).add(third * four[2], fourth * four[3]);

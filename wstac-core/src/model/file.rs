@@ -17,8 +17,10 @@
 //! | 11 | trees |
 //! | 12–13 | half at which the labels start |
 //! | 14 | shift of the trees' lengths and offsets, 0 to 8 |
-//! | 15 | input: 0 the sample over time; 1 along the path, of ten sums; 2 along the path, of 25 taxels |
+//! | 15 | low byte, input: 0 the sample over time; 1 along the path, of ten sums; 2 along the path, of 25 taxels |
+//! |  | high byte: 1 if there is a calibration; else 0 |
 //! | 16– | the part of its kind: [`super::linear_svm`], [`super::forest`], [`super::boosted`] |
+//! | … | the calibration, if there is one: [`super::calibration`] |
 //! | labels | the class names, then the training facts, then up to three bytes of 0 |
 //!
 //! For each class there is its name's length in bytes, 0 to 63 (one byte), and the name. The training facts are stored
@@ -87,6 +89,8 @@ pub enum ModelError {
     Node(u32),
     /// Scores could exceed the type that they are summed in.
     Overflow,
+    /// The calibration is not valid at this half: a number out of range, or a part that is too long or too short.
+    Calibration(u32),
     /// A label or the training facts are not valid text, at this byte.
     Label(u32),
     /// The bytes are not whole words, or not aligned to four, or the machine is not little-endian.
@@ -107,6 +111,7 @@ impl ModelError {
             Self::Part(_) => "its parts do not follow each other",
             Self::Node(_) => "a tree has an impossible node",
             Self::Overflow => "its scores could exceed what they are summed in",
+            Self::Calibration(_) => "its calibration is not valid",
             Self::Label(_) => "a label is no text",
             Self::Alignment => "its bytes are no whole words aligned to four, or this machine is not little-endian",
         }
@@ -122,7 +127,7 @@ impl core::fmt::Display for ModelError {
             Self::Checksum { found, expected } => write!(f, " ({found:08X}, expected {expected:08X})"),
             Self::Kind { found, expected } => write!(f, " ({}, expected {})", name(found), name(expected)),
             Self::Header { half, found } => write!(f, " (half {half} is {found}, expected {})", range(half)),
-            Self::Part(half) | Self::Node(half) => write!(f, " (half {half})"),
+            Self::Part(half) | Self::Node(half) | Self::Calibration(half) => write!(f, " (half {half})"),
             Self::Label(byte) => write!(f, " (byte {byte})"),
             Self::Magic | Self::End | Self::Overflow | Self::Alignment => Ok(()),
         }
@@ -150,7 +155,7 @@ const fn range(half: u8) -> &'static str {
         11 => "as many trees as there are, and none of a linear model",
         12 => "a place within the file",
         14 => "0 to 8",
-        15 => "0 to 2",
+        15 => "0 to 2, or 256 to 258 with a calibration",
         _ => "0",
     }
 }
@@ -242,7 +247,9 @@ pub struct Header {
     pub(super) input: Input,
     pub(super) trees: u16,
     pub(super) shift: u8,
-    /// The half at which the labels start. The part that a kind defines must end there.
+    /// The half at which the part that a kind defines must end.
+    pub(super) end: usize,
+    /// The half at which the labels start.
     pub(super) labels: usize,
 }
 
@@ -284,11 +291,19 @@ impl Header {
         if half(words, 14) > MOST_SHIFT {
             return Err(ModelError::Header { half: 14, found: half(words, 14) });
         }
-        let input = match half(words, 15) {
+        let input = match half(words, 15) & 0xFF {
             0 => Input::Frames,
             1 => Input::Path,
             2 => Input::TaxelPath,
-            found => return Err(ModelError::Header { half: 15, found }),
+            _ => return Err(ModelError::Header { half: 15, found: half(words, 15) }),
+        };
+        let end = match half(words, 15) >> 8 {
+            0 => labels,
+            1 => match super::calibration::start(words, labels) {
+                Ok(end) => end,
+                Err(error) => return Err(error),
+            },
+            _ => return Err(ModelError::Header { half: 15, found: half(words, 15) }),
         };
         if let Err(error) = super::labels::check(words, labels, classes as u8) {
             return Err(error);
@@ -302,6 +317,7 @@ impl Header {
             input,
             trees: half(words, 11),
             shift: half(words, 14) as u8,
+            end,
             labels,
         })
     }

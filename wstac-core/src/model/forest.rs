@@ -11,6 +11,7 @@
 //! place in the table where its entry starts. An entry is the number of its classes, then for each the class and its
 //! part of U (two halves). Trees · U is below 2^32.
 
+use super::calibration::Calibration;
 use super::descent;
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, long};
 use super::labels::Labels;
@@ -23,6 +24,7 @@ pub struct Forest<'a> {
     words: &'a [u32],
     pub(super) labels: Labels<'a>,
     pub(super) header: Header,
+    pub(super) calibration: Calibration<'a>,
     unit: u32,
     /// The halves at which the table of leaves and the trees start.
     table: usize,
@@ -52,7 +54,7 @@ impl<'a> Forest<'a> {
         if header.trees == 0 {
             return Err(ModelError::Header { half: 11, found: header.trees });
         }
-        if header.labels < table {
+        if header.end < table {
             return Err(ModelError::Part(table as u32));
         }
         let unit = long(words, HEADER_HALVES);
@@ -60,7 +62,7 @@ impl<'a> Forest<'a> {
             return Err(ModelError::Overflow);
         }
         let length = long(words, HEADER_HALVES + 2) as usize;
-        if length > header.labels - table {
+        if length > header.end - table {
             return Err(ModelError::Part(table as u32));
         }
         let trees = table + length;
@@ -68,14 +70,24 @@ impl<'a> Forest<'a> {
         if let Err(error) = trees::check(words, trees, &header, leaves) {
             return Err(error);
         }
-        Ok(Self { words, labels: Labels::new(words, &header), header, unit, table, trees })
+        let calibration = match Calibration::new(words, &header) {
+            Ok(calibration) => calibration,
+            Err(error) => return Err(error),
+        };
+        Ok(Self { words, labels: Labels::new(words, &header), header, calibration, unit, table, trees })
     }
 
-    /// Returns the class of a sample, either by the fast kernel or by plain code.
+    /// Returns the class of a sample, either by the fast kernel or by plain code. With `all`, every tree votes, and each
+    /// class's votes are passed to `give`.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> u8 {
+    pub(super) fn decide<const FAST: bool>(
+        &self,
+        sample: &[i16; INPUTS],
+        all: bool,
+        mut give: impl FnMut(u8, i64),
+    ) -> u8 {
         if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
-            return self.decide::<false>(sample);
+            return self.decide::<false>(sample, all, give);
         }
         let mut votes = [0; MOST_CLASSES];
         let classes = usize::from(self.header.classes);
@@ -84,7 +96,7 @@ impl<'a> Forest<'a> {
             // After so many trees, the leading class may be ahead by more than all votes that are left.
             let missing = left.wrapping_mul(self.unit).wrapping_sub(lead);
             let enough = missing.checked_div(self.unit.wrapping_mul(2)).unwrap_or(0);
-            let some = left.min(enough.saturating_add(1).max(CHECK_EVERY));
+            let some = if all { left } else { left.min(enough.saturating_add(1).max(CHECK_EVERY)) };
             at = if FAST {
                 // SAFETY: this forest has been checked, its shift is 0, and so many trees are left.
                 #[allow(unsafe_code)]
@@ -106,8 +118,13 @@ impl<'a> Forest<'a> {
                 self.vote(&mut votes, at, some, sample)
             };
             left -= some;
-            let (best, first, second) = standing(votes.get(..classes).unwrap_or_default());
+            let votes = votes.get(..classes).unwrap_or_default();
+            let (best, first, second) = standing(votes);
             lead = first.wrapping_sub(second);
+            if all {
+                (0..).zip(votes).for_each(|(class, &votes)| give(class, votes.into()));
+                return best;
+            }
             if left == 0 || lead > left.wrapping_mul(self.unit) {
                 return best;
             }
@@ -118,7 +135,7 @@ impl<'a> Forest<'a> {
     fn vote(&self, votes: &mut [u32; MOST_CLASSES], mut at: usize, trees: u32, sample: &[i16; INPUTS]) -> usize {
         let classes = u16::from(self.header.classes);
         for _ in 0..trees {
-            let Ok((start, end)) = trees::bounds(self.words, at, self.header.labels, self.header.shift) else { break };
+            let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, self.header.shift) else { break };
             at = end;
             let leaf = walk::votes(self.words, start, self.header.shift, sample);
             if leaf < classes {

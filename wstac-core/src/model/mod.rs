@@ -8,20 +8,37 @@
 
 pub mod boosted;
 mod bytes;
+pub mod calibration;
 mod descent;
 mod dot;
 pub mod file;
 pub mod forest;
 pub mod labels;
 pub mod linear_svm;
+mod rows;
 pub mod trees;
 mod walk;
 
 use self::boosted::Boosted;
-use self::file::{Header, INPUTS, Input, ModelError, Task};
+use self::file::{Header, INPUTS, Input, MOST_CLASSES, ModelError, Task};
 use self::forest::Forest;
 use self::labels::Labels;
 use self::linear_svm::LinearSvm;
+
+/// The answer of a model for a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct Classification {
+    /// The number of the class.
+    pub class: u8,
+    /// The probability that the class is right, in units of 2^-15, below 1; `None` for a model without a calibration.
+    ///
+    /// It holds for samples like those of the calibration: for an unknown sample it says nothing.
+    pub confidence: Option<u16>,
+    /// Whether the sample is like those of the training; `None` if the model does not tell.
+    pub known: Option<bool>,
+}
 
 /// Implements the methods that all kinds of models have in common.
 macro_rules! common {
@@ -42,7 +59,61 @@ macro_rules! common {
             /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
             #[inline(always)]
             pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-                self.decide::<true>(sample)
+                self.decide::<true>(sample, false, |_, _| {})
+            }
+
+            /// Returns the class of a sample, and how sure the answer is if the model has a calibration.
+            #[inline(always)]
+            pub fn classification(&self, sample: &[i16; INPUTS]) -> Classification {
+                self.calibrated::<true>(sample)
+            }
+
+            /// Returns the classification of a sample, either by fast kernels or by plain code.
+            #[inline(always)]
+            pub(crate) fn calibrated<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> Classification {
+                if !self.calibration.is_some() {
+                    let class = self.decide::<FAST>(sample, false, |_, _| {});
+                    return Classification { class, confidence: None, known: None };
+                }
+                let mut softmax = self.calibration.softmax();
+                let class = self.decide::<FAST>(sample, true, |_, score| softmax.push(score));
+                let known = self.calibration.is_known::<FAST>(sample, &self.header, class);
+                Classification { class, confidence: Some(softmax.confidence()), known }
+            }
+
+            /// Returns the probability of every class in units of 2^-15, for as many classes as there are
+            /// [`labels`](Self::labels); `None` if the model has no calibration.
+            ///
+            /// That of the answer is the [`confidence`](Classification::confidence). All are rounded.
+            pub fn probabilities(&self, sample: &[i16; INPUTS]) -> Option<[u16; MOST_CLASSES]> {
+                if !self.calibration.is_some() {
+                    return None;
+                }
+                let (mut softmax, mut probabilities) = (self.calibration.softmax(), [0; MOST_CLASSES]);
+                self.decide::<true>(sample, true, |_, score| softmax.push(score));
+                self.decide::<true>(sample, true, |class, score| {
+                    if let Some(place) = probabilities.get_mut(usize::from(class)) {
+                        *place = softmax.probability(score);
+                    }
+                });
+                Some(probabilities)
+            }
+
+            /// Passes the score of every class to `give`, in their order.
+            ///
+            /// Scores are what a [`calibration`] makes probabilities of: the page describes them.
+            pub fn each_score(&self, sample: &[i16; INPUTS], give: impl FnMut(u8, i64)) {
+                self.decide::<true>(sample, true, give);
+            }
+
+            /// Returns whether the model says how sure an answer is.
+            pub const fn is_calibrated(&self) -> bool {
+                self.calibration.is_some()
+            }
+
+            /// Returns whether the model says if a sample is like those of its training.
+            pub const fn tells_unknown(&self) -> bool {
+                self.calibration.dimensions() > 0
             }
 
             /// Returns the names of the classes.
@@ -129,6 +200,54 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.classify(sample),
             Self::Forest(model) => model.classify(sample),
             Self::Boosted(model) => model.classify(sample),
+        }
+    }
+
+    /// Returns the class of a sample, and how sure the answer is if the model has a calibration.
+    pub fn classification(&self, sample: &[i16; INPUTS]) -> Classification {
+        match self {
+            Self::LinearSvm(model) => model.classification(sample),
+            Self::Forest(model) => model.classification(sample),
+            Self::Boosted(model) => model.classification(sample),
+        }
+    }
+
+    /// Returns the probability of every class in units of 2^-15, for as many classes as there are
+    /// [`labels`](Self::labels); `None` if the model has no calibration.
+    pub fn probabilities(&self, sample: &[i16; INPUTS]) -> Option<[u16; MOST_CLASSES]> {
+        match self {
+            Self::LinearSvm(model) => model.probabilities(sample),
+            Self::Forest(model) => model.probabilities(sample),
+            Self::Boosted(model) => model.probabilities(sample),
+        }
+    }
+
+    /// Passes the score of every class to `give`, in their order.
+    ///
+    /// Scores are what a [`calibration`] makes probabilities of: the page describes them.
+    pub fn each_score(&self, sample: &[i16; INPUTS], give: impl FnMut(u8, i64)) {
+        match self {
+            Self::LinearSvm(model) => model.each_score(sample, give),
+            Self::Forest(model) => model.each_score(sample, give),
+            Self::Boosted(model) => model.each_score(sample, give),
+        }
+    }
+
+    /// Returns whether the model says how sure an answer is.
+    pub const fn is_calibrated(&self) -> bool {
+        match self {
+            Self::LinearSvm(model) => model.is_calibrated(),
+            Self::Forest(model) => model.is_calibrated(),
+            Self::Boosted(model) => model.is_calibrated(),
+        }
+    }
+
+    /// Returns whether the model says if a sample is like those of its training.
+    pub const fn tells_unknown(&self) -> bool {
+        match self {
+            Self::LinearSvm(model) => model.tells_unknown(),
+            Self::Forest(model) => model.tells_unknown(),
+            Self::Boosted(model) => model.tells_unknown(),
         }
     }
 

@@ -5,6 +5,7 @@ use super::file::{HEADER_HALVES, INPUTS, MAGIC, ModelError, crc};
 use super::trees::{LEFT_LEAF, NARROW, RIGHT_LEAF, SAME};
 use super::*;
 
+mod calibrated;
 mod extremes;
 mod kernels;
 

@@ -68,11 +68,11 @@ pub(super) enum Leaves<'a> {
     },
 }
 
-/// Checks all trees of a file, from the half `at` to the labels.
+/// Checks all trees of a file, from the half `at` to the end of the kind's part.
 pub(super) const fn check(words: &[u32], mut at: usize, header: &Header, leaves: Leaves<'_>) -> Result<(), ModelError> {
     let mut tree = 0;
     while tree < header.trees {
-        let (start, end) = match bounds(words, at, header.labels, header.shift) {
+        let (start, end) = match bounds(words, at, header.end, header.shift) {
             Ok(bounds) => bounds,
             Err(error) => return Err(error),
         };
@@ -82,7 +82,7 @@ pub(super) const fn check(words: &[u32], mut at: usize, header: &Header, leaves:
         at = end;
         tree += 1;
     }
-    if at == header.labels { Ok(()) } else { Err(ModelError::Part(at as u32)) }
+    if at == header.end { Ok(()) } else { Err(ModelError::Part(at as u32)) }
 }
 
 /// Checks a tree whose nodes are the halves `start..end`. Every node is reached once, every child is a node or a leaf,

@@ -137,11 +137,11 @@ struct Deviations {
 
 /// Deviations of [`by_coherence`].
 const BY_COHERENCE: Deviations =
-    Deviations { factors: &[[0.2, 0.95], [0.27, 0.6], [4.0, 0.6], [8.0, 0.25]], least: 0.0, most: 0.06 };
+    Deviations { factors: &[[0.2, 0.95], [0.27, 0.6], [4.0, 0.58], [8.0, 0.22]], least: 0.0, most: 0.06 };
 /// Deviations of [`by_edges`].
 const BY_EDGES: Deviations = Deviations { factors: &[[5.0, 0.62], [10.0, 0.5]], least: 0.008, most: 0.03 };
 /// Points of slowness in frames per pitch, and how much smaller the deviation across the motion is than along it.
-const ACROSS: [[f32; 2]; 2] = [[1.5, 0.92], [3.0, 0.8]];
+const ACROSS: [[f32; 2]; 2] = [[1.5, 0.82], [3.0, 0.71]];
 /// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the slowness,
 /// and in frames. A dead whisker moves its row or column by up to half the slowness.
 const FARTHEST: [f32; 2] = [0.16, 0.01];

@@ -20,7 +20,7 @@ use crate::motion::{MotionConfig, Velocity};
 use crate::params::{COLUMNS, FEATURES, ROWS, SAMPLE_FRAMES, TAXELS};
 use crate::trigger::Event;
 use resample::{BY_COLUMNS, BY_ROWS, BY_TAXELS, Factors, Light, Plan, Track};
-pub use ring::TaxelRing;
+pub use ring::{NoTaxels, TaxelRing, TaxelStore};
 
 /// Numbers before those of the first step: the speed, the direction, and products of them.
 pub const FACTS: usize = 4;
@@ -84,6 +84,9 @@ impl PathSample {
     }
 
     /// Creates the sample of an event from 25 taxels. The ring's last frame must be that of the event.
+    ///
+    /// A pipeline that keeps taxels returns such a ring with the event
+    /// ([`Update::taxels`](crate::pipeline::Update::taxels)).
     ///
     /// It holds the numbers that a model of `frames` frames reads, in tens; all others are 0. Returns `None` for a
     /// velocity below 9 mm/s and for a dark sample.

@@ -9,7 +9,82 @@ use crate::taxels::FrameGeometry;
 const DARK_FRAMES: usize = 4;
 const DARK_SHIFT: u32 = 2;
 
-/// The last 70 frames of 25 taxels: 3,500 bytes, for a program whose model needs them.
+/// Keeps the taxels of a pipeline's last frames, or nothing.
+///
+/// A [`Pipeline`](crate::pipeline::Pipeline) has one of these types as its parameter. So a program without a model of
+/// 25 taxels has no memory for them. A host that chooses at run time uses `Option<`[`TaxelRing`]`>`.
+pub trait TaxelStore {
+    /// Creates a store for the sums of this geometry.
+    fn of<G: GreenChannel>(geometry: &FrameGeometry<G>) -> Self;
+
+    /// Adds the sums of a camera frame. `is_first` says whether it is the first of its feature frame.
+    fn add(&mut self, sums: &[u32; TAXELS], is_first: bool);
+
+    /// Ends the feature frame. `has_missing_frames` says whether some of its camera frames were lost.
+    fn complete(&mut self, has_missing_frames: bool);
+
+    /// Takes note of lost camera frames.
+    fn lose(&mut self);
+
+    /// Returns the ring; `None` if taxels are not kept.
+    fn ring(&self) -> Option<&TaxelRing>;
+}
+
+/// Keeps no taxels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoTaxels;
+
+impl TaxelStore for NoTaxels {
+    #[inline(always)]
+    fn of<G: GreenChannel>(_: &FrameGeometry<G>) -> Self {
+        Self
+    }
+
+    #[inline(always)]
+    fn add(&mut self, _: &[u32; TAXELS], _: bool) {}
+
+    #[inline(always)]
+    fn complete(&mut self, _: bool) {}
+
+    #[inline(always)]
+    fn lose(&mut self) {}
+
+    #[inline(always)]
+    fn ring(&self) -> Option<&TaxelRing> {
+        None
+    }
+}
+
+/// Starts without a ring.
+impl TaxelStore for Option<TaxelRing> {
+    fn of<G: GreenChannel>(_: &FrameGeometry<G>) -> Self {
+        None
+    }
+
+    fn add(&mut self, sums: &[u32; TAXELS], is_first: bool) {
+        if let Some(ring) = self {
+            ring.add(sums, is_first);
+        }
+    }
+
+    fn complete(&mut self, has_missing_frames: bool) {
+        if let Some(ring) = self {
+            ring.complete(has_missing_frames);
+        }
+    }
+
+    fn lose(&mut self) {
+        if let Some(ring) = self {
+            ring.lose();
+        }
+    }
+
+    fn ring(&self) -> Option<&TaxelRing> {
+        self.as_ref()
+    }
+}
+
+/// The last 70 frames of 25 taxels: about 3,500 bytes, for a program whose model needs them.
 #[derive(Clone, Debug)]
 pub struct TaxelRing {
     frames: [[u16; TAXELS]; SAMPLE_FRAMES],
@@ -17,17 +92,26 @@ pub struct TaxelRing {
     oldest: u8,
     /// Bits of a sum that a frame has no room for.
     shift: u8,
+    /// Frames since the last that was lost, at most 70.
+    unbroken: u8,
 }
+
+/// The most bytes that a ring may take.
+const MOST_BYTES: usize = 3584;
+const _: () = assert!(size_of::<TaxelRing>() <= MOST_BYTES);
 
 impl TaxelRing {
     /// Creates a dark ring for sums of at most `full_scale`.
+    // Both are inlined, so that a ring is made in its place. A copy would be 3.5 KiB of stack.
+    #[inline(always)]
     pub const fn new(full_scale: u32) -> Self {
         let bits = u32::BITS - full_scale.leading_zeros();
         let shift = bits.saturating_sub(u16::BITS) as u8;
-        Self { frames: [[0; TAXELS]; SAMPLE_FRAMES], oldest: 0, shift }
+        Self { frames: [[0; TAXELS]; SAMPLE_FRAMES], oldest: 0, shift, unbroken: 0 }
     }
 
     /// Creates a dark ring for the sums of this geometry, over the camera frames that one feature frame adds up.
+    #[inline(always)]
     pub fn of<G: GreenChannel>(geometry: &FrameGeometry<G>) -> Self {
         let frames = geometry.rate().frames_added();
         Self::new(geometry.pixels().saturating_mul(geometry.full_scale()).saturating_mul(frames))
@@ -35,11 +119,13 @@ impl TaxelRing {
 
     /// Adds a frame's sums in place of the oldest frame's.
     pub fn push(&mut self, sums: &[u32; TAXELS]) {
-        let place = usize::from(self.oldest);
-        if let Some(frame) = self.frames.get_mut(place) {
-            *frame = sums.map(|sum| (sum >> (self.shift & 31)).min(u16::MAX.into()) as u16);
-        }
-        self.oldest = if place + 1 < SAMPLE_FRAMES { self.oldest + 1 } else { 0 };
+        self.add(sums, true);
+        self.complete(false);
+    }
+
+    /// Returns whether no frame is missing: the last 70 frames have arrived, one after the other.
+    pub const fn is_unbroken(&self) -> bool {
+        self.unbroken as usize == SAMPLE_FRAMES
     }
 
     /// Adds lost frames, each equal to the last one.
@@ -49,8 +135,13 @@ impl TaxelRing {
             if let Some(frame) = self.frames.get_mut(usize::from(self.oldest)) {
                 *frame = last;
             }
-            self.oldest = if usize::from(self.oldest) + 1 < SAMPLE_FRAMES { self.oldest + 1 } else { 0 };
+            self.advance();
+            self.unbroken = 0;
         }
+    }
+
+    fn advance(&mut self) {
+        self.oldest = if usize::from(self.oldest) + 1 < SAMPLE_FRAMES { self.oldest + 1 } else { 0 };
     }
 
     /// Returns a frame by its age: 0 is the oldest, 69 the last one.
@@ -61,6 +152,38 @@ impl TaxelRing {
     fn place(&self, number: usize) -> usize {
         let place = usize::from(self.oldest) + number;
         if place < SAMPLE_FRAMES { place } else { place - SAMPLE_FRAMES }
+    }
+}
+
+impl TaxelStore for TaxelRing {
+    #[inline(always)]
+    fn of<G: GreenChannel>(geometry: &FrameGeometry<G>) -> Self {
+        Self::of(geometry)
+    }
+
+    // A feature frame under way is in the place of the oldest frame, which its last camera frame makes the newest.
+    fn add(&mut self, sums: &[u32; TAXELS], is_first: bool) {
+        let shift = self.shift & 31;
+        if let Some(frame) = self.frames.get_mut(usize::from(self.oldest)) {
+            for (place, sum) in frame.iter_mut().zip(sums) {
+                let sum = (sum >> shift).min(u16::MAX.into()) as u16;
+                *place = if is_first { sum } else { place.saturating_add(sum) };
+            }
+        }
+    }
+
+    fn complete(&mut self, has_missing_frames: bool) {
+        self.advance();
+        let unbroken = if has_missing_frames { 0 } else { self.unbroken.saturating_add(1) };
+        self.unbroken = unbroken.min(SAMPLE_FRAMES as u8);
+    }
+
+    fn lose(&mut self) {
+        self.unbroken = 0;
+    }
+
+    fn ring(&self) -> Option<&Self> {
+        Some(self)
     }
 }
 

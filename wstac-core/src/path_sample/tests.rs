@@ -1,11 +1,16 @@
 use std::vec::Vec;
 
-use super::ring::TaxelLight;
+use super::ring::{TaxelLight, TaxelStore};
 use super::*;
 use crate::baseline::Baseline;
+use crate::baseline_policy::FixedBaseline;
 use crate::features::Features;
+use crate::green::gray::Gray;
+use crate::layout::{FrameSize, Layout};
+use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
 use crate::sample::Sample;
+use crate::taxels::FrameGeometry;
 
 /// Light of a dark taxel, as a fraction of full scale.
 const DARK: f64 = 0.004;
@@ -232,6 +237,104 @@ fn a_ring_keeps_the_last_frames() {
     assert_eq!([66, 67, 68, 69].map(|number| light(&ring, number)), [64, 65, 65, 65]);
     ring.fill(u32::MAX);
     assert_eq!(TaxelLight::new(&ring).at(69, 0), 0);
+}
+
+/// A pipeline that keeps taxels, of frames at this rate.
+fn keeping(per_second: u32) -> Pipeline<Gray, Fixed, FixedBaseline, TaxelRing> {
+    let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
+    let geometry = FrameGeometry::new(Gray, layout, FrameRate::new(per_second, 1).unwrap()).unwrap();
+    Pipeline::builder(geometry).taxels::<TaxelRing>().build().unwrap()
+}
+
+/// Sums of a dark camera frame, of one of a touch, and of none that is lost.
+fn sums(light: &[[f64; TAXELS]; SAMPLE_FRAMES], frame: usize) -> [u32; TAXELS] {
+    let light = frame.checked_sub(40).and_then(|frame| light.get(frame)).copied().unwrap_or([DARK; TAXELS]);
+    light.map(|light| (light * 8100.0 * 255.0) as u32)
+}
+
+#[test]
+fn a_pipeline_keeps_the_taxels_of_its_event() {
+    let light = taxels(120.0, 30.0, |_| 1.0);
+    let of = |lost: &[usize]| {
+        let mut pipeline = keeping(30);
+        let mut alone = TaxelRing::of(pipeline.geometry());
+        let mut events = 0;
+        for frame in 0..160 {
+            if lost.contains(&frame) {
+                pipeline.push_lost(1);
+                continue;
+            }
+            let sums = sums(&light, frame);
+            alone.push(&sums);
+            let update = pipeline.push_taxels(&sums);
+            let Some(event) = update.event() else { continue };
+            events += 1;
+            // Lost frames are filled in the event's features, but not in its taxels.
+            assert_eq!(update.taxels().is_none(), event.frames_filled > 0, "{lost:?}");
+            let Some(taxels) = update.taxels() else { continue };
+            let of = |ring: &TaxelRing| PathSample::of_taxels(ring, &velocity(120.0, 30.0), config(), 70).unwrap();
+            assert_eq!(of(taxels), of(&alone), "{lost:?}");
+        }
+        assert_eq!(events, 1, "{lost:?}");
+        let event = pipeline.finish().event();
+        assert!(event.is_none());
+    };
+    // The event's sample begins at frame 40 or later.
+    for lost in [&[][..], &[30], &[60], &[70, 71], &[119], &[140]] {
+        of(lost);
+    }
+}
+
+#[test]
+fn camera_frames_that_are_added_up_are_one_frame_of_taxels() {
+    let mut pipeline = keeping(60);
+    let mut alone = TaxelRing::of(pipeline.geometry());
+    for frame in 0..200_u32 {
+        let one: [u32; TAXELS] = core::array::from_fn(|taxel| 1000 * frame + taxel as u32);
+        let other = one.map(|sum| sum + 500);
+        assert!(pipeline.push_taxels(&one).taxels().is_none(), "a part of a frame");
+        let update = pipeline.push_taxels(&other);
+        let mut both = one;
+        for (both, other) in both.iter_mut().zip(other) {
+            *both += other;
+        }
+        alone.push(&both);
+        assert_eq!(update.taxels().is_some(), frame >= 69, "{frame}");
+        let Some(taxels) = update.taxels() else { continue };
+        for number in 0..SAMPLE_FRAMES {
+            for taxel in 0..TAXELS {
+                let (kept, whole) =
+                    (TaxelLight::new(taxels).at(number, taxel), TaxelLight::new(&alone).at(number, taxel));
+                // Each camera frame loses its lowest bits, and so does the dark.
+                assert!(kept.abs_diff(whole) <= 2, "{frame} {number} {taxel}: {kept} {whole}");
+            }
+        }
+    }
+    // A camera frame of two is lost, and then the taxels are not whole for 70 frames.
+    pipeline.push_taxels(&[9; TAXELS]);
+    assert!(pipeline.push_lost(1).taxels().is_none());
+    for frame in 0..70 {
+        pipeline.push_taxels(&[9; TAXELS]);
+        assert_eq!(pipeline.push_taxels(&[9; TAXELS]).taxels().is_some(), frame == 69, "{frame}");
+    }
+    pipeline.restart();
+    pipeline.push_taxels(&[9; TAXELS]);
+    assert!(pipeline.push_taxels(&[9; TAXELS]).taxels().is_none());
+}
+
+#[test]
+fn taxels_are_kept_only_if_asked_for() {
+    let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
+    let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
+    let mut pipeline = Pipeline::builder(geometry).taxels::<Option<TaxelRing>>().build().unwrap();
+    let keeps =
+        |pipeline: &mut Pipeline<_, _, _, _>| (0..70).any(|_| pipeline.push_taxels(&[9; TAXELS]).taxels().is_some());
+    assert!(!keeps(&mut pipeline));
+    pipeline.keep_taxels();
+    assert!(keeps(&mut pipeline));
+    let mut ring = TaxelRing::new(255);
+    ring.fill(1);
+    assert!(!ring.is_unbroken() && TaxelStore::ring(&NoTaxels).is_none());
 }
 
 #[test]

@@ -237,18 +237,23 @@ pub struct TextureAnswer<'a> {
     /// The class's name.
     #[serde(borrow)]
     pub label: Text<'a>,
+    /// The probability that the class is right, in units of 2^-15; `None` for a model without a calibration.
+    pub confidence: Option<u16>,
+    /// Whether the touch is like those of the training; `None` if the model does not tell.
+    pub known: Option<bool>,
 }
 
 impl<'a> TextureAnswer<'a> {
-    /// Creates the answer of a model for this task: the class of this name.
+    /// Creates the answer of a model for this task: the class of this name. The model has no calibration.
     pub const fn new(task: Task, label: Text<'a>) -> Self {
-        Self { task, label }
+        Self { task, label, confidence: None, known: None }
     }
 }
 
 impl<'m> From<Texture<'m>> for TextureAnswer<'m> {
     fn from(texture: Texture<'m>) -> Self {
-        Self { task: texture.task, label: texture.label.into() }
+        let Texture { task, label, confidence, known, .. } = texture;
+        Self { task, label: label.into(), confidence, known }
     }
 }
 

@@ -62,7 +62,7 @@ pub use text::Text;
 use serde::{Deserialize, Serialize};
 
 /// The version of the bytes on the link, in the first byte of every frame.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// The number of bytes of the longest frame, its zeros included. Any message fits.
 pub const LONGEST: usize = 256;

@@ -46,7 +46,12 @@ fn answers() -> Answers<'static> {
         duration: Some(69),
         speed: Ok(Speed::by_arrival(600.5, 3.25)),
         direction: Direction::by_arrival(Ok([359.75, 0.5])),
-        textures: [Some(TextureAnswer { task: Task::Specimen, label: Text::new(LONGEST_NAME) }); 3],
+        textures: [Some(TextureAnswer {
+            task: Task::Specimen,
+            label: Text::new(LONGEST_NAME),
+            confidence: Some(u16::MAX),
+            known: Some(true),
+        }); 3],
         frames_filled: 70,
         reliable: true,
     }
@@ -148,7 +153,7 @@ fn the_bytes_of_a_frame_are_these() {
     // Version 1, sequence 300, message 1 (features), frame 130, 20 bytes; CRC-32; no zero among them.
     let message = Message::Features { frame: 130, features: [257, -1, -2, -2048, 3296, 258, 259, 260, 261, -13_000] };
     let content = [
-        &[2, 0xAC, 2, 1, 0x82, 1, 20][..],
+        &[3, 0xAC, 2, 1, 0x82, 1, 20][..],
         &[1, 1, 0xFF, 0xFF, 0xFE, 0xFF, 0, 0xF8, 0xE0, 0xC, 2, 1, 3, 1, 4, 1, 5, 1, 0x38, 0xCD],
     ]
     .concat();
@@ -156,8 +161,13 @@ fn the_bytes_of_a_frame_are_these() {
     let mut expected = [&[0, 14][..], &content[..13], &[18], &content[14..], &sum.to_le_bytes()].concat();
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
-    // An event: a slide from frame 45 to 73, 159.9 ± 1.5 mm/s in 27 frames, 90.5 ± 0.75°, one texture, no frame filled, reliable.
-    let texture = Some(TextureAnswer { task: Task::Specimen, label: Text::new("Saw3") });
+    // An event: a slide from frame 45 to 73, 159.9 ± 1.5 mm/s in 27 frames, 90.5 ± 0.75°, one known texture of
+    // a confidence of 32000/32768, no frame filled, reliable.
+    let texture = Some(TextureAnswer {
+        confidence: Some(32_000),
+        known: Some(true),
+        ..TextureAnswer::new(Task::Specimen, Text::new("Saw3"))
+    });
     let event = Answers {
         frame: 35,
         touch: Some(10),
@@ -171,7 +181,7 @@ fn the_bytes_of_a_frame_are_these() {
         reliable: true,
     };
     let content = [
-        &[2, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
+        &[3, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
         &159.9_f32.to_le_bytes(),
         &[1],
         &1.5_f32.to_le_bytes(),
@@ -181,6 +191,8 @@ fn the_bytes_of_a_frame_are_these() {
         &0.75_f32.to_le_bytes(),
         &[0, 1, 1, 4],
         b"Saw3",
+        // 32000 in seven bits a byte.
+        &[1, 0x80, 0xFA, 1, 1, 1],
         &[0, 0, 0, 1],
     ]
     .concat();
@@ -261,7 +273,7 @@ fn a_board_that_starts_again_has_lost_nothing() {
 
 #[test]
 fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
-    let checked = with_crc(&[2, 5, 1, 1]);
+    let checked = with_crc(&[3, 5, 1, 1]);
     let push = |bytes: &[u8]| {
         let mut decoder = Decoder::<8>::new();
         bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect::<Vec<_>>()
@@ -293,26 +305,26 @@ fn cobs(content: &[u8]) -> Vec<u8> {
 #[test]
 fn other_versions_and_unknown_messages_are_told_apart_from_damage() {
     let lost = Message::Lost { frames: 9 };
-    assert_eq!(frame_of(&[2, 5, 6, 9]), frame(&lost, 5));
+    assert_eq!(frame_of(&[3, 5, 6, 9]), frame(&lost, 5));
     for (content, expected) in [
         (&[1, 5, 6, 9][..], Err(DecodeError::Version(1))),
         (&[0, 5, 6, 9], Err(DecodeError::Version(0))),
-        (&[2, 5, 99, 1, 2, 3], Err(DecodeError::Unknown)),
-        (&[2, 5, 6], Err(DecodeError::Unknown)),
+        (&[3, 5, 99, 1, 2, 3], Err(DecodeError::Unknown)),
+        (&[3, 5, 6], Err(DecodeError::Unknown)),
         (&[2], Err(DecodeError::Unknown)),
         (&[], Err(DecodeError::Damaged)),
         // A fault of another number, a direction of another kind, a name that is no UTF-8.
-        (&[2, 5, 7, 99], Err(DecodeError::Unknown)),
-        (&[2, 5, 7, 6, 1, 0xFF], Err(DecodeError::Unknown)),
+        (&[3, 5, 7, 99], Err(DecodeError::Unknown)),
+        (&[3, 5, 7, 6, 1, 0xFF], Err(DecodeError::Unknown)),
         // A field more.
-        (&[2, 5, 6, 9, 1, 2, 3], arrived(&lost, 0)),
+        (&[3, 5, 6, 9, 1, 2, 3], arrived(&lost, 0)),
     ] {
         assert_eq!(received(&mut Decoder::new(), &frame_of(content)), [expected], "{content:?}");
     }
     // Messages that were lost before an unknown message are not forgotten.
     let mut decoder = Decoder::new();
     received(&mut decoder, &frame(&lost, 0));
-    received(&mut decoder, &frame_of(&[2, 3, 99]));
+    received(&mut decoder, &frame_of(&[3, 3, 99]));
     assert_eq!(received(&mut decoder, &frame(&lost, 5)), [arrived(&lost, 3)]);
 }
 
@@ -357,7 +369,7 @@ fn texts_are_cut_between_characters_and_labels_are_read_where_they_lie() {
     let answer = texture(&[0; 700], &MODEL);
     let label = answer.label.to_string();
     let of_model = Answers { textures: [None; 3], ..answers() }.with_texture(answer);
-    let of_text = TextureAnswer { task: answer.task, label: Text::new(&label) };
+    let of_text = TextureAnswer::new(answer.task, Text::new(&label));
     assert!(!label.is_empty());
     assert_eq!(of_model.textures, [Some(of_text), None, None]);
     let by_text = Answers { textures: [Some(of_text), None, None], ..answers() };

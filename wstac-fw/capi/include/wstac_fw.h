@@ -22,7 +22,7 @@
 #define WSTAC_FW_SAMPLE_NUMBERS 700
 
 // The number of bytes of a model.
-#define WSTAC_FW_MODEL_SIZE 112
+#define WSTAC_FW_MODEL_SIZE 128
 
 // The number of bytes of a class's name, with the 0 behind it.
 #define WSTAC_FW_LABEL_BYTES 64
@@ -111,6 +111,8 @@ enum WstacFwStatus
   WSTAC_FW_STATUS_OTHER = -32,
   // The distance between neighboring whiskers is out of range.
   WSTAC_FW_STATUS_PITCH = -33,
+  // A choice is neither 0 nor 1.
+  WSTAC_FW_STATUS_CHOICE = -34,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -298,7 +300,7 @@ typedef struct WstacFwEnd {
 // wstac_fw_model_init sets it up. It reads the file's bytes where they lie. Nothing has to be freed.
 typedef struct WstacFwModel {
   // Private to the library.
-  uint64_t opaque[14];
+  uint64_t opaque[16];
 } WstacFwModel;
 
 // The answer of a model for a sample.
@@ -309,7 +311,15 @@ typedef struct WstacFwTexture {
   uint8_t class_number;
   // The name of the class in UTF-8, such as Saw3, with a 0 at its end.
   char label[WSTAC_FW_LABEL_BYTES];
+  // The probability that the class is right, in units of 2^-15; -1 for a model without a calibration.
+  int32_t confidence;
+  // 1 if the sample is like those of the training, and 0 if it is not: then the class is probably wrong. -1 if the
+  // model does not tell.
+  int8_t known;
 } WstacFwTexture;
+
+// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+typedef uint8_t WstacFwBool;
 
 // A taxel's corner in a frame, in pixels.
 typedef struct WstacFwCorner {
@@ -337,9 +347,9 @@ typedef struct WstacFwOptions {
   // The stride: one of so many pixels of a taxel is counted, in both directions. It is 1, 2, 3 or 5; 0 means 1.
   uint32_t stride;
   // Whether Y Cb Cr are of ITU-R BT.709 instead of BT.601.
-  bool bt709;
+  WstacFwBool bt709;
   // Whether Y Cb Cr are of full range instead of limited.
-  bool full_range;
+  WstacFwBool full_range;
   // The width and height of every taxel in pixels. They count only with corners.
   uint16_t taxel[2];
   // The corners of 25 taxels, row by row; null for the paper's layout in the centered largest square.
@@ -357,7 +367,7 @@ typedef struct WstacFwTrigger {
   // The number of frames of a sample before the window that fired, c: at most 5 m, and 70 - m.
   uint32_t backtrack;
   // Whether the paper's rule, b times the baseline, is used instead of the signed one.
-  bool literal;
+  WstacFwBool literal;
   // The least distance of the signed rule's threshold from the baseline, in units of a feature's natural logarithm
   // per frame.
   double margin;
@@ -365,14 +375,14 @@ typedef struct WstacFwTrigger {
   uint32_t follow;
   // Whether a touch is one event, however long it is, as with `law = "arrival"`. Otherwise it is another event after
   // each 70 frames, as published.
-  bool one_event_per_touch;
+  WstacFwBool one_event_per_touch;
 } WstacFwTrigger;
 
 // The law from a duration to a speed: `[speed]` of a configuration file with `law = "published"` or `"physical"`.
 typedef struct WstacFwSpeedLaw {
   // Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
   // in frames at 30 per second.
-  bool physical;
+  WstacFwBool physical;
   // The intercept in frames; with `physical` the track in mm.
   float intercept_or_track;
   // The slope in frames per decade; with `physical` the afterglow in frames.
@@ -381,7 +391,7 @@ typedef struct WstacFwSpeedLaw {
   // at most 5.
   double threshold;
   // Whether the threshold is compared with the light above the baseline instead of all light.
-  bool above_baseline;
+  WstacFwBool above_baseline;
   // The slowest speed that the law was fitted on, in mm/s.
   float slowest_mm_s;
   // The fastest speed that the law was fitted on, in mm/s.
@@ -609,7 +619,7 @@ WstacFwStatus wstac_fw_set_trigger(struct WstacFwPipeline *pipeline, const struc
 // # Safety
 // `law` is null or memory for it.
 WstacFwStatus wstac_fw_speed_law_defaults(struct WstacFwSpeedLaw *law,
-                                          bool physical);
+                                          WstacFwBool physical);
 
 // Sets the law of durations, which wstac_fw_speed answers by, of a pipeline that has not had a frame.
 //

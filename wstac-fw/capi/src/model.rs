@@ -11,7 +11,7 @@ use crate::memory::{Memory, borrowed, bytes, fits, give, place, set_up, value};
 use crate::status::{WstacFwStatus, status};
 
 /// The number of bytes of a model.
-pub const WSTAC_FW_MODEL_SIZE: usize = 112;
+pub const WSTAC_FW_MODEL_SIZE: usize = 128;
 /// The number of bytes of a class's name, with the 0 behind it.
 pub const WSTAC_FW_LABEL_BYTES: usize = 64;
 
@@ -23,11 +23,11 @@ const _: () = assert!(WSTAC_FW_LABEL_BYTES == LONGEST_LABEL + 1);
 #[repr(C)]
 pub struct WstacFwModel {
     /// Private to the library.
-    opaque: [u64; 14],
+    opaque: [u64; 16],
 }
 
 const _: () = assert!(size_of::<WstacFwModel>() == WSTAC_FW_MODEL_SIZE);
-const _: () = assert!(fits::<WstacFwModel, Model<'static>>(if cfg!(target_pointer_width = "32") { 52 } else { 0 }));
+const _: () = assert!(fits::<WstacFwModel, Model<'static>>(if cfg!(target_pointer_width = "32") { 64 } else { 0 }));
 
 // SAFETY: it consists of numbers, as large and aligned as asserted above.
 unsafe impl Memory for WstacFwModel {
@@ -58,6 +58,11 @@ pub struct WstacFwTexture {
     pub class_number: u8,
     /// The name of the class in UTF-8, such as Saw3, with a 0 at its end.
     pub label: [c_char; WSTAC_FW_LABEL_BYTES],
+    /// The probability that the class is right, in units of 2^-15; -1 for a model without a calibration.
+    pub confidence: i32,
+    /// 1 if the sample is like those of the training, and 0 if it is not: then the class is probably wrong. -1 if the
+    /// model does not tell.
+    pub known: i8,
 }
 
 /// Checks all of a model file's bytes and sets the model up in `size` bytes of memory: sizeof(WstacFwModel).
@@ -105,6 +110,8 @@ pub unsafe extern "C" fn wstac_fw_classify(
         for (to, byte) in label.iter_mut().zip(found.label.bytes()).take(LONGEST_LABEL) {
             *to = byte as c_char;
         }
+        let confidence = found.confidence.map_or(-1, i32::from);
+        let known = found.known.map_or(-1, i8::from);
         let task = match found.task {
             Task::Specimen => WstacFwTask::Specimen,
             Task::Pattern => WstacFwTask::Pattern,
@@ -112,7 +119,7 @@ pub unsafe extern "C" fn wstac_fw_classify(
             _ => WstacFwTask::Other,
         };
         // SAFETY: the caller guarantees it.
-        unsafe { give(to, WstacFwTexture { task, class_number: found.class, label }) }
+        unsafe { give(to, WstacFwTexture { task, class_number: found.class, label, confidence, known }) }
     };
     status(classify())
 }

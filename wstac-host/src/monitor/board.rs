@@ -25,6 +25,8 @@ pub(super) struct Board {
     progress: StreamSummary,
     /// The times of its frames. Whether it has described itself: then its rate is known.
     clock: Option<FrameClock>,
+    /// Whether it has named a texture model.
+    has_model: bool,
     baseline_said: bool,
     ended: bool,
 }
@@ -32,7 +34,7 @@ pub(super) struct Board {
 impl Board {
     pub(super) fn new(wanted: OutputOptions) -> Self {
         let (sample, progress) = (Parts::default(), StreamSummary::default());
-        Self { wanted, sample, progress, clock: None, baseline_said: false, ended: false }
+        Self { wanted, sample, progress, clock: None, has_model: false, baseline_said: false, ended: false }
     }
 
     /// Returns whether its stream has ended.
@@ -82,7 +84,7 @@ impl Board {
             Message::Texture { frame, frames, texture } => {
                 let so_far = InterruptedSample::new(*frame, *frames);
                 self.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
-                let texture = Texture::of(texture.task, texture.label.to_string());
+                let texture = texture_of(texture);
                 let (frame, frames) = (*frame, *frames);
                 give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, frames, texture })))
             }
@@ -138,19 +140,20 @@ impl Board {
             // It does no harm to send the request once too often.
             give(Report::Started)?;
         }
+        self.has_model = hello.models.iter().any(Option::is_some);
         self.reach(hello.frame);
         if again { Ok(()) } else { give(Report::Note(hello_in_words(hello))) }
     }
 
     fn event<E>(&mut self, answers: &Answers<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
         self.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
-        let in_words = |answer: &TextureAnswer<'_>| (answer.task, answer.label.to_string());
+        let in_words = |answer: &TextureAnswer<'_>| (answer.task, texture_of(answer));
         let texture = Texture::of_all(answers.textures.iter().flatten().map(in_words).collect());
         let sample = self.sample.of(answers.frame).filter(|_| self.wanted.samples);
         if self.wanted.samples && sample.is_none() {
             give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
         }
-        let event = TactileEvent::from_answers(answers, texture, sample, self.clock.as_ref());
+        let event = TactileEvent::from_answers(answers, texture, self.has_model, sample, self.clock.as_ref());
         give(Report::Output(Output::Event(Box::new(event))))
     }
 
@@ -241,4 +244,9 @@ fn fault_in_words(fault: &Fault<'_>) -> String {
         Fault::LastRun(reason) => format!("it started again because of: {reason}"),
         _ => "a fault of a newer firmware".to_owned(),
     }
+}
+
+/// Returns the answer of a board's model.
+fn texture_of(answer: &TextureAnswer<'_>) -> Texture {
+    Texture::of_answer(answer.task, answer.label.to_string(), answer.confidence, answer.known)
 }

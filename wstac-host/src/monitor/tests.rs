@@ -142,3 +142,23 @@ fn numbers_that_cannot_be_are_borne() {
     let all = StreamSummary { frames: last, dropped: last, baseline_complete: true, incomplete: None };
     assert_eq!(record, Output::End(all));
 }
+
+#[test]
+fn a_board_whose_model_has_no_answer_has_a_model() {
+    use wstac_core::model::file::Task;
+    use wstac_core::wire::ModelFacts;
+
+    use crate::texture::NoTexture;
+
+    let with_model = match hello(0) {
+        Message::Hello(hello) => {
+            Message::Hello(Hello { models: [Some(ModelFacts::new(Task::Specimen, 10, 28)), None, None], ..hello })
+        }
+        other => other,
+    };
+    for (hello, expected) in [(hello(0), NoTexture::NoModel), (with_model, NoTexture::Unanswered)] {
+        let (found, _) = reports(OutputOptions::default(), &[hello, event(200)]);
+        let Some(Report::Output(Output::Event(event))) = found.last() else { panic!("{found:?}") };
+        assert_eq!(event.texture, Err(expected));
+    }
+}

@@ -74,7 +74,7 @@ pub(super) fn fps(npz: &mut Npz<impl Write + Seek>, rate: FrameRate) -> io::Resu
 }
 
 /// Returns only the name of a specimen, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.
-pub(super) fn name(specimen: &Specimen) -> String {
+pub(crate) fn name(specimen: &Specimen) -> String {
     match specimen.pattern {
         Pattern::Sphere => specimen.pattern.name().into(),
         pattern => format!("{}{}", pattern.name(), specimen.depth_mm),

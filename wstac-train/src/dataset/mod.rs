@@ -1,15 +1,18 @@
 //! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
 //! [`sweep`] selects the slides, [`samples`] computes them, and [`part`] stores them meanwhile. [`npz`] and [`arrays`]
-//! write them for NumPy. [`path`] has random slides and their samples along the path. [`recordings`] and [`recorded_arrays`] do the same for recordings.
+//! write them for NumPy. [`path`] has random slides and their samples along the path, and [`random`] the file that selects
+//! them. [`recordings`] and [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;
 pub mod npz;
 pub mod part;
 pub mod path;
+pub mod random;
 pub mod recorded_arrays;
 pub mod recordings;
 pub mod sweep;
+pub mod textures;
 
 use rayon::prelude::*;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};

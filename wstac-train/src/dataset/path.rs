@@ -7,7 +7,7 @@ use std::io::{self, Seek, Write};
 use rayon::prelude::*;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
-use wstac_core::model::file::INPUTS;
+use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::motion::{self, MotionConfig};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::path_sample::{PathSample, TaxelRing};
@@ -34,6 +34,8 @@ pub struct RandomSlides {
     pub seed: u64,
     /// Range of the speed in mm/s; its logarithm is even.
     pub speeds_mm_s: [f64; 2],
+    /// Range of the direction in degrees.
+    pub directions_deg: [f64; 2],
     /// Range of the length in mm.
     pub lengths_mm: [f64; 2],
     /// The first sensor, and the number of sensors.
@@ -49,6 +51,7 @@ impl Default for RandomSlides {
             slides: 1000,
             seed: 1,
             speeds_mm_s: [50.0, 300.0],
+            directions_deg: [0.0, 360.0],
             lengths_mm: [60.0, 120.0],
             sensors: [0, 1000],
             gains: [0.6, 1.4],
@@ -81,7 +84,7 @@ impl RandomSlides {
         let mut rng = Rng::new(self.seed, 1_000_000 + u64::from(number));
         let mut between = |[from, to]: [f64; 2]| from + (to - from) * rng.uniform();
         let speed = between(self.speeds_mm_s.map(f64::ln)).exp();
-        let direction = between([0.0, 360.0]);
+        let direction = between(self.directions_deg);
         let length_mm = between(self.lengths_mm);
         let specimen = between([0.0, self.specimens.len() as f64]) as usize;
         let sensor = self.sensors[0] + between([0.0, f64::from(self.sensors[1])]) as u32;
@@ -144,8 +147,70 @@ impl RandomSlides {
     /// # Errors
     /// A scene is not valid.
     pub fn all(&self) -> Result<Vec<PathSlide>, Error> {
-        (0..self.slides).into_par_iter().map(|number| self.slide(number)).collect()
+        self.all_while(|| true).map(Option::unwrap_or_default)
     }
+
+    /// Simulates all slides, in parallel. They are in the order of their numbers.
+    ///
+    /// `goes_on` is called after each slide, by any thread. As soon as it returns `false`, the result is `None`.
+    ///
+    /// # Errors
+    /// A scene is not valid.
+    pub fn all_while(&self, goes_on: impl Fn() -> bool + Sync) -> Result<Option<Vec<PathSlide>>, Error> {
+        let each = (0..self.slides).into_par_iter().with_max_len(16).map(|number| {
+            let slide = self.slide(number)?;
+            Ok(goes_on().then_some(slide))
+        });
+        each.collect()
+    }
+}
+
+/// Numbers that models read, in tens, of a sample of this input: 28 mm of a path, or all frames.
+pub const fn frames_of(input: Input) -> u8 {
+    match input {
+        Input::Path => 39,
+        Input::TaxelPath => 28,
+        _ => SAMPLE_FRAMES as u8,
+    }
+}
+
+impl PathSlide {
+    /// Returns the sample that a model of this input takes; `None` if there is none, or if it shows too little of the
+    /// path.
+    pub fn sample(&self, input: Input) -> Option<&[i16; INPUTS]> {
+        let path = match input {
+            Input::Path => &self.path,
+            Input::TaxelPath => &self.taxel_path,
+            _ => return self.frames.iter().any(|number| *number != 0).then_some(&self.frames),
+        };
+        path.as_ref().filter(|path| path.covers(frames_of(input))).map(PathSample::numbers)
+    }
+}
+
+/// Writes the slides of a sweep as a data set of one input, with the sensors that are for tests.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_split(
+    file: impl Write + Seek,
+    slides: &[PathSlide],
+    input: Input,
+    is_for_tests: impl Fn(u32) -> bool,
+) -> io::Result<()> {
+    let n = slides.len();
+    let mut npz = Npz::new(file);
+    let name = crate::model::eval::array_of(input);
+    npz.array(name, Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
+        slides.iter().try_for_each(|slide| out.write_all(&by_feature(slide.sample(input).unwrap_or(&[0; INPUTS]))))
+    })?;
+    facts(&mut npz, slides)?;
+    let patterns = slides.iter().map(|slide| slide.slide.specimen.pattern.name().to_owned());
+    npz.strings("y_pattern", patterns)?;
+    let depths = slides.iter().map(|slide| slide.slide.specimen.depth_mm.to_le_bytes());
+    numbers_of(&mut npz, "y_depth", Dtype::Float64, depths)?;
+    let split = |slide: &PathSlide| if is_for_tests(slide.sensor) { "test" } else { "train" }.to_owned();
+    npz.strings("split", slides.iter().map(split))?;
+    npz.finish().map(drop)
 }
 
 /// Writes slides as a data set: `X`, `X_path` and `X_taxel_path` hold their samples, zeros if there is none.
@@ -164,11 +229,18 @@ pub fn write(file: impl Write + Seek, slides: &[PathSlide]) -> io::Result<()> {
     samples(&mut npz, "X", &|slide| slide.frames)?;
     samples(&mut npz, "X_path", &|slide| slide.path.map_or(zeros, |path| *path.numbers()))?;
     samples(&mut npz, "X_taxel_path", &|slide| slide.taxel_path.map_or(zeros, |path| *path.numbers()))?;
+    facts(&mut npz, slides)?;
+    npz.finish().map(drop)
+}
+
+/// Writes the arrays of slides that all data sets of them have.
+fn facts(npz: &mut Npz<impl Write + Seek>, slides: &[PathSlide]) -> io::Result<()> {
+    let n = slides.len();
     let scale = 1.0 / f64::from(FEATURE_ONE);
     npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;
     npz.strings("y_specimen", slides.iter().map(|slide| super::arrays::name(&slide.slide.specimen)))?;
     let mut column = |name: &str, of: &dyn Fn(&PathSlide) -> f64| {
-        numbers_of(&mut npz, name, Dtype::Float64, slides.iter().map(|slide| of(slide).to_le_bytes()))
+        numbers_of(npz, name, Dtype::Float64, slides.iter().map(|slide| of(slide).to_le_bytes()))
     };
     column("speed", &|slide| slide.slide.speed_mm_s)?;
     column("direction", &|slide| slide.slide.direction_deg)?;
@@ -180,12 +252,11 @@ pub fn write(file: impl Write + Seek, slides: &[PathSlide]) -> io::Result<()> {
     column("measured_direction", &|slide| slide.measured.map_or(f64::NAN, |[_, degrees]| degrees.into()))?;
     npz.array("reliable", Dtype::Bool, &[n], |out| {
         slides.iter().try_for_each(|slide| out.write_all(&[u8::from(slide.reliable)]))
-    })?;
-    npz.finish().map(drop)
+    })
 }
 
 /// Returns the bytes of a sample as a data set has them: number k of every ten numbers after each other.
-fn by_feature(numbers: &[i16; INPUTS]) -> Vec<u8> {
+pub(super) fn by_feature(numbers: &[i16; INPUTS]) -> Vec<u8> {
     let of = |k: usize| numbers.iter().skip(k).step_by(FEATURES).flat_map(|number| number.to_le_bytes());
     (0..FEATURES).flat_map(of).collect()
 }
@@ -193,7 +264,7 @@ fn by_feature(numbers: &[i16; INPUTS]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use wstac_core::model::Model;
-    use wstac_core::model::file::{Input, Task};
+    use wstac_core::model::file::Task;
 
     use super::*;
     use crate::model::eval::answers;

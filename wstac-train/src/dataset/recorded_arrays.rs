@@ -2,17 +2,22 @@
 
 use std::io::{self, Seek, Write};
 
+use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
 use super::arrays::{fps, numbers_of};
 use super::npz::{Dtype, Npz};
+use super::path::by_feature;
 use super::recordings::Recording;
+use crate::model::eval::array_of;
 
 /// Writes all samples with their recordings' labels; for each recording, `tests` holds whether it is for tests.
 ///
+/// The samples are those of one input. Along a path they are zeros if an event has none.
+///
 /// # Errors
 /// The file cannot be written.
-pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool]) -> io::Result<()> {
+pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool], input: Input) -> io::Result<()> {
     let all: Vec<_> = recordings
         .iter()
         .zip(tests)
@@ -20,11 +25,15 @@ pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool]) 
         .collect();
     let n = all.len();
     let mut npz = Npz::new(file);
-    npz.array("X", Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
-        all.iter().try_for_each(|(_, _, (_, sample, _))| {
-            let bytes = sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes());
-            out.write_all(&bytes.collect::<Vec<u8>>())
-        })
+    npz.array(array_of(input), Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
+        if input == Input::Frames {
+            return all.iter().try_for_each(|(_, _, (_, sample, _))| {
+                let bytes = sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes());
+                out.write_all(&bytes.collect::<Vec<u8>>())
+            });
+        }
+        let paths = recordings.iter().flat_map(|recording| &recording.paths);
+        paths.into_iter().try_for_each(|path| out.write_all(&by_feature(path.sample(input).unwrap_or(&[0; INPUTS]))))
     })?;
     let scale = 1.0 / f64::from(FEATURE_ONE);
     npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;
@@ -63,6 +72,9 @@ pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool]) 
     let durations = all.iter().map(|(_, _, (_, _, facts))| facts.duration.map_or(-1, i64::from).to_le_bytes());
     numbers_of(&mut npz, "duration", Dtype::Int64, durations)?;
     npz.strings("recording", all.iter().map(|(recording, ..)| recording.name.clone()))?;
+    if recordings.iter().all(|recording| recording.sensor.is_some()) {
+        npz.strings("sensor", all.iter().map(|(recording, ..)| recording.sensor.clone().unwrap_or_default()))?;
+    }
     npz.strings("split", all.iter().map(|(_, test, _)| if *test { "test" } else { "train" }.into()))?;
     npz.strings("source", all.iter().map(|(recording, _, (frame, ..))| format!("{}, frame {frame}", recording.name)))?;
     // The frames of the other recordings are as long to the percent (`comparable`).

@@ -4,16 +4,24 @@
 
 use std::path::{Path, PathBuf};
 
+use wstac_core::law::EventLaw;
+use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::motion;
+use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::rate::FrameRate;
+use wstac_core::taxels::TaxelSums;
+use wstac_core::trigger::Event;
 
+use super::path::frames_of;
 use super::{Facts, Sample, by_feature, session};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::source::Labels;
 use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{Labels, Source, SourceEvent};
 use wstac_host::texture::pattern_and_depth;
 
 /// A recording's samples and labels.
@@ -33,6 +41,10 @@ pub struct Recording {
     pub direction: Option<u16>,
     /// Its events: number of the first frame, sample, facts.
     pub samples: Vec<(u64, Box<Sample>, Facts)>,
+    /// Its samples along the path, one for each event; empty unless they were read ([`read_paths`]).
+    pub paths: Vec<RecordedPath>,
+    /// Name of the sensor, if it is labeled.
+    pub sensor: Option<String>,
     /// Number of events that a gap or the end interrupted.
     pub incomplete: u64,
     about: About,
@@ -111,6 +123,84 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     Ok(recording)
 }
 
+/// The samples of an event along its path.
+#[derive(Clone, Debug)]
+pub struct RecordedPath {
+    /// Of ten sums; `None` without a slide's velocity.
+    pub path: Option<PathSample>,
+    /// Of 25 taxels; also `None` if a frame of the sample was lost.
+    pub taxel_path: Option<PathSample>,
+}
+
+impl RecordedPath {
+    /// Returns the sample that a model of this input takes; `None` if there is none, or if it shows too little of the
+    /// path.
+    pub fn sample(&self, input: Input) -> Option<&[i16; INPUTS]> {
+        let path = if input == Input::TaxelPath { &self.taxel_path } else { &self.path };
+        path.as_ref().filter(|path| path.covers(frames_of(input))).map(PathSample::numbers)
+    }
+}
+
+/// Reads a recording as [`read`] does, with the samples along the paths of its events.
+///
+/// # Errors
+/// [`read`] fails.
+pub fn read_paths(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
+    let mut recording = read(path, config)?;
+    let config = &recording.config;
+    let wrong = |error: &dyn std::fmt::Display| Error::new(ErrorKind::Config, path.display(), error.to_string());
+    let mut source = McapSource::open(path, None)?;
+    let info = source.info().clone();
+    let law = config.law(info.rate).map_err(|error| wrong(&error))?;
+    let motion = config.motion(info.rate).map_err(|error| wrong(&error))?;
+    let mut pipeline = config.pipeline(&info)?;
+    let mut ring = TaxelRing::of(pipeline.geometry());
+    let mut paths = Vec::new();
+    let mut sums_of = TaxelSums::new(*pipeline.geometry());
+    // The ring holds camera frames, so it has those of the sample only if a feature frame is one of them.
+    let is_single = info.rate.frames_added() == 1;
+    let mut take = |event: Option<Event<'_>>, ring: &TaxelRing| {
+        let Some(event) = event else { return };
+        let answer = law.answer(&event);
+        let slides = answer.has_texture();
+        let velocity = answer.velocity().or_else(|| motion::by_coherence(&event, motion).velocity).filter(|_| slides);
+        let whole = SAMPLE_FRAMES as u8;
+        let taxels = velocity.filter(|_| is_single && event.frames_filled == 0);
+        paths.push(RecordedPath {
+            path: velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, motion, whole)),
+            taxel_path: taxels.and_then(|velocity| PathSample::of_taxels(ring, &velocity, motion, whole)),
+        });
+    };
+    loop {
+        match source.next_event()? {
+            SourceEvent::End => break,
+            SourceEvent::Taxels(frame) => {
+                ring.push(&frame.sums);
+                take(pipeline.push_taxels(&frame.sums).event(), &ring);
+            }
+            SourceEvent::Lost { frames, .. } => {
+                ring.fill(frames.min(SAMPLE_FRAMES as u64) as u32);
+                take(pipeline.push_lost(frames).event(), &ring);
+            }
+            SourceEvent::Frame(frame) => {
+                if let Ok(sums) = sums_of.push_frame(frame.bytes) {
+                    ring.push(&sums);
+                    take(pipeline.push_taxels(&sums).event(), &ring);
+                } else {
+                    ring.fill(1);
+                    take(pipeline.push_lost(1).event(), &ring);
+                }
+            }
+            _ => {}
+        }
+    }
+    take(pipeline.finish().event(), &ring);
+    // An event at the end of the stream may have no sample along its path; every other one has its place here.
+    paths.resize_with(recording.samples.len(), || RecordedPath { path: None, taxel_path: None });
+    recording.paths = paths;
+    Ok(recording)
+}
+
 /// Names of the labels that a data set uses.
 pub const NAMES: [&str; 3] = ["specimen", "speed", "direction"];
 
@@ -146,6 +236,8 @@ fn labeled(name: &str, labels: &Labels, about: &About, config: Config) -> Result
         speed_mm_s,
         direction,
         samples: Vec::new(),
+        paths: Vec::new(),
+        sensor: labels.get("sensor").cloned(),
         incomplete: 0,
         about: about.clone(),
         config,
@@ -236,7 +328,6 @@ pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
 mod tests {
     use super::*;
     use wstac_host::camera::{CameraState, LockedControl};
-    use wstac_host::source::Source;
     use wstac_scene::source::SceneSource;
 
     fn recording(name: &str, specimen: &str, configuration: &str, change: impl Fn(&mut About)) -> Recording {

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::{Classification, Model};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
@@ -24,6 +24,10 @@ pub struct Answers {
     pub labels: Vec<String>,
     /// A class for each sample.
     pub predictions: Vec<u8>,
+    /// The confidence of each answer in units of 2^-15; `None` for a model without a calibration.
+    pub confidences: Option<Vec<u16>>,
+    /// Whether each sample is known; `None` if the model does not tell.
+    pub known: Option<Vec<bool>>,
     /// The truth, if it is known.
     pub truth: Option<Truth>,
 }
@@ -42,15 +46,16 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Returns the labels that occur in samples.
-    pub fn found(&self) -> impl Iterator<Item = &str> {
-        let found = |number: usize| self.numbers.iter().any(|&found| usize::from(found) == number);
-        self.labels.iter().enumerate().filter(move |(number, _)| found(*number)).map(|(_, label)| label.as_str())
-    }
-
-    /// Returns `true` if there are samples and none has a label that is right for a class.
-    pub fn is_of_others(&self) -> bool {
-        !self.numbers.is_empty() && !self.numbers.iter().any(|number| self.of_class.contains(number))
+    /// Returns the labels of samples that are right for no class, and the number of those samples.
+    pub fn of_no_class(&self) -> (Vec<&str>, usize) {
+        let mut counts = vec![0; self.labels.len()];
+        for &number in self.numbers.iter().filter(|number| !self.of_class.contains(number)) {
+            if let Some(count) = counts.get_mut(usize::from(number)) {
+                *count += 1;
+            }
+        }
+        let labels = self.labels.iter().zip(&counts).filter(|(_, count)| **count > 0);
+        (labels.map(|(label, _)| label.as_str()).collect(), counts.iter().sum())
     }
 }
 
@@ -72,13 +77,13 @@ impl Answers {
 /// The file cannot be used; the message names the part.
 pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let npz = Npz::open(path)?;
-    let predictions = predictions(model, &npz)?;
-    let labels: Vec<String> = (0..model.labels().len())
-        .filter_map(|class| model.labels().get(class))
-        .map(|label| label.to_string())
-        .collect();
+    let found = classifications(model, &npz)?;
+    let predictions: Vec<u8> = found.iter().map(|answer| answer.class).collect();
+    let labels = labels_of(model);
     let truth = truth(&npz, model.task(), &labels, predictions.len())?;
-    Ok(Answers { labels, predictions, truth })
+    let confidences = found.iter().map(|answer| answer.confidence).collect();
+    let known = found.iter().map(|answer| answer.known).collect();
+    Ok(Answers { labels, predictions, confidences, known, truth })
 }
 
 /// Returns the name of the array that holds the samples for a model.
@@ -90,8 +95,31 @@ pub fn array_of(input: Input) -> &'static str {
     }
 }
 
-fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
-    let name = array_of(model.input());
+/// Reads the samples that a model takes from an `.npz` file, with their true labels if they are known.
+///
+/// # Errors
+/// The file cannot be used; the message names the part.
+pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<[i16; INPUTS]>, Option<Truth>), Error> {
+    let npz = Npz::open(path)?;
+    let mut samples = Vec::new();
+    each_sample(model.input(), &npz, |sample| samples.push(*sample))?;
+    let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
+    Ok((samples, truth))
+}
+
+fn labels_of(model: &Model) -> Vec<String> {
+    (0..model.labels().len()).filter_map(|class| model.labels().get(class)).map(|label| label.to_string()).collect()
+}
+
+fn classifications(model: &Model, npz: &Npz) -> Result<Vec<Classification>, Error> {
+    let mut found = Vec::new();
+    each_sample(model.input(), npz, |sample| found.push(model.classification(sample)))?;
+    Ok(found)
+}
+
+/// Passes every sample to `give`, in the order of a model file.
+fn each_sample(input: Input, npz: &Npz, mut give: impl FnMut(&[i16; INPUTS])) -> Result<(), Error> {
+    let name = array_of(input);
     let mut array = npz.array(name)?;
     let n = match array.shape[..] {
         [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
@@ -105,7 +133,6 @@ fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
     if n > MOST_SAMPLES {
         return Err(npz.error(name, format_args!("{n} samples, expected at most {MOST_SAMPLES}")));
     }
-    let mut predictions = Vec::new();
     let mut bytes = [0; 2 * INPUTS];
     let mut sample = [0; INPUTS];
     for _ in 0..n {
@@ -113,9 +140,9 @@ fn predictions(model: &Model, npz: &Npz) -> Result<Vec<u8>, Error> {
         for (input, bytes) in bytes.as_chunks::<2>().0.iter().enumerate() {
             sample[super::trained::file_order(input, SAMPLE_FRAMES)] = i16::from_le_bytes(*bytes);
         }
-        predictions.push(model.classify(&sample));
+        give(&sample);
     }
-    Ok(predictions)
+    Ok(())
 }
 
 /// Reads the true labels from the first array that fits the model's task.
@@ -174,6 +201,23 @@ fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth,
         numbers.push(this);
     }
     Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
+}
+
+/// Reads an array of `n` elements as labels.
+pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Error> {
+    let mut array = npz.array(name)?;
+    if array.shape != [n as u64] {
+        return Err(npz.error(name, format_args!("shape {:?}, expected ({n},) as of X", array.shape)));
+    }
+    let text = Text::of(&array).ok_or_else(|| {
+        npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
+    })?;
+    let mut bytes = vec![0; text.bytes()];
+    let read = (0..n).map(|_| {
+        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
+        Ok(text.read(&bytes))
+    });
+    read.collect()
 }
 
 /// The conversion of an element into a label.

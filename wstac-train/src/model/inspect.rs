@@ -53,6 +53,10 @@ pub struct Inspected {
     pub input: &'static str,
     /// Frames of the sample that it needs; of a path, tens of its numbers.
     pub frames: u8,
+    /// Whether it says how sure an answer is.
+    pub calibrated: bool,
+    /// Whether it says what is unknown.
+    pub tells_unknown: bool,
     /// Bytes of flash or memory that it takes.
     pub bytes: usize,
     /// Number of weighted sums; `None` for trees.
@@ -109,6 +113,8 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
             .collect(),
         input: model.input().name(),
         frames: model.frames(),
+        calibrated: model.is_calibrated(),
+        tells_unknown: model.tells_unknown(),
         bytes: 4 * words.len(),
         rows: trees.is_none().then(|| half(HEADER_HALVES)),
         trees: trees.map(|start| count(words, start, usize::from(half(11)), single)),

@@ -1,14 +1,17 @@
 //! Texture models: from their trainers' files to the core's model file, with inspection and evaluation.
 //!
 //! [`import`] reads a trainer's file as a [`trained`] model and makes a model file of it ([`write`](mod@write)).
-//! [`import_inline`] makes Rust ([`inline`]). [`mod@inspect`] reports the contents of a model file, and [`eval`]
-//! evaluates it.
+//! [`import_inline`] makes Rust ([`inline`]). [`mod@inspect`] reports the contents of a model file, [`eval`]
+//! evaluates it, [`mod@calibrate`] adds how sure its answers are, and
+//! [`mod@learn`] makes a model of a few slides of new textures.
 
+pub mod calibrate;
 pub mod eval;
 mod exact;
 pub mod inline;
 pub mod inspect;
 mod integers;
+pub mod learn;
 pub(crate) mod npz;
 mod onnx;
 pub mod trained;
@@ -90,7 +93,7 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
 }
 
 /// Rejects labels that are empty, occur twice, or do not fit the task.
-fn check_labels(model: &Trained) -> Result<(), String> {
+pub(crate) fn check_labels(model: &Trained) -> Result<(), String> {
     for (number, label) in model.labels.iter().enumerate() {
         if label.trim() != label || label.is_empty() {
             return Err(format!("label {label:?} of class {number}, expected a name without blanks around it"));

@@ -1,7 +1,7 @@
 //! Entry points from features to events, and from events to answers.
 
 use wstac_core::baseline::Baseline;
-use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
 use wstac_core::direction::{self, Direction, Heading, Unclear};
 use wstac_core::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
 use wstac_core::error::{ConfigError, FrameError};
@@ -9,7 +9,7 @@ use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
@@ -130,6 +130,23 @@ entries! {
     of_taxels(ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<PathSample> {
         PathSample::of_taxels(ring, velocity, config, frames)
     }
+    is_unbroken_ring(ring: &TaxelRing) -> bool { ring.is_unbroken() }
+    add_to_ring(ring: &mut TaxelRing, sums: &[u32; 25], is_first: bool) -> () { ring.add(sums, is_first) }
+    complete_in_ring(ring: &mut TaxelRing, has_missing_frames: bool) -> () { ring.complete(has_missing_frames) }
+    lose_in_ring(ring: &mut TaxelRing) -> () { ring.lose() }
+    ring_of_ring(ring: &TaxelRing) -> Option<&TaxelRing> { TaxelStore::ring(ring) }
+    ring_of_none(store: &NoTaxels) -> Option<&TaxelRing> { store.ring() }
+    add_to_chosen(ring: &mut Option<TaxelRing>, sums: &[u32; 25], is_first: bool) -> () { ring.add(sums, is_first) }
+    complete_in_chosen(ring: &mut Option<TaxelRing>, has_missing_frames: bool) -> () { ring.complete(has_missing_frames) }
+    lose_in_chosen(ring: &mut Option<TaxelRing>) -> () { ring.lose() }
+    push_frame_keeping<'a>(pipeline: &'a mut Pipeline<Gray, Fixed, FixedBaseline, TaxelRing>, bytes: &[u8]) -> Result<Update<'a>, FrameError> {
+        pipeline.push_frame(bytes)
+    }
+    push_lost_keeping<'a>(pipeline: &'a mut Pipeline<Gray, Fixed, FixedBaseline, TaxelRing>, frames: u64) -> Update<'a> {
+        pipeline.push_lost(frames)
+    }
+    keep_chosen(pipeline: &mut Pipeline<Gray, Fixed, FixedBaseline, Option<TaxelRing>>) -> () { pipeline.keep_taxels() }
+    taxels_of_update<'a>(update: &Update<'a>) -> Option<&'a TaxelRing> { update.taxels() }
     covers(sample: &PathSample, frames: u8) -> bool { sample.covers(frames) }
 }
 

@@ -1,6 +1,6 @@
 //! Entry points for texture models: reading them, classifying, and labels.
 
-use wstac_core::model::Model;
+use wstac_core::model::{Classification, Model};
 use wstac_core::model::boosted::Boosted;
 use wstac_core::model::file::{self, ModelError, Task};
 use wstac_core::model::forest::Forest;
@@ -19,6 +19,17 @@ entries! {
     svm_classify(model: &LinearSvm<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     forest_classify(model: &Forest<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     boosted_classify(model: &Boosted<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    classification(model: &Model<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
+    svm_classification(model: &LinearSvm<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
+    forest_classification(model: &Forest<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
+    boosted_classification(model: &Boosted<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
+    probabilities(model: &Model<'_>, sample: &[i16; 700]) -> Option<[u16; 64]> { model.probabilities(sample) }
+    scores(model: &Model<'_>, sample: &[i16; 700]) -> i64 {
+        let mut sum = 0_i64;
+        model.each_score(sample, |_, score| sum = sum.wrapping_add(score));
+        sum
+    }
+    calibrated(model: &Model<'_>) -> [bool; 2] { [model.is_calibrated(), model.tells_unknown()] }
     texture_of_svm(sample: &[i16; 700], model: &LinearSvm<'static>) -> u8 { texture::texture(sample, model).class }
     texture_of_forest(sample: &[i16; 700], model: &Forest<'static>) -> u8 { texture::texture(sample, model).class }
     texture_of_boosted(sample: &[i16; 700], model: &Boosted<'static>) -> u8 { texture::texture(sample, model).class }

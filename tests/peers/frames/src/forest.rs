@@ -4,7 +4,6 @@ use std::hint::black_box;
 
 use wstac_core::model::file::{INPUTS, crc};
 use wstac_core::model::forest::Forest;
-use wstac_core::texture::TextureModel;
 
 /// The number of splits from the root to a leaf.
 const DEPTH: u32 = 7;
@@ -18,7 +17,7 @@ pub extern "C" fn wstac_forest(trees: u16, count: usize) -> u32 {
     let samples: [[i16; INPUTS]; 16] = std::array::from_fn(|sample| {
         std::array::from_fn(|input| (sample * 7919 + input * 104_729).wrapping_mul(2_654_435_761) as i16)
     });
-    (0..count).fold(1, |all, index| all + u32::from(forest.class(black_box(&samples[index % 16]))))
+    (0..count).fold(1, |all, index| all + u32::from(forest.classify(black_box(&samples[index % 16]))))
 }
 
 /// Returns the model file: two classes, and one tree after another.

@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 /// A line on a terminal that is overwritten.
-pub(super) struct Progress {
+pub(in crate::commands) struct Progress {
     /// The counted things: slides or recordings.
     what: &'static str,
     /// The count at the start, and the final count.
@@ -17,13 +17,13 @@ pub(super) struct Progress {
 
 impl Progress {
     /// Creates a progress line that starts with `there` of `count`.
-    pub(super) fn new(what: &'static str, there: u32, count: u32) -> Self {
+    pub(in crate::commands) fn new(what: &'static str, there: u32, count: u32) -> Self {
         let now = Instant::now();
         Self { what, there, count, started: now, said: std::io::stderr().is_terminal().then_some(now) }
     }
 
     /// Updates the line, unless it was updated just now.
-    pub(super) fn say(&mut self, done: u32) {
+    pub(in crate::commands) fn say(&mut self, done: u32) {
         let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
         let each = self.started.elapsed().as_secs_f64() / f64::from(done.saturating_sub(self.there).max(1));
         let left = (each * f64::from(self.count.saturating_sub(done))).ceil();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::super::output::{Stop, note};
 use wstac_host::model_file::ModelFile;
+use wstac_host::texture::confidence_of;
 use wstac_host::visible::OneLine;
 use wstac_train::model::eval::{Answers, Truth, answers};
 
@@ -26,7 +27,8 @@ pub(super) struct Arguments {
 
     /// Print one JSON object instead of text
     ///
-    /// Its keys are n, accuracy (null without true labels) and predictions (one label per sample).
+    /// Its keys are n, accuracy (null without true labels) and predictions (one label per sample); for a model that
+    /// tells them also confidence and known, one for each sample.
     #[arg(long)]
     json: bool,
 }
@@ -37,25 +39,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let answers = answers(&model, &arguments.data)?;
     let n = answers.predictions.len();
     let accuracy = answers.right().filter(|_| n > 0).map(|right| right as f64 / n as f64);
-    if let Some(truth) = answers.truth.as_ref().filter(|truth| truth.is_of_others()) {
-        let (model, data) = (arguments.model.display(), arguments.data.display());
-        let (known, from) = (some(&answers.labels), &truth.from);
-        let found: Vec<&str> = truth.found().collect();
-        let found = some(&found);
-        note(format_args!(
-            "{model} names {known}; {from} of {data} has {found}: no label is in both, so none is right"
-        ));
+    if let Some(truth) = &answers.truth {
+        let (labels, samples) = truth.of_no_class();
+        if samples > 0 {
+            let (model, data) = (arguments.model.display(), arguments.data.display());
+            let (known, from, labels) = (some(&answers.labels), &truth.from, some(&labels));
+            note(format_args!(
+                "{model} names {known}; {from} of {data} also has {labels}: {samples} of {n} samples cannot be right"
+            ));
+        }
     }
     let mut out = std::io::BufWriter::new(super::super::output::stdout());
     if arguments.json {
         let label = |class: &u8| answers.labels.get(usize::from(*class)).map_or("", String::as_str);
         let predictions: Vec<&str> = answers.predictions.iter().map(label).collect();
-        let json = serde_json::json!({ "n": n, "accuracy": accuracy, "predictions": predictions });
+        let mut json = serde_json::json!({ "n": n, "accuracy": accuracy, "predictions": predictions });
+        if let Some(confidences) = &answers.confidences {
+            json["confidence"] = confidences.iter().map(|&units| confidence_of(units)).collect();
+        }
+        if let Some(known) = &answers.known {
+            json["known"] = known.as_slice().into();
+        }
         writeln!(out, "{json}")?;
         return Ok(out.flush()?);
     }
     if let (Some(truth), Some(accuracy), Some(right)) = (&answers.truth, accuracy, answers.right()) {
         writeln!(out, "{:.2} % right: {right} of {n} samples, by {}", 100.0 * accuracy, OneLine(&truth.from))?;
+        if let Some(known) = &answers.known {
+            let known = known.iter().filter(|known| **known).count();
+            writeln!(out, "{:.2} % known: {known} of {n}", 100.0 * known as f64 / n as f64)?;
+        }
         confusions(&mut out, &answers, truth)?;
     } else {
         writeln!(out, "{n} samples, without truth")?;

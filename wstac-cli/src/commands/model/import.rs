@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use clap::error::ErrorKind;
-use wstac_core::model::file::{Input, Task};
 
 use super::super::files::Outputs;
+use super::super::model_words::{Classes, Sample};
 use super::super::output::{Stop, note};
 use super::super::wrong_arguments;
 use wstac_train::model::trained::Kind;
@@ -84,21 +84,6 @@ enum Backend {
     Inline,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Classes {
-    Specimen,
-    Pattern,
-    Depth,
-    Other,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Sample {
-    Frames,
-    Path,
-    TaxelPath,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Weights {
     Int16,
@@ -117,17 +102,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let backend = backend(arguments.backend, output).unwrap_or_else(|contradiction| contradiction.exit());
     let outputs = Outputs::new(arguments.force).reading([&arguments.file]);
     outputs.check([output])?;
-    let task = arguments.task.map(|task| match task {
-        Classes::Specimen => Task::Specimen,
-        Classes::Pattern => Task::Pattern,
-        Classes::Depth => Task::Depth,
-        Classes::Other => Task::Other,
-    });
-    let input = match arguments.input {
-        None | Some(Sample::Frames) => Input::Frames,
-        Some(Sample::Path) => Input::Path,
-        Some(Sample::TaxelPath) => Input::TaxelPath,
-    };
+    let task = arguments.task.map(Into::into);
+    let input = arguments.input.unwrap_or_default().into();
     let leaves = match arguments.leaves {
         None | Some(Leaves::Auto) => write::Leaves::Auto,
         Some(Leaves::Int16) => write::Leaves::Int16,

@@ -56,5 +56,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             "visits    {mean:.0} splits per sample if all leaves of a tree are equally likely, at most {worst}"
         )?;
     }
+    if found.calibrated {
+        let unknown = if found.tells_unknown { ", and whether a texture is known" } else { "" };
+        writeln!(out, "tells     how sure an answer is{unknown}")?;
+    }
     Ok(writeln!(out, "training  {}", OneLine(&found.training))?)
 }

@@ -1,14 +1,16 @@
-//! `wstac model` imports, inspects and evaluates trained texture models.
+//! `wstac model` imports, learns, calibrates, inspects and evaluates texture models.
 
+mod calibrate;
 mod eval;
 mod import;
 mod inspect;
+mod learn;
 
 use clap::Subcommand;
 
 use super::output::Stop;
 
-/// Import, inspect or evaluate a trained texture model
+/// Import, learn, calibrate, inspect or evaluate a texture model
 ///
 /// A model file (.wsm) names the texture of a sample. A host loads it, and a board compiles it in. Train with
 /// scikit-learn or XGBoost on a data set of wstac dataset, save the model as described below, and import that.
@@ -24,6 +26,8 @@ enum Command {
     Import(import::Arguments),
     Inspect(inspect::Arguments),
     Eval(eval::Arguments),
+    Calibrate(calibrate::Arguments),
+    Learn(learn::Arguments),
 }
 
 const HELP: &str = r#"From data to a model file:
@@ -99,5 +103,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Command::Import(arguments) => import::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),
+        Command::Calibrate(arguments) => calibrate::run(arguments),
+        Command::Learn(arguments) => learn::run(arguments),
     }
 }

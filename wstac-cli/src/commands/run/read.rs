@@ -11,12 +11,13 @@ use super::super::output::{Form, LossReport, Records, Stop, note};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
+use super::no_event::NoEvent;
 use super::sensors::Sensor;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
-use wstac_host::session::{Observer, Session, Step};
+use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
 use wstac_host::source::{FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::Textures;
@@ -71,7 +72,7 @@ impl<'a> Run<'a> {
             return Err(Error::new(
                 ErrorKind::Unsupported,
                 &info.about,
-                "has no frames for --save-raw, expected fidelity = \"rendered\"",
+                "has no frames for --save-raw, expected a recording with pictures, or fidelity = \"rendered\"",
             )
             .into());
         }
@@ -130,7 +131,7 @@ impl Opened<'_> {
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
         let Self { mut session, records, raw, interrupted } = self;
-        let mut printer = Printer { records, raw, losses: LossReport::default() };
+        let mut printer = Printer { records, raw, losses: LossReport::default(), no_event: NoEvent::default() };
         let result = loop {
             if interrupted.load(Ordering::Relaxed) {
                 break session.finish(&mut printer);
@@ -148,6 +149,9 @@ impl Opened<'_> {
         };
         printer.losses.say(|message| printer.records.note(message));
         say_lag(session.lag(), &printer.records);
+        if let Some(reason) = printer.no_event.reason() {
+            printer.records.note(reason);
+        }
         result
     }
 }
@@ -157,6 +161,7 @@ struct Printer {
     records: Records,
     raw: Option<RawFile>,
     losses: LossReport,
+    no_event: NoEvent,
 }
 
 impl Observer for Printer {
@@ -176,7 +181,13 @@ impl Observer for Printer {
     }
 
     fn output(&mut self, output: Output) -> Result<(), Stop> {
+        self.no_event.output(&output);
         self.records.write(&output)
+    }
+
+    fn processed(&mut self, _: &SourceEvent<'_>, processor: &Processor) -> bool {
+        self.no_event.processed(processor);
+        true
     }
 }
 

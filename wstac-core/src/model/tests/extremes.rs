@@ -24,7 +24,7 @@ fn forest_of(classes: u16, trees: &[Vec<u16>], shift: u16) -> Vec<u32> {
 fn both_answer(words: &[u32], sample: &[i16; INPUTS]) -> u8 {
     let forest = Forest::from_words(words).unwrap();
     let class = forest.classify(sample);
-    assert_eq!(class, forest.decide::<false>(sample));
+    assert_eq!(class, forest.decide::<false>(sample, false, |_, _| {}));
     class
 }
 

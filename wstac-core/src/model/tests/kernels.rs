@@ -9,9 +9,9 @@ use super::*;
 /// Returns a model's answer by plain code.
 fn plainly(model: &Model<'_>, sample: &[i16; INPUTS]) -> u8 {
     match model {
-        Model::LinearSvm(model) => model.decide::<false>(sample),
-        Model::Forest(model) => model.decide::<false>(sample),
-        Model::Boosted(model) => model.decide::<false>(sample),
+        Model::LinearSvm(model) => model.decide::<false>(sample, false, |_, _| {}),
+        Model::Forest(model) => model.decide::<false>(sample, false, |_, _| {}),
+        Model::Boosted(model) => model.decide::<false>(sample, false, |_, _| {}),
     }
 }
 

@@ -66,7 +66,7 @@ impl Header {
 impl Tags {
     fn parse(line: &str) -> Result<Self, String> {
         let mut tags = Self::default();
-        for tag in line.split([' ', '\r']).filter(|tag| !tag.is_empty()) {
+        for tag in line.split(' ').filter(|tag| !tag.is_empty()) {
             let mut characters = tag.chars();
             let key = characters.next().unwrap_or_default();
             let value = characters.as_str();

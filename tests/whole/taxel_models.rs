@@ -1,0 +1,132 @@
+//! Tests a session's textures by 25 taxels: they are those that the core computes directly, and absent if frames are lost.
+
+use wstac_core::law::EventLaw;
+use wstac_core::params::TAXELS;
+use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::rate::FrameRate;
+use wstac_host::config::Config;
+use wstac_host::model_file::ModelFile;
+use wstac_host::output::{Output, OutputOptions, TactileEvent};
+use wstac_host::session::Processor;
+use wstac_host::source::{LossReason, Source, SourceEvent, StreamInfo, SummedFrame};
+use wstac_host::texture::{NoTexture, Texture, Textures};
+use wstac_scene::SceneConfig;
+use wstac_scene::sensor::Fidelity;
+use wstac_scene::source::SceneSource;
+
+/// Returns a slide as taxel sums, and what its frames have in common.
+fn slide(text: &str, per_second: u32) -> (StreamInfo, Vec<[u32; TAXELS]>) {
+    let mut script = SceneConfig::parse_short(text).unwrap();
+    script.fidelity = Fidelity::Taxel;
+    script.sensor.rate = FrameRate::new(per_second, 1).unwrap();
+    let mut source = SceneSource::new(&script).unwrap();
+    let mut frames = Vec::new();
+    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
+        frames.push(frame.sums);
+    }
+    (source.info().clone(), frames)
+}
+
+/// Returns the first event of a host with these models, if every frame of `lost` is lost.
+fn on_host(info: &StreamInfo, frames: &[[u32; TAXELS]], models: &[&str], lost: &[usize]) -> TactileEvent {
+    let files: Vec<_> = models.iter().map(|name| ModelFile::open(name.as_ref()).unwrap()).collect();
+    let processor = Processor::new(info, &Config::default(), OutputOptions::default()).unwrap();
+    let mut processor = processor.with_textures(Textures::new(&files).unwrap());
+    let mut first = None;
+    for (number, sums) in frames.iter().enumerate() {
+        let event = if lost.contains(&number) {
+            SourceEvent::Lost { frames: 1, reason: LossReason::Dropped }
+        } else {
+            SourceEvent::Taxels(SummedFrame::new(*sums))
+        };
+        let emit = |output| {
+            if let Output::Event(event) = output {
+                first.get_or_insert(*event);
+            }
+            Ok::<(), ()>(())
+        };
+        processor.process(&event, emit).unwrap();
+    }
+    first.expect("the slide has an event")
+}
+
+/// Returns the class of the first event, as the core computes it from a ring of its own.
+fn directly(info: &StreamInfo, frames: &[[u32; TAXELS]], model: &str) -> String {
+    let config = Config::default();
+    let mut pipeline = config.pipeline(info).unwrap();
+    let (law, motion) = (config.law(info.rate).unwrap(), config.motion(info.rate).unwrap());
+    let mut ring = TaxelRing::of(pipeline.geometry());
+    let file = ModelFile::open(model.as_ref()).unwrap();
+    let model = file.owned().unwrap();
+    let added = info.rate.frames_added() as usize;
+    for together in frames.chunks_exact(added) {
+        let mut sums = [0; TAXELS];
+        for frame in together {
+            for (sum, one) in sums.iter_mut().zip(frame) {
+                *sum += one;
+            }
+        }
+        ring.push(&sums);
+        for (number, frame) in (1..).zip(together) {
+            let update = pipeline.push_taxels(frame);
+            assert_eq!(update.is_frame(), number == added);
+            let Some(event) = update.event() else { continue };
+            assert!(update.taxels().is_none(), "no model has asked for taxels");
+            let velocity = law.answer(&event).velocity().unwrap();
+            let sample = PathSample::of_taxels(&ring, &velocity, motion, model.get().frames()).unwrap();
+            let class = model.get().classify(sample.numbers());
+            return model.get().labels().get(class.into()).unwrap().to_string();
+        }
+    }
+    panic!("the slide has no event");
+}
+
+#[test]
+fn a_session_with_a_model_of_25_taxels_answers_as_the_core_does() {
+    let mut right = 0;
+    let slides = ["Saw3@60,200deg,80mm", "Sin4@290,10deg", "Tri2@90,330deg,120mm", "Fla0@150,45deg,seed=4"];
+    for text in slides {
+        for per_second in [30, 60] {
+            let (info, frames) = slide(text, per_second);
+            for model in ["builtin:taxel-path-svm", "builtin:taxel-path-forest", "builtin:taxel-path-boosted"] {
+                let event = on_host(&info, &frames, &[model], &[]);
+                let specimen = event.texture.unwrap().specimen.unwrap();
+                assert_eq!(specimen, directly(&info, &frames, model), "{text} {per_second} {model}");
+                right += usize::from(text.starts_with(&specimen));
+            }
+        }
+    }
+    assert!(right >= 22, "{right} of 24");
+}
+
+#[test]
+fn lost_frames_leave_a_model_of_25_taxels_without_an_answer() {
+    let (info, frames) = slide("Saw3@150", 30);
+    let whole = on_host(&info, &frames, &["builtin:taxel-path-svm"], &[]);
+    let at = whole.frame as usize;
+    let with = |models: &[&str], lost: &[usize]| on_host(&info, &frames, models, lost).texture;
+    let texture = whole.texture.unwrap();
+    // Before the sample, at its first frames, in its middle, and at its last frame.
+    assert_eq!(with(&["builtin:taxel-path-svm"], &[at - 5]), Ok(texture.clone()));
+    for lost in [&[at + 1][..], &[at + 30], &[at + 30, at + 31], &[at + 69]] {
+        assert_eq!(with(&["builtin:taxel-path-svm"], lost), Err(NoTexture::LostFrames), "{lost:?}");
+    }
+    // A model of ten sums has filled frames.
+    assert_eq!(with(&["builtin:path-svm"], &[at + 60]), Ok(texture));
+}
+
+#[test]
+fn reasons_are_those_of_the_touch() {
+    let (info, frames) = slide("Saw3@10", 30);
+    let with = |models: &[&str], lost: &[usize]| on_host(&info, &frames, models, lost).texture;
+    assert_eq!(with(&["builtin:taxel-path-svm"], &[]), Err(NoTexture::TooShort));
+    assert_eq!(with(&[], &[]), Err(NoTexture::NoModel));
+    let script = SceneConfig::from_toml("a press", "fidelity = \"taxel\"\n[[touch]]\nkind = \"press\"\n").unwrap();
+    let mut source = SceneSource::new(&script).unwrap();
+    let mut frames = Vec::new();
+    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
+        frames.push(frame.sums);
+    }
+    let press = on_host(source.info(), &frames, &["builtin:taxel-path-svm"], &[]).texture;
+    assert_eq!(press, Err::<Texture, _>(NoTexture::NoSlide));
+}

@@ -1,0 +1,105 @@
+//! `wstac model calibrate` adds to a model file how sure its answers are.
+
+use std::path::PathBuf;
+
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::model_file::ModelFile;
+use wstac_train::model::calibrate::{LabeledSamples, Projection, Settings, calibrate_with, inputs_of, without};
+
+use super::super::files::Outputs;
+use super::super::output::{Stop, note};
+
+/// Add to a model how sure its answers are, and what it knows
+///
+/// Answers stay what they are. A calibrated model gives the probability of an answer ("confidence"), and says whether
+/// a texture is like those of the training ("known"). Data sets are those of model eval. No sensor of HELD.npz should
+/// have been in the training.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The model: a file, or builtin:NAME
+    #[arg(value_name = "FILE.wsm")]
+    model: PathBuf,
+
+    /// The data set that the model was trained on
+    #[arg(value_name = "TRAIN.npz")]
+    train: PathBuf,
+
+    /// A data set that was held out of the training
+    #[arg(value_name = "HELD.npz")]
+    held: PathBuf,
+
+    /// Write the calibrated model to this file
+    #[arg(short, long, value_name = "OUT.wsm")]
+    output: PathBuf,
+
+    /// Textures whose differences the projection shows: those of TRAIN.npz by default
+    ///
+    /// Many other textures make an embedding, from which wstac model learn makes models of new textures.
+    #[arg(long, value_name = "DATA.npz")]
+    projection: Option<PathBuf>,
+
+    /// Dimensions of the projection, 0 to 32: as many as there are textures less one by default
+    ///
+    /// With 0 the model does not say what is unknown.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=32))]
+    dimensions: Option<u8>,
+
+    /// Part of HELD.npz that may be taken for unknown: 0.02 by default
+    #[arg(long, value_name = "PART", value_parser = part)]
+    rejected: Option<f64>,
+
+    /// Overwrite OUT.wsm
+    #[arg(long)]
+    force: bool,
+}
+
+/// Reads a number from 0 to below 1.
+fn part(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|part: &f64| (0.0..1.0).contains(part));
+    number.ok_or_else(|| "expected a number from 0 to below 1, such as 0.02".into())
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let output = &arguments.output;
+    let outputs = Outputs::new(arguments.force).reading([&arguments.train, &arguments.held]);
+    outputs.check([output])?;
+    let file = ModelFile::open(&arguments.model)?;
+    let model = file.model()?;
+    let train = LabeledSamples::read(&model, &arguments.train)?;
+    let held = LabeledSamples::read(&model, &arguments.held)?;
+    let mut settings = Settings::default();
+    settings.dimensions = arguments.dimensions.map_or(settings.dimensions, usize::from);
+    settings.rejected = arguments.rejected.unwrap_or(settings.rejected);
+    let wrong = |about: &PathBuf| {
+        let about = about.display().to_string();
+        move |message: String| Error::new(ErrorKind::Data, about, message)
+    };
+    let textures = arguments.projection.as_ref().map(|path| LabeledSamples::read(&model, path)).transpose()?;
+    let projection = if settings.dimensions > 0 && model.labels().len() > 1 {
+        let (from, about) = textures
+            .as_ref()
+            .map_or((&train, &arguments.train), |all| (all, arguments.projection.as_ref().unwrap_or(&arguments.train)));
+        Some(Projection::of(from, inputs_of(&model), settings.dimensions).map_err(wrong(about))?)
+    } else {
+        None
+    };
+    let plain = without(file.words()).map_err(wrong(&arguments.model))?;
+    let found = calibrate_with(&plain, projection.as_ref(), &train, &held, settings);
+    let found = found.map_err(wrong(&arguments.held))?;
+    let bytes: Vec<u8> = found.words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    outputs.write(output, &bytes)?;
+    let quality = found.held_out;
+    let known = quality.known.map_or_else(
+        || "does not tell what is unknown".to_owned(),
+        |known| format!("{:.1} % of them are known in {} dimensions", 100.0 * known, found.dimensions),
+    );
+    note(format_args!(
+        "{}: {} bytes; {} samples held out: {:.1} % right, confidence off by {:.4} on average; {known}",
+        output.display(),
+        bytes.len(),
+        quality.samples,
+        100.0 * quality.accuracy,
+        quality.calibration_error
+    ));
+    Ok(())
+}

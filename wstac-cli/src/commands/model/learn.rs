@@ -1,0 +1,92 @@
+//! `wstac model learn` makes a model of new textures from a few slides of each.
+
+use std::path::{Path, PathBuf};
+
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::model_file::ModelFile;
+use wstac_train::dataset::recordings;
+use wstac_train::model::calibrate::LabeledSamples;
+use wstac_train::model::learn::learn;
+
+use super::super::files::Outputs;
+use super::super::output::{Stop, note};
+
+/// Make a model of new textures from a few slides of each
+///
+/// Five slides of each texture are enough with a base that was trained on many textures: builtin:embedding (ten sums)
+/// or builtin:taxel-embedding (25 taxels, which tells textures apart better). The model names only the new textures.
+/// From three slides of each on, it also says how sure an answer is and what is unknown.
+#[derive(Debug, clap::Args)]
+pub(super) struct Arguments {
+    /// The calibrated model to start from: builtin:embedding, builtin:taxel-embedding or a file
+    #[arg(value_name = "BASE")]
+    base: PathBuf,
+
+    /// Recordings with the label specimen, folders of them, or data sets (.npz)
+    ///
+    /// Record each slide with wstac record --label specimen=NAME, or take data sets as model eval takes them.
+    #[arg(value_name = "SLIDES", required = true)]
+    slides: Vec<PathBuf>,
+
+    /// Write the model to this file
+    #[arg(short, long, value_name = "OUT.wsm")]
+    output: PathBuf,
+
+    /// A note about the slides, which inspect prints
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+
+    /// Overwrite OUT.wsm
+    #[arg(long)]
+    force: bool,
+}
+
+/// Returns whether a name is that of a data set.
+fn is_set(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let output = &arguments.output;
+    let outputs = Outputs::new(arguments.force).reading(&arguments.slides);
+    outputs.check([output])?;
+    let file = ModelFile::open(&arguments.base)?;
+    let model = file.model()?;
+    let (sets, recorded): (Vec<&PathBuf>, Vec<&PathBuf>) = arguments.slides.iter().partition(|path| is_set(path));
+    let mut slides = LabeledSamples::default();
+    for path in sets {
+        slides.append(LabeledSamples::read(&model, path)?);
+    }
+    if !recorded.is_empty() {
+        let paths = recordings::find(&recorded.into_iter().cloned().collect::<Vec<_>>())?;
+        let read = paths.iter().map(|path| recordings::read_paths(path, None)).collect::<Result<Vec<_>, _>>()?;
+        for doubt in recordings::comparable(&read)? {
+            note(doubt);
+        }
+        slides.append(LabeledSamples::of_recordings(&read, model.input()));
+    }
+    let names: Vec<String> = arguments.slides.iter().map(|path| path.display().to_string()).collect();
+    let mut facts = serde_json::json!({ "learned_from": names, "base": file.about(), "slides": slides.numbers.len() });
+    if let Some(note) = &arguments.note {
+        facts["note"] = note.as_str().into();
+    }
+    let learned = learn(file.words(), &slides, &facts.to_string());
+    let learned = learned.map_err(|message| Error::new(ErrorKind::Data, names.join(", "), message))?;
+    let bytes: Vec<u8> = learned.words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    outputs.write(output, &bytes)?;
+    let (least, most) = (learned.slides.iter().min(), learned.slides.iter().max());
+    let (least, most) = (least.copied().unwrap_or(0), most.copied().unwrap_or(0));
+    let each = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    let left_out = learned.left_out.map_or_else(String::new, |right| {
+        format!("; {:.0} % of the slides are named right by the others", 100.0 * right)
+    });
+    let doubt =
+        if learned.is_calibrated { "" } else { "; too few slides to tell how sure an answer is: expected 3 each" };
+    note(format_args!(
+        "{}: {} bytes, {} textures, {each} slides each{left_out}{doubt}",
+        output.display(),
+        bytes.len(),
+        learned.slides.len()
+    ));
+    Ok(())
+}

@@ -1,0 +1,81 @@
+//! The reason why a whole run had no event, as far as the light tells it.
+
+use std::fmt;
+
+use wstac_host::output::Output;
+use wstac_host::session::Processor;
+
+/// The light of a run, and whether it had events.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct NoEvent {
+    /// Whether there was an event or an interrupted sample.
+    is_answered: bool,
+    /// Whether a frame was seen, and whether the baseline was complete.
+    frames: bool,
+    baseline: bool,
+    /// The smallest light of the brightest taxel, and the largest, as fractions of full scale.
+    least: f32,
+    most: f32,
+}
+
+/// Light above this fraction of full scale counts as saturated.
+const SATURATED: f32 = 0.98;
+/// Light below this fraction of full scale counts as none: less than a gray level of 8 bits.
+const DARK: f32 = 1.0 / 256.0;
+
+impl NoEvent {
+    /// Takes note of an output.
+    pub(super) fn output(&mut self, output: &Output) {
+        self.is_answered |= matches!(output, Output::Event(_) | Output::Interrupted(_));
+    }
+
+    /// Takes note of the last frame's light.
+    pub(super) fn processed(&mut self, processor: &Processor) {
+        let Some(taxels) = processor.taxels() else { return };
+        let brightest = taxels.into_iter().fold(0.0, f32::max);
+        self.least = if self.frames { self.least.min(brightest) } else { brightest };
+        self.most = self.most.max(brightest);
+        self.frames = true;
+        self.baseline |= processor.pipeline().baseline().is_some();
+    }
+
+    /// Returns the reason why there was no event, or `None` if there was one or no frame.
+    pub(super) fn reason(self) -> Option<Reason> {
+        if self.is_answered || !self.frames {
+            return None;
+        }
+        Some(match self {
+            Self { baseline: false, .. } => Reason::TooShort,
+            Self { most, .. } if most < DARK => Reason::Dark,
+            Self { least, .. } if least > SATURATED => Reason::Saturated,
+            Self { most, .. } => Reason::Quiet(most),
+        })
+    }
+}
+
+/// The reason why a run had no event. `Display` says it with advice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Reason {
+    /// The source ended before the baseline was complete.
+    TooShort,
+    /// No taxel ever saw light.
+    Dark,
+    /// The brightest taxel was saturated all the time.
+    Saturated,
+    /// The trigger did not fire. The number is the most light of a taxel, as a fraction of full scale.
+    Quiet(f32),
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("no event: ")?;
+        match self {
+            Self::TooShort => f.write_str("the source ended before the baseline was complete"),
+            Self::Dark => f.write_str("every taxel stayed dark; check the light, the exposure and [layout]"),
+            Self::Saturated => f.write_str("a taxel was saturated all the time; shorten the exposure"),
+            Self::Quiet(most) => {
+                write!(f, "no touch was seen; the brightest taxel reached {:.0} % of full scale", 100.0 * most)
+            }
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! `wstac train` trains a texture model.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::dataset::{pool, random, recorded};
+use super::files::Outputs;
+use super::model_words::{Classes, Sample};
+use super::output::{Stop, note, stdout};
+use super::signals::{Ending, finishing};
+use wstac_host::config::Config;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::plural::counted;
+use wstac_host::visible::OneLine;
+use wstac_plot::{Confusion, Format};
+use wstac_train::train::{TrainOptions, TrainedModel, TrainingSet, Trial, train, wilson};
+
+/// Train a texture model, test it, and write a model file
+///
+/// The model is linear (multinomial logistic regression). It is trained on some sensors or recordings and tested on the
+/// others, never on slides of the same one. The same input gives the same bytes with any number of threads.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// Data sets, recordings, or a sweep; without any, the empty sweep
+    ///
+    /// Data sets (.npz) are those of wstac dataset with the same --input. Recordings (.mcap, or folders of them) need
+    /// the label specimen. A sweep (.toml) is one of wstac dataset --input path.
+    #[arg(value_name = "SET")]
+    sets: Vec<PathBuf>,
+
+    /// Write the model to this new file
+    #[arg(short, long, value_name = "OUT.wsm")]
+    output: PathBuf,
+
+    /// The sample that the model takes
+    ///
+    /// path and taxel-path hold for any speed, direction and length; frames holds for those that were trained.
+    #[arg(long, value_enum, default_value = "path")]
+    input: Sample,
+
+    /// What the model tells apart
+    ///
+    /// The labels are those of the arrays y_specimen, y_pattern and y_depth, or y. Of recordings they are parts of the
+    /// label specimen.
+    #[arg(long, value_enum, default_value = "specimen")]
+    task: Classes,
+
+    /// Fraction of the sensors or recordings that is for tests
+    ///
+    /// It is for sets without an array split, and for recordings. 0 trains without a test.
+    #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = super::dataset::fraction)]
+    test: f64,
+
+    /// Draw the confusions to this new file; by default, beside OUT.wsm
+    ///
+    /// The ending of the name says what it is: SVG, PNG (300 dots per inch) or PDF. The default is OUT.confusion.svg.
+    #[arg(long, value_name = "FILE.svg|png|pdf")]
+    confusion: Option<PathBuf>,
+
+    /// Print one JSON object instead of text
+    ///
+    /// Its keys are labels, slides, groups, left_out, and test: null, or an object of slides, groups, right, accuracy,
+    /// interval and counts (a row for each label, its last number is of slides without a sample).
+    #[arg(long)]
+    json: bool,
+
+    /// Number of threads; by default, one per processor
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    /// Read the configuration of recordings from this TOML file
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// A note about the training, which inspect prints
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+
+    /// Overwrite OUT.wsm and the figure
+    #[arg(long)]
+    force: bool,
+}
+
+const HELP: &str = "\
+From nothing to a model:
+  wstac train -o my.wsm
+  wstac run scene:Saw3@220,30deg --model my.wsm
+  The empty sweep simulates 12000 slides of ten textures on 500 sensors,
+  at 50 to 300 mm/s in any direction, with lengths of 60 to 120 mm. 100
+  of the sensors are for tests. It takes about a minute on two
+  processors. wstac dataset --help lists the keys of other sweeps.
+
+From your own recordings:
+  wstac record /dev/video0 -o a1.mcap --label specimen=Saw3
+  wstac train recordings/ -o my.wsm
+  Record each texture at least twice, better on more than one sensor
+  (--label sensor=NAME). If every recording has the label sensor and
+  there are two sensors, sensors are split, otherwise recordings. Other
+  names than those of specimens, such as denim, need --task other in a
+  data set with an array y.
+
+The answer:
+  Accuracy is that of the model file on slides that were not trained on,
+  with Wilson's interval of 95 %, and for each label. A slide without a
+  velocity, or with too little of the path, counts as wrong. The figure
+  has a row for each label and a column for each answer.
+  The model needs no calibration of its inputs: their means and scales
+  are part of its weights, which are int16.
+  Exit code: 0, 1 if a set cannot be used or has one group only, 2 for
+  wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
+";
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let output = &arguments.output;
+    let confusion = arguments.confusion.clone().unwrap_or_else(|| output.with_extension("confusion.svg"));
+    let format = Format::of(&confusion)?;
+    let outputs = Outputs::new(arguments.force).reading(&arguments.sets).reading(&arguments.config);
+    outputs.check([output, &confusion])?;
+    let options = TrainOptions {
+        input: arguments.input.into(),
+        task: arguments.task.into(),
+        test: arguments.test,
+        note: arguments.note.clone(),
+    };
+    let threads = pool(arguments.threads)?;
+    let set = gathered(arguments, &options, &threads)?;
+    // Nothing is written until the model is there.
+    finishing(Ending::AtOnce);
+    let trained = threads.install(|| train(set, &options))?;
+    if trained.left_out > 0 {
+        let slides = counted(trained.left_out, "slide");
+        note(format_args!("left out of the training: {slides} without a velocity, or with too little of the path"));
+    }
+    finishing(Ending::Whole);
+    let bytes = trained.written.bytes();
+    if let Some(trial) = &trained.trial {
+        outputs.write(&confusion, format.encode(&figure(trial, output))?)?;
+    }
+    outputs.write(output, &bytes)?;
+    let mut out = std::io::BufWriter::new(stdout());
+    if arguments.json {
+        writeln!(out, "{}", as_json(&trained))?;
+    } else {
+        text(&mut out, &trained)?;
+    }
+    out.flush()?;
+    let (path, classes) = (output.display(), counted(trained.labels.len(), "class").replace("classs", "classes"));
+    note(format_args!("{path}: {} bytes, {classes}, trained on {}", bytes.len(), trained.words()));
+    if trained.trial.is_some() {
+        note(format_args!("{}: the confusions", confusion.display()));
+    } else {
+        note("there was no test: nothing is known about the accuracy on other slides");
+    }
+    Ok(())
+}
+
+/// Reads all sets, or simulates the empty sweep.
+fn gathered(arguments: &Arguments, options: &TrainOptions, threads: &rayon::ThreadPool) -> Result<TrainingSet, Stop> {
+    let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
+    let simulated = |file: Option<&PathBuf>| {
+        let sweep = random::sweep(file)?;
+        let slides = random::simulate(&sweep, threads)?;
+        let mut set = TrainingSet::of_sweep(&sweep, &slides, options);
+        if let Some(file) = file {
+            set.sources = vec![file.display().to_string()];
+        }
+        Ok::<_, Stop>(set)
+    };
+    if arguments.sets.is_empty() {
+        return simulated(None);
+    }
+    let mut set = TrainingSet::default();
+    let mut recordings = Vec::new();
+    for path in &arguments.sets {
+        if ends(path, "npz") {
+            set.extend(TrainingSet::read(path, options)?);
+        } else if ends(path, "toml") {
+            set.extend(simulated(Some(path))?);
+        } else if path.is_dir() || ends(path, "mcap") {
+            recordings.push(path.clone());
+        } else {
+            let message =
+                "is no set, expected a data set (.npz), recordings (.mcap), a folder of them, or a sweep (.toml)";
+            return Err(Error::new(ErrorKind::Usage, path.display(), message).into());
+        }
+    }
+    if !recordings.is_empty() {
+        let config = arguments.config.as_deref().map(Config::read).transpose()?;
+        let recordings = recorded::read_all(&recordings, config.as_ref(), options.input, threads)?;
+        set.extend(TrainingSet::of_recordings(&recordings, options)?);
+    }
+    Ok(set)
+}
+
+/// Returns a fraction with its interval, in percent.
+fn percent(right: u32, of: u32) -> String {
+    let [low, high] = wilson(right, of);
+    let share = if of == 0 { 0.0 } else { 100.0 * f64::from(right) / f64::from(of) };
+    format!("{share:.1} % ({:.1} … {:.1})", 100.0 * low, 100.0 * high)
+}
+
+/// Returns the test in a sentence.
+fn sentence(trial: &Trial) -> String {
+    let (right, slides) = (trial.right(), trial.slides());
+    let groups = counted(trial.groups, "group");
+    format!("{} right: {right} of {slides} slides of {groups} that were not trained on", percent(right, slides))
+}
+
+fn text(out: &mut impl Write, trained: &TrainedModel) -> Result<(), Stop> {
+    let Some(trial) = &trained.trial else { return Ok(()) };
+    writeln!(out, "{}", sentence(trial))?;
+    for (class, label) in trial.labels.iter().enumerate() {
+        let [right, of] = trial.of_class(class);
+        let label = OneLine(label).to_string();
+        writeln!(
+            out,
+            "  {label:<10} {:<24} {right} of {of}",
+            if of == 0 { "no slide".into() } else { percent(right, of) }
+        )?;
+    }
+    if trial.without_sample() > 0 {
+        let slides = counted(trial.without_sample(), "slide");
+        writeln!(out, "{slides} without a sample: no velocity, or too little of the path; they count as wrong")?;
+    }
+    writeln!(out, "A group is a sensor or a recording; intervals are Wilson's, 95 %.")?;
+    Ok(())
+}
+
+fn as_json(trained: &TrainedModel) -> serde_json::Value {
+    let test = trained.trial.as_ref().map(|trial| {
+        let (right, slides) = (trial.right(), trial.slides());
+        serde_json::json!({
+            "slides": slides,
+            "groups": trial.groups,
+            "right": right,
+            "accuracy": f64::from(right) / f64::from(slides.max(1)),
+            "interval": wilson(right, slides),
+            "counts": trial.counts,
+        })
+    });
+    serde_json::json!({
+        "labels": trained.labels,
+        "slides": trained.slides,
+        "groups": trained.groups,
+        "left_out": trained.left_out,
+        "test": test,
+    })
+}
+
+/// Draws the confusions.
+fn figure(trial: &Trial, model: &Path) -> String {
+    let name = model.file_name().unwrap_or_default().to_string_lossy();
+    let caption = format!(
+        "{name}: {}. Each row has the slides of a texture, and a cell is darker the more of them got its answer. \
+         Intervals are Wilson's, 95 %.",
+        sentence(trial)
+    );
+    Confusion { labels: &trial.labels, counts: &trial.counts, caption: &caption }.draw()
+}

@@ -1,0 +1,171 @@
+//! The file of a sweep of random slides, for samples along the path.
+//!
+//! ```toml
+//! specimens = ["Fla0", "Saw3"]  # default: the ten of the paper
+//! slides = 12000                # of all specimens together
+//! speeds = [50, 300]            # mm/s, from and to; the logarithm is even
+//! directions = [0, 360]         # degrees, from and to
+//! lengths = [60, 120]           # mm, from and to
+//! sensors = 500                 # number of different sensors
+//! seed = 1
+//! test = 0.2                    # fraction of the sensors that is for tests
+//! ```
+
+use std::path::Path;
+
+use serde::Deserialize;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_scene::specimen::Specimen;
+
+use super::path::RandomSlides;
+
+/// Largest number of slides, all of which are in memory.
+const MOST_SLIDES: i64 = 200_000;
+/// Largest number of sensors.
+const MOST_SENSORS: i64 = 100_000;
+
+/// A sweep's file before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct File {
+    specimens: Vec<String>,
+    slides: i64,
+    speeds: [f64; 2],
+    directions: [f64; 2],
+    lengths: [f64; 2],
+    sensors: i64,
+    seed: u32,
+    test: f64,
+}
+
+impl Default for File {
+    fn default() -> Self {
+        let slides = RandomSlides::default();
+        Self {
+            specimens: slides.specimens.iter().map(ToString::to_string).collect(),
+            slides: 12_000,
+            speeds: slides.speeds_mm_s,
+            directions: slides.directions_deg,
+            lengths: slides.lengths_mm,
+            sensors: 500,
+            seed: 1,
+            test: 0.2,
+        }
+    }
+}
+
+/// Random slides, split into some for training and some for tests by their sensors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RandomSweep {
+    /// The slides.
+    pub slides: RandomSlides,
+    /// Number of the first sensor that is for tests.
+    pub first_test_sensor: u32,
+}
+
+impl Default for RandomSweep {
+    /// Returns the empty sweep: ten specimens at any speed, direction and length, on many sensors.
+    fn default() -> Self {
+        Self::checked(&File::default()).unwrap_or_else(|message| unreachable!("the empty sweep: {message}"))
+    }
+}
+
+impl RandomSweep {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// The file is not valid; the message names the file, the key, the value found and the values expected.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = wstac_host::text_file::file_text(path)?;
+        Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// Reads and checks a sweep's text; `subject` names its file.
+    ///
+    /// # Errors
+    /// The text is not valid; the message names the key, the value found and the values expected.
+    pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
+        let file: File = toml::from_str(text)
+            .map_err(|error| Error::new(ErrorKind::Config, subject, wstac_host::text_file::toml_error(text, &error)))?;
+        Self::checked(&file).map_err(|message| Error::new(ErrorKind::Config, subject, message))
+    }
+
+    fn checked(file: &File) -> Result<Self, String> {
+        let integer = |key: &str, value: i64, most: i64| {
+            let good = u32::try_from(value).ok().filter(|_| (1..=most).contains(&value));
+            good.ok_or_else(|| format!("{key} is {value}, expected 1 to {most}"))
+        };
+        let range = |key: &str, [from, to]: [f64; 2], [least, most]: [f64; 2], unit: &str| {
+            let good = from >= least && to <= most && from <= to;
+            let wrong = || format!("{key} is [{from}, {to}], expected from and to, within {least} to {most} {unit}");
+            if good { Ok([from, to]) } else { Err(wrong()) }
+        };
+        let specimen = |name: &String| {
+            let specimen = name.parse::<Specimen>();
+            specimen.map_err(|error| format!("specimens has {name:?}: {error}"))
+        };
+        let specimens = file.specimens.iter().map(specimen).collect::<Result<Vec<_>, _>>()?;
+        if specimens.is_empty() {
+            return Err("specimens is empty, expected at least one specimen".into());
+        }
+        let sensors = integer("sensors", file.sensors, MOST_SENSORS)?;
+        if !(0.0..1.0).contains(&file.test) {
+            return Err(format!("test is {}, expected a fraction: at least 0 and below 1", file.test));
+        }
+        // At least one sensor trains; at least one tests, if a test is wanted and there are two.
+        let wanted = (file.test * f64::from(sensors)).round() as u32;
+        let tests = if file.test > 0.0 { wanted.max(1) } else { 0 }.min(sensors - 1);
+        let slides = RandomSlides {
+            specimens,
+            slides: integer("slides", file.slides, MOST_SLIDES)?,
+            seed: file.seed.into(),
+            speeds_mm_s: range("speeds", file.speeds, [10.0, 600.0], "mm/s")?,
+            directions_deg: range("directions", file.directions, [-360.0, 360.0], "degrees")?,
+            lengths_mm: range("lengths", file.lengths, [20.0, 200.0], "mm")?,
+            sensors: [0, sensors],
+            ..RandomSlides::default()
+        };
+        Ok(Self { slides, first_test_sensor: sensors - tests })
+    }
+
+    /// Returns whether the slides of a sensor are for tests.
+    pub fn is_for_tests(&self, sensor: u32) -> bool {
+        sensor >= self.first_test_sensor
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_empty_sweep_covers_what_models_promise() {
+        let sweep = RandomSweep::parse("s", "").unwrap();
+        assert_eq!(sweep, RandomSweep::default());
+        assert_eq!((sweep.slides.speeds_mm_s, sweep.slides.directions_deg), ([50.0, 300.0], [0.0, 360.0]));
+        assert_eq!((sweep.slides.lengths_mm, sweep.slides.specimens.len()), ([60.0, 120.0], 10));
+        assert_eq!((sweep.slides.sensors, sweep.first_test_sensor), ([0, 500], 400));
+        assert!(!sweep.is_for_tests(399) && sweep.is_for_tests(400));
+    }
+
+    #[test]
+    fn keys_are_checked() {
+        let error = |text: &str| RandomSweep::parse("s.toml", text).unwrap_err().to_string();
+        assert_eq!(error("slides = 0"), "s.toml: slides is 0, expected 1 to 200000");
+        assert!(
+            error("speeds = [300, 50]").contains("speeds is [300, 50], expected from and to, within 10 to 600 mm/s")
+        );
+        assert!(error("lengths = [nan, 50]").contains("lengths is [NaN, 50]"));
+        assert!(error("specimens = [\"Sew3\"]").contains("specimens has \"Sew3\""));
+        assert!(error("specimens = []").contains("specimens is empty"));
+        assert!(error("test = 1").contains("test is 1, expected a fraction"));
+        assert!(error("sensors = 0").contains("sensors is 0"));
+        assert!(error("fidelity = 1").contains("fidelity"));
+    }
+
+    #[test]
+    fn a_test_needs_two_sensors() {
+        let first = |text: &str| RandomSweep::parse("s", text).unwrap().first_test_sensor;
+        assert_eq!((first("sensors = 1"), first("sensors = 2"), first("sensors = 9\ntest = 0")), (1, 1, 9));
+    }
+}

@@ -1,0 +1,406 @@
+//! Calibration of a model: how sure an answer is, and whether a sample is like those of the training.
+//!
+//! [`calibrate`] needs samples of two sets: those of the training, and others that no model has seen, of other sensors
+//! where possible. It writes a file that has the same answers as before.
+
+mod factor;
+mod lda;
+
+use std::path::Path;
+
+use wstac_core::model::Model;
+use wstac_core::model::calibration::{CONFIDENCE_ONE, MOST_DIMENSIONS};
+use wstac_core::model::file::{INPUTS, Input, crc};
+use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
+use wstac_host::error::{Error, ErrorKind};
+
+use super::eval;
+use super::trained::file_order;
+use crate::dataset::Sample;
+use crate::dataset::recordings::Recording;
+pub(super) use factor::Scored;
+pub use lda::Projection;
+
+/// A unit of the projection in a file: the standard deviation within a class.
+const UNIT: f64 = 64.0;
+/// The flag of a file with a calibration, in its half 15.
+const FLAG: u32 = 1 << 24;
+
+/// Samples with labels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LabeledSamples {
+    /// The numbers of each sample, in the order of a model file: frame by frame.
+    pub numbers: Vec<[i16; INPUTS]>,
+    /// The number of each sample's label. For [`calibrate`] it is that of the model's class.
+    pub labels: Vec<u16>,
+    /// The labels' names.
+    pub names: Vec<String>,
+}
+
+impl LabeledSamples {
+    /// Reads the samples that a model takes from a data set, with the labels that fit its task.
+    ///
+    /// A sample of zeros only is left out: such a slide has no path. Labels that are those of classes have the class's
+    /// number.
+    ///
+    /// # Errors
+    /// The data set cannot be read, or has no labels.
+    pub fn read(model: &Model, path: &Path) -> Result<Self, Error> {
+        let (numbers, truth) = eval::labeled(model, path)?;
+        let Some(truth) = truth else {
+            let message = "has no labels, expected the array y, y_specimen, y_pattern or y_depth";
+            return Err(Error::new(ErrorKind::Data, path.display(), message));
+        };
+        let mut samples = Self { names: truth.labels.clone(), ..Self::default() };
+        for (numbers, label) in numbers.into_iter().zip(truth.numbers) {
+            if numbers.iter().any(|&number| number != 0) {
+                samples.numbers.push(numbers);
+                samples.labels.push(label);
+            }
+        }
+        Ok(samples)
+    }
+
+    /// Returns the samples of recordings that a model of this input takes, with their specimens.
+    ///
+    /// The recordings have their samples along the path ([`crate::dataset::recordings::read_paths`]). Events without one
+    /// are left out.
+    pub fn of_recordings(recordings: &[Recording], input: Input) -> Self {
+        let mut samples = Self::default();
+        for recording in recordings {
+            let found: Vec<[i16; INPUTS]> = match input {
+                Input::Frames => recording.samples.iter().map(|(_, sample, _)| frame_by_frame(sample)).collect(),
+                _ => recording.paths.iter().filter_map(|path| path.sample(input)).copied().collect(),
+            };
+            let labels = vec![0; found.len()];
+            samples.append(Self { numbers: found, labels, names: vec![recording.specimen.clone()] });
+        }
+        samples
+    }
+
+    /// Appends samples; labels of the same name become one.
+    pub fn append(&mut self, other: Self) {
+        let number = |name: String| {
+            self.names.iter().position(|own| *own == name).unwrap_or_else(|| {
+                self.names.push(name);
+                self.names.len() - 1
+            }) as u16
+        };
+        let numbers: Vec<u16> = other.names.into_iter().map(number).collect();
+        self.numbers.extend(other.numbers);
+        self.labels.extend(other.labels.iter().filter_map(|&label| numbers.get(usize::from(label))));
+    }
+
+    /// Returns the samples of labels below `classes`.
+    #[must_use]
+    fn of_classes(&self, classes: usize) -> Self {
+        let known = |label: &&u16| usize::from(**label) < classes;
+        let both = self.numbers.iter().zip(&self.labels).filter(|(_, label)| known(label));
+        let (numbers, labels) = both.map(|(numbers, &label)| (*numbers, label)).unzip();
+        Self { numbers, labels, names: self.names.iter().take(classes).cloned().collect() }
+    }
+}
+
+/// Returns a sample of a data set in the order of a model file.
+fn frame_by_frame(sample: &Sample) -> [i16; INPUTS] {
+    let mut numbers = [0; INPUTS];
+    for (input, &number) in sample.as_flattened().iter().enumerate() {
+        numbers[file_order(input, SAMPLE_FRAMES)] = number;
+    }
+    numbers
+}
+
+/// The settings of a calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The most dimensions of the projection: 0 to [`MOST_DIMENSIONS`]. With 0 the file does not tell what is unknown.
+    pub dimensions: usize,
+    /// The fraction of known samples that may be taken for unknown.
+    pub rejected: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { dimensions: MOST_DIMENSIONS, rejected: 0.02 }
+    }
+}
+
+/// A calibrated model file.
+#[derive(Clone, Debug)]
+pub struct Calibrated {
+    /// The file's words.
+    pub words: Vec<u32>,
+    /// The dimensions of its projection; 0 without one.
+    pub dimensions: usize,
+    /// What it says about the samples that were held out.
+    pub held_out: Quality,
+}
+
+/// What a calibrated model says about samples whose classes are known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// The number of samples.
+    pub samples: usize,
+    /// The fraction of right answers.
+    pub accuracy: f64,
+    /// The expected calibration error: the mean difference between confidence and accuracy, over 15 ranges of
+    /// confidence.
+    pub calibration_error: f64,
+    /// The fraction of samples that are known; `None` if the model does not tell.
+    pub known: Option<f64>,
+}
+
+impl Quality {
+    /// Evaluates a model on samples of its classes; of a sample of another label, every answer is wrong.
+    pub fn of(model: &Model, samples: &LabeledSamples) -> Self {
+        const RANGES: usize = 15;
+        let mut sums = [(0.0, 0.0); RANGES];
+        let (mut right, mut known) = (0, 0);
+        for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
+            let found = model.classification(numbers);
+            let is_right = u16::from(found.class) == label;
+            let confidence = f64::from(found.confidence.unwrap_or(0)) / f64::from(CONFIDENCE_ONE);
+            let range = &mut sums[((confidence * RANGES as f64) as usize).min(RANGES - 1)];
+            range.0 += confidence;
+            range.1 += f64::from(u8::from(is_right));
+            right += usize::from(is_right);
+            known += usize::from(found.known == Some(true));
+        }
+        let n = samples.numbers.len().max(1) as f64;
+        Self {
+            samples: samples.numbers.len(),
+            accuracy: right as f64 / n,
+            calibration_error: sums.iter().map(|(confidence, right)| (confidence - right).abs()).sum::<f64>() / n,
+            known: model.tells_unknown().then(|| known as f64 / n),
+        }
+    }
+}
+
+/// Calibrates a model file by samples of its training and by samples that were held out of it.
+///
+/// A file that has a calibration gets a new one. Labels are the numbers of classes; samples of others are left out.
+///
+/// # Errors
+/// The file is no model, or there are too few samples.
+pub fn calibrate(
+    words: &[u32],
+    trained: &LabeledSamples,
+    held_out: &LabeledSamples,
+    settings: Settings,
+) -> Result<Calibrated, String> {
+    let model = Model::from_words(words).map_err(|error| error.to_string())?;
+    let trained = trained.of_classes(model.labels().len());
+    let projection = if settings.dimensions > 0 && model.labels().len() > 1 {
+        Some(Projection::of(&trained, inputs_of(&model), settings.dimensions.min(MOST_DIMENSIONS))?)
+    } else {
+        None
+    };
+    calibrate_with(words, projection.as_ref(), &trained, held_out, settings)
+}
+
+/// Calibrates a model file with a projection that was made elsewhere, such as that of many more textures.
+///
+/// # Errors
+/// The file is no model, or there are too few samples.
+pub fn calibrate_with(
+    words: &[u32],
+    projection: Option<&Projection>,
+    trained: &LabeledSamples,
+    held_out: &LabeledSamples,
+    settings: Settings,
+) -> Result<Calibrated, String> {
+    let plain = without(words)?;
+    let model = Model::from_words(&plain).map_err(|error| error.to_string())?;
+    let classes = model.labels().len();
+    let held_out = held_out.of_classes(classes);
+    if held_out.numbers.len() < 2 * classes {
+        return Err(format!(
+            "{} samples of its classes are held out, expected at least {}",
+            held_out.numbers.len(),
+            2 * classes
+        ));
+    }
+    let mut scored = Scored::default();
+    for (numbers, &label) in held_out.numbers.iter().zip(&held_out.labels) {
+        let mut scores = Vec::with_capacity(classes);
+        model.each_score(numbers, |_, score| scores.push(score));
+        scored.scores.push(scores);
+        scored.truth.push(usize::from(label));
+    }
+    let factor = scored.factor()?;
+    let Some(projection) = projection else {
+        return finished(with_part(&plain, &part(factor, None))?, 0, &held_out);
+    };
+    let mut means = vec![vec![0.0; projection.biases.len()]; classes];
+    let mut counts = vec![0_usize; classes];
+    for (numbers, &label) in
+        trained.numbers.iter().zip(&trained.labels).filter(|(_, label)| usize::from(**label) < classes)
+    {
+        counts[usize::from(label)] += 1;
+        means[usize::from(label)].iter_mut().zip(projection.place(numbers)).for_each(|(sum, x)| *sum += x);
+    }
+    for (class, (mean, count)) in means.iter_mut().zip(&counts).enumerate() {
+        if *count == 0 {
+            let name = model.labels().get(class).map_or_else(String::new, |label| label.to_string());
+            return Err(format!("no sample of class {name}, expected some of every class"));
+        }
+        mean.iter_mut().for_each(|sum| *sum /= *count as f64);
+    }
+    let distance = |numbers: &[i16; INPUTS]| {
+        let class = usize::from(model.classify(numbers));
+        projection.place(numbers).iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+    };
+    let mut distances: Vec<f64> = held_out.numbers.iter().map(distance).collect();
+    distances.sort_by(f64::total_cmp);
+    let place = ((1.0 - settings.rejected) * distances.len() as f64).ceil() as usize;
+    let threshold = distances[place.clamp(1, distances.len()) - 1];
+    let dimensions = projection.biases.len();
+    finished(with_part(&plain, &part(factor, Some((projection, &means, threshold))))?, dimensions, &held_out)
+}
+
+/// Returns a calibrated file with its quality.
+fn finished(words: Vec<u32>, dimensions: usize, held_out: &LabeledSamples) -> Result<Calibrated, String> {
+    let model = Model::from_words(&words).map_err(|error| error.to_string())?;
+    let held_out = Quality::of(&model, held_out);
+    Ok(Calibrated { words, dimensions, held_out })
+}
+
+/// What a model file tells about known samples: its projection, and the largest squared distance of a known sample.
+///
+/// The numbers are those of the file, so they are rounded.
+///
+/// # Errors
+/// The file is no model, or does not tell what is unknown.
+pub fn projection_of(words: &[u32]) -> Result<(Projection, f64), String> {
+    let model = Model::from_words(words).map_err(|error| error.to_string())?;
+    if !model.tells_unknown() {
+        return Err("has no projection, expected a calibrated model, such as builtin:embedding".into());
+    }
+    let inputs = inputs_of(&model);
+    let labels = words[6] as usize / 2;
+    let half = |at: usize| (words[at / 2] >> (16 * (at % 2))) as u16;
+    let start = 2 * (words[labels - 1] as usize).div_ceil(2);
+    let dimensions = usize::from(half(start + 3));
+    let unit = 1.0 / (UNIT * f64::from(half(start + 4)).exp2());
+    let threshold = f64::from(words[start / 2 + 3]) / (UNIT * UNIT);
+    let rows = start + 8;
+    let bias = |row: usize| {
+        let halves = (0..4).map(|k| u64::from(half(rows + 4 * row + k)) << (16 * k));
+        halves.sum::<u64>().cast_signed() as f64 * unit
+    };
+    let weight = |row: usize, input: usize| {
+        // The words of a block's rows take turns.
+        let in_block = if row / 2 * 2 + 1 < dimensions { 2 } else { 1 };
+        let block = rows + 4 * dimensions + row / 2 * 2 * inputs;
+        let at = block + 2 * (input / 2 * in_block + row % 2) + input % 2;
+        f64::from(half(at).cast_signed()) * unit * f64::from(FEATURE_ONE)
+    };
+    let weights = (0..dimensions).map(|row| (0..inputs).map(|input| weight(row, input)).collect()).collect();
+    Ok((Projection { weights, biases: (0..dimensions).map(bias).collect() }, threshold))
+}
+
+/// Returns the number of inputs that a model reads.
+pub fn inputs_of(model: &Model) -> usize {
+    usize::from(model.frames()) * wstac_core::params::FEATURES
+}
+
+/// A projection, the classes' places in it, and the largest squared distance of a known sample.
+pub(super) type Known<'a> = (&'a Projection, &'a [Vec<f64>], f64);
+
+/// Returns the halves of a calibration.
+pub(super) fn part(factor: f64, known: Option<Known<'_>>) -> Vec<u16> {
+    let mut halves = factor::halves(factor).to_vec();
+    let Some((projection, means, threshold)) = known else {
+        halves.push(0);
+        return halves;
+    };
+    let dimensions = projection.biases.len();
+    let largest = projection.weights.iter().flatten().map(|weight| weight.abs()).fold(f64::MIN_POSITIVE, f64::max);
+    // A unit of a weight is that of the place over that of an input.
+    let whole = UNIT / f64::from(FEATURE_ONE);
+    let shift = (f64::from(i16::MAX) / (largest * whole)).log2().floor().clamp(1.0, 40.0);
+    let fixed = |x: f64| (x * shift.exp2()).round();
+    halves.extend([dimensions as u16, shift as u16, 0]);
+    let threshold = (threshold * UNIT * UNIT).ceil().min(f64::from(u32::MAX)) as u32;
+    halves.extend([threshold as u16, (threshold >> 16) as u16]);
+    for bias in &projection.biases {
+        let bias = fixed(bias * UNIT) as i64;
+        halves.extend((0..4).map(|half| (bias >> (16 * half)) as u16));
+    }
+    let weight = |row: &[f64], input: usize| (fixed(row[input] * whole) as i16).cast_unsigned();
+    for block in projection.weights.chunks(2) {
+        for pair in 0..block[0].len() / 2 {
+            halves.extend(block.iter().flat_map(|row| [weight(row, 2 * pair), weight(row, 2 * pair + 1)]));
+        }
+    }
+    for mean in means {
+        halves.extend(mean.iter().map(|place| ((place * UNIT).round() as i16).cast_unsigned()));
+        halves.resize(halves.len().next_multiple_of(2), 0);
+    }
+    halves
+}
+
+/// Returns a file without its calibration.
+///
+/// # Errors
+/// The file is no model.
+pub fn without(words: &[u32]) -> Result<Vec<u32>, String> {
+    let model = Model::from_words(words).map_err(|error| error.to_string())?;
+    if !model.is_calibrated() {
+        return Ok(words.to_vec());
+    }
+    let labels = words[6] as usize / 2;
+    let end = words[labels - 1] as usize;
+    let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let text = text_of(&model, &bytes[4 * labels..]);
+    bytes.truncate(2 * end);
+    bytes.extend(text);
+    let mut words = words_of(bytes);
+    words[6] = end as u32;
+    words[7] &= !FLAG;
+    Ok(sealed(words))
+}
+
+/// Returns a file without calibration with this one.
+pub(super) fn with_part(words: &[u32], part: &[u16]) -> Result<Vec<u32>, String> {
+    let model = Model::from_words(words).map_err(|error| error.to_string())?;
+    let end = words[6];
+    let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let text = text_of(&model, &bytes[2 * end as usize..]);
+    bytes.truncate(2 * end as usize);
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    bytes.extend(part.iter().flat_map(|half| half.to_le_bytes()));
+    bytes.extend(end.to_le_bytes());
+    let labels = bytes.len() / 2;
+    bytes.extend(text);
+    let mut words = words_of(bytes);
+    words[6] = u32::try_from(labels).map_err(|_| "expected a model below 8 GiB")?;
+    words[7] |= FLAG;
+    let words = sealed(words);
+    Model::from_words(&words).map_err(|error| format!("cannot be calibrated: {error}"))?;
+    Ok(words)
+}
+
+/// Returns labels and training facts without the padding behind them.
+fn text_of(model: &Model, bytes: &[u8]) -> Vec<u8> {
+    let labels = model.labels();
+    let names = (0..labels.len()).filter_map(|class| labels.get(class)).map(|label| 1 + label.bytes().len());
+    let length = names.sum::<usize>() + 2 + labels.training().bytes().len();
+    bytes[..length].to_vec()
+}
+
+/// Returns bytes as words; zeros fill the last one.
+fn words_of(mut bytes: Vec<u8>) -> Vec<u32> {
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect()
+}
+
+/// Returns a file with its length and checksum.
+fn sealed(mut words: Vec<u32>) -> Vec<u32> {
+    words[2] = words.len() as u32;
+    words[1] = crc(&words);
+    words
+}
+
+#[cfg(test)]
+mod tests;

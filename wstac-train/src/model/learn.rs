@@ -1,0 +1,273 @@
+//! New textures from a few slides each: a model file of the textures' means in the projection of another model.
+//!
+//! The projection was trained on many textures, so that a sample's place depends on its texture and on little else. The
+//! new model names the texture whose mean is nearest. The distance from a mean is linear in the sample, except for a
+//! term that all textures share, so the result is an ordinary linear model.
+
+use wstac_core::model::Model;
+use wstac_core::model::file::INPUTS;
+
+use super::calibrate::{self, LabeledSamples, Projection, Scored};
+use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task};
+use super::write::{Options, write};
+
+/// The fewest slides of each texture that tell how sure an answer is.
+const FEWEST_SLIDES: usize = 3;
+
+/// A model of new textures.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    /// The file's words.
+    pub words: Vec<u32>,
+    /// The number of slides of each label.
+    pub slides: Vec<usize>,
+    /// The fraction of slides that are named correctly by the other slides; `None` if a texture has only one.
+    pub left_out: Option<f64>,
+    /// Whether the model says how sure an answer is.
+    pub is_calibrated: bool,
+}
+
+/// Makes a model of new textures from slides of each; `base` is the file of a calibrated model, such as
+/// `builtin:embedding`, and `facts` text about the training.
+///
+/// Labels of the slides are numbers of their names. A name without slides is left out.
+///
+/// # Errors
+/// The base has no projection, there are fewer than two textures, or a label cannot be written.
+pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learned, String> {
+    let (projection, threshold) = calibrate::projection_of(base)?;
+    let base = Model::from_words(base).map_err(|error| error.to_string())?;
+    let mut names: Vec<(String, Vec<Vec<f64>>)> = slides.names.iter().map(|name| (name.clone(), Vec::new())).collect();
+    for (numbers, &label) in slides.numbers.iter().zip(&slides.labels) {
+        if let Some((_, places)) = names.get_mut(usize::from(label)) {
+            places.push(projection.place(numbers));
+        }
+    }
+    names.retain(|(_, places)| !places.is_empty());
+    names.sort_by(|(one, _), (other, _)| one.cmp(other));
+    if names.len() < 2 {
+        return Err(format!("slides of {} textures, expected at least 2", names.len()));
+    }
+    let labels: Vec<String> = names.iter().map(|(name, _)| name.clone()).collect();
+    let places: Vec<Vec<Vec<f64>>> = names.into_iter().map(|(_, places)| places).collect();
+    let means: Vec<Vec<f64>> = places.iter().map(|places| mean(places, None)).collect();
+    let frames = usize::from(base.frames());
+    let trained = Trained {
+        task: guess_task(&labels),
+        labels,
+        input: base.input(),
+        inputs: calibrate::inputs_of(&base),
+        kind: Kind::Linear(Linear {
+            pairs: false,
+            rows: means.iter().map(|mean| row(&projection, mean, frames)).collect(),
+        }),
+        remarks: Vec::new(),
+    };
+    let plain = write(&trained, facts, Options::default())?.words;
+    let counts: Vec<usize> = places.iter().map(Vec::len).collect();
+    let fewest = counts.iter().copied().min().unwrap_or(0);
+    let left = LeftOut::of(&places, &means);
+    let left_out = (fewest > 1).then(|| left.right as f64 / left.scored.truth.len() as f64);
+    if fewest < FEWEST_SLIDES {
+        return Ok(Learned { words: plain, slides: counts, left_out, is_calibrated: false });
+    }
+    // A mean of few slides is itself off.
+    let threshold = left.far(threshold * (1.0 + 1.0 / fewest as f64));
+    let factor = left.scored.factor()? * left.unit(&plain, &projection, &means, &slides.numbers)?;
+    let part = calibrate::part(factor, Some((&projection, &means, threshold)));
+    let words = calibrate::with_part(&plain, &part)?;
+    Ok(Learned { words, slides: counts, left_out, is_calibrated: true })
+}
+
+/// Returns the mean of places, without the one of this number.
+fn mean(places: &[Vec<f64>], without: Option<usize>) -> Vec<f64> {
+    let used = || places.iter().enumerate().filter(|(number, _)| Some(*number) != without);
+    let mut mean = vec![0.0; places[0].len()];
+    used().for_each(|(_, place)| mean.iter_mut().zip(place).for_each(|(sum, x)| *sum += x));
+    let count = used().count().max(1) as f64;
+    mean.iter_mut().for_each(|sum| *sum /= count);
+    mean
+}
+
+/// Returns the score of a place for a mean: minus half the squared distance, without the term that all means share.
+fn score(place: &[f64], mean: &[f64]) -> f64 {
+    place.iter().zip(mean).map(|(x, m)| x * m - 0.5 * m * m).sum()
+}
+
+/// Returns the row of a linear model that computes [`score`] from a sample.
+fn row(projection: &Projection, mean: &[f64], frames: usize) -> Row {
+    let inputs = projection.weights.first().map_or(0, Vec::len);
+    // A trained model's inputs are in the order of data sets.
+    let weight = |input: usize| {
+        let input = file_order(input, frames);
+        projection.weights.iter().zip(mean).map(|(row, m)| row[input] * m).sum()
+    };
+    let bias = projection.biases.iter().zip(mean).map(|(bias, m)| bias * m - 0.5 * m * m).sum();
+    Row { weights: (0..inputs).map(weight).collect(), bias }
+}
+
+/// Units of a score that is left out, so that scores are integers.
+const UNITS: f64 = 65_536.0;
+
+/// What a model of all other slides says about each slide.
+struct LeftOut {
+    scored: Scored,
+    right: usize,
+    /// The squared distances from the mean of the slide's own texture.
+    distances: Vec<f64>,
+}
+
+impl LeftOut {
+    fn of(places: &[Vec<Vec<f64>>], means: &[Vec<f64>]) -> Self {
+        let mut all = Self { scored: Scored::default(), right: 0, distances: Vec::new() };
+        for (truth, own) in places.iter().enumerate() {
+            for (number, place) in own.iter().enumerate().filter(|_| own.len() > 1) {
+                let others = mean(own, Some(number));
+                let scores: Vec<f64> = means
+                    .iter()
+                    .enumerate()
+                    .map(|(class, mean)| score(place, if class == truth { &others } else { mean }))
+                    .collect();
+                let best = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]));
+                all.right += usize::from(best == Some(truth));
+                all.distances.push(place.iter().zip(&others).map(|(x, m)| (x - m).powi(2)).sum());
+                all.scored.scores.push(scores.iter().map(|score| (score * UNITS) as i64).collect());
+                all.scored.truth.push(truth);
+            }
+        }
+        all
+    }
+
+    /// Returns the largest squared distance of a known slide: that of the base, or that within which 49 of 50 slides
+    /// are, if it is larger.
+    fn far(&self, of_base: f64) -> f64 {
+        let mut sorted = self.distances.clone();
+        sorted.sort_by(f64::total_cmp);
+        let place = (0.98 * sorted.len() as f64).ceil() as usize;
+        sorted.get(place.saturating_sub(1)).map_or(of_base, |far| far.max(of_base))
+    }
+
+    /// Returns the size of a unit of the model's scores in units of those that are left out.
+    fn unit(
+        &self,
+        words: &[u32],
+        projection: &Projection,
+        means: &[Vec<f64>],
+        samples: &[[i16; INPUTS]],
+    ) -> Result<f64, String> {
+        let model = Model::from_words(words).map_err(|error| error.to_string())?;
+        let (mut real, mut raw) = (0.0, 0.0);
+        for numbers in samples {
+            let place = projection.place(numbers);
+            let mut scores = Vec::new();
+            model.each_score(numbers, |_, score| scores.push(score as f64));
+            for (mean, found) in means.iter().zip(&scores).skip(1) {
+                real += ((score(&place, mean) - score(&place, &means[0])) * UNITS).abs();
+                raw += (found - scores[0]).abs();
+            }
+        }
+        if raw > 0.0 { Ok(real / raw) } else { Err("all slides are alike, expected textures that differ".into()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wstac_core::model::file::Task;
+
+    use super::*;
+    use crate::dataset::path::{PathSlide, RandomSlides};
+    use crate::dataset::textures::NEW;
+    use wstac_host::model_file::ModelFile;
+
+    /// Returns slides of the ten new textures on one sensor.
+    fn slides(seed: u64, count: u32) -> LabeledSamples {
+        let wanted = RandomSlides {
+            specimens: NEW.to_vec(),
+            slides: count,
+            seed,
+            sensors: [700_000, 1],
+            ..RandomSlides::default()
+        };
+        let mut samples =
+            LabeledSamples { names: (0..10).map(|k| format!("new {k}")).collect(), ..LabeledSamples::default() };
+        for PathSlide { slide, path, .. } in wanted.all().unwrap() {
+            let is_it = |new: &wstac_scene::specimen::Specimen| {
+                wstac_scene::specimen::Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen
+            };
+            let label = NEW.iter().position(is_it).unwrap() as u16;
+            if let Some(path) = path {
+                samples.numbers.push(*path.numbers());
+                samples.labels.push(label);
+            }
+        }
+        samples
+    }
+
+    /// Returns five samples of each label, and all others.
+    fn five(samples: &LabeledSamples) -> (LabeledSamples, LabeledSamples) {
+        let (mut few, mut rest) =
+            (LabeledSamples { names: samples.names.clone(), ..LabeledSamples::default() }, LabeledSamples::default());
+        for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
+            let is_few = few.labels.iter().filter(|&&other| other == label).count() < 5;
+            let to = if is_few { &mut few } else { &mut rest };
+            to.numbers.push(*numbers);
+            to.labels.push(label);
+        }
+        (few, rest)
+    }
+
+    #[test]
+    fn ten_new_textures_are_learned_from_five_slides_of_each() {
+        let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
+        let (few, rest) = five(&slides(41, 300));
+        assert_eq!(few.labels.len(), 50);
+        let learned = learn(file.words(), &few, "{}").unwrap();
+        assert!(learned.is_calibrated && learned.slides == [5; 10] && learned.left_out.unwrap() > 0.9);
+        let model = Model::from_words(&learned.words).unwrap();
+        assert!(model.tells_unknown() && model.task() == Task::Other);
+        let found = calibrate::Quality::of(&model, &rest);
+        assert!(found.accuracy >= 0.9 && found.calibration_error < 0.08 && found.known.unwrap() > 0.9, "{found:?}");
+        // What was learned is not what the base knows.
+        let base = file.model().unwrap();
+        assert!(calibrate::Quality::of(&base, &rest).accuracy < 0.3);
+        // Two slides tell the mean, but not how sure an answer is.
+        let two = LabeledSamples {
+            numbers: few
+                .numbers
+                .iter()
+                .zip(&few.labels)
+                .filter(|(_, label)| **label < 2)
+                .map(|(x, _)| *x)
+                .take(4)
+                .collect(),
+            labels: few.labels.iter().copied().filter(|label| *label < 2).take(4).collect(),
+            names: few.names.clone(),
+        };
+        let plain = learn(file.words(), &two, "{}").unwrap();
+        assert!(!plain.is_calibrated && !Model::from_words(&plain.words).unwrap().is_calibrated());
+    }
+
+    #[test]
+    fn samples_of_one_name_are_one_texture() {
+        let of = |name: &str, number| LabeledSamples {
+            numbers: vec![[number; INPUTS]; 2],
+            labels: vec![0, 0],
+            names: vec![name.into()],
+        };
+        let mut all = LabeledSamples::default();
+        for (name, number) in [("b", 1), ("a", 2), ("b", 3)] {
+            all.append(of(name, number));
+        }
+        assert_eq!((all.names, all.labels), (vec!["b".to_owned(), "a".into()], vec![0, 0, 1, 1, 0, 0]));
+    }
+
+    #[test]
+    fn what_cannot_be_learned_is_refused() {
+        let svm = ModelFile::open("builtin:svm".as_ref()).unwrap();
+        let error = learn(svm.words(), &LabeledSamples::default(), "").unwrap_err();
+        assert!(error.contains("has no projection, expected a calibrated model"), "{error}");
+        let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
+        let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
+        assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 textures, expected at least 2");
+    }
+}

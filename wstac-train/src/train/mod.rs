@@ -1,0 +1,229 @@
+//! Training of texture models: from labeled slides to a model file, with a test on sensors or recordings of their own.
+//!
+//! A [`TrainingSet`] gathers slides of data sets, recordings and simulations. [`train`] splits them by group, fits a
+//! linear model on one part, and evaluates its model file on the other one ([`Trial`]).
+//!
+//! ```
+//! use wstac_train::dataset::random::RandomSweep;
+//! use wstac_train::train::{TrainOptions, TrainingSet, train};
+//!
+//! let sweep = RandomSweep::parse("example", "specimens = [\"Fla0\", \"Saw4\"]\nslides = 40\nsensors = 10")?;
+//! let slides = sweep.slides.all()?;
+//! let options = TrainOptions::default();
+//! let set = TrainingSet::of_sweep(&sweep, &slides, &options);
+//! let trained = train(set, &options)?;
+//! assert_eq!(trained.labels, ["Fla0", "Saw4"]);
+//! assert!(trained.trial.unwrap().right() >= 7);
+//! # Ok::<(), wstac_host::error::Error>(())
+//! ```
+
+mod logistic;
+mod set;
+mod split;
+
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, Input, MOST_CLASSES, Task};
+use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::plural::counted;
+
+pub use self::set::{LabeledSlide, TrainingSet};
+use crate::dataset::path::frames_of;
+use crate::model::trained::{Kind, Trained, file_order};
+use crate::model::write::{self, Written};
+use logistic::{Limits, Samples};
+
+/// Factor of the penalty, and largest number of iterations.
+const LIMITS: Limits = Limits { penalty: 0.02, iterations: 200 };
+
+/// What to train.
+#[derive(Clone, Debug)]
+pub struct TrainOptions {
+    /// The sample that the model takes.
+    pub input: Input,
+    /// What the model tells apart: specimens by default.
+    pub task: Task,
+    /// Fraction of the groups that is for tests, if a set does not say which. 0 trains without a test.
+    pub test: f64,
+    /// A note about the training, which is part of the file.
+    pub note: Option<String>,
+}
+
+impl Default for TrainOptions {
+    fn default() -> Self {
+        Self { input: Input::Path, task: Task::Specimen, test: 0.2, note: None }
+    }
+}
+
+/// A trained model, and how good it is.
+#[derive(Clone, Debug)]
+pub struct TrainedModel {
+    /// The names of its classes, in their order.
+    pub labels: Vec<String>,
+    /// The model file.
+    pub written: Written,
+    /// Number of slides that it was trained on.
+    pub slides: usize,
+    /// Number of groups that it was trained on.
+    pub groups: usize,
+    /// Number of slides for training that have no sample, and were left out.
+    pub left_out: usize,
+    /// Its test; `None` if no slide is for tests.
+    pub trial: Option<Trial>,
+}
+
+/// The answers of a model file to slides of groups that it was not trained on.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// The names of the classes.
+    pub labels: Vec<String>,
+    /// For each class, how often its slides got each answer; the last number is that of slides without a sample.
+    pub counts: Vec<Vec<u32>>,
+    /// Number of groups.
+    pub groups: usize,
+}
+
+impl Trial {
+    /// Returns the number of slides.
+    pub fn slides(&self) -> u32 {
+        self.counts.iter().flatten().sum()
+    }
+
+    /// Returns the number of right answers. A slide without a sample has none.
+    pub fn right(&self) -> u32 {
+        self.counts.iter().enumerate().map(|(class, answers)| answers[class]).sum()
+    }
+
+    /// Returns the number of right answers to a class's slides, and the number of these.
+    pub fn of_class(&self, class: usize) -> [u32; 2] {
+        self.counts.get(class).map_or([0; 2], |answers| [answers[class], answers.iter().sum()])
+    }
+
+    /// Returns the number of slides without a sample.
+    pub fn without_sample(&self) -> u32 {
+        self.counts.iter().filter_map(|answers| answers.last()).sum()
+    }
+}
+
+/// Returns Wilson's interval of 95 % of a fraction: that of `right` of `of`.
+///
+/// ```
+/// let [low, high] = wstac_train::train::wilson(98, 100);
+/// assert!((low - 0.930).abs() < 0.001 && (high - 0.994).abs() < 0.001);
+/// assert_eq!(wstac_train::train::wilson(0, 0), [0.0, 1.0]);
+/// ```
+pub fn wilson(right: u32, of: u32) -> [f64; 2] {
+    if of == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, z) = (f64::from(of), 1.96_f64);
+    let fraction = f64::from(right) / n;
+    let middle = (fraction + z * z / (2.0 * n)) / (1.0 + z * z / n);
+    let half = z / (1.0 + z * z / n) * (fraction * (1.0 - fraction) / n + z * z / (4.0 * n * n)).sqrt();
+    [(middle - half).max(0.0), (middle + half).min(1.0)]
+}
+
+/// Trains a linear model on the slides of some groups, and tests its file on those of the others.
+///
+/// The same slides give the same file, with any number of threads.
+///
+/// # Errors
+/// There are too few slides, classes or groups; the message says what is missing.
+pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedModel, Error> {
+    let wrong = |subject: &str, message: String| Error::new(ErrorKind::Data, subject, message);
+    let subject = set.about();
+    split::split(&mut set, options.test).map_err(|message| wrong(&subject, message))?;
+    let labels = set.labels();
+    if labels.len() < 2 || labels.len() > MOST_CLASSES {
+        let found = labels.first().map_or_else(String::new, |label| format!(" ({label})"));
+        let classes = if labels.len() < 2 { found } else { String::new() };
+        let message = format!("{} labels{classes}, expected 2 to {MOST_CLASSES} different ones", labels.len());
+        return Err(wrong(&subject, message));
+    }
+    let class_of = |slide: &LabeledSlide| labels.iter().position(|label| *label == slide.label).unwrap_or_default();
+    let frames = usize::from(frames_of(options.input));
+    let (tests, trains): (Vec<&LabeledSlide>, Vec<&LabeledSlide>) =
+        set.slides.iter().partition(|slide| slide.is_test == Some(true));
+    let usable: Vec<_> = trains.iter().filter_map(|slide| Some((slide, slide.numbers.as_deref()?))).collect();
+    if let Some(label) = labels.iter().find(|label| !usable.iter().any(|(slide, _)| slide.label == **label)) {
+        let message = format!(
+            "label {label} has no slide with a sample to train on, expected at least 1: record it in more recordings"
+        );
+        return Err(wrong(&subject, message));
+    }
+    // A set holds feature after feature, of 70 frames each. The model reads the first frames of each.
+    let numbers = |sample: &[i16; INPUTS]| -> Vec<f32> {
+        let read = sample.chunks(SAMPLE_FRAMES).flat_map(|feature| &feature[..frames]);
+        read.map(|number| f32::from(*number) / FEATURE_ONE as f32).collect()
+    };
+    let classes: Vec<u8> = usable.iter().map(|(slide, _)| class_of(slide) as u8).collect();
+    let all: Vec<f32> = usable.iter().flat_map(|(_, sample)| numbers(sample)).collect();
+    let inputs = frames * SAMPLE_FEATURES;
+    let samples = Samples { inputs, numbers: &all, classes: &classes, count: labels.len() };
+    let linear = logistic::fit(&samples, LIMITS).map_err(|message| wrong(&subject, message))?;
+    let trained = Trained {
+        labels: labels.clone(),
+        task: options.task,
+        input: options.input,
+        inputs,
+        kind: Kind::Linear(linear),
+        remarks: Vec::new(),
+    };
+    crate::model::check_labels(&trained).map_err(|message| wrong(&subject, message))?;
+    let (groups, test_groups) = (split::groups(&trains), split::groups(&tests));
+    // The test is of the file's integers; the facts about it are not known before, and do not change an answer.
+    let draft = write::write(&trained, "", write::Options::default()).map_err(|message| wrong(&subject, message))?;
+    let trial = (!tests.is_empty()).then(|| trial(&draft, &tests, &labels, class_of, test_groups)).transpose();
+    let trial = trial.map_err(|message| wrong(&subject, message))?;
+    let mut facts = serde_json::json!({
+        "file": subject,
+        "trainer": format!("wstac train {}, multinomial logistic regression", env!("CARGO_PKG_VERSION")),
+        "slides": usable.len(),
+        "groups": groups,
+    });
+    if let Some(trial) = &trial {
+        facts["test"] = serde_json::json!({ "slides": trial.slides(), "groups": trial.groups, "right": trial.right() });
+    }
+    if let Some(note) = &options.note {
+        facts["note"] = note.as_str().into();
+    }
+    let written = write::write(&trained, &facts.to_string(), write::Options::default());
+    let written = written.map_err(|message| wrong(&subject, message))?;
+    Ok(TrainedModel { labels, written, slides: usable.len(), groups, left_out: trains.len() - usable.len(), trial })
+}
+
+/// Features of a frame, or numbers of a ten.
+const SAMPLE_FEATURES: usize = wstac_core::params::FEATURES;
+
+/// Applies a model file to slides.
+fn trial(
+    written: &Written,
+    tests: &[&LabeledSlide],
+    labels: &[String],
+    class_of: impl Fn(&LabeledSlide) -> usize,
+    groups: usize,
+) -> Result<Trial, String> {
+    let model = Model::from_words(&written.words).map_err(|error| error.to_string())?;
+    let mut counts = vec![vec![0; labels.len() + 1]; labels.len()];
+    for slide in tests {
+        let answer = slide.numbers.as_deref().map_or(labels.len(), |numbers| {
+            let mut sample = [0; INPUTS];
+            for (input, number) in numbers.iter().enumerate() {
+                sample[file_order(input, SAMPLE_FRAMES)] = *number;
+            }
+            usize::from(model.classify(&sample))
+        });
+        counts[class_of(slide)][answer] += 1;
+    }
+    Ok(Trial { labels: labels.to_vec(), counts, groups })
+}
+
+impl TrainedModel {
+    /// Returns what was trained, in words.
+    pub fn words(&self) -> String {
+        format!("{} of {}", counted(self.slides, "slide"), counted(self.groups, "group"))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,201 @@
+//! Labeled slides of data sets, recordings and simulations.
+
+use std::path::Path;
+
+use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_host::error::{Error, ErrorKind};
+
+use super::TrainOptions;
+use crate::dataset::arrays::name;
+use crate::dataset::path::PathSlide;
+use crate::dataset::random::RandomSweep;
+use crate::dataset::recordings::Recording;
+use crate::model::eval::{array_of, texts};
+use crate::model::npz::Npz;
+use crate::model::trained::file_order;
+
+/// Largest number of samples in a data set, all of which are in memory.
+const MOST_SAMPLES: u64 = 1 << 20;
+
+/// A slide with its label.
+#[derive(Clone, Debug)]
+pub struct LabeledSlide {
+    /// Its sample, feature after feature as data sets have it; `None` if it has none of the wanted input.
+    pub numbers: Option<Box<[i16; INPUTS]>>,
+    /// The right answer.
+    pub label: String,
+    /// Its sensor or recording: slides of one group are never split.
+    pub group: String,
+    /// Whether it is for tests; `None` if that is not decided yet.
+    pub is_test: Option<bool>,
+}
+
+/// Labeled slides of one or more sources.
+#[derive(Clone, Debug, Default)]
+pub struct TrainingSet {
+    /// The slides.
+    pub slides: Vec<LabeledSlide>,
+    /// Names of the sources.
+    pub sources: Vec<String>,
+}
+
+impl TrainingSet {
+    /// Takes over another set's slides.
+    pub fn extend(&mut self, other: Self) {
+        self.slides.extend(other.slides);
+        self.sources.extend(other.sources);
+    }
+
+    /// Returns the names of the sources, of many only the first ones.
+    pub(super) fn about(&self) -> String {
+        const MOST: usize = 3;
+        let names = self.sources.iter().take(MOST).map(String::as_str).collect::<Vec<_>>().join(", ");
+        let more = self.sources.len().saturating_sub(MOST);
+        if more > 0 { format!("{names} and {more} more") } else { names }
+    }
+
+    /// Returns all labels, in order.
+    pub(super) fn labels(&self) -> Vec<String> {
+        let mut labels: Vec<String> = self.slides.iter().map(|slide| slide.label.clone()).collect();
+        labels.sort_unstable();
+        labels.dedup();
+        labels
+    }
+
+    /// Gathers simulated slides. Their groups are their sensors.
+    pub fn of_sweep(sweep: &RandomSweep, slides: &[PathSlide], options: &TrainOptions) -> Self {
+        let labeled = |slide: &PathSlide| {
+            let specimen = &slide.slide.specimen;
+            LabeledSlide {
+                numbers: slide.sample(options.input).map(|sample| Box::new(feature_order(sample))),
+                label: match options.task {
+                    Task::Pattern => specimen.pattern.name().to_owned(),
+                    Task::Depth => specimen.depth_mm.to_string(),
+                    _ => name(specimen),
+                },
+                group: format!("sensor {}", slide.sensor),
+                is_test: Some(sweep.is_for_tests(slide.sensor)),
+            }
+        };
+        Self { slides: slides.iter().map(labeled).collect(), sources: vec!["simulated slides".to_owned()] }
+    }
+
+    /// Gathers the events of recordings. Their groups are the labels `sensor`, if every recording has one and there are
+    /// at least two, or else the recordings.
+    ///
+    /// # Errors
+    /// A depth is wanted, and a specimen's name has none.
+    pub fn of_recordings(recordings: &[Recording], options: &TrainOptions) -> Result<Self, Error> {
+        let sensors: Vec<Option<&String>> = recordings.iter().map(|recording| recording.sensor.as_ref()).collect();
+        let by_sensor = sensors.iter().all(Option::is_some) && sensors.iter().any(|sensor| *sensor != sensors[0]);
+        let mut set = Self::default();
+        for recording in recordings {
+            let label = match options.task {
+                Task::Pattern => recording.pattern.clone(),
+                Task::Depth => recording.depth_mm.map(|depth| depth.to_string()).ok_or_else(|| {
+                    let found = &recording.specimen;
+                    let message = format_args!("label specimen is {found:?}, expected one with a depth, such as Saw3");
+                    Error::new(ErrorKind::Data, &recording.name, message)
+                })?,
+                _ => recording.specimen.clone(),
+            };
+            let group = match &recording.sensor {
+                Some(sensor) if by_sensor => format!("sensor {sensor}"),
+                _ => format!("recording {}", recording.name),
+            };
+            for (number, (_, sample, _)) in recording.samples.iter().enumerate() {
+                let numbers = if options.input == Input::Frames {
+                    sample.as_flattened().try_into().ok().map(Box::new)
+                } else {
+                    let path = recording.paths.get(number).and_then(|path| path.sample(options.input));
+                    path.map(|sample| Box::new(feature_order(sample)))
+                };
+                set.slides.push(LabeledSlide { numbers, label: label.clone(), group: group.clone(), is_test: None });
+            }
+            set.sources.push(recording.name.clone());
+        }
+        Ok(set)
+    }
+
+    /// Reads a data set.
+    ///
+    /// Its groups are the sensors, if the array `sensor` has at least two, or else those of the array `recording`. A set
+    /// without these is a group of its own. The array `split` says which slides are for tests.
+    ///
+    /// # Errors
+    /// The file cannot be used; the message names the array.
+    pub fn read(path: &Path, options: &TrainOptions) -> Result<Self, Error> {
+        let npz = Npz::open(path)?;
+        let array = array_of(options.input);
+        let has = |name: &str| npz.names().any(|found| found == name);
+        if !has(array) {
+            let others = [Input::Path, Input::TaxelPath, Input::Frames];
+            let other = others.into_iter().find(|input| has(array_of(*input)));
+            let help = other.map_or_else(String::new, |input| {
+                format!(": it has {} for --input {}", array_of(input), input.name().replace('_', "-"))
+            });
+            return Err(npz.error(array, format_args!("is missing, expected samples of the input{help}")));
+        }
+        let samples = samples(&npz, array)?;
+        let n = samples.len();
+        let wanted: &[&str] = match options.task {
+            Task::Specimen => &["y_specimen", "y"],
+            Task::Pattern => &["y_pattern", "y"],
+            Task::Depth => &["y_depth", "y"],
+            _ => &["y"],
+        };
+        let labels = wanted.iter().find(|name| has(name)).copied().unwrap_or(wanted[0]);
+        let labels = texts(&npz, labels, n)?;
+        let optional = |name: &str| has(name).then(|| texts(&npz, name, n)).transpose();
+        let sensors = optional("sensor")?.filter(|sensors| sensors.iter().any(|sensor| *sensor != sensors[0]));
+        let groups = match (sensors, optional("recording")?) {
+            (Some(sensors), _) => sensors.into_iter().map(|sensor| format!("sensor {sensor}")).collect(),
+            (None, Some(names)) => names.into_iter().map(|name| format!("recording {name}")).collect(),
+            (None, None) => vec![format!("data set {}", path.display()); n],
+        };
+        let splits = optional("split")?;
+        let is_test = |number: usize| match splits.as_ref().map(|splits| splits[number].as_str()) {
+            None => Ok(None),
+            Some("train") => Ok(Some(false)),
+            Some("test") => Ok(Some(true)),
+            Some(other) => Err(npz.error("split", format_args!("has {other:?}, expected train or test"))),
+        };
+        let mut slides = Vec::with_capacity(n);
+        for (number, ((numbers, label), group)) in samples.into_iter().zip(labels).zip(groups).enumerate() {
+            slides.push(LabeledSlide { numbers, label, group, is_test: is_test(number)? });
+        }
+        Ok(Self { slides, sources: vec![path.display().to_string()] })
+    }
+}
+
+/// Returns the numbers of a sample feature after feature instead of frame after frame.
+fn feature_order(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
+    std::array::from_fn(|input| sample[file_order(input, SAMPLE_FRAMES)])
+}
+
+/// Reads the samples of a data set. One that is zero throughout is none.
+fn samples(npz: &Npz, name: &str) -> Result<Vec<Option<Box<[i16; INPUTS]>>>, Error> {
+    let mut array = npz.array(name)?;
+    let n = match array.shape[..] {
+        [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
+        [n, inputs] if inputs == INPUTS as u64 => n,
+        _ => return Err(npz.error(name, format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
+    };
+    if array.descr != "<i2" {
+        let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);
+        return Err(npz.error(name, message));
+    }
+    if !(1..=MOST_SAMPLES).contains(&n) {
+        return Err(npz.error(name, format_args!("{n} samples, expected 1 to {MOST_SAMPLES}")));
+    }
+    let mut samples = Vec::new();
+    let mut bytes = [0; 2 * INPUTS];
+    for _ in 0..n {
+        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
+        let mut numbers = Box::new([0; INPUTS]);
+        numbers.iter_mut().zip(bytes.as_chunks().0).for_each(|(number, bytes)| *number = i16::from_le_bytes(*bytes));
+        samples.push(numbers.iter().any(|number| *number != 0).then_some(numbers));
+    }
+    Ok(samples)
+}

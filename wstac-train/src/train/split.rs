@@ -1,0 +1,66 @@
+//! The split into slides for training and slides for tests: by group, never by slide.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{LabeledSlide, TrainingSet};
+
+/// Returns the number of different groups.
+pub(super) fn groups(slides: &[&LabeledSlide]) -> usize {
+    slides.iter().map(|slide| slide.group.as_str()).collect::<BTreeSet<_>>().len()
+}
+
+/// Decides for every slide whether it is for tests.
+///
+/// Slides for which a set decided stay as they are. Of the other groups, every label gives this fraction to the test, at
+/// least one if it has two.
+pub(super) fn split(set: &mut TrainingSet, test: f64) -> Result<(), String> {
+    if set.slides.is_empty() {
+        return Err("has no slide, expected at least 1 of each texture".into());
+    }
+    if test <= 0.0 {
+        set.slides.iter_mut().for_each(|slide| slide.is_test = Some(false));
+        return Ok(());
+    }
+    let mut of_label: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for slide in set.slides.iter().filter(|slide| slide.is_test.is_none()) {
+        of_label.entry(&slide.label).or_default().insert(&slide.group);
+    }
+    let mut tests: BTreeSet<String> = BTreeSet::new();
+    for groups in of_label.values() {
+        // Sorted by a number from the name: it has no order of time, and does not depend on other groups.
+        let mut sorted: Vec<&str> = groups.iter().copied().collect();
+        sorted.sort_by_key(|group| crc32fast::hash(group.as_bytes()));
+        let there = sorted.iter().filter(|group| tests.contains(**group)).count();
+        let most = sorted.len().saturating_sub(1);
+        let wanted = ((test * sorted.len() as f64).round() as usize).clamp(1.min(most), most);
+        let new = sorted.into_iter().filter(|group| !tests.contains(*group)).take(wanted.saturating_sub(there));
+        let new: Vec<String> = new.map(str::to_owned).collect();
+        tests.extend(new);
+    }
+    for slide in &mut set.slides {
+        slide.is_test.get_or_insert_with(|| tests.contains(&slide.group));
+    }
+    let of = |is_test| set.slides.iter().filter(move |slide| slide.is_test == Some(is_test)).map(|slide| &slide.group);
+    let (tests, trains): (BTreeSet<_>, BTreeSet<_>) = (of(true).collect(), of(false).collect());
+    if let Some(group) = tests.intersection(&trains).next() {
+        return Err(format!(
+            "{group} has slides for training and for tests, expected a group in one of them: slides of one sensor or \
+             recording are too much alike"
+        ));
+    }
+    let all: BTreeSet<_> = tests.union(&trains).collect();
+    if tests.is_empty() || trains.is_empty() {
+        let found = all.first().map_or_else(String::new, |group| format!(" ({group})"));
+        let what = if all.len() == 1 {
+            format!("all slides are of one group{found}")
+        } else {
+            "no texture is in two groups".into()
+        };
+        return Err(format!(
+            "{what}, expected at least 2 groups of each texture: record each texture in more recordings (wstac record \
+             --label specimen=…), better with more than one sensor (--label sensor=…), or train without a test by \
+             --test 0"
+        ));
+    }
+    Ok(())
+}
