@@ -57,8 +57,9 @@ class Board:
         self.log = rtt.Log(machine, elf)
 
     def run(self):
-        """Runs until the clip is over and all its results are sent."""
-        self.machine.run(self.camera.is_over)
+        """Runs until the clip is over and all its results are sent, or until that should have been long ago."""
+        latest = self.machine.now + (len(self.camera.clip) + 90) * FRAME
+        self.machine.run(lambda: self.camera.is_over() or self.machine.now > latest)
         return bytes(self.line.sent)
 
 
