@@ -35,7 +35,7 @@ pub struct Learned {
 /// # Errors
 /// The base has no projection, there are fewer than two textures, or a label cannot be written.
 pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learned, String> {
-    let (projection, threshold) = calibrate::projection_of(base)?;
+    let projection = calibrate::projection_of(base)?;
     let base = Model::from_words(base).map_err(|error| error.to_string())?;
     let mut names: Vec<(String, Vec<Vec<f64>>)> = slides.names.iter().map(|name| (name.clone(), Vec::new())).collect();
     for (numbers, &label) in slides.numbers.iter().zip(&slides.labels) {
@@ -71,8 +71,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
     if fewest < FEWEST_SLIDES {
         return Ok(Learned { words: plain, slides: counts, left_out, is_calibrated: false });
     }
-    // A mean of few slides is itself off.
-    let threshold = left.far(threshold * (1.0 + 1.0 / fewest as f64));
+    let threshold = left.far(projection.biases.len(), fewest);
     let factor = left.scored.factor()? * left.unit(&plain, &projection, &means, &slides.numbers)?;
     let part = calibrate::part(factor, Some((&projection, &means, threshold)));
     let words = calibrate::with_part(&plain, &part)?;
@@ -138,13 +137,17 @@ impl LeftOut {
         all
     }
 
-    /// Returns the largest squared distance of a known slide: that of the base, or that within which 49 of 50 slides
-    /// are, if it is larger.
-    fn far(&self, of_base: f64) -> f64 {
+    /// Returns the largest squared distance of a known slide: that within which 49 of 50 slides are, or should be if the
+    /// covariance within a texture is the identity.
+    fn far(&self, dimensions: usize, slides: usize) -> f64 {
+        // The 98 % point of chi-squared, by Wilson and Hilferty. A mean of few slides is itself off.
+        let (d, two_percent) = (dimensions as f64, 2.054);
+        let expected = d * (1.0 - 2.0 / (9.0 * d) + two_percent * (2.0 / (9.0 * d)).sqrt()).powi(3);
+        let expected = expected * (1.0 + 1.0 / slides as f64);
         let mut sorted = self.distances.clone();
         sorted.sort_by(f64::total_cmp);
         let place = (0.98 * sorted.len() as f64).ceil() as usize;
-        sorted.get(place.saturating_sub(1)).map_or(of_base, |far| far.max(of_base))
+        sorted.get(place.saturating_sub(1)).map_or(expected, |far| far.max(expected))
     }
 
     /// Returns the size of a unit of the model's scores in units of those that are left out.
@@ -178,6 +181,7 @@ mod tests {
     use crate::dataset::path::{PathSlide, RandomSlides};
     use crate::dataset::textures::NEW;
     use wstac_host::model_file::ModelFile;
+    use wstac_scene::specimen::Specimen;
 
     /// Returns slides of the ten new textures on one sensor.
     fn slides(seed: u64, count: u32) -> LabeledSamples {
@@ -191,9 +195,7 @@ mod tests {
         let mut samples =
             LabeledSamples { names: (0..10).map(|k| format!("new {k}")).collect(), ..LabeledSamples::default() };
         for PathSlide { slide, path, .. } in wanted.all().unwrap() {
-            let is_it = |new: &wstac_scene::specimen::Specimen| {
-                wstac_scene::specimen::Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen
-            };
+            let is_it = |new: &Specimen| Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen;
             let label = NEW.iter().position(is_it).unwrap() as u16;
             if let Some(path) = path {
                 samples.numbers.push(*path.numbers());
@@ -227,6 +229,10 @@ mod tests {
         assert!(model.tells_unknown() && model.task() == Task::Other);
         let found = calibrate::Quality::of(&model, &rest);
         assert!(found.accuracy >= 0.9 && found.calibration_error < 0.08 && found.known.unwrap() > 0.9, "{found:?}");
+        // A flat block is none of them.
+        let flat = RandomSlides { specimens: vec![Specimen::ALL[0]], slides: 20, seed: 43, ..RandomSlides::default() };
+        let known = |slide: &PathSlide| model.classification(slide.path.unwrap().numbers()).known.unwrap();
+        assert!(flat.all().unwrap().iter().filter(|slide| known(slide)).count() <= 4);
         // What was learned is not what the base knows.
         let base = file.model().unwrap();
         assert!(calibrate::Quality::of(&base, &rest).accuracy < 0.3);
