@@ -56,6 +56,8 @@ class Input:
     name: str
     frames: int
     words: str
+    length: str = ""
+    """The path that models read, as their files' names have it, if it is not 28 mm."""
 
     @property
     def array(self) -> str:
@@ -65,6 +67,9 @@ class Input:
 
 INPUTS = (Input("path", 39, "ten sums"), Input("taxel_path", 28, "25 taxels"))
 """Both read the first 28 mm behind the leading edge."""
+
+SHORT = (Input("path", 25, "ten sums", "16mm"), Input("taxel_path", 17, "25 taxels", "16mm"))
+"""Both read the first 16 mm."""
 
 
 @dataclass(frozen=True)
@@ -165,6 +170,12 @@ def evaluated(path: Path, slides: Slides) -> dict[str, Any]:
     return found
 
 
+def file_name(wanted: Input, candidate: Candidate) -> str:
+    """Returns the name of a model's file, without its ending."""
+    parts = [wanted.name.replace("_", "-"), candidate.kind, wanted.length]
+    return "-".join(part for part in parts if part)
+
+
 def kept_alike(folder: Path, name: str) -> int | None:
     """Returns how many answers of a kept model are those of the trained model, by the page that was written with it."""
     page = folder / "README.md"
@@ -176,7 +187,7 @@ def kept_alike(folder: Path, name: str) -> int | None:
 
 def judged(wanted: Input, candidate: Candidate, sets: Sets, folder: Path, keep: bool) -> Judged:
     """Trains and calibrates a model, makes a model file of it, and evaluates the file."""
-    path = folder / f"{wanted.name.replace('_', '-')}-{candidate.kind}.wsm"
+    path = folder / f"{file_name(wanted, candidate)}.wsm"
     alike = kept_alike(folder, path.name) if keep else None
     if alike is None:
         alike = trained(wanted, candidate, sets, path)
@@ -254,7 +265,7 @@ def interval(right: np.ndarray) -> str:
 
 def name_of(model: Judged) -> str:
     """Returns the name of a model's file."""
-    return f"`{model.input.name.replace('_', '-')}-{model.candidate.kind}.wsm`"
+    return f"`{file_name(model.input, model.candidate)}.wsm`"
 
 
 def by(models: list[Judged], values: np.ndarray, edges: tuple[int, ...], head: str, unit: str) -> str:
@@ -331,7 +342,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
         "`path` models take ten sums, and `taxel-path` models 25 taxels.",
-        "They read the first 28 mm behind the leading edge.",
+        "They read the first 28 mm behind the leading edge, or the first 16 mm.",
         "Between two frames light is interpolated, so at 300 mm/s the last number uses light up to 10 mm later.",
     )
     training = paragraph(
@@ -425,6 +436,7 @@ def write(folder: Path, keep: bool) -> None:
         sets = Sets(train, held, test, simulated(work, "unknown", *UNKNOWN, "unknown"))
         random = simulated(work, "random", *RANDOM, "random")
         jobs: list[Any] = [(wanted, candidate) for wanted in INPUTS for candidate in CANDIDATES]
+        jobs += [(wanted, CANDIDATES[0]) for wanted in SHORT]
         with ThreadPoolExecutor(WORKERS) as pool:
             models = list(pool.map(lambda job: judged(*job, sets, folder, keep), jobs))
             bases = list(pool.map(lambda wanted: embedding(wanted, random, sets, folder), INPUTS))

@@ -37,6 +37,8 @@ pub struct Reader {
     sender: Sender,
     /// The size of the whole frames, for hosts that ask.
     size: FrameSize,
+    /// The name of the firmware, for hosts that ask.
+    name: &'static str,
     dropped: u64,
     status_at: u64,
 }
@@ -95,9 +97,15 @@ impl Reader {
                 live: LiveMotion::new(motion),
             },
             size,
+            name: env!("CARGO_PKG_NAME"),
             dropped: 0,
             status_at: STATUS_EVERY,
         })
+    }
+
+    /// Gives the firmware another name, which says in what it differs.
+    pub fn set_name(&mut self, name: &'static str) {
+        self.name = name;
     }
 
     /// Takes the next rows of a frame.
@@ -158,7 +166,7 @@ impl Reader {
         let mut models = [None; 3];
         models[0] = setup::MODEL.map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
         out.send(&Message::Hello(Hello {
-            firmware: Text::new(env!("CARGO_PKG_NAME")),
+            firmware: Text::new(self.name),
             version: Text::new(env!("CARGO_PKG_VERSION")),
             size: self.size,
             format: setup::PIXELS,

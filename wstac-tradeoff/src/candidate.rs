@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::Task;
+use wstac_core::model::file::{Input, Task};
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
@@ -27,6 +27,8 @@ pub struct Candidate {
     pub file: ModelFile,
     /// Its contents: kind, weights, trees, frames.
     pub about: Inspected,
+    /// The sample that it takes.
+    pub input: Input,
     /// Its answers, by class.
     answers: Vec<Texture>,
 }
@@ -35,12 +37,14 @@ pub struct Candidate {
 pub type Right = [Option<bool>; 3];
 
 impl Candidate {
-    /// Returns every model that comes with the program: the shipped ones, then those of the map.
+    /// Returns every model of specimens that comes with the program: the shipped ones, then those of the map.
     ///
     /// # Errors
     /// This does not fail: tests read all of them.
     pub fn all_built_in() -> Result<Vec<Self>, Error> {
-        ModelFile::built_in().map(|(name, file)| Self::new(format!("{BUILT_IN}{name}"), file?)).collect()
+        let all = ModelFile::built_in().map(|(name, file)| Self::new(format!("{BUILT_IN}{name}"), file?));
+        // Others, such as those that learn textures, say nothing about specimens.
+        all.filter(|model| model.as_ref().is_ok_and(|model| model.tells()[0]) || model.is_err()).collect()
     }
 
     /// Returns the model that an argument names, built-in or from a file.
@@ -64,7 +68,7 @@ impl Candidate {
         let (labels, task): (_, Task) = (model.labels(), model.task());
         let label = |class| labels.get(class).map(|label| label.to_string());
         let answers = (0..labels.len()).filter_map(label).map(|label| Texture::of(task, label)).collect();
-        Ok(Self { about: inspect(&model, file.words()), answers, name, file })
+        Ok(Self { about: inspect(&model, file.words()), input: model.input(), answers, name, file })
     }
 
     /// Returns the model itself.
