@@ -1,7 +1,9 @@
-//! Writes docs/ANSWERS.md to standard output: how well motion and kinds of touch are known, on touches that nobody used
-//! while the estimators were built. `ci/answers` compares it with the page.
+//! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
+//! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
+//! `textures` it writes only that section.
 
 mod live;
+mod textures;
 mod touches;
 
 use std::fmt::Write as _;
@@ -131,6 +133,10 @@ fn kinds(page: &mut String) {
 }
 
 fn main() {
+    if std::env::args().nth(1).as_deref() == Some("textures") {
+        print!("{}", textures::section());
+        return;
+    }
     let mut page = String::from(include_str!("head.txt"));
     let slides = answers(Kind::Slide, SLIDES);
     for (estimator, name) in ["By coherence", "By edges"].into_iter().enumerate() {
@@ -185,5 +191,6 @@ fn main() {
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));
     }
     live::tables(&mut page);
+    page += &textures::section();
     print!("{page}");
 }

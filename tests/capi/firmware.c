@@ -170,7 +170,7 @@ static void settings_are_checked(void)
     trigger.window = 71;
     EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_WINDOW);
     for (int physical = 0; physical < 2; physical++) {
-        EXPECT(wstac_fw_speed_law_defaults(&law, physical) == WSTAC_FW_STATUS_OK);
+        EXPECT(wstac_fw_speed_law_defaults(&law, (WstacFwBool)physical) == WSTAC_FW_STATUS_OK);
         EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_OK);
     }
     law.slowest_mm_s = 300;
@@ -191,6 +191,33 @@ static void settings_are_checked(void)
     EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_set_floor(&pipeline, 2) == WSTAC_FW_STATUS_STATE);
+}
+
+/* A choice is 0 or 1. Any other byte, which no bool has, is refused, and nothing is set up. */
+static void choices_are_checked(void)
+{
+    WstacFwTrigger trigger;
+    WstacFwSpeedLaw law;
+    EXPECT(strlen(wstac_fw_status_text(WSTAC_FW_STATUS_CHOICE)) > 20);
+    for (int byte = 0; byte < 256; byte++) {
+        const WstacFwStatus expected = byte < 2 ? WSTAC_FW_STATUS_OK : WSTAC_FW_STATUS_CHOICE;
+        WstacFwOptions options = tiny;
+        options.bt709 = (WstacFwBool)byte;
+        EXPECT(init(&options) == expected);
+        options = tiny, options.full_range = (WstacFwBool)byte;
+        EXPECT(init(&options) == expected);
+        EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK && wstac_fw_trigger_defaults(&trigger) == WSTAC_FW_STATUS_OK);
+        trigger.literal = (WstacFwBool)byte;
+        EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == expected);
+        trigger.literal = 0, trigger.one_event_per_touch = (WstacFwBool)byte;
+        EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == expected);
+        EXPECT(wstac_fw_speed_law_defaults(&law, (WstacFwBool)byte) == expected);
+        EXPECT(wstac_fw_speed_law_defaults(&law, false) == WSTAC_FW_STATUS_OK);
+        law.above_baseline = (WstacFwBool)byte;
+        EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == expected);
+        law.above_baseline = 0, law.physical = (WstacFwBool)byte;
+        EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == expected);
+    }
 }
 
 static void streams_are_checked(void)
@@ -322,9 +349,9 @@ static void models_are_checked(size_t bytes)
 static void texts_are_there(void)
 {
     const char *unknown = wstac_fw_status_text(3);
-    for (WstacFwStatus status = WSTAC_FW_STATUS_PITCH; status <= WSTAC_FW_STATUS_NONE; status++)
+    for (WstacFwStatus status = WSTAC_FW_STATUS_CHOICE; status <= WSTAC_FW_STATUS_NONE; status++)
         EXPECT(strlen(wstac_fw_status_text(status)) > 3 && wstac_fw_status_text(status) != unknown);
-    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_PITCH - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
+    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_CHOICE - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
 }
 
 static void print_motion(const WstacFwMotion *motion)
@@ -398,6 +425,7 @@ int main(int argc, char **argv)
     memory_is_checked();
     options_are_checked();
     settings_are_checked();
+    choices_are_checked();
     streams_are_checked();
     long_touches_are_one_event();
     texts_are_there();

@@ -95,6 +95,7 @@ fn no_command_overwrites_an_input_by_any_name() {
                 process.args(&arguments).arg("--force").current_dir(&folder.0).stdin(Stdio::null());
                 let done = process.output().unwrap();
                 tried += 1;
+                println!("| `wstac {}` | {input} | {:?} |", arguments.join(" "), done.status.code().unwrap_or(-1));
                 let is_same = fs::read(folder.0.join(input)).unwrap() == before;
                 if done.status.code() != Some(2) || !is_same || !said(&done).contains("expected a new file") {
                     wrong.push(format!("{arguments:?}: {:?}, same: {is_same}: {}", done.status.code(), said(&done)));

@@ -59,6 +59,30 @@ fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
 }
 
 #[test]
+fn an_unknown_texture_has_no_names() {
+    let folder = Folder::new("unknown");
+    let scene = folder.0.join("long.toml");
+    let texts = ["period = 16.0\n", ""].map(|period| format!("specimen = \"Saw3\"\nspeed = 150\n{period}"));
+    let mut found = Vec::new();
+    for text in texts {
+        fs::write(&scene, text).unwrap();
+        let asked =
+            ["run", scene.to_str().unwrap(), "--json", "--size", "320x180", "--model", "builtin:taxel-path-svm"];
+        found.push(records(&asked)[0]["texture"].clone());
+        let text =
+            String::from_utf8(run(&[asked[0], asked[1], asked[3], asked[4], asked[5], asked[6]]).stdout).unwrap();
+        let expected = if found.len() == 1 { ", texture unknown" } else { ", texture Saw3 (confidence 0." };
+        assert!(text.contains(expected), "{text}");
+    }
+    let unknown =
+        serde_json::json!({"specimen": null, "pattern": null, "depth_mm": null, "confidence": null, "known": false});
+    assert_eq!(found[0], unknown);
+    assert_eq!((&found[1]["specimen"], &found[1]["known"]), (&"Saw3".into(), &true.into()));
+    let confidence = found[1]["confidence"].as_f64().unwrap();
+    assert!(confidence > 0.9 && confidence < 1.0, "{confidence}");
+}
+
+#[test]
 fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
     let folder = Folder::new("early");
     let early = model(&folder, "early", 30, 29, "Fla,Saw");

@@ -2,10 +2,10 @@
 """Checks the STM32H743's program on the modeled board: its events and features are those of `wstac run` on the same
 frames, whatever happens to the camera.
 
-    check.py WSTAC ELF [CONFIG MODEL OTHER]
+    check.py WSTAC ELF [CONFIG MODEL OTHER]…
 
-WSTAC is the command on the host, ELF is the program, and OTHER is the program with this configuration and this texture
-model compiled in. Needs the packages of requirements.txt (`ci/emulator`).
+WSTAC is the command on the host, ELF is the program, and each OTHER is the program with this configuration ("-" for the
+default) and this texture model compiled in. Needs the packages of requirements.txt (`ci/emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -129,7 +129,7 @@ class Check:
 
     def other(self, elf, config, model):
         """Another configuration and a texture model, compiled in, have the same effect as on the host."""
-        options = ["--config", config, "--model", model]
+        options = ["--model", model] if config == "-" else ["--config", config, "--model", model]
         expected = of_kind(self.host.of_clip(*options), "event", "texture")
         lines = of_kind(self.host.of_line(Board(elf, self.host.frames).run()), "event", "texture")
         problems = [] if lines == expected else [f"events are {lines}, expected {expected}"]
@@ -252,7 +252,7 @@ def halt_at_end(board, cycles):
 
 def main():
     """Runs all cases."""
-    if len(sys.argv) not in (3, 6):
+    if len(sys.argv) < 3 or len(sys.argv) % 3:
         sys.exit(__doc__)
     _, wstac, elf, *other = sys.argv
     start = time.monotonic()
@@ -260,8 +260,8 @@ def main():
         check = Check(Host(wstac, folder), elf)
         for sensor, name in ((OV7725, "OV7725"), (OV7690, "OV7690"), (OV7692, "OV7692")):
             check.plain(sensor, name)
-        if other:
-            config, model, other_elf = other
+        for at in range(0, len(other), 3):
+            config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
         check.samples()
         check.faulty("features", {}, (), [])

@@ -40,6 +40,11 @@ class Setting:
         return f'[green]\nstride = {self.stride}\nyuv = "{yuv}"\n[features]\nln = "{self.ln}"\n[speed]\n{self.law}\n'
 
 
+def over_time(model):
+    """Returns whether a model's file takes the sample over time, and not along the path."""
+    return model is None or Path(model).read_bytes()[15] == 0
+
+
 def formats():
     """Returns the formats, and both methods to green for YUYV."""
     for pixels in FORMATS:
@@ -103,8 +108,11 @@ class Counter:
         said = json.loads(boards.run(board, programs / "cost", own))
         same(board, f"features of {what}", features(own), numbers)
         size = boards.sizes(programs / "emulated")
-        whole = {"frame": said["stripes"], "event": said["answer"], "flash": size.flash, "ram": size.ram + stack}
-        return whole | {key: said[key] for key in ("trigger", "speed", "direction")}
+        # The sample along the path is a part of the answer's cost.
+        answer = said["answer" if over_time(model) else "texture"]
+        whole = {"frame": said["stripes"], "event": answer, "flash": size.flash, "ram": size.ram + stack}
+        laws = {"coherence": said["motion"], "edges": said["edges"], "published": said["speed"] + said["direction"]}
+        return whole | {"trigger": said["trigger"], "laws": laws}
 
     def build(self, target, pixels, toml, model):
         """Returns the programs of a configuration, valid until the next one's."""

@@ -6,8 +6,10 @@
     prices.py WSTAC --check CONFIG.toml MODEL PIXELS CORE     one configuration, whole frames and parts of events; "-" for no file
 
 The price of a setting is what it adds. Formats (with their stride) include the firmware without a model, with the
-fixed-point logarithm. The others are differences. So the price of a configuration is a sum, which is compared with
-three counts. The events and features of every count are the host's.
+fixed-point logarithm and the law of coherence. The others are differences. Models over time are counted with the
+published law, and models of the path with both laws of arrival times: stacks of a law and of a model are no sum. So the
+price of a configuration is a sum, which is compared with four counts. The events and features of every count are the
+host's.
 """
 
 import hashlib
@@ -15,11 +17,12 @@ import json
 import sys
 import tempfile
 import time
+import tomllib
 from pathlib import Path
 
 import boards
 from boards import BOARDS, ROOT
-from counter import FORMATS, Counter, Setting, formats
+from counter import FORMATS, Counter, Setting, formats, over_time
 
 KEPT = ROOT / "wstac-tradeoff/data/prices.json"
 STRIDES = (1, 2, 3, 5)
@@ -29,14 +32,26 @@ SLACK = 0.01
 # The largest difference of a count from a published price. A compiler's output differs a little between two paths of a
 # checkout.
 PUBLISHED_SLACK = 0.02
-# Format, stride, logarithm, model.
-MIXED = (("RGB565", 2, "libm", "svm.wsm"), ("YUYV linear", 3, "micromath", "forest.wsm"), ("BAYER8", 5, "libm", "boosted.wsm"))
+# The keys of [speed].
+LAWS = {"coherence": 'law = "arrival"', "edges": 'estimator = "edges"', "published": 'law = "published"'}
+# Format, stride, logarithm, law, model.
+MIXED = (
+    ("RGB565", 2, "libm", "published", "svm.wsm"),
+    ("YUYV linear", 3, "micromath", "published", "forest.wsm"),
+    ("BAYER8", 5, "libm", "edges", "path-boosted.wsm"),
+    ("YUYV exact", 2, "micromath", "coherence", "taxel-path-svm.wsm"),
+)
 
 
 def models():
     """Returns the models by name."""
-    files = [*ROOT.glob("wstac-host/models/*.wsm"), *ROOT.glob("wstac-host/models/tradeoff/*.wsm")]
-    return {file.name: file for file in sorted(files)}
+    files = [file for folder in ("path", ".", "tradeoff") for file in sorted(ROOT.glob(f"wstac-host/models/{folder}/*.wsm"))]
+    return {file.name: file for file in files}
+
+
+def laws_of(model):
+    """Returns the laws with which the study weighs a model."""
+    return ("published",) if over_time(model) else ("coherence", "edges")
 
 
 def pick(numbers, *keys):
@@ -50,7 +65,8 @@ def less(numbers, base, *keys):
 def measure(counter, chosen, kept, save):
     """Collects the prices, and saves each at once. `kept` ones stay if only models are counted."""
     began, done = time.monotonic(), 0
-    cores = json.loads(json.dumps(kept)) if kept else {board.core: {"formats": {}, "ln": {}, "models": {}} for board in BOARDS}
+    cores = json.loads(json.dumps(kept)) if kept else {board.core: {"formats": {}, "ln": {}, "laws": {}, "models": {}} for board in BOARDS}
+    # By law, then by core.
     base = {}
 
     def each(setting, take, **how):
@@ -60,23 +76,32 @@ def measure(counter, chosen, kept, save):
         done += 1
         save(cores)
         name = setting.model.name if setting.model else setting.ln
-        print(f"{time.monotonic() - began:5.0f} s: {setting.format}, stride {setting.stride}, {name}: as on the host", file=sys.stderr, flush=True)
+        said = f"{setting.format}, stride {setting.stride}, {name}, {setting.law}"
+        print(f"{time.monotonic() - began:5.0f} s: {said}: as on the host", file=sys.stderr, flush=True)
 
-    def first(core, numbers):
-        base[core] = numbers
-        cores[core] |= pick(numbers, "trigger", "speed", "direction")
+    for law, keys in LAWS.items():
 
-    each(Setting(), first, every_board=True)
+        def of_law(core, numbers):
+            base.setdefault(law, {})[core] = numbers
+            cores[core] |= {"trigger": base["coherence"][core]["trigger"]}
+            cores[core]["laws"][law] = {"event": numbers["laws"][law]} | less(numbers, base["coherence"][core], "flash", "ram")
+
+        each(Setting(law=keys), of_law, every_board=True)
     for kernel in () if kept else KERNELS:
-        each(Setting(ln=kernel), lambda core, n: cores[core]["ln"].__setitem__(kernel, less(n, base[core], "frame", "flash", "ram")))
+        each(Setting(ln=kernel), lambda core, n: cores[core]["ln"].__setitem__(kernel, less(n, base["coherence"][core], "frame", "flash", "ram")))
     for name, file in chosen.items():
         sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
 
-        def model(core, numbers):
-            price = pick(numbers, "event") | less(numbers, base[core], "flash", "ram") | {"sha256": sha256}
-            cores[core]["models"][name] = price
+        for law in laws_of(file):
 
-        each(Setting(model=file), model)
+            def model(core, numbers):
+                price = cores[core]["models"].setdefault(name, {})
+                if price.get("sha256") != sha256:
+                    price.clear()
+                price |= pick(numbers, "event") | less(numbers, base[law][core], "frame") | {"sha256": sha256}
+                price.setdefault("laws", {})[law] = less(numbers, base[law][core], "flash", "ram")
+
+            each(Setting(model=file, law=LAWS[law]), model)
     for format_ in () if kept else formats():
         for stride in STRIDES:
 
@@ -91,19 +116,18 @@ def measure(counter, chosen, kept, save):
 def sums(counter, cores):
     """Counts configurations whose settings were counted separately. Returns whether the sums agree."""
     fine = True
-    for format_, stride, kernel, name in MIXED:
-        for core, numbers in counter.setting(Setting(format_, stride, kernel, models()[name])).items():
-            front, ln, model = cores[core]["formats"][format_][str(stride)], cores[core]["ln"][kernel], cores[core]["models"][name]
-            parts = {
-                "frame": front["frame"] + ln["frame"], "event": model["event"],
-                "flash": front["flash"] + ln["flash"] + model["flash"], "ram": front["ram"] + ln["ram"] + model["ram"],
-            }
+    for format_, stride, kernel, law, name in MIXED:
+        for core, numbers in counter.setting(Setting(format_, stride, kernel, models()[name], LAWS[law])).items():
+            of = cores[core]
+            front, ln, model = of["formats"][format_][str(stride)], of["ln"][kernel], of["models"][name]
+            parts = {"frame": front["frame"] + ln["frame"] + model["frame"], "event": model["event"]}
+            parts |= {key: front[key] + ln[key] + of["laws"][law][key] + model["laws"][law][key] for key in ("flash", "ram")}
             said = []
             for key, by_sum in parts.items():
                 off = by_sum / numbers[key] - 1
                 fine &= abs(off) <= SLACK
                 said.append(f"{key} {by_sum:,} for {numbers[key]:,} ({off:+.2%})")
-            print(f"{core}, {format_} stride {stride} {kernel} {name}, the sum for the count: {', '.join(said)}", flush=True)
+            print(f"{core}, {format_} stride {stride} {kernel} {law} {name}, the sum for the count: {', '.join(said)}", flush=True)
     return fine
 
 
@@ -127,8 +151,11 @@ def one(counter, config, model, pixels, core):
         sys.exit(f"CORE is {core}, PIXELS {pixels}; expected one of {[b.core for b in BOARDS]}, and one of {list(FORMATS)}")
     toml = "" if config == "-" else Path(config).read_text()
     model = None if model == "-" else Path(model).resolve()
+    speed = tomllib.loads(toml).get("speed", {})
+    law = speed.get("estimator", "coherence") if speed.get("law", "arrival") == "arrival" else "published"
     programs = counter.build(board.target, pixels, toml, model)
-    return pick(counter.count(board, programs, pixels, toml, model), "frame", "trigger", "event", "speed", "direction", "flash", "ram")
+    counted = counter.count(board, programs, pixels, toml, model)
+    return pick(counted, "frame", "trigger", "event", "flash", "ram") | {"law": counted["laws"][law]}
 
 
 def save(cores):

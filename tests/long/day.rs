@@ -13,7 +13,7 @@ use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Trigger, TriggerConfig};
-use wstac_host::source::{Source, SourceEvent, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo, SummedFrame};
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
 use wstac_tests::OwnedEvent;
@@ -100,7 +100,7 @@ fn a_day_has_the_events_of_its_slides_and_no_others() {
     let mut next_restart = waiting.next();
     let (mut found, mut frame, mut first_thresholds) = (Vec::new(), 0, None);
     let mut differences = Vec::new();
-    while let SourceEvent::Taxels(sums) = source.next_event().unwrap() {
+    while let SourceEvent::Taxels(SummedFrame { sums, .. }) = source.next_event().unwrap() {
         if next_restart == Some(frame) {
             restarted = Some(Sensor::starting_at(&info, frame));
             next_restart = waiting.next();

@@ -30,11 +30,11 @@ TRAIN = (24_000, 9_101, 0)
 TEST = (4_000, 9_001, 200_000)
 HELD = (4_000, 9_201, 100_000)
 UNKNOWN = (4_000, 9_301, 300_000)
-RANDOM = (30_000, 9_401, 500_000)
+RANDOM = (20_000, 9_401, 500_000)
 NEW = (12_000, 9_501, 600_000)
 """Slides, seed and first sensor: no sensor is in two of them."""
 NEW_SENSORS = 40
-TENS = 20
+TENS = 10
 """Sensors of new textures, and sensors that each have ten random textures of their own."""
 SHOTS = 5
 DIMENSIONS = 12
@@ -56,6 +56,8 @@ class Input:
     name: str
     frames: int
     words: str
+    length: str = ""
+    """The path that models read, as their files' names have it, if it is not 28 mm."""
 
     @property
     def array(self) -> str:
@@ -65,6 +67,9 @@ class Input:
 
 INPUTS = (Input("path", 39, "ten sums"), Input("taxel_path", 28, "25 taxels"))
 """Both read the first 28 mm behind the leading edge."""
+
+SHORT = (Input("path", 25, "ten sums", "16mm"), Input("taxel_path", 17, "25 taxels", "16mm"))
+"""Both read the first 16 mm."""
 
 
 @dataclass(frozen=True)
@@ -165,6 +170,12 @@ def evaluated(path: Path, slides: Slides) -> dict[str, Any]:
     return found
 
 
+def file_name(wanted: Input, candidate: Candidate) -> str:
+    """Returns the name of a model's file, without its ending."""
+    parts = [wanted.name.replace("_", "-"), candidate.kind, wanted.length]
+    return "-".join(part for part in parts if part)
+
+
 def kept_alike(folder: Path, name: str) -> int | None:
     """Returns how many answers of a kept model are those of the trained model, by the page that was written with it."""
     page = folder / "README.md"
@@ -176,7 +187,7 @@ def kept_alike(folder: Path, name: str) -> int | None:
 
 def judged(wanted: Input, candidate: Candidate, sets: Sets, folder: Path, keep: bool) -> Judged:
     """Trains and calibrates a model, makes a model file of it, and evaluates the file."""
-    path = folder / f"{wanted.name.replace('_', '-')}-{candidate.kind}.wsm"
+    path = folder / f"{file_name(wanted, candidate)}.wsm"
     alike = kept_alike(folder, path.name) if keep else None
     if alike is None:
         alike = trained(wanted, candidate, sets, path)
@@ -250,7 +261,7 @@ def interval(right: np.ndarray) -> str:
 
 def name_of(model: Judged) -> str:
     """Returns the name of a model's file."""
-    return f"`{model.input.name.replace('_', '-')}-{model.candidate.kind}.wsm`"
+    return f"`{file_name(model.input, model.candidate)}.wsm`"
 
 
 def by(models: list[Judged], values: np.ndarray, edges: tuple[int, ...], head: str, unit: str) -> str:
@@ -326,7 +337,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
         "`path` models take ten sums, and `taxel-path` models 25 taxels.",
-        "They read the first 28 mm behind the leading edge.",
+        "They read the first 28 mm behind the leading edge, or the first 16 mm.",
         "Between two frames light is interpolated, so at 300 mm/s the last number uses light up to 10 mm later.",
     )
     training = paragraph(
@@ -352,7 +363,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         f"`wstac model learn` makes a model from {SHOTS} slides of each texture.",
         f"`builtin:embedding` takes ten sums, `builtin:taxel-embedding` 25 taxels.",
         f"Their projection has {DIMENSIONS} dimensions,"
-        " and was trained on 30000 slides of 1000 random textures and 1000 sensors:"
+        " and was trained on 20000 slides of 1000 random textures and 1000 sensors:"
         " three patterns, depths of 1 to 6 mm, periods of 2 to 16 mm.",
         "The ten new textures are `Sin`, `Saw` and `Tri` of 1.5, 2.5 and 3.5 mm with periods of twice the depth,"
         " and `Saw` of 3 mm with a period of 12 mm; none of them was trained.",
@@ -400,7 +411,7 @@ def new_textures(bases: list[Path], work: Path) -> dict[tuple[str, str], Learned
     slides = simulated(work, "new", *NEW, "new", NEW_SENSORS)
     numbers = [np.flatnonzero(slides.arrays["sensor"] == sensor) for sensor in np.unique(slides.arrays["sensor"])]
     sensors = [slides.some(work / f"new-{place}.npz", rows) for place, rows in enumerate(numbers)]
-    tens = [simulated(work, f"ten-{k}", 300, 9_600 + k, 700_000 + k, "ten", 1) for k in range(TENS)]
+    tens = [simulated(work, f"ten-{k}", 200, 9_600 + k, 700_000 + k, "ten", 1) for k in range(TENS)]
     found: dict[tuple[str, str], Learned] = {}
     for base in bases:
         for textures, of in (("ten new", sensors), ("ten random", tens)):
@@ -418,6 +429,7 @@ def write(folder: Path, keep: bool) -> None:
         sets = Sets(train, held, test, simulated(work, "unknown", *UNKNOWN, "unknown"))
         random = simulated(work, "random", *RANDOM, "random")
         jobs: list[Any] = [(wanted, candidate) for wanted in INPUTS for candidate in CANDIDATES]
+        jobs += [(wanted, CANDIDATES[0]) for wanted in SHORT]
         with ThreadPoolExecutor(WORKERS) as pool:
             models = list(pool.map(lambda job: judged(*job, sets, folder, keep), jobs))
             bases = list(pool.map(lambda wanted: embedding(wanted, random, sets, folder), INPUTS))

@@ -67,11 +67,11 @@ def points_table(wstac):
         def share(task):
             return "{:.1f} ({:.1f} … {:.1f})".format(*(float(row[f"{task}{end}"]) for end in ("", "_low", "_high"))) if row[task] else "–"
 
-        frame, event = price["features"] + price["trigger"], price["texture"] + price["speed"] + price["direction"]
+        frame, event = price["features"] + price["trigger"], price["texture"] + price["law"]
         columns.append({
             "": name,
             "budget": f"`{budget}`",
-            "format, stride, logarithm": f"{row['format']}, {row['stride']}, {row['ln']}",
+            "format, stride, logarithm, law": f"{row['format']}, {row['stride']}, {row['ln']}, {row['law']}",
             "model": about[1],
             "what it is": about[2] or "–",
             "specimen accuracy, % (95 % interval)": share("specimen"),
@@ -120,7 +120,7 @@ def models_are_those_that_were_counted():
     fine = True
     for core, prices in json.loads((TRADE / "prices.json").read_text())["cores"].items():
         for name, price in prices["models"].items():
-            file = next(file for file in (MODELS / name, MODELS / "tradeoff" / name) if file.exists())
+            file = next(file for file in (MODELS / folder / name for folder in ("path", ".", "tradeoff")) if file.exists())
             if hashlib.sha256(file.read_bytes()).hexdigest() != price["sha256"]:
                 fine = False
                 print(f"{name}: another file than the one counted on {core}: ci/prices --keep counts it")
@@ -140,7 +140,7 @@ def holds(wstac, name, core, budget):
         claimed = json.loads(Path(folder, "price.json").read_text())[core]
         # The claims about a frame and about an event as a whole, and what a board counted of their parts.
         totals = {
-            "instructions per frame": ("features", "trigger"), "instructions per event": ("texture", "speed", "direction"),
+            "instructions per frame": ("features", "trigger"), "instructions per event": ("texture", "law"),
             "bytes of flash": ("flash",), "bytes of RAM": ("ram",),
         }
         count_of = {"features": "frame", "texture": "event"}

@@ -8,11 +8,11 @@ use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions, TactileEvent};
 use wstac_host::session::Processor;
-use wstac_host::source::{LossReason, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{LossReason, Source, SourceEvent, StreamInfo, SummedFrame};
 use wstac_host::texture::{NoTexture, Texture, Textures};
-use wstac_scene::source::SceneSource;
 use wstac_scene::SceneConfig;
 use wstac_scene::sensor::Fidelity;
+use wstac_scene::source::SceneSource;
 
 /// Returns a slide as taxel sums, and what its frames have in common.
 fn slide(text: &str, per_second: u32) -> (StreamInfo, Vec<[u32; TAXELS]>) {
@@ -21,8 +21,8 @@ fn slide(text: &str, per_second: u32) -> (StreamInfo, Vec<[u32; TAXELS]>) {
     script.sensor.rate = FrameRate::new(per_second, 1).unwrap();
     let mut source = SceneSource::new(&script).unwrap();
     let mut frames = Vec::new();
-    while let SourceEvent::Taxels(sums) = source.next_event().unwrap() {
-        frames.push(sums);
+    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
+        frames.push(frame.sums);
     }
     (source.info().clone(), frames)
 }
@@ -37,7 +37,7 @@ fn on_host(info: &StreamInfo, frames: &[[u32; TAXELS]], models: &[&str], lost: &
         let event = if lost.contains(&number) {
             SourceEvent::Lost { frames: 1, reason: LossReason::Dropped }
         } else {
-            SourceEvent::Taxels(*sums)
+            SourceEvent::Taxels(SummedFrame::new(*sums))
         };
         let emit = |output| {
             if let Output::Event(event) = output {
@@ -124,8 +124,8 @@ fn reasons_are_those_of_the_touch() {
     let script = SceneConfig::from_toml("a press", "fidelity = \"taxel\"\n[[touch]]\nkind = \"press\"\n").unwrap();
     let mut source = SceneSource::new(&script).unwrap();
     let mut frames = Vec::new();
-    while let SourceEvent::Taxels(sums) = source.next_event().unwrap() {
-        frames.push(sums);
+    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
+        frames.push(frame.sums);
     }
     let press = on_host(source.info(), &frames, &["builtin:taxel-path-svm"], &[]).texture;
     assert_eq!(press, Err::<Texture, _>(NoTexture::NoSlide));

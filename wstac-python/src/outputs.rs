@@ -153,7 +153,7 @@ impl Frames {
     fn take(&mut self, event: &SourceEvent<'_>, taxels: &[f32; TAXELS], number: u64) {
         let (bytes, timestamp) = match event {
             SourceEvent::Frame(frame) => (frame.bytes, frame.timestamp),
-            SourceEvent::Taxels(_) => (&[][..], None),
+            SourceEvent::Taxels(frame) => (&[][..], frame.timestamp),
             _ => return,
         };
         self.numbers.push(number as i64);

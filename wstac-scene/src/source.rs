@@ -9,7 +9,7 @@ use crate::{Scene, SceneConfig, SimulatedFrame, Truth};
 use wstac_core::layout::FrameSize;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::open::{OpenOptions, SourceKind, without_controls};
-use wstac_host::source::{Frame, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{Frame, Source, SourceEvent, StreamInfo, SummedFrame};
 
 /// The frames of a scene.
 #[derive(Clone, Debug)]
@@ -61,7 +61,7 @@ impl Source for SceneSource {
         Ok(match self.scene.next_shot() {
             Some(SimulatedFrame::Frame(bytes)) => frame(bytes, None),
             Some(SimulatedFrame::Jpeg(bytes, jpeg)) => frame(bytes, Some(jpeg)),
-            Some(SimulatedFrame::Taxels(sums)) => SourceEvent::Taxels(sums),
+            Some(SimulatedFrame::Taxels(sums)) => SourceEvent::Taxels(SummedFrame::new(sums)),
             Some(SimulatedFrame::Lost(frames, reason)) => SourceEvent::Lost { frames: frames.into(), reason },
             None => SourceEvent::End,
         })

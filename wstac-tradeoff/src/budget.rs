@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 pub use self::choice::{By, Choice, best};
 use super::candidate::{NONE, short};
-use super::parameters::{Format, KERNELS, STRIDES, kernel_name};
+use super::parameters::{AnswerLaw, Format, KERNELS, STRIDES, kernel_name};
 use super::prices::Core;
 use super::row::Row;
 
@@ -46,11 +46,12 @@ pub struct Budget {
     format: Option<String>,
     stride: Option<u16>,
     kernel: Option<String>,
+    law: Option<String>,
     model: Option<String>,
 }
 
 const EXPECTED: &str = "M0, M3, M4F or M7 (instructions per frame), the same with .event, flash, ram, frames, host or host.event with < or \
-    <=, or format, stride, ln or model with =";
+    <=, or format, stride, ln, law or model with =";
 
 impl FromStr for Budget {
     type Err = String;
@@ -163,6 +164,7 @@ impl Budget {
                 self.stride = one_of(&strides)?.and_then(|stride| stride.parse().ok());
             }
             "ln" => self.kernel = one_of(&KERNELS.map(|kernel| kernel_name(kernel).to_owned()))?,
+            "law" => self.law = one_of(&AnswerLaw::ALL.map(|law| law.name().to_owned()))?,
             "model" if !value.is_empty() => self.model = Some(value.to_owned()),
             "model" => return Err("a name is missing, expected a model's, or none".to_owned()),
             other if what(other).is_some() => return Err(format!("{name} with =, expected < or <=")),
@@ -176,6 +178,7 @@ impl Budget {
             "format" => self.format.is_some(),
             "stride" => self.stride.is_some(),
             "ln" => self.kernel.is_some(),
+            "law" => self.law.is_some(),
             "model" => self.model.is_some(),
             _ => false,
         }
@@ -223,6 +226,7 @@ impl Budget {
         self.format.as_deref().is_none_or(|name| name == format.name() || format.pixels() == Some(name))
             && self.stride.is_none_or(|stride| stride == row.setting.stride.get())
             && self.kernel.as_deref().is_none_or(|name| name == kernel_name(row.setting.kernel))
+            && self.law.as_deref().is_none_or(|name| name == row.setting.law.name())
             && self.model.as_deref().is_none_or(|name| short(name) == short(row.model.as_deref().unwrap_or(NONE)))
     }
 }

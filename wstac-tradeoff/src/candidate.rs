@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::Task;
+use wstac_core::model::file::{Input, Task};
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
@@ -27,6 +27,8 @@ pub struct Candidate {
     pub file: ModelFile,
     /// Its contents: kind, weights, trees, frames.
     pub about: Inspected,
+    /// The sample that it takes.
+    pub input: Input,
     /// Its answers, by class.
     answers: Vec<Texture>,
 }
@@ -64,7 +66,7 @@ impl Candidate {
         let (labels, task): (_, Task) = (model.labels(), model.task());
         let label = |class| labels.get(class).map(|label| label.to_string());
         let answers = (0..labels.len()).filter_map(label).map(|label| Texture::of(task, label)).collect();
-        Ok(Self { about: inspect(&model, file.words()), answers, name, file })
+        Ok(Self { about: inspect(&model, file.words()), input: model.input(), answers, name, file })
     }
 
     /// Returns the model itself.

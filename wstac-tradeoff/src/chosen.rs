@@ -7,7 +7,7 @@ use std::path::Path;
 use super::candidate::Candidate;
 use super::map;
 use super::parameters::Format::{YuyvExact, YuyvLinear};
-use super::parameters::{Setting, kernel_name};
+use super::parameters::{AnswerLaw, Setting, kernel_name};
 use super::prices::{Core, Price, Prices};
 use super::row::{Row, rows};
 use super::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, TradeSlide, fresh_slides, slides};
@@ -48,6 +48,18 @@ pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
         ("green", "stride", i64::from(setting.stride.get()).into()),
         ("features", "ln", kernel_name(setting.kernel).into()),
     ];
+    // The law's own parameters stay only with their law.
+    let own = Config::parse(base).map_err(|error| error.message().to_owned())?;
+    let speed = all.entry("speed").or_insert_with(|| toml::Table::new().into());
+    if let Some(speed) = speed.as_table_mut()
+        && AnswerLaw::of(&own) != setting.law
+    {
+        speed.retain(|key, _| ["threshold", "threshold_on"].contains(&key));
+        match setting.law.estimator() {
+            Some(_) => speed.insert("estimator".to_owned(), setting.law.name().into()),
+            None => speed.insert("law".to_owned(), setting.law.name().into()),
+        };
+    }
     for (table, key, value) in parameters {
         let table = all.entry(table).or_insert_with(|| toml::Table::new().into());
         // These are the names of a configuration's tables, so each is a table or absent.
@@ -160,7 +172,8 @@ impl Chosen {
             (YuyvExact | YuyvLinear, YcbcrMethod::Exact) => YuyvExact,
             (other, _) => other,
         };
-        let setting = Setting { format, stride: config.green.stride, kernel: config.features.ln };
+        let setting =
+            Setting { format, stride: config.green.stride, kernel: config.features.ln, law: AnswerLaw::of(&config) };
         let of_each = u32::try_from(claim.found.slides).unwrap_or(u32::MAX) / SENSORS;
         if !(1..=MOST_SLIDES).contains(&of_each) {
             let most = MOST_SLIDES * SENSORS;
@@ -204,12 +217,34 @@ mod tests {
 
     #[test]
     fn parameters_are_put_into_a_configuration() {
-        let setting = Setting { format: YuyvLinear, stride: Stride::Five, kernel: Kernel::Libm };
+        let setting =
+            Setting { format: YuyvLinear, stride: Stride::Five, kernel: Kernel::Libm, law: AnswerLaw::Coherence };
         let text = config(&setting, "[trigger]\nwindow = 7\n[features]\nfloor_levels = 2.5\nln = \"fixed\"\n").unwrap();
         let read = Config::parse(&text).unwrap();
         assert_eq!((read.green.yuv, read.green.stride), (YcbcrMethod::Linear, Stride::Five));
         assert_eq!((read.features.ln, read.features.floor_levels), (Kernel::Libm, 2.5));
         assert!(text.contains("window = 7"), "{text}");
         assert!(config(&setting, "[green]\nstrid = 2\n").unwrap_err().contains("strid"));
+    }
+
+    #[test]
+    fn a_law_replaces_another_with_its_parameters() {
+        let bases = [
+            "",
+            "[speed]\nestimator = \"edges\"\nthreshold = 0.05\n",
+            "[speed]\nlaw = \"published\"\nslope = 200.0\nthreshold = 0.05\n",
+            "[speed]\nlaw = \"physical\"\ntrack_mm = 90.0\n",
+        ];
+        for base in bases {
+            for law in AnswerLaw::ALL {
+                let text = config(&Setting { law, ..Setting::DEFAULT }, base).unwrap();
+                let (read, own) = (Config::parse(&text).unwrap(), Config::parse(base).unwrap());
+                assert_eq!(AnswerLaw::of(&read), law, "{base} {text}");
+                assert_eq!(read.speed.threshold, own.speed.threshold, "{base} {text}");
+                // A law of durations is the base's own.
+                let durations = own.speed.with_estimator(law.estimator()).law();
+                assert_eq!(read.speed.law(), durations, "{base} {text}");
+            }
+        }
     }
 }

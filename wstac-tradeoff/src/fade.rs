@@ -8,6 +8,7 @@ use super::parameters::{Format, Setting};
 use super::row::{Row, rows};
 use super::slides::{TradeSlide, reference};
 use super::sweep::{self, Plan};
+use wstac_core::model::file::Input;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_scene::Scene;
@@ -42,13 +43,22 @@ pub fn peak() -> Result<f64, Error> {
 /// # Errors
 /// [`sweep::run`] fails.
 pub fn fade(level: f64, config: &Config, models: &[Candidate], slides: &[TradeSlide]) -> Result<Faded, Error> {
-    let settings = Setting::one_at_a_time();
+    let first = models.first();
+    let base =
+        if first.is_none_or(|model| model.input == Input::Frames) { Setting::PUBLISHED } else { Setting::DEFAULT };
+    // Models over time and models of the path go with different laws.
+    let mut settings = base.one_at_a_time();
+    for other in [Setting::DEFAULT, Setting::PUBLISHED] {
+        if !settings.contains(&other) {
+            settings.push(other);
+        }
+    }
     let plan = Plan { config, settings: &settings, models, slides, light: level / peak()? };
-    let first = models.first().map(|model| &model.name);
     let mut rows = rows(&plan, &sweep::run(&plan)?);
-    rows.retain(|row| match &row.model {
-        None => false,
-        name => row.setting == Setting::DEFAULT || name.as_ref() == first,
+    rows.retain(|row| {
+        let model = models.iter().find(|model| Some(&model.name) == row.model.as_ref());
+        let is_first = model.map(|model| &model.name) == first.map(|model| &model.name);
+        model.is_some_and(|model| is_first || row.setting.is_default_of(Some(model.input)))
     });
     Ok(Faded { level, rows })
 }

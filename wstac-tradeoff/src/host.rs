@@ -5,16 +5,17 @@ use std::time::Instant;
 
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use wstac_core::green::any::Any;
+use wstac_core::law::{AnyLaw, EventLaw};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
-use wstac_core::model::file::INPUTS;
+use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::motion::{MotionConfig, by_coherence};
+use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::pipeline::Pipeline;
-use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::Event;
-use wstac_core::{direction, speed};
 
 use super::candidate::Candidate;
-use super::parameters::{Format, Setting};
+use super::parameters::{AnswerLaw, Format, Setting};
 use super::row::{Host, Row};
 use super::slides::reference;
 use super::streams::camera;
@@ -44,17 +45,21 @@ type Round<'a> = (usize, Box<dyn FnMut() + 'a>);
 /// The configuration does not fit the frames.
 pub fn measure(rows: &mut [Row], models: &[Candidate], config: &Config) -> Result<(), Error> {
     let mut settings: Vec<Setting> = Vec::new();
+    // A law takes no part in a frame.
+    let of_frame = |row: &Row| Setting { law: Setting::DEFAULT.law, ..row.setting };
     for row in rows.iter() {
-        if !settings.contains(&row.setting) {
-            settings.push(row.setting);
+        if !settings.contains(&of_frame(row)) {
+            settings.push(of_frame(row));
         }
     }
     let frames = frames(&settings, config)?;
-    let (bare, with) = events(models, config)?;
+    let (laws, with) = events(models, config)?;
     for row in rows {
-        let place = settings.iter().position(|setting| *setting == row.setting);
+        let place = settings.iter().position(|setting| *setting == of_frame(row));
         let frame_ns = place.and_then(|place| frames.get(place)).copied().unwrap_or(f64::INFINITY);
         let place = models.iter().position(|model| Some(&model.name) == row.model.as_ref());
+        let law = AnswerLaw::ALL.iter().position(|law| *law == row.setting.law);
+        let bare = law.and_then(|law| laws.get(law)).copied().unwrap_or(f64::INFINITY);
         let event_ns = bare + place.and_then(|place| with.get(place)).copied().unwrap_or(0.0);
         row.host = Some(Host { frame_ns, event_ns });
     }
@@ -156,47 +161,66 @@ fn bright_frames(script: &SceneConfig, mut sensor: Sensor) -> Result<Vec<Vec<u8>
     Ok(lights.skip(BEFORE).take(FRAMES).map(|(light, _)| sensor.expose(&light).to_vec()).collect())
 }
 
-/// Returns the time of speed and direction, and of each model's texture.
-fn events(models: &[Candidate], config: &Config) -> Result<(f64, Vec<f64>), Error> {
+/// Returns the time of each law, and of each model's texture with the sample that it takes.
+fn events(models: &[Candidate], config: &Config) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let script = reference(1.0, Format::Gray)?;
     let sensor = Scene::camera(&script)?;
     let unfit = |error| config.does_not_fit("simulated frames", "[trigger]", error);
     let camera = camera(&sensor, Format::Gray, Setting::DEFAULT.stride, config)?;
-    let speed = config.durations(camera.rate()).map_err(unfit)?;
-    let mut config = config.clone();
-    config.features.ln = Kernel::Fixed;
-    let mut pipeline = config.pipeline_of(camera, "simulated frames")?;
+    let of_law = |law: AnswerLaw| Setting { law, ..Setting::DEFAULT }.configured(config).law(camera.rate());
+    let laws = AnswerLaw::ALL.into_iter().map(of_law).collect::<Result<Vec<_>, _>>().map_err(unfit)?;
+    let motion = config.motion(camera.rate()).map_err(unfit)?;
+    let mut pipeline = Setting::DEFAULT.configured(config).pipeline_of(camera, "simulated frames")?;
+    pipeline.keep_taxels();
     let (mut scene, mut sensor) = (Scene::new(&script)?, sensor);
     while let Some((light, _)) = scene.next_light() {
         let frame = sensor.expose(&light);
         let update = pipeline.push_frame(frame).map_err(|error| Error::frame("simulated frames", error))?;
         if let Some(event) = update.event() {
-            return answers(&event, &speed, models);
+            return answers(&event, update.taxels(), &laws, motion, models);
         }
     }
     Err(Error::new(ErrorKind::Data, "the reference slide", "no event with this configuration, expected one"))
 }
 
-fn answers(event: &Event<'_>, config: &SpeedConfig, models: &[Candidate]) -> Result<(f64, Vec<f64>), Error> {
-    let bare = || {
-        for _ in 0..ANSWERS {
-            black_box((
-                speed::speed(black_box(event), config).is_ok(),
-                direction::direction(black_box(event)).degrees.is_ok(),
-            ));
-        }
-    };
+fn answers(
+    event: &Event<'_>,
+    taxels: Option<&TaxelRing>,
+    laws: &[AnyLaw],
+    motion: MotionConfig,
+    models: &[Candidate],
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let velocity = by_coherence(event, motion).velocity;
+    let velocity = velocity.ok_or_else(|| {
+        Error::new(ErrorKind::Data, "the reference slide", "no velocity with this configuration, expected one")
+    })?;
     let sample: [i16; INPUTS] = event.sample.flat();
-    let mut all: Vec<Round> = vec![(ANSWERS, Box::new(bare))];
+    let mut all: Vec<Round> = Vec::new();
+    for law in laws {
+        let round = move || {
+            for _ in 0..ANSWERS {
+                black_box(law.answer(black_box(event)).speed.is_ok());
+            }
+        };
+        all.push((ANSWERS, Box::new(round)));
+    }
     for candidate in models {
         let (model, sample) = (candidate.model()?, &sample);
+        let frames = candidate.about.frames;
         let texture = move || {
             for _ in 0..ANSWERS {
+                let path = match model.input() {
+                    Input::Frames => None,
+                    Input::Path => PathSample::of_sums(black_box(event), &velocity, motion, frames),
+                    _ => taxels.and_then(|taxels| PathSample::of_taxels(black_box(taxels), &velocity, motion, frames)),
+                };
+                let sample = path.as_ref().map_or(sample, PathSample::numbers);
                 black_box(model.classify(black_box(sample)));
             }
         };
         all.push((ANSWERS, Box::new(texture)));
     }
-    let mut least = least(all).into_iter();
-    Ok((least.next().unwrap_or_default(), least.collect()))
+    let mut laws_then_models = least(all);
+    let with = laws_then_models.split_off(laws.len());
+    Ok((laws_then_models, with))
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use wstac_core::frame::Stride;
 
 use super::candidate::{Candidate, NONE};
-use super::parameters::{Format, KERNELS, STRIDES, Setting, kernel_name};
+use super::parameters::{AnswerLaw, Format, KERNELS, STRIDES, Setting, kernel_name};
 use super::prices::{Core, Prices};
 use super::row::{Found, Host, Row};
 use super::statistics::Interval;
@@ -17,7 +17,7 @@ const KEPT: &str = include_str!("../data/map.csv");
 const ABOUT: &str = "map.csv";
 
 /// Columns of the results.
-const FOUND: &str = "format,stride,ln,model,slides,events,specimen,specimen_low,specimen_high,pattern,pattern_low,\
+const FOUND: &str = "format,stride,ln,law,model,slides,events,specimen,specimen_low,specimen_high,pattern,pattern_low,\
     pattern_high,depth,depth_low,depth_high,speed_error,speed_error_p95,speed_slides,speed_missing,direction_errors,\
     feature_max_lit,feature_rms_lit,feature_max,feature_rms,latency";
 /// Columns of one machine.
@@ -82,9 +82,9 @@ pub fn found_header() -> &'static str {
 /// Formats the results of a row for an exact comparison.
 pub fn found(row: &Row) -> String {
     let Found { slides, events, accuracy, speed, .. } = &row.found;
-    let (format, stride, kernel) =
-        (row.setting.format.name(), row.setting.stride.get(), kernel_name(row.setting.kernel));
-    let mut text = format!("{format},{stride},{kernel},{},{slides},{events}", row.model.as_deref().unwrap_or(NONE));
+    let Setting { format, stride, kernel, law } = row.setting;
+    let setting = format!("{},{},{},{}", format.name(), stride.get(), kernel_name(kernel), law.name());
+    let mut text = format!("{setting},{},{slides},{events}", row.model.as_deref().unwrap_or(NONE));
     for interval in accuracy {
         let _ = match interval {
             Some(found) => write!(text, ",{:.2},{:.2},{:.2}", found.mean, found.low, found.high),
@@ -203,6 +203,7 @@ fn line_of(line: &str) -> Result<Row, String> {
         format: fields.one_of(&Format::ALL, |format| format.name().to_owned())?,
         stride: fields.one_of(&STRIDES, |stride: Stride| stride.get().to_string())?,
         kernel: fields.one_of(&KERNELS, |kernel| kernel_name(kernel).to_owned())?,
+        law: fields.one_of(&AnswerLaw::ALL, |law| law.name().to_owned())?,
     };
     let model = Some(fields.text()?.0.to_owned()).filter(|name| name != NONE);
     let found = Found {
@@ -227,7 +228,7 @@ fn line_of(line: &str) -> Result<Row, String> {
 mod tests {
     use super::*;
 
-    const LINE: &str = "YUYV linear,3,libm,forest,800,799,81.25,79.00,83.50,90.00,88.00,92.00,,,,3.10,9.00,360,2,7,0.123400,\
+    const LINE: &str = "YUYV linear,3,libm,published,forest,800,799,81.25,79.00,83.50,90.00,88.00,92.00,,,,3.10,9.00,360,2,7,0.123400,\
         0.002000,0.300000,0.010000,56.5,4100,2900";
 
     #[test]
@@ -250,6 +251,7 @@ mod tests {
         for (line, parts) in [
             (LINE.replace("YUYV linear", "NV16"), ["line 2: format is \"NV16\"", "GREY"]),
             (LINE.replace(",3,libm", ",4,libm"), ["stride is \"4\"", "1, 2, 3, 5"]),
+            (LINE.replace("published", "paper"), ["law is \"paper\"", "coherence, edges, published"]),
             (LINE.replace("81.25", "many"), ["specimen is \"many\"", "a number"]),
             (LINE.replace("81.25", "NaN"), ["specimen is \"NaN\"", "a number"]),
             (LINE.replace(",799,", ",,"), ["events is \"\"", "a number"]),

@@ -1,11 +1,14 @@
-//! The parameters before a sample: the camera's format, the pixel stride and the kernel of the logarithm.
+//! The parameters besides the texture model: the camera's format, the pixel stride, the kernel of the logarithm, and the
+//! law from an event to its answers.
 
 use std::fmt;
 
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 
-use wstac_host::config::Kernel;
+use wstac_core::model::file::Input;
+
+use wstac_host::config::{Config, Estimator, Kernel};
 use wstac_scene::sensor::SensorFormat;
 
 /// A camera's pixel format, and its conversion to green.
@@ -85,7 +88,58 @@ impl Format {
     }
 }
 
-/// All parameters between a camera and features.
+/// The law from an event to speed and direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnswerLaw {
+    /// Arrival times by coherence.
+    Coherence,
+    /// Arrival times by rising edges.
+    Edges,
+    /// Durations: the published law, or that of the study's configuration.
+    Published,
+}
+
+impl AnswerLaw {
+    /// All laws.
+    pub const ALL: [Self; 3] = [Self::Coherence, Self::Edges, Self::Published];
+
+    /// Returns its name in tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Coherence => "coherence",
+            Self::Edges => "edges",
+            Self::Published => "published",
+        }
+    }
+
+    /// Returns the estimator of arrival times; `None` for the law of durations.
+    pub fn estimator(self) -> Option<Estimator> {
+        match self {
+            Self::Coherence => Some(Estimator::Coherence),
+            Self::Edges => Some(Estimator::Edges),
+            Self::Published => None,
+        }
+    }
+
+    /// Returns the law of a configuration.
+    pub fn of(config: &Config) -> Self {
+        match config.speed.estimator() {
+            Some(Estimator::Coherence) => Self::Coherence,
+            Some(Estimator::Edges) => Self::Edges,
+            None => Self::Published,
+        }
+    }
+
+    /// Returns whether the study weighs models of this input with the law.
+    ///
+    /// Models of the path need arrival times. Models over time are of the published protocol, and so is the law of
+    /// durations.
+    pub fn is_with(self, input: Input) -> bool {
+        (self == Self::Published) == (input == Input::Frames)
+    }
+}
+
+/// All parameters but the texture model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setting {
     /// The camera's format.
@@ -94,6 +148,8 @@ pub struct Setting {
     pub stride: Stride,
     /// The kernel of the logarithm.
     pub kernel: Kernel,
+    /// The law from an event to its answers.
+    pub law: AnswerLaw,
 }
 
 /// All strides.
@@ -104,32 +160,52 @@ pub const KERNELS: [Kernel; 3] = [Kernel::Fixed, Kernel::Libm, Kernel::Micromath
 
 impl Setting {
     /// The setting of an empty configuration file, with a camera of 8 bits of gray.
-    pub const DEFAULT: Self = Self { format: Format::Gray, stride: Stride::One, kernel: Kernel::Fixed };
+    pub const DEFAULT: Self =
+        Self { format: Format::Gray, stride: Stride::One, kernel: Kernel::Fixed, law: AnswerLaw::Coherence };
+    /// The same setting with the published law.
+    pub const PUBLISHED: Self = Self { law: AnswerLaw::Published, ..Self::DEFAULT };
 
-    /// Returns every combination, format by format, stride by stride.
+    /// Returns whether this is the default setting of a model of this input, or of no model: with coherence, or for models
+    /// over time with the published law.
+    pub fn is_default_of(self, input: Option<Input>) -> bool {
+        self == if input == Some(Input::Frames) { Self::PUBLISHED } else { Self::DEFAULT }
+    }
+
+    /// Returns every combination, format by format, stride by stride, logarithm by logarithm.
     pub fn all() -> Vec<Self> {
         let of_format = |format| STRIDES.into_iter().flat_map(move |stride| of_stride(format, stride));
         Format::ALL.into_iter().flat_map(of_format).collect()
     }
 
-    /// Returns the default setting and all that differ from it in one parameter.
-    pub fn one_at_a_time() -> Vec<Self> {
+    /// Returns a configuration with this setting's logarithm and law. Format and stride are those of the frames.
+    pub(super) fn configured(&self, base: &Config) -> Config {
+        let mut config = base.clone();
+        config.features.ln = self.kernel;
+        config.speed = config.speed.with_estimator(self.law.estimator());
+        config
+    }
+
+    /// Returns this setting and all that differ from it in one parameter.
+    pub fn one_at_a_time(self) -> Vec<Self> {
         let differs = |setting: &Self| {
-            usize::from(setting.format != Self::DEFAULT.format)
-                + usize::from(setting.stride != Self::DEFAULT.stride)
-                + usize::from(setting.kernel != Self::DEFAULT.kernel)
+            usize::from(setting.format != self.format)
+                + usize::from(setting.stride != self.stride)
+                + usize::from(setting.kernel != self.kernel)
+                + usize::from(setting.law != self.law)
         };
         Self::all().into_iter().filter(|setting| differs(setting) <= 1).collect()
     }
 }
 
 fn of_stride(format: Format, stride: Stride) -> impl Iterator<Item = Setting> {
-    KERNELS.into_iter().map(move |kernel| Setting { format, stride, kernel })
+    let of_kernel = move |kernel| AnswerLaw::ALL.into_iter().map(move |law| Setting { format, stride, kernel, law });
+    KERNELS.into_iter().flat_map(of_kernel)
 }
 
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}, stride {}, {} ln", self.format.name(), self.stride.get(), kernel_name(self.kernel))
+        let Self { format, stride, kernel, law } = self;
+        write!(f, "{}, stride {}, {} ln, law {}", format.name(), stride.get(), kernel_name(*kernel), law.name())
     }
 }
 
@@ -155,10 +231,25 @@ mod tests {
     }
 
     #[test]
+    fn a_law_is_that_of_its_configuration() {
+        for base in ["", "[speed]\nestimator = \"edges\"\n", "[speed]\nlaw = \"published\"\nslope = 200.0\n"] {
+            for law in AnswerLaw::ALL {
+                let mut config = Config::parse(base).unwrap();
+                config.speed = config.speed.with_estimator(law.estimator());
+                assert_eq!(AnswerLaw::of(&config), law, "{base}");
+            }
+        }
+        let own = Config::parse("[speed]\nlaw = \"physical\"\n").unwrap();
+        assert_eq!(own.speed.with_estimator(None).law(), own.speed.law());
+        assert_eq!(AnswerLaw::of(&Config::default()), Setting::DEFAULT.law);
+    }
+
+    #[test]
     fn all_are_different_and_one_at_a_time_are_some_of_them() {
         let all = Setting::all();
-        assert_eq!(all.len(), 7 * 4 * 3);
+        assert_eq!(all.len(), 7 * 4 * 3 * 3);
         assert!(all.iter().enumerate().all(|(n, setting)| all.iter().skip(n + 1).all(|other| other != setting)));
-        assert_eq!(Setting::one_at_a_time().len(), 7 + 3 + 2);
+        assert_eq!(Setting::DEFAULT.one_at_a_time().len(), 7 + 3 + 2 + 2);
+        assert_eq!(Setting::PUBLISHED.one_at_a_time().len(), 7 + 3 + 2 + 2);
     }
 }

@@ -7,7 +7,7 @@ use wstac_core::frame::Stride;
 use super::candidate::{Candidate, short};
 use super::parameters::{Format, STRIDES, Setting};
 use super::prices::{Core, Prices};
-use super::row::Row;
+use super::row::{Row, base};
 use super::table::grouped;
 use wstac_host::config::Kernel;
 use wstac_plot::axes::{Axes, Scale, Span, legend};
@@ -54,19 +54,20 @@ pub fn draw(rows: &[Row], models: &[Candidate], prices: &Prices, core: Core) -> 
     let mut drawing = Drawing::new(WIDTH, "What speed costs in accuracy");
     let own: Vec<(&Row, &Candidate)> = rows
         .iter()
-        .filter(|row| row.setting == Setting::DEFAULT && row.found.accuracy[0].is_some())
+        .filter(|row| row.found.accuracy[0].is_some())
         .filter_map(|row| Some((row, models.iter().find(|model| Some(&model.name) == row.model.as_ref())?)))
+        .filter(|(row, model)| row.setting.is_default_of(Some(model.input)))
         .collect();
     let left = front_ends(&mut drawing, rows, prices, core);
     let right = latency(&mut drawing, &own);
     let second = left.max(right) + NEXT;
     let end = accuracy(&mut drawing, &own, prices, core, second);
-    let height = caption(&mut drawing, end + NEXT, &words(&own, prices, core));
+    let height = caption(&mut drawing, end + NEXT, &words(&own, base(rows), prices, core));
     drawing.finish(height)
 }
 
 /// Returns the caption.
-fn words(own: &[(&Row, &Candidate)], prices: &Prices, core: Core) -> String {
+fn words(own: &[(&Row, &Candidate)], base: Setting, prices: &Prices, core: Core) -> String {
     let mut text =
         "a: error of the features of lit rows and columns, compared with a float64 reference; numbers are pixel \
         strides. b: texture, mean over events; points are shifted slightly, so that they do not cover each other"
@@ -78,8 +79,13 @@ fn words(own: &[(&Row, &Candidate)], prices: &Prices, core: Core) -> String {
         let _ = write!(text, "; speed and direction come with the whole sample, at {frames:.1} frames");
     }
     text += ". c: models that read all 70 frames, with the size of their files";
-    if let Some(others) = prices.of(core, &Setting::DEFAULT, None).and_then(|price| price.event()) {
-        let _ = write!(text, "; speed and direction add {} instructions per event", grouped(others));
+    if let Some(others) = prices.of(core, &base, None).and_then(|price| price.event()) {
+        let _ = write!(
+            text,
+            "; speed and direction by the law {} add {} instructions per event",
+            base.law.name(),
+            grouped(others)
+        );
     }
     text + ". b, c: GREY, stride 1; bars are 95 % intervals over 20 sensors."
 }
@@ -94,13 +100,14 @@ type Early<'r> = (f64, &'r Row, &'r Candidate);
 ///
 /// It shows formats, strides and logarithms.
 fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) -> f64 {
+    let base = base(rows);
     let at = |setting: &Setting| {
         let row = rows.iter().find(|row| row.setting == *setting && row.model.is_none())?;
         let price = prices.of(core, setting, None)?;
         Some([price.frame() as f64, row.found.feature[1].max(1e-6)])
     };
     let series = |format| {
-        let of = |stride: Stride| Some((at(&Setting { format, stride, kernel: Kernel::Fixed })?, stride.get()));
+        let of = |stride: Stride| Some((at(&Setting { format, stride, ..base })?, stride.get()));
         STRIDES.into_iter().filter_map(of).collect::<Vec<_>>()
     };
     let all: Vec<(Format, Vec<Numbered>)> = Format::ALL.into_iter().map(|format| (format, series(format))).collect();
@@ -109,7 +116,7 @@ fn front_ends(drawing: &mut Drawing, rows: &[Row], prices: &Prices, core: Core) 
     let others: Vec<_> = kernels
         .into_iter()
         .filter_map(|(kernel, marker, name)| {
-            let setting = Setting { format: Format::Gray, stride: Stride::One, kernel };
+            let setting = Setting { kernel, ..base };
             Some((at(&setting)?, Look { marker, color: INK, filled: false }, name))
         })
         .collect();

@@ -59,16 +59,14 @@ impl Core {
 /// The cost of a configuration on a core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Price {
-    /// Instructions from a frame's bytes, in stripes of eight rows, to features.
+    /// Instructions from a frame's bytes, in stripes of eight rows, to features, and to taxels that a model needs.
     pub features: i64,
     /// Instructions of the trigger per frame.
     pub trigger: i64,
     /// Instructions of the model per event: 0 without one, `None` if it was not counted.
     pub texture: Option<i64>,
-    /// Instructions of speed per event.
-    pub speed: i64,
-    /// Instructions of direction per event.
-    pub direction: i64,
+    /// Instructions of the law per event: speed, direction and, by arrival times, kind of touch.
+    pub law: i64,
     /// Bytes of flash of the whole firmware with its link and the model; `None` if the model was not counted.
     pub flash: Option<i64>,
     /// Bytes of RAM of the whole firmware, with the stack but without the stripe; `None` if the model was not counted.
@@ -83,7 +81,7 @@ impl Price {
 
     /// Returns the instructions per event, or `None` if the model was not counted.
     pub fn event(&self) -> Option<i64> {
-        Some(self.texture? + self.speed + self.direction)
+        Some(self.texture? + self.law)
     }
 
     /// Returns the instructions per second: of 30 frames, and of an event in each second.
@@ -107,9 +105,9 @@ struct CorePrices {
     /// The additional cost of another logarithm.
     ln: BTreeMap<String, Size>,
     trigger: i64,
-    speed: i64,
-    direction: i64,
-    /// Prices of models by file; flash and RAM are their additional cost.
+    /// Costs of laws; flash and RAM are in addition to those of the formats.
+    laws: BTreeMap<String, LawPrice>,
+    /// Prices of models by file.
     models: BTreeMap<String, ModelPrice>,
 }
 
@@ -120,9 +118,24 @@ struct Size {
     ram: i64,
 }
 
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct LawPrice {
+    event: i64,
+    flash: i64,
+    ram: i64,
+}
+
 #[derive(Clone, Debug, Deserialize)]
 struct ModelPrice {
     event: i64,
+    /// Additional instructions per frame, of a model that needs taxels.
+    frame: i64,
+    /// Additional cost by law: the stacks of a law and of a model are no sum.
+    laws: BTreeMap<String, Memory>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+struct Memory {
     flash: i64,
     ram: i64,
 }
@@ -151,18 +164,22 @@ impl Prices {
         let core = self.cores.get(core.name())?;
         let format = core.formats.get(setting.format.name())?.get(&setting.stride.get().to_string())?;
         let ln = core.ln.get(kernel_name(setting.kernel))?;
-        let of_model = |price: fn(&ModelPrice) -> i64| match model {
-            Some(name) => core.model(name).map(price),
-            None => Some(0),
+        let law = core.laws.get(setting.law.name())?;
+        // The event, the frame and the memory of the model.
+        let of_model = match model {
+            Some(name) => core.model(name).and_then(|model| {
+                let memory = model.laws.get(setting.law.name())?;
+                Some((model.event, model.frame, *memory))
+            }),
+            None => Some((0, 0, Memory::default())),
         };
         Some(Price {
-            features: format.frame + ln.frame,
+            features: format.frame + ln.frame + of_model.map_or(0, |(_, frame, _)| frame),
             trigger: core.trigger,
-            texture: of_model(|model| model.event),
-            speed: core.speed,
-            direction: core.direction,
-            flash: of_model(|model| model.flash).map(|flash| format.flash + ln.flash + flash),
-            ram: of_model(|model| model.ram).map(|ram| format.ram + ln.ram + ram),
+            texture: of_model.map(|(event, ..)| event),
+            law: law.event,
+            flash: of_model.map(|(.., model)| format.flash + ln.flash + law.flash + model.flash),
+            ram: of_model.map(|(.., model)| format.ram + ln.ram + law.ram + model.ram),
         })
     }
 }
@@ -197,7 +214,7 @@ pub fn stripe_bytes(format: Format) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::Format;
+    use crate::parameters::{AnswerLaw, Format};
     use wstac_host::config::Kernel;
 
     #[test]
@@ -205,11 +222,12 @@ mod tests {
         let text = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
             "formats": {"YUYV linear": {"2": {"frame": 1000, "flash": 20000, "ram": 4000}}},
             "ln": {"libm": {"frame": 50, "flash": -7, "ram": 8}},
-            "trigger": 3, "speed": 4, "direction": 5,
-            "models": {"svm.wsm": {"event": 600, "flash": 70, "ram": 80, "sha256": "0"}}}}}"#;
+            "trigger": 3, "laws": {"published": {"event": 9, "flash": 0, "ram": 0}, "edges": {"event": 30, "flash": 5, "ram": -6}},
+            "models": {"svm.wsm": {"event": 600, "frame": 0, "sha256": "0", "laws": {"published": {"flash": 70, "ram": 80}}},
+                "taxels.wsm": {"event": 500, "frame": 40, "sha256": "0", "laws": {"edges": {"flash": 90, "ram": 3500}}}}}}}"#;
         let prices = Prices::read("p", text).unwrap();
-        let setting =
-            Setting { format: Format::YuyvLinear, stride: wstac_core::frame::Stride::Two, kernel: Kernel::Libm };
+        let stride = wstac_core::frame::Stride::Two;
+        let setting = Setting { format: Format::YuyvLinear, stride, kernel: Kernel::Libm, law: AnswerLaw::Published };
         let price = prices.of(Core::M4F, &setting, Some("builtin:svm")).unwrap();
         assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1053, Some(609), Some(20_063), Some(4088)));
         assert_eq!(price.instructions_per_second(), Some(30 * 1053 + 609));
@@ -218,11 +236,17 @@ mod tests {
         // another model.
         for model in ["builtin:forest", "svm", "my/svm.wsm", "my/other.wsm"] {
             let price = prices.of(Core::M4F, &setting, Some(model)).unwrap();
-            assert_eq!((price.frame(), price.speed, price.direction), (1053, 4, 5), "{model}");
+            assert_eq!((price.frame(), price.law), (1053, 9), "{model}");
             assert_eq!((price.event(), price.flash, price.ram), (None, None, None), "{model}");
         }
         let own = Prices::read("p", &text.replace("svm.wsm", "my.wsm")).unwrap();
         assert_eq!(own.of(Core::M4F, &setting, Some("some/my.wsm")).unwrap().event(), Some(609));
+        // A law adds to all, and a model of taxels to frames. A model was counted with the laws that it goes with.
+        let edges = Setting { law: AnswerLaw::Edges, ..setting };
+        let price = prices.of(Core::M4F, &edges, Some("taxels.wsm")).unwrap();
+        assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1093, Some(530), Some(20_088), Some(7502)));
+        assert_eq!(prices.of(Core::M4F, &edges, Some("builtin:svm")).unwrap().event(), None);
+        assert_eq!(prices.of(Core::M4F, &Setting { law: AnswerLaw::Coherence, ..setting }, None), None);
         assert_eq!(prices.of(Core::M0, &setting, None), None);
         assert_eq!(prices.of(Core::M4F, &Setting::DEFAULT, None), None);
     }
@@ -233,7 +257,7 @@ mod tests {
         for core in Core::ALL {
             for model in [None, Some("builtin:svm"), Some("builtin:forest"), Some("builtin:boosted")] {
                 assert!(
-                    prices.of(core, &Setting::DEFAULT, model).is_some_and(|price| price.flash > Some(0)),
+                    prices.of(core, &Setting::PUBLISHED, model).is_some_and(|price| price.flash > Some(0)),
                     "{core:?} {model:?}"
                 );
             }

@@ -6,10 +6,11 @@ use super::parameters::Setting;
 use super::slides::TradeSlide;
 use super::statistics::{Interval, interval};
 use super::sweep::{Outcome, Plan};
+use wstac_core::model::file::Input;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_host::statistics::{mean, percentile};
 
-/// Speeds whose errors are counted, in mm/s: the range in which the speed law was fitted.
+/// Speeds whose errors are counted, in mm/s: the range in which the published law was fitted.
 pub const FITTED: std::ops::RangeInclusive<u32> = 100..=200;
 
 /// A configuration and its results.
@@ -61,7 +62,7 @@ pub struct Found {
     pub latency: Option<f64>,
 }
 
-/// Returns a row for every setting, without a model and with each model, setting by setting.
+/// Returns a row for every setting, without a model and with each model that its law goes with, setting by setting.
 pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (place, setting) in plan.settings.iter().enumerate() {
@@ -73,16 +74,22 @@ pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
             .collect();
         let bare = bare(&own);
         rows.push(Row { setting: *setting, model: None, found: bare, host: None });
-        for (number, model) in plan.models.iter().enumerate() {
-            let found = Found {
-                accuracy: accuracy(&own, number, model),
-                latency: latency(&own, f64::from(model.about.frames)),
-                ..bare
-            };
+        for (number, model) in plan.models.iter().enumerate().filter(|(_, model)| setting.law.is_with(model.input)) {
+            // A sample along the path is known only when the event is complete.
+            let frames =
+                if model.input == Input::Frames { f64::from(model.about.frames) } else { SAMPLE_FRAMES as f64 };
+            let found = Found { accuracy: accuracy(&own, number, model), latency: latency(&own, frames), ..bare };
             rows.push(Row { setting: *setting, model: Some(model.name.clone()), found, host: None });
         }
     }
     rows
+}
+
+/// Returns the setting that tables of these rows start from: the default, or the one with the published law if no row has
+/// arrival times.
+pub fn base(rows: &[Row]) -> Setting {
+    let has_default = rows.iter().any(|row| row.setting == Setting::DEFAULT);
+    if has_default { Setting::DEFAULT } else { Setting::PUBLISHED }
 }
 
 /// Returns the number of frames from the first touch to the end of the whole sample.

@@ -1,18 +1,20 @@
 //! Processes the frames of one camera with several settings at once. Pixels are summed once per stride, and the
 //! logarithm kernels share the sums.
 
-use wstac_core::direction::{self, Heading};
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
-use wstac_core::model::file::INPUTS;
-use wstac_core::params::{FEATURES, TAXELS};
-use wstac_core::speed::{self, SpeedConfig};
+use wstac_core::law::{AnyLaw, EventLaw};
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::motion::MotionConfig;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
+use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::Event;
 
 use super::float64::{FeatureError, Float64};
 use super::parameters::{Format, Setting};
-use wstac_host::config::{Config, Kernel};
+use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::session::HostPipeline;
 use wstac_scene::sensor::Sensor;
@@ -24,10 +26,26 @@ pub(super) struct FirstEvent {
     pub(super) frame: u64,
     /// Speed in mm/s, if there is one.
     pub(super) speed: Option<f32>,
-    /// Direction, if it is clear.
-    pub(super) heading: Option<Heading>,
-    /// Its sample.
+    /// Direction in degrees, if it is clear.
+    pub(super) degrees: Option<f32>,
+    /// Its sample over time.
     pub(super) sample: Box<[i16; INPUTS]>,
+    /// Its samples along the path, of ten sums and of 25 taxels, if it has a velocity.
+    path: [Option<Box<PathSample>>; 2],
+}
+
+impl FirstEvent {
+    /// Returns the class of a model; `None` if the event has not the sample that it takes.
+    pub(super) fn class(&self, model: &Model<'_>) -> Option<u8> {
+        let [sums, taxels] = &self.path;
+        let path = match model.input() {
+            Input::Frames => return Some(model.classify(&self.sample)),
+            Input::Path => sums,
+            _ => taxels,
+        };
+        let path = path.as_ref().filter(|path| path.covers(model.frames()))?;
+        Some(model.classify(path.numbers()))
+    }
 }
 
 /// One setting that waits for its first event.
@@ -40,7 +58,8 @@ pub(super) struct SettingStream {
     /// The deviation of its features from the reference, over all frames until then.
     pub(super) error: FeatureError,
     pipeline: HostPipeline,
-    speed: SpeedConfig,
+    law: AnyLaw,
+    motion: MotionConfig,
 }
 
 impl SettingStream {
@@ -52,16 +71,24 @@ impl SettingStream {
         if let Some(frame) = update.frame() {
             self.error.add(&frame.features, expected, float64);
         }
-        self.first = update.event().map(|event| first_event(&event, &self.speed));
+        self.first = update.event().map(|event| first_event(&event, update.taxels(), &self.law, self.motion));
     }
 }
 
-fn first_event(event: &Event<'_>, config: &SpeedConfig) -> FirstEvent {
+fn first_event(event: &Event<'_>, taxels: Option<&TaxelRing>, law: &AnyLaw, motion: MotionConfig) -> FirstEvent {
+    let answer = law.answer(event);
+    // A model of fewer frames reads the first numbers of these samples.
+    let whole = SAMPLE_FRAMES as u8;
+    let path = answer.velocity().map(|velocity| {
+        let taxels = taxels.and_then(|taxels| PathSample::of_taxels(taxels, &velocity, motion, whole));
+        [PathSample::of_sums(event, &velocity, motion, whole), taxels].map(|sample| sample.map(Box::new))
+    });
     FirstEvent {
         frame: event.frame,
-        speed: speed::speed(event, config).ok().map(|speed| speed.mm_s),
-        heading: direction::direction(event).heading(),
+        speed: answer.speed.ok().map(|speed| speed.mm_s),
+        degrees: answer.direction.degrees.ok(),
         sample: Box::new(event.sample.flat()),
+        path: path.unwrap_or_default(),
     }
 }
 
@@ -83,11 +110,18 @@ pub(super) struct EvaluatedCamera {
 }
 
 impl EvaluatedCamera {
-    /// Creates a simulated camera with a stream for each of `settings` that reads its format.
+    /// Creates a simulated camera with a stream for each of `settings` that reads its format. `taxels` says whether a
+    /// model takes 25 taxels.
     ///
     /// # Errors
     /// The configuration does not fit the camera.
-    pub(super) fn new(sensor: Sensor, format: Format, settings: &[Setting], config: &Config) -> Result<Self, Error> {
+    pub(super) fn new(
+        sensor: Sensor,
+        format: Format,
+        settings: &[Setting],
+        taxels: bool,
+        config: &Config,
+    ) -> Result<Self, Error> {
         let own = |(_, setting): &(usize, &Setting)| setting.format.code() == format.code();
         let mut sums: Vec<(Format, Stride, StrideSums)> = Vec::new();
         for (place, setting) in settings.iter().enumerate().filter(own) {
@@ -100,7 +134,7 @@ impl EvaluatedCamera {
                 sums.push((setting.format, setting.stride, own));
             }
             let sums = &mut sums[at].2;
-            sums.streams.push(stream(place, setting.kernel, sums.accumulators.camera(), config)?);
+            sums.streams.push(stream(place, setting, taxels, sums.accumulators.camera(), config)?);
         }
         let whole = camera(&sensor, format, Stride::One, config)?;
         let (floor, threshold) = (config.features.floor_levels, config.speed.threshold);
@@ -164,18 +198,24 @@ pub(super) fn camera(
 
 fn stream(
     place: usize,
-    kernel: Kernel,
+    setting: &Setting,
+    taxels: bool,
     geometry: &FrameGeometry<Any>,
     config: &Config,
 ) -> Result<SettingStream, Error> {
-    let mut config = config.clone();
-    config.features.ln = kernel;
+    let config = setting.configured(config);
     let about = "simulated frames";
+    let in_speed = |error| config.does_not_fit(about, "[speed]", error);
+    let mut pipeline = config.pipeline_of(*geometry, about)?;
+    if taxels && setting.law.is_with(Input::TaxelPath) {
+        pipeline.keep_taxels();
+    }
     Ok(SettingStream {
         place,
         first: None,
         error: FeatureError::default(),
-        pipeline: config.pipeline_of(*geometry, about)?,
-        speed: config.durations(geometry.rate()).map_err(|error| config.does_not_fit(about, "[speed]", error))?,
+        pipeline,
+        law: config.law(geometry.rate()).map_err(in_speed)?,
+        motion: config.motion(geometry.rate()).map_err(in_speed)?,
     })
 }

@@ -2,7 +2,9 @@
 //! parallel.
 
 use rayon::prelude::*;
+use wstac_core::direction::Heading;
 use wstac_core::model::Model;
+use wstac_core::model::file::Input;
 
 use super::candidate::{Candidate, Right};
 use super::float64::FeatureError;
@@ -65,10 +67,11 @@ pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
 fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
     let mut scene = Scene::new(&slide.script(plan.light, Format::Gray)?)?;
     let mut cameras = Vec::new();
+    let taxels = models.iter().any(|model| model.input() == Input::TaxelPath);
     let formats: Vec<Format> = formats_read(plan.settings).filter(|format| is_run(*format, slide)).collect();
     for &format in &formats {
         let sensor = Scene::camera(&slide.script(plan.light, format)?)?;
-        cameras.push(EvaluatedCamera::new(sensor, format, plan.settings, plan.config)?);
+        cameras.push(EvaluatedCamera::new(sensor, format, plan.settings, taxels, plan.config)?);
     }
     while let Some((light, _)) = scene.next_light() {
         let mut colored = None;
@@ -92,12 +95,15 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
         let event = stream.first.map(|event| Answer {
             lead: event.frame as f64 - touch,
             speed: event.speed,
-            direction: event.heading == Some(slide.heading),
+            direction: event.degrees.is_some_and(|degrees| is_near(f64::from(degrees), slide.heading)),
             right: plan
                 .models
                 .iter()
                 .zip(models)
-                .map(|(candidate, model)| candidate.judge(model.classify(&event.sample), &truth))
+                .map(|(candidate, model)| match event.class(model) {
+                    Some(class) => candidate.judge(class, &truth),
+                    None => [None; 3],
+                })
                 .collect(),
         });
         if let Some(outcome) = outcomes.get_mut(stream.place) {
@@ -105,6 +111,15 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
         }
     }
     Ok(outcomes)
+}
+
+/// Degrees up to which a direction is right.
+const NEAR: f64 = 5.0;
+
+/// Returns whether a direction in degrees is that of a heading.
+fn is_near(degrees: f64, heading: Heading) -> bool {
+    let off = (degrees - f64::from(heading.degrees()) + 180.0).rem_euclid(360.0) - 180.0;
+    off.abs() <= NEAR
 }
 
 /// Returns `true` if a camera sees a slide.

@@ -6,7 +6,7 @@ use wstac_core::taxels::TaxelSums;
 
 use super::candidate::Candidate;
 use super::chosen::Chosen;
-use super::parameters::{Format, Setting};
+use super::parameters::{AnswerLaw, Format, Setting};
 use super::slides::{SENSORS, TradeSlide, slides};
 use super::streams::{EvaluatedCamera, FirstEvent, camera};
 use super::sweep::{self, Plan};
@@ -17,16 +17,16 @@ use wstac_train::dataset::{Outcome, Sample, sample};
 
 const SETTINGS: [Setting; 4] = [
     Setting::DEFAULT,
-    Setting { format: Format::YuyvLinear, stride: Stride::Three, kernel: Kernel::Libm },
-    Setting { format: Format::Bayer8, stride: Stride::Two, kernel: Kernel::Micromath },
-    Setting { format: Format::Rgb565, stride: Stride::Five, kernel: Kernel::Fixed },
+    Setting { format: Format::YuyvLinear, stride: Stride::Three, kernel: Kernel::Libm, law: AnswerLaw::Edges },
+    Setting { format: Format::Bayer8, stride: Stride::Two, kernel: Kernel::Micromath, law: AnswerLaw::Published },
+    Setting { format: Format::Rgb565, stride: Stride::Five, kernel: Kernel::Fixed, law: AnswerLaw::Coherence },
 ];
 
 /// Returns a slide's first event with one setting.
 fn first_event(slide: &TradeSlide, setting: Setting) -> FirstEvent {
     let script = slide.script(1.0, setting.format).unwrap();
     let (mut scene, camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
-    let mut camera = EvaluatedCamera::new(camera, setting.format, &[setting], &Config::default()).unwrap();
+    let mut camera = EvaluatedCamera::new(camera, setting.format, &[setting], true, &Config::default()).unwrap();
     while let Some((light, _)) = scene.next_light() {
         camera.expose(&light, None).unwrap();
     }
@@ -128,7 +128,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     let (config, slides) = (Config::default(), slides(1));
     assert_eq!(slides.len(), SENSORS as usize);
     let models = [Candidate::named("builtin:forest".as_ref()).unwrap()];
-    let settings = [Setting { format: Format::Gray, stride: Stride::Five, kernel: Kernel::Fixed }];
+    let settings = [Setting { stride: Stride::Five, ..Setting::PUBLISHED }];
     let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides, light: 1.0 };
     let row = row::rows(&plan, &sweep::run(&plan).unwrap()).pop().unwrap();
     let right = row.found.accuracy[0].unwrap().mean;
@@ -141,7 +141,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     };
     let (found, claim) = rerun();
     assert_eq!(map::found(&found), map::found(&claim));
-    std::fs::write(folder.join(chosen::CONFIG), "[green]\nstride = 3\n").unwrap();
+    std::fs::write(folder.join(chosen::CONFIG), text.replace("stride = 5", "stride = 3")).unwrap();
     let (found, claim) = rerun();
     assert_ne!(map::found(&found), map::found(&claim));
     std::fs::write(folder.join(chosen::CONFIG), text).unwrap();
@@ -155,4 +155,27 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     chosen::write(&folder, &row, None, &prices::Prices::kept().unwrap(), &[], "").unwrap();
     assert!(!folder.join(chosen::MODEL).exists() && folder.join(chosen::BUILD).exists());
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn models_are_weighed_with_the_laws_that_they_go_with() {
+    let (config, slides) = (Config::default(), slides(1));
+    let models = ["svm", "path-svm", "taxel-path-svm"];
+    let models = models.map(|name| Candidate::named(format!("builtin:{name}").as_ref()).unwrap());
+    let settings = AnswerLaw::ALL.map(|law| Setting { law, stride: Stride::Five, ..Setting::DEFAULT });
+    let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides, light: 1.0 };
+    let rows = row::rows(&plan, &sweep::run(&plan).unwrap());
+    let names: Vec<_> = rows.iter().map(|row| (row.setting.law, row.model.as_deref().unwrap_or("none"))).collect();
+    let of_path = |law| [(law, "none"), (law, "builtin:path-svm"), (law, "builtin:taxel-path-svm")];
+    let published = [(AnswerLaw::Published, "none"), (AnswerLaw::Published, "builtin:svm")];
+    assert_eq!(names, [&of_path(AnswerLaw::Coherence)[..], &of_path(AnswerLaw::Edges), &published].concat());
+    for row in &rows {
+        assert_eq!((row.found.events, row.found.direction_errors), (20, 0), "{row:?}");
+        assert_eq!(row.found.latency, row::whole_latency(row, &rows), "{row:?}");
+        let [mean, _] = row.found.speed.unwrap();
+        assert!(mean < if row.setting.law == AnswerLaw::Published { 6.0 } else { 1.5 }, "{row:?}");
+        // 18 of 20 slides from 50 to 300 mm/s.
+        let is_right = |right: f64| right >= if row.setting.law == AnswerLaw::Published { 50.0 } else { 90.0 };
+        assert!(row.found.accuracy[0].is_none_or(|right| is_right(right.mean)), "{row:?}");
+    }
 }

@@ -58,7 +58,7 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     loop {
         let update = match source.next_event().unwrap() {
             SourceEvent::Frame(Frame { bytes, .. }) => pipeline.push_frame(bytes).unwrap(),
-            SourceEvent::Taxels(sums) => pipeline.push_taxels(&sums),
+            SourceEvent::Taxels(frame) => pipeline.push_taxels(&frame.sums),
             SourceEvent::Lost { frames, .. } => {
                 board.dropped += frames;
                 board.sent.push(&Message::Lost { frames });

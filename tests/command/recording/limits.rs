@@ -11,18 +11,31 @@ use wstac_tests::folder::Folder;
 
 use super::good;
 
-/// The address space in KiB.
-const SPACE: u32 = 256 << 10;
+/// The address space in bytes.
+const SPACE: u32 = 256 << 20;
+/// Runs a program with little memory, and writes how much of it was used, in KiB. What the interpreter has itself, about
+/// 10 MB, is the least that it can see.
+const LIMITED: &str = "\
+import resource, subprocess, sys
+space, peak, *command = sys.argv[1:]
+limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (int(space), int(space)))
+done = subprocess.run(command, stdin=subprocess.DEVNULL, preexec_fn=limit)
+open(peak, 'w').write(str(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss))
+sys.exit(done.returncode)
+";
 /// Bytes that the files claim to have. They take some KiB on the disk.
 const CLAIM: u64 = 6 << 30;
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// Runs `wstac` with little memory.
+/// Runs `wstac` with little memory, and prints a line of a table: the command, its most memory and its exit code.
 fn limited(folder: &Folder, arguments: &[&str]) -> Output {
-    let script = format!("ulimit -v {SPACE}; exec \"$0\" \"$@\" < /dev/null");
-    let mut command = Command::new("bash");
-    command.args(["-c", &script]).arg(wstac()).args(arguments).current_dir(&folder.0);
-    command.output().unwrap()
+    let mut command = Command::new("python3");
+    command.args(["-c", LIMITED, &SPACE.to_string(), "peak"]).arg(wstac()).args(arguments).current_dir(&folder.0);
+    let done = command.output().unwrap();
+    let kib: u32 = fs::read_to_string(folder.0.join("peak")).unwrap().parse().unwrap();
+    let line = arguments.join(" ").replace(&format!("{}/", folder.0.display()), "");
+    println!("| `wstac {line}` | {} MB | {:?} |", kib >> 10, done.status.code().unwrap_or(-1));
+    done
 }
 
 /// Returns the start of a record: its code and its length.

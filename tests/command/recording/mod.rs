@@ -7,6 +7,7 @@ mod cuts;
 mod flips;
 mod guide;
 mod limits;
+mod parts;
 mod stream;
 
 use std::fs;

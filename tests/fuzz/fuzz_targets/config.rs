@@ -23,7 +23,9 @@ fuzz_target!(|text: &str| {
     if let Err(error) = config.trigger() {
         assert!(!error.to_string().is_empty());
     }
-    if let Err(error) = config.speed(FrameRate::NOMINAL) {
+    let rate = FrameRate::NOMINAL;
+    let errors = [config.law(rate).err(), config.motion(rate).err(), config.durations(rate).err()];
+    for error in errors.into_iter().flatten().chain(config.following().err()) {
         assert!(!error.to_string().is_empty());
     }
 });

@@ -41,7 +41,9 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
     let models = [string(input, &[c"builtin:boosted", c"none.wsm"])?, string(input, &[c"builtin:svm"])?];
     let models: Vec<*const c_char> = models.iter().map(|name| name.as_ptr()).chain([ptr::null()]).collect();
     let config = string(input, &[c"none.toml"])?;
-    let choice = |input: &mut Unstructured<'_>| Ok(if input.ratio(1, 16)? { input.arbitrary()? } else { u8::from(input.arbitrary::<bool>()?) });
+    let choice = |input: &mut Unstructured<'_>| {
+        Ok(if input.ratio(1, 16)? { input.arbitrary()? } else { u8::from(input.arbitrary::<bool>()?) })
+    };
     let number = |input: &mut Unstructured<'_>, most: u32| {
         if input.ratio(1, 16)? { input.arbitrary() } else { input.int_in_range(0..=most) }
     };
@@ -63,7 +65,8 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
     // SAFETY: strings end in 0, lists in null, and all are there.
     let status = unsafe {
         if input.ratio(1, 8)? {
-            let source = string(input, &[c"scene:Saw3@1000", c"scene:Saw3@150,seed=7", c"", c"none.y4m", c"scene:none.toml"])?;
+            let source =
+                string(input, &[c"scene:Saw3@1000", c"scene:Saw3@150,seed=7", c"", c"none.y4m", c"scene:none.toml"])?;
             wstac_open(source.as_ptr(), options, &raw mut handle)
         } else {
             let frames = WstacFrames {

@@ -14,9 +14,8 @@ use wstac_train::model::{Import, import_bytes};
 /// A tree with one split.
 const TRAINED: &[u8] = include_bytes!("../seeds/model_import/xgboost.json");
 
-static WORDS: LazyLock<Vec<u32>> = LazyLock::new(|| {
-    import_bytes("seed", TRAINED.to_vec(), &Import::default()).expect("the seed is a model").1.words
-});
+static WORDS: LazyLock<Vec<u32>> =
+    LazyLock::new(|| import_bytes("seed", TRAINED.to_vec(), &Import::default()).expect("the seed is a model").1.words);
 /// Archives are files, so each process of the fuzzer has its own.
 static PATH: LazyLock<PathBuf> =
     LazyLock::new(|| std::env::temp_dir().join(format!("wstac-fuzz-{}.npz", std::process::id())));

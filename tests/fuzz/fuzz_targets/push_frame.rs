@@ -12,7 +12,7 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
-use wstac_core::taxels::{TaxelSums, FrameGeometry};
+use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_tests::formats;
 use wstac_tests::plain_sums::{self, Picture};
@@ -79,7 +79,7 @@ fn check(event: Option<Event<'_>>, last: &mut Option<u64>, config: &SpeedConfig)
     assert!(last.is_none_or(|last| event.frame >= last.saturating_add(70) || event.frame > u64::MAX - 200));
     *last = Some(event.frame);
     assert_eq!(event.sample.frames().count(), 70);
-    assert!(event.frames_filled <= 70 && direction::direction(&event).confidence <= 32_768);
+    assert!(event.frames_filled <= 70 && direction::direction(&event).confidence.is_some_and(|of| of <= 32_768));
     let duration = speed::duration(&event, config);
     assert!(duration.is_none_or(|duration| duration.first <= duration.last && duration.last < 70));
     if let Ok(speed) = speed::speed(&event, config) {

@@ -9,11 +9,11 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use mcap::records::op;
 use wstac_host::config::Config;
-use wstac_host::session::Processor;
 use wstac_host::output::OutputOptions;
 use wstac_host::record::recover;
-use wstac_host::source::{SourceEvent, Source};
+use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{Source, SourceEvent};
 
 /// Recordings are files, so each process of the fuzzer has its own.
 static PATHS: LazyLock<[PathBuf; 3]> = LazyLock::new(|| {
@@ -90,7 +90,8 @@ fn forget_checksums(bytes: &mut [u8]) {
         {
             checksum.fill(0);
         }
-        let next = length.and_then(|length| usize::try_from(length).ok()).and_then(|length| (at + 9).checked_add(length));
+        let next =
+            length.and_then(|length| usize::try_from(length).ok()).and_then(|length| (at + 9).checked_add(length));
         let Some(next) = next else { return };
         at = next;
     }

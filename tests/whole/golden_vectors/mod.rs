@@ -5,6 +5,7 @@ mod case;
 mod known;
 mod live;
 mod motion;
+mod motion_of;
 mod path;
 
 use std::fs;

@@ -102,6 +102,10 @@ impl SourceArguments {
                 "--matrix and --range are for YCbCr sources, expected neither",
             ));
         }
+        if (self.matrix.is_some() || self.range.is_some()) && info.taxels_only && info.recorded.is_some() {
+            let message = "was recorded without pictures, so --matrix and --range change nothing: expected neither";
+            return Err(Error::new(ErrorKind::Usage, &info.about, message));
+        }
         if let Some(matrix) = self.matrix {
             info.color.matrix = match matrix {
                 MatrixName::Bt601 => YcbcrMatrix::Bt601,

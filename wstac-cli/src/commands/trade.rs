@@ -23,7 +23,7 @@ use wstac_tradeoff::{ablation, host, map, plot, table};
 
 /// Show what speed costs in accuracy, and choose a configuration
 ///
-/// Every camera format, pixel stride, logarithm and texture model is run on the same simulated slides, of sensors that
+/// Every camera format, pixel stride, logarithm, law and texture model is run on the same simulated slides, of sensors that
 /// no model was trained on. The results are listed with their costs on boards, counted in an emulator. With --budget
 /// nothing is run: the answer comes from the map that is built into wstac.
 #[derive(Debug, clap::Args)]
@@ -128,7 +128,11 @@ Terms of a budget, between commas:
                    map: use them to compare settings with each other.
   format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
                    YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
-                   model=svm or model=none
+                   law=edges, model=svm or model=none
+  law=edges takes speed and direction from arrival times by edges, and
+  law=coherence by coherence. law=published takes them from durations.
+  Models of the path are weighed with the first two, and models over
+  time with the last.
   A core of 64 MHz with 30 frames per second, 10 % of its time and 1.75
   cycles per instruction has about 122k instructions per frame.
   MJPEG is judged by a quarter of the slides. A budget chooses it only if

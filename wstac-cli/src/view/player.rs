@@ -91,7 +91,7 @@ impl<'p> Player<'p> {
             }
         };
         let mut notes = Vec::new();
-        if self.recordings.asked && matches!(item, SourceEvent::Frame(_)) {
+        if self.recordings.asked && matches!(item, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) {
             self.recordings.asked = false;
             notes.extend(self.processor.restart().map(given_up));
             self.zero = self.processor.pipeline().next_frame();
@@ -106,7 +106,7 @@ impl<'p> Player<'p> {
                 self.meter.take(*timestamp);
                 shown = self.sampler.filter(|_| picture).map(|sampler| sampler.picture(bytes));
             }
-            SourceEvent::Taxels(_) => self.meter.take(None),
+            SourceEvent::Taxels(frame) => self.meter.take(frame.timestamp),
             SourceEvent::Lost { frames, .. } => {
                 passed = *frames;
                 self.meter.lose(*frames);

@@ -77,7 +77,7 @@ impl Recordings {
     pub(super) fn item(&mut self, item: &SourceEvent<'_>) {
         let Some(running) = &mut self.running else { return };
         match item {
-            SourceEvent::Frame(_) => running.frames += 1,
+            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => running.frames += 1,
             SourceEvent::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
             _ => {}
         }

@@ -111,6 +111,8 @@ enum WstacFwStatus
   WSTAC_FW_STATUS_OTHER = -32,
   // The distance between neighboring whiskers is out of range.
   WSTAC_FW_STATUS_PITCH = -33,
+  // A choice is neither 0 nor 1.
+  WSTAC_FW_STATUS_CHOICE = -34,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -316,6 +318,9 @@ typedef struct WstacFwTexture {
   int8_t known;
 } WstacFwTexture;
 
+// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+typedef uint8_t WstacFwBool;
+
 // A taxel's corner in a frame, in pixels.
 typedef struct WstacFwCorner {
   // The first column.
@@ -342,9 +347,9 @@ typedef struct WstacFwOptions {
   // The stride: one of so many pixels of a taxel is counted, in both directions. It is 1, 2, 3 or 5; 0 means 1.
   uint32_t stride;
   // Whether Y Cb Cr are of ITU-R BT.709 instead of BT.601.
-  bool bt709;
+  WstacFwBool bt709;
   // Whether Y Cb Cr are of full range instead of limited.
-  bool full_range;
+  WstacFwBool full_range;
   // The width and height of every taxel in pixels. They count only with corners.
   uint16_t taxel[2];
   // The corners of 25 taxels, row by row; null for the paper's layout in the centered largest square.
@@ -362,7 +367,7 @@ typedef struct WstacFwTrigger {
   // The number of frames of a sample before the window that fired, c: at most 5 m, and 70 - m.
   uint32_t backtrack;
   // Whether the paper's rule, b times the baseline, is used instead of the signed one.
-  bool literal;
+  WstacFwBool literal;
   // The least distance of the signed rule's threshold from the baseline, in units of a feature's natural logarithm
   // per frame.
   double margin;
@@ -370,14 +375,14 @@ typedef struct WstacFwTrigger {
   uint32_t follow;
   // Whether a touch is one event, however long it is, as with `law = "arrival"`. Otherwise it is another event after
   // each 70 frames, as published.
-  bool one_event_per_touch;
+  WstacFwBool one_event_per_touch;
 } WstacFwTrigger;
 
 // The law from a duration to a speed: `[speed]` of a configuration file with `law = "published"` or `"physical"`.
 typedef struct WstacFwSpeedLaw {
   // Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
   // in frames at 30 per second.
-  bool physical;
+  WstacFwBool physical;
   // The intercept in frames; with `physical` the track in mm.
   float intercept_or_track;
   // The slope in frames per decade; with `physical` the afterglow in frames.
@@ -386,7 +391,7 @@ typedef struct WstacFwSpeedLaw {
   // at most 5.
   double threshold;
   // Whether the threshold is compared with the light above the baseline instead of all light.
-  bool above_baseline;
+  WstacFwBool above_baseline;
   // The slowest speed that the law was fitted on, in mm/s.
   float slowest_mm_s;
   // The fastest speed that the law was fitted on, in mm/s.
@@ -614,7 +619,7 @@ WstacFwStatus wstac_fw_set_trigger(struct WstacFwPipeline *pipeline, const struc
 // # Safety
 // `law` is null or memory for it.
 WstacFwStatus wstac_fw_speed_law_defaults(struct WstacFwSpeedLaw *law,
-                                          bool physical);
+                                          WstacFwBool physical);
 
 // Sets the law of durations, which wstac_fw_speed answers by, of a pipeline that has not had a frame.
 //

@@ -17,7 +17,7 @@ use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, TriggerConfig};
 
 use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
-use crate::status::{WstacFwStatus, status};
+use crate::status::{WstacFwBool, WstacFwStatus, choice, status};
 
 /// Bytes of a pipeline.
 pub const WSTAC_PIPELINE_SIZE: usize = 2512;
@@ -102,8 +102,8 @@ impl State {
             (numerator, denominator) => FrameRate::new(numerator, denominator)?,
         };
         let color = YcbcrEncoding {
-            matrix: if options.bt709 { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
-            range: if options.full_range { QuantizationRange::Full } else { QuantizationRange::Limited },
+            matrix: if choice(options.bt709)? { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 },
+            range: if choice(options.full_range)? { QuantizationRange::Full } else { QuantizationRange::Limited },
         };
         let stride = Stride::try_from(options.stride.max(1))?;
         let mut camera = FrameGeometry::with_stride(Chosen { format, color }, layout, rate, stride)?;
@@ -199,9 +199,9 @@ pub struct WstacFwOptions {
     /// The stride: one of so many pixels of a taxel is counted, in both directions. It is 1, 2, 3 or 5; 0 means 1.
     pub stride: u32,
     /// Whether Y Cb Cr are of ITU-R BT.709 instead of BT.601.
-    pub bt709: bool,
+    pub bt709: WstacFwBool,
     /// Whether Y Cb Cr are of full range instead of limited.
-    pub full_range: bool,
+    pub full_range: WstacFwBool,
     /// The width and height of every taxel in pixels. They count only with corners.
     pub taxel: [u16; 2],
     /// The corners of 25 taxels, row by row; null for the paper's layout in the centered largest square.

@@ -12,7 +12,7 @@ use wstac_core::trigger::{Rule, TriggerConfig};
 
 use crate::memory::{borrowed, give, value_mut};
 use crate::pipeline::{State, WstacFwPipeline};
-use crate::status::{WstacFwStatus, status};
+use crate::status::{WstacFwBool, WstacFwStatus, choice, status};
 
 /// The parameters of the trigger: `[trigger]` of a configuration file.
 #[repr(C)]
@@ -24,7 +24,7 @@ pub struct WstacFwTrigger {
     /// The number of frames of a sample before the window that fired, c: at most 5 m, and 70 - m.
     pub backtrack: u32,
     /// Whether the paper's rule, b times the baseline, is used instead of the signed one.
-    pub literal: bool,
+    pub literal: WstacFwBool,
     /// The least distance of the signed rule's threshold from the baseline, in units of a feature's natural logarithm
     /// per frame.
     pub margin: f64,
@@ -32,7 +32,7 @@ pub struct WstacFwTrigger {
     pub follow: u32,
     /// Whether a touch is one event, however long it is, as with `law = "arrival"`. Otherwise it is another event after
     /// each 70 frames, as published.
-    pub one_event_per_touch: bool,
+    pub one_event_per_touch: WstacFwBool,
 }
 
 /// The law from a duration to a speed: `[speed]` of a configuration file with `law = "published"` or `"physical"`.
@@ -40,7 +40,7 @@ pub struct WstacFwTrigger {
 pub struct WstacFwSpeedLaw {
     /// Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
     /// in frames at 30 per second.
-    pub physical: bool,
+    pub physical: WstacFwBool,
     /// The intercept in frames; with `physical` the track in mm.
     pub intercept_or_track: f32,
     /// The slope in frames per decade; with `physical` the afterglow in frames.
@@ -49,7 +49,7 @@ pub struct WstacFwSpeedLaw {
     /// at most 5.
     pub threshold: f64,
     /// Whether the threshold is compared with the light above the baseline instead of all light.
-    pub above_baseline: bool,
+    pub above_baseline: WstacFwBool,
     /// The slowest speed that the law was fitted on, in mm/s.
     pub slowest_mm_s: f32,
     /// The fastest speed that the law was fitted on, in mm/s.
@@ -76,10 +76,10 @@ pub unsafe extern "C" fn wstac_fw_trigger_defaults(trigger: *mut WstacFwTrigger)
         window: u32::from(DEFAULT_WINDOW),
         multiplier: DEFAULT_MULTIPLIER,
         backtrack: u32::from(DEFAULT_BACKTRACK),
-        literal: false,
+        literal: 0,
         margin: DEFAULT_MARGIN,
         follow: 0,
-        one_event_per_touch: true,
+        one_event_per_touch: 1,
     };
     // SAFETY: the caller guarantees it.
     status(unsafe { give(trigger, defaults) })
@@ -99,9 +99,9 @@ pub unsafe extern "C" fn wstac_fw_set_trigger(
         let state = unsafe { fresh(pipeline) }?;
         // SAFETY: the caller guarantees it.
         let keys = unsafe { borrowed(trigger) }?;
-        let rule = if keys.literal { Rule::Literal } else { Rule::Signed };
+        let rule = if choice(keys.literal)? { Rule::Literal } else { Rule::Signed };
         let config = TriggerConfig::new(keys.window, keys.multiplier, keys.backtrack, rule, keys.margin)?;
-        let config = if keys.one_event_per_touch { config.one_event_per_touch() } else { config };
+        let config = if choice(keys.one_event_per_touch)? { config.one_event_per_touch() } else { config };
         let following = if keys.follow == 0 { None } else { Some(TrackingBaseline::new(keys.follow)?) };
         state.pipeline.set_trigger(config, following);
         Ok(WstacFwStatus::Ok)
@@ -115,19 +115,26 @@ pub unsafe extern "C" fn wstac_fw_set_trigger(
 /// # Safety
 /// `law` is null or memory for it.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wstac_fw_speed_law_defaults(law: *mut WstacFwSpeedLaw, physical: bool) -> WstacFwStatus {
-    let (first, second) = if physical { (TRACK_LENGTH, AFTERGLOW_FRAMES) } else { (SPEED_INTERCEPT, SPEED_SLOPE) };
-    let defaults = WstacFwSpeedLaw {
-        physical,
-        intercept_or_track: first,
-        slope_or_afterglow: second,
-        threshold: VALID_THRESHOLD,
-        above_baseline: false,
-        slowest_mm_s: SLOWEST_FITTED,
-        fastest_mm_s: FASTEST_FITTED,
+pub unsafe extern "C" fn wstac_fw_speed_law_defaults(
+    law: *mut WstacFwSpeedLaw,
+    physical: WstacFwBool,
+) -> WstacFwStatus {
+    let defaults = || {
+        let (first, second) =
+            if choice(physical)? { (TRACK_LENGTH, AFTERGLOW_FRAMES) } else { (SPEED_INTERCEPT, SPEED_SLOPE) };
+        let defaults = WstacFwSpeedLaw {
+            physical,
+            intercept_or_track: first,
+            slope_or_afterglow: second,
+            threshold: VALID_THRESHOLD,
+            above_baseline: 0,
+            slowest_mm_s: SLOWEST_FITTED,
+            fastest_mm_s: FASTEST_FITTED,
+        };
+        // SAFETY: the caller guarantees it.
+        unsafe { give(law, defaults) }
     };
-    // SAFETY: the caller guarantees it.
-    status(unsafe { give(law, defaults) })
+    status(defaults())
 }
 
 /// Sets the law of durations, which wstac_fw_speed answers by, of a pipeline that has not had a frame.
@@ -145,12 +152,12 @@ pub unsafe extern "C" fn wstac_fw_set_speed_law(
         // SAFETY: the caller guarantees it.
         let keys = unsafe { borrowed(law) }?;
         let (first, second) = (keys.intercept_or_track, keys.slope_or_afterglow);
-        let law = if keys.physical {
+        let law = if choice(keys.physical)? {
             Law::Physical { track: first, afterglow: second }
         } else {
             Law::Published { intercept: first, slope: second }
         };
-        let on = if keys.above_baseline { ThresholdOn::AboveBaseline } else { ThresholdOn::Absolute };
+        let on = if choice(keys.above_baseline)? { ThresholdOn::AboveBaseline } else { ThresholdOn::Absolute };
         let config = SpeedConfig::new(law, keys.threshold, on, state.pipeline.geometry().rate())?;
         state.speed = config.fitted_on(keys.slowest_mm_s, keys.fastest_mm_s)?;
         Ok(WstacFwStatus::Ok)

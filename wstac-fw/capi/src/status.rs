@@ -81,10 +81,27 @@ pub enum WstacFwStatus {
     Other = -32,
     /// The distance between neighboring whiskers is out of range.
     Pitch = -33,
+    /// A choice is neither 0 nor 1.
+    Choice = -34,
+}
+
+/// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+pub type WstacFwBool = u8;
+
+/// Returns a choice of a program.
+///
+/// # Errors
+/// Returns a status if the byte is neither 0 nor 1.
+pub(crate) fn choice(byte: WstacFwBool) -> Result<bool, WstacFwStatus> {
+    match byte {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(WstacFwStatus::Choice),
+    }
 }
 
 /// The text of every status.
-const TEXTS: [(WstacFwStatus, &CStr); 36] = {
+const TEXTS: [(WstacFwStatus, &CStr); 37] = {
     use WstacFwStatus as S;
     [
         (S::Ok, c"done"),
@@ -122,6 +139,7 @@ const TEXTS: [(WstacFwStatus, &CStr); 36] = {
         (S::ModelAlignment, c"the model's bytes are not whole words aligned to four, or this machine is not little-endian"),
         (S::ModelContent, c"the model says something impossible: it was not made by wstac model import"),
         (S::Pitch, c"pitch is out of range, expected 0, or above 0 and at most 1000 mm"),
+        (S::Choice, c"a choice is neither 0 nor 1, expected false or true"),
         (S::Other, c"the parameters do not fit each other"),
     ]
 };

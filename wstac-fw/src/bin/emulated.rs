@@ -45,7 +45,9 @@ fn main() -> ! {
 /// Answers until the frames end; `None` if the configuration does not fit them.
 fn run() -> Option<()> {
     let frames = File::open(b"frames\0");
-    let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, LAW).ok()?;
+    // It stays in its result: taken out, it would be a second reader on the stack.
+    let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, LAW);
+    let reader = reader.as_mut().ok()?;
     Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();

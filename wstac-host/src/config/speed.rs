@@ -120,6 +120,18 @@ impl SpeedKeys {
         (self.law == LawName::Arrival).then(|| self.estimator.unwrap_or_default())
     }
 
+    /// Returns the keys with arrival times by this estimator, without the parameters of other laws. Without an estimator,
+    /// the law is the one of durations in force, or else the published one.
+    #[must_use]
+    pub fn with_estimator(self, estimator: Option<Estimator>) -> Self {
+        let Self { threshold, threshold_on, .. } = self;
+        match (estimator, self.law) {
+            (Some(_), _) => Self { law: LawName::Arrival, estimator, threshold, threshold_on, ..Self::default() },
+            (None, LawName::Arrival) => Self { law: LawName::Published, threshold, threshold_on, ..Self::default() },
+            (None, _) => self,
+        }
+    }
+
     /// Returns the slowest and the fastest speed that a law of durations was fitted on, in mm/s.
     pub fn range(&self) -> [f32; 2] {
         self.range_mm_s.unwrap_or([params::SLOWEST_FITTED, params::FASTEST_FITTED])

@@ -12,7 +12,7 @@ use wstac_core::rate::FrameRate;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
-use crate::source::{Labels, StreamInfo};
+use crate::source::{Crop, Labels, StreamInfo};
 
 /// The names of the records of metadata.
 const STREAM: &str = "wstac.stream";
@@ -44,6 +44,12 @@ struct Stream {
     driver_times: bool,
     about: String,
     models: Vec<String>,
+    /// The part of the frames that is stored. `size` and `bytes_per_row` are those of whole frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    crop: Option<Crop>,
+    /// Whether it has taxel sums in place of pictures.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    taxels_only: bool,
 }
 
 /// The description of a recording.
@@ -64,13 +70,13 @@ pub struct About {
 impl About {
     /// Creates the description of a new recording.
     ///
+    /// If the stream has taxel sums alone, so has the recording. A stream of frames becomes such a recording if
+    /// `taxels_only` is set in a copy of its information. If `crop` is set there, only that part of its frames is
+    /// stored.
+    ///
     /// # Errors
-    /// The source has taxel sums alone, and no frames.
+    /// The configuration cannot be written as TOML.
     pub fn new(info: &StreamInfo, config: &Config, labels: Labels, models: Vec<String>) -> Result<Self, Error> {
-        if info.taxels_only {
-            let message = "a recording is of frames, expected fidelity = \"rendered\"";
-            return Err(Error::new(ErrorKind::Unsupported, &info.about, message));
-        }
         let driver_times = info.camera.is_some();
         let configuration =
             config.to_toml().map_err(|error| Error::with_cause(ErrorKind::Config, "configuration", error))?;
@@ -79,7 +85,8 @@ impl About {
 
     /// Returns the description as records of an MCAP file.
     ///
-    /// `layout` is for people and other programs; the configuration has it, too.
+    /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the
+    /// pictures that are stored.
     pub(super) fn to_metadata(&self, layout: &Layout) -> Result<Vec<Metadata>, serde_json::Error> {
         let Self { info, driver_times, configuration, labels, models } = self;
         let stream = Stream {
@@ -92,7 +99,11 @@ impl About {
             driver_times: *driver_times,
             about: info.about.clone(),
             models: models.clone(),
+            crop: info.crop,
+            taxels_only: info.taxels_only,
         };
+        let of_pictures = info.crop.as_ref().and_then(|crop| crop.layout(layout));
+        let layout = of_pictures.as_ref().unwrap_or(layout);
         let one = |name: &str, key: &str, text: String| Metadata {
             name: name.into(),
             metadata: BTreeMap::from([(key.into(), text)]),
@@ -122,7 +133,12 @@ impl About {
         let stream: Stream = serde_json::from_str(stream).map_err(in_record(STREAM))?;
         let camera: Option<CameraState> =
             text(CAMERA, JSON).map(|camera| serde_json::from_str(camera)).transpose().map_err(in_record(CAMERA))?;
+        if stream.crop.is_some_and(|crop| !crop.fits(stream.size)) {
+            return Err(format!("metadata {STREAM}: crop is no part of a frame of its size"));
+        }
         let info = StreamInfo {
+            crop: stream.crop,
+            taxels_only: stream.taxels_only,
             color: stream.color,
             bytes_per_row: stream.bytes_per_row,
             camera: camera.map(Box::new),

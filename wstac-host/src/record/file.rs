@@ -59,13 +59,15 @@ pub(super) enum Topic {
     FaultsJson,
     /// Checksums of moments.
     Sums,
+    /// The 25 taxel sums of frames whose pictures are not stored.
+    TaxelSums,
 }
 
 /// The numbers of the channels of a recording. They stay for ever, so that damaged records of channels lose nothing.
-pub(super) const FIXED_CHANNELS: std::ops::RangeInclusive<u16> = 1..=9;
+pub(super) const FIXED_CHANNELS: std::ops::RangeInclusive<u16> = 1..=10;
 
 impl Topic {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Raw,
         Self::Jpeg,
         Self::Taxels,
@@ -75,6 +77,7 @@ impl Topic {
         Self::Faults,
         Self::FaultsJson,
         Self::Sums,
+        Self::TaxelSums,
     ];
 
     /// Returns the number of its channel in every recording that has checksums.
@@ -95,9 +98,9 @@ impl Topic {
         })
     }
 
-    /// Returns whether its messages are frames.
+    /// Returns whether its messages are frames, with or without pictures.
     pub(super) fn is_frame(self) -> bool {
-        matches!(self, Self::Raw | Self::Jpeg)
+        matches!(self, Self::Raw | Self::Jpeg | Self::TaxelSums)
     }
 
     pub(super) fn name_and_schema(self) -> (&'static str, foxglove::Schema) {
@@ -112,6 +115,7 @@ impl Topic {
             Self::Faults => ("/faults", Schema::Log),
             Self::FaultsJson => (super::FAULTS, Schema::Record),
             Self::Sums => (sums::SUMS, Schema::Record),
+            Self::TaxelSums => (super::TAXEL_SUMS, Schema::UInt32MultiArray),
         }
     }
 }

@@ -26,21 +26,16 @@ pub(crate) enum Schema {
     Float64MultiArray,
     /// A line of `wstac run --json`.
     Record,
+    /// `std_msgs/msg/UInt32MultiArray`.
+    UInt32MultiArray,
 }
 
-const FLOAT64_MULTI_ARRAY: &str = "\
-MultiArrayLayout layout
-float64[] data
-================================================================================
-MSG: std_msgs/MultiArrayLayout
-MultiArrayDimension[] dim
-uint32 data_offset
-================================================================================
-MSG: std_msgs/MultiArrayDimension
-string label
-uint32 size
-uint32 stride
-";
+/// Returns the text of a message of `std_msgs` that has an array of these numbers.
+macro_rules! multi_array {
+    ($number:literal) => {
+        concat!("MultiArrayLayout layout\n", $number, "[] data\n", include_str!("foxglove/MultiArray.txt"))
+    };
+}
 
 impl Schema {
     /// Returns its name in the file.
@@ -51,6 +46,7 @@ impl Schema {
             Self::Log => "foxglove.Log",
             Self::Float64MultiArray => "std_msgs/msg/Float64MultiArray",
             Self::Record => "wstac.Record",
+            Self::UInt32MultiArray => "std_msgs/msg/UInt32MultiArray",
         }
     }
 
@@ -63,7 +59,7 @@ impl Schema {
     pub(crate) fn encodings(self) -> (&'static str, &'static str) {
         match self {
             Self::RawImage | Self::CompressedImage | Self::Log => ("protobuf", "protobuf"),
-            Self::Float64MultiArray => ("ros2msg", "cdr"),
+            Self::Float64MultiArray | Self::UInt32MultiArray => ("ros2msg", "cdr"),
             Self::Record => ("jsonschema", "json"),
         }
     }
@@ -74,7 +70,8 @@ impl Schema {
             Self::RawImage => include_bytes!("foxglove/RawImage.binpb"),
             Self::CompressedImage => include_bytes!("foxglove/CompressedImage.binpb"),
             Self::Log => include_bytes!("foxglove/Log.binpb"),
-            Self::Float64MultiArray => FLOAT64_MULTI_ARRAY.as_bytes(),
+            Self::Float64MultiArray => multi_array!("float64").as_bytes(),
+            Self::UInt32MultiArray => multi_array!("uint32").as_bytes(),
             Self::Record => br#"{"type":"object","properties":{"kind":{"type":"string"}}}"#,
         }
     }
@@ -191,6 +188,21 @@ pub(crate) fn features(features: &[f64; FEATURES]) -> Vec<u8> {
     message
 }
 
+/// Encodes the 25 taxel sums as a `std_msgs/msg/UInt32MultiArray` in little-endian CDR: no dimensions, offset 0, the
+/// numbers.
+pub(crate) fn taxel_sums(sums: &[u32; TAXELS]) -> Vec<u8> {
+    let words = [0, 0, TAXELS as u32].iter().chain(sums).flat_map(|word| word.to_le_bytes());
+    [0, 1, 0, 0].into_iter().chain(words).collect()
+}
+
+/// Returns the 25 taxel sums of a message that [`taxel_sums`] made; `None` if it is none.
+pub(crate) fn read_taxel_sums(message: &[u8]) -> Option<[u32; TAXELS]> {
+    let (start, numbers) = message.split_at_checked(16)?;
+    let (words, []) = numbers.as_chunks::<4>() else { return None };
+    let sums: [u32; TAXELS] = words.iter().map(|word| u32::from_le_bytes(*word)).collect::<Vec<_>>().try_into().ok()?;
+    taxel_sums(&sums).starts_with(start).then_some(sums)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -225,6 +237,30 @@ mod tests {
         let hashes =
             [Schema::RawImage, Schema::CompressedImage, Schema::Log].map(|schema| crc32fast::hash(schema.data()));
         assert_eq!(hashes, [0x3F14_7E59, 0x8EE8_A511, 0x9A3B_DD9C]);
+    }
+
+    #[test]
+    fn taxel_sums_are_cdr() {
+        let sums = core::array::from_fn(|k| u32::MAX - k as u32);
+        let message = taxel_sums(&sums);
+        assert_eq!((message.len(), &message[12..16]), (4 + 12 + 100, &25_u32.to_le_bytes()[..]));
+        assert_eq!(read_taxel_sums(&message), Some(sums));
+        for length in 0..message.len() {
+            assert_eq!(read_taxel_sums(&message[..length]), None, "{length}");
+        }
+        assert_eq!(read_taxel_sums(&[&message[..], &[0; 4]].concat()), None);
+        for at in 0..16 {
+            let mut damaged = message.clone();
+            damaged[at] ^= 1;
+            assert_eq!(read_taxel_sums(&damaged), None, "{at}");
+        }
+    }
+
+    #[test]
+    fn schemas_of_arrays_are_those_of_ros() {
+        let text = String::from_utf8(Schema::Float64MultiArray.data().to_vec()).unwrap();
+        assert_eq!(crc32fast::hash(text.as_bytes()), 0x7C5B_3D1C);
+        assert_eq!(Schema::UInt32MultiArray.data(), text.replacen("float64[]", "uint32[]", 1).as_bytes());
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! Recordings: a source's frames and everything that followed from them, in an MCAP file that viewers open.
 //!
+//! A frame is kept as its bytes, as the part of them around the taxels ([`crate::source::Crop`]), or as its taxel sums
+//! ([`StreamInfo::taxels_only`](crate::source::StreamInfo::taxels_only)). All three give the same events again.
+//!
 //! [`Recorder`] turns events and outputs into messages, and `writer` takes them to the disk in a thread of its own.
 //! `file` and `reserved` write them so that neither a killed program nor a full disk loses what was written. [`about`]
 //! has a recording's description, and `sums` the checksums of its parts. `walk` goes through files, whole or not.
@@ -35,6 +38,8 @@ pub use writer::Written;
 
 /// Topic of the frames.
 pub(crate) const CAMERA: &str = "/camera";
+/// Topic of the taxel sums of frames whose pictures are not stored.
+pub(crate) const TAXEL_SUMS: &str = "/taxels/sums";
 /// Topic of events, as JSON.
 pub(crate) const EVENTS: &str = "/events/json";
 /// Topic of lost frames and of the source's faults, as JSON.

@@ -18,7 +18,7 @@ use crate::json::{JsonLine, real};
 use crate::output::Output;
 use crate::plural::counted;
 use crate::session::Processor;
-use crate::source::{Frame, SourceEvent};
+use crate::source::{Crop, Frame, LossReason, SourceEvent, StreamInfo};
 
 /// Bytes of a frame's message besides its own.
 const MESSAGE_ROOM: u64 = 1 << 12;
@@ -41,8 +41,9 @@ pub(super) fn lost_frames(line: &[u8]) -> u64 {
 }
 
 /// Refuses frames that no recording has.
-pub(crate) fn check_frame_bytes(subject: &dyn std::fmt::Display, frame_bytes: usize) -> Result<(), Error> {
-    if (frame_bytes as u64) <= MOST_MESSAGE - MESSAGE_ROOM {
+pub(crate) fn check_frame_bytes(subject: &dyn std::fmt::Display, info: &StreamInfo) -> Result<(), Error> {
+    let frame_bytes = picture::frame_bytes(info);
+    if info.taxels_only || (frame_bytes as u64) <= MOST_MESSAGE - MESSAGE_ROOM {
         return Ok(());
     }
     let (found, most) = (frame_bytes >> 20, MOST_MESSAGE >> 20);
@@ -59,15 +60,69 @@ pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
 /// Records a stream.
 pub struct Recorder {
     writer: Writer,
-    shape: Shape,
-    frame_bytes: usize,
+    content: Content,
     time: TimeLine,
     /// Messages before the first frame, which get that frame's time.
     early: Vec<Message>,
     /// Messages of this moment.
     messages: Vec<Message>,
+    /// The place of the frame's message among them, and that message without its taxel sums.
+    summed: Option<(usize, Message)>,
     /// The number of messages besides frames.
     number: u32,
+}
+
+/// What is kept of a frame.
+enum Content {
+    /// Its bytes.
+    Pictures { shape: Shape, frame_bytes: usize },
+    /// A part of its bytes.
+    Part { shape: Shape, info: Box<StreamInfo>, crop: Crop, part: Vec<u8> },
+    /// Its taxel sums.
+    Sums,
+}
+
+impl Content {
+    fn new(info: &StreamInfo) -> Self {
+        if info.taxels_only {
+            return Self::Sums;
+        }
+        match info.crop {
+            Some(crop) => {
+                let shape = picture::shape(&crop.of_stream(info));
+                Self::Part { shape, info: Box::new(info.clone()), crop, part: Vec::new() }
+            }
+            None => Self::Pictures { shape: picture::shape(info), frame_bytes: picture::frame_bytes(info) },
+        }
+    }
+
+    /// Returns a frame's message; taxel sums come later.
+    fn message(&mut self, taken: u64, frame: &Frame<'_>) -> (Topic, Vec<u8>) {
+        match self {
+            Self::Sums => (Topic::TaxelSums, Vec::new()),
+            Self::Pictures { shape, frame_bytes } => match frame.encoded {
+                Some(jpeg) => (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg)),
+                None => {
+                    // Bytes that a driver adds after a frame are no part of it.
+                    let bytes = frame.bytes.get(..*frame_bytes).unwrap_or(frame.bytes);
+                    (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, bytes))
+                }
+            },
+            Self::Part { shape, info, crop, part } => {
+                crop.cut(info, frame.bytes, part);
+                (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, part))
+            }
+        }
+    }
+}
+
+/// Returns the approximate bytes of a frame in a recording.
+fn stored_bytes(info: &StreamInfo) -> usize {
+    match info.crop {
+        _ if info.taxels_only => MESSAGE_ROOM as usize,
+        Some(crop) => picture::frame_bytes(&crop.of_stream(info)),
+        None => picture::frame_bytes(info),
+    }
 }
 
 /// The place of messages in time.
@@ -118,17 +173,17 @@ impl Recorder {
         compression.check(&path.display())?;
         let metadata = about.to_metadata(processor.geometry().layout());
         let metadata = metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
-        let frame_bytes = picture::frame_bytes(&about.info);
-        check_frame_bytes(&path.display(), frame_bytes)?;
+        check_frame_bytes(&path.display(), &about.info)?;
+        let frame_bytes = stored_bytes(&about.info);
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
         Ok(Self {
             writer: Writer::start(file, path, metadata, frame_bytes, compression)?,
-            shape: picture::shape(&about.info),
-            frame_bytes,
+            content: Content::new(&about.info),
             time: TimeLine { frames: 0, period, driver_times: about.driver_times, now: None },
             early: Vec::new(),
             messages: Vec::new(),
+            summed: None,
             number: 0,
         })
     }
@@ -136,31 +191,38 @@ impl Recorder {
     /// Takes one event of the source before the processor does.
     pub fn source_event(&mut self, event: &SourceEvent<'_>) {
         match event {
-            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
-                let counted = self.time.frames as u32;
-                let (time, taken) = self.time.frame(*timestamp);
-                for mut message in self.early.drain(..) {
-                    (message.time, message.taken) = (time, time);
+            SourceEvent::Frame(frame) => {
+                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.sequence);
+                let (topic, data) = self.content.message(taken, frame);
+                let message = Message { topic, time, taken, sequence, data };
+                if topic == Topic::TaxelSums {
+                    self.summed = Some((self.messages.len(), message));
+                } else {
                     self.messages.push(message);
                 }
-                let (topic, data) = if let Some(jpeg) = encoded {
-                    (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg))
-                } else {
-                    // Bytes that a driver adds after a frame are no part of it.
-                    let bytes = bytes.get(..self.frame_bytes).unwrap_or(bytes);
-                    (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, self.shape, bytes))
-                };
-                let sequence = sequence.filter(|_| self.time.driver_times).unwrap_or(counted);
-                self.messages.push(Message { topic, time, taken, sequence, data });
+            }
+            SourceEvent::Taxels(frame) if matches!(self.content, Content::Sums) => {
+                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.sequence);
+                let data = foxglove::taxel_sums(&frame.sums);
+                self.messages.push(Message { topic: Topic::TaxelSums, time, taken, sequence, data });
             }
             SourceEvent::Lost { frames, reason } => {
                 self.time.frames = self.time.frames.saturating_add(*frames);
-                let why = reason.name();
-                let text = format!("{} lost: {why}", counted(*frames, "frame"));
-                self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, &text, &Lost { frames: *frames, why });
+                self.lost(*frames, reason.name());
             }
             SourceEvent::Taxels(_) | SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => {}
         }
+    }
+
+    /// Gives a frame its place in time: on the recording's line, when it was taken, and its number.
+    fn frame_arrives(&mut self, timestamp: Option<Duration>, sequence: Option<u32>) -> (u64, u64, u32) {
+        let counted = self.time.frames as u32;
+        let (time, taken) = self.time.frame(timestamp);
+        for mut message in self.early.drain(..) {
+            (message.time, message.taken) = (time, time);
+            self.messages.push(message);
+        }
+        (time, taken, sequence.filter(|_| self.time.driver_times).unwrap_or(counted))
     }
 
     /// Takes an output that followed from it. `text` is the line for a person.
@@ -188,7 +250,17 @@ impl Recorder {
     /// It returns whether the recording goes on. It does not if the disk is full, which [`finish`](Self::finish)
     /// reports.
     pub fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        if let (SourceEvent::Frame(_), Some(taxels)) = (event, processor.taxels()) {
+        if let Some((place, message)) = self.summed.take() {
+            match processor.taxel_sums() {
+                Some(sums) => {
+                    let message = Message { data: foxglove::taxel_sums(&sums), ..message };
+                    self.messages.insert(place.min(self.messages.len()), message);
+                }
+                // The frame was too short for its sums.
+                None => self.lost(1, LossReason::Damaged.name()),
+            }
+        }
+        if let (SourceEvent::Frame(_) | SourceEvent::Taxels(_), Some(taxels)) = (event, processor.taxels()) {
             let data = foxglove::taxels(self.time.now.unwrap_or(0), &taxels);
             self.add(Topic::Taxels, data);
         }
@@ -213,6 +285,11 @@ impl Recorder {
             self.writer.give(std::mem::take(&mut self.messages));
         }
         self.writer.finish()
+    }
+
+    fn lost(&mut self, frames: u64, why: &str) {
+        let text = format!("{} lost: {why}", counted(frames, "frame"));
+        self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, &text, &Lost { frames, why });
     }
 
     /// Adds a message for a person, and the same as JSON.

@@ -1,11 +1,14 @@
 //! An MCAP file record by record, whole or not.
 //!
-//! The walk believes no length that it cannot check. A record must have the shape of its kind. If it has not, the walk
-//! goes on at the next place that has: a chunk of the index, a checksum, or several records in a row. The bytes between
-//! are reported. A chunk's records are read where they stand in the file, so that a chunk takes no memory, and one that
-//! was never finished is read as far as it goes.
+//! The walk believes no length that it cannot check. A record must have the shape of its kind (`shape`). If it has not,
+//! the walk goes on at the next place that has (`resync`): a chunk of the index, a checksum, or several records in a
+//! row. The bytes between are reported. A chunk's records are read where they stand in the file, so that a chunk takes
+//! no memory, and one that was never finished is read as far as it goes.
 //!
 //! The walk is our own, because it is this project's policy which parts of a damaged or unfinished recording are kept.
+
+mod resync;
+mod shape;
 
 use std::collections::BTreeSet;
 use std::io;
@@ -15,23 +18,17 @@ use crc32fast::Hasher;
 use mcap::records::op;
 use mcap::write::Metadata;
 
+use self::shape::ChunkHead;
 use super::bytes::FileBytes;
 use super::compression::Compression;
 use super::file::FIXED_CHANNELS;
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PACKED};
-use super::parse::{fits, parse_record};
-use super::summary::{self, DATA_END, HEAD, Summary};
-use super::sums;
+use super::parse::parse_record;
+use super::summary::{self, HEAD, Summary};
 use crate::error::Error;
 
-/// Bytes of a chunk's header whose compression has an empty name.
-const CHUNK_HEADER: u64 = 40;
 /// Bytes of a message before its data.
 const MESSAGE_HEADER: u64 = 22;
-/// Most bytes of the name of a compression, and of the size behind it.
-const LONGEST_NAME: usize = 4;
-/// Bytes that are searched at a time for the next record.
-const PIECE: usize = 1 << 15;
 
 /// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,16 +82,6 @@ impl Crc {
     }
 }
 
-/// What the header of a chunk says.
-#[derive(Clone, Copy, Debug)]
-struct ChunkHead {
-    /// The place of its records, or of what they were compressed to.
-    content: u64,
-    /// Bytes there; `None` if the chunk was never finished.
-    stored: Option<u64>,
-    compression: Compression,
-}
-
 /// A message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MessageBody<'a> {
@@ -138,27 +125,6 @@ pub struct Unread {
 struct Chunk {
     /// The place behind its records; `None` if it was never finished.
     end: Option<u64>,
-}
-
-/// What a record stands in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Around {
-    /// The file itself.
-    File,
-    /// A chunk that was never finished.
-    Open,
-    /// A chunk whose records end here.
-    Until(u64),
-}
-
-impl Around {
-    /// Returns the end of the chunk, if it is known.
-    fn end(self) -> Option<u64> {
-        match self {
-            Self::Until(end) => Some(end),
-            Self::File | Self::Open => None,
-        }
-    }
 }
 
 /// The way of a walk through damage.
@@ -424,148 +390,9 @@ impl Walk {
         Ok(Some(Step::Damage(damage)))
     }
 
-    /// Returns whether a record starts here that is longer than the file.
-    fn is_cut_off(&mut self, at: u64) -> io::Result<bool> {
-        let left = self.file.length() - at;
-        if left < HEAD {
-            return Ok(true);
-        }
-        let Some((op, length)) = self.head(at)? else { return Ok(true) };
-        let most = if op == op::MESSAGE { MOST_MESSAGE } else { MOST_DEFINITIONS };
-        let ends = summary::ends_with_magic(&mut self.file)?;
-        Ok(op > 0 && op < op::DATA_END && length > left - HEAD && length <= most && !ends)
-    }
-
-    /// Returns a record's operation code and length; `None` at the end.
-    fn head(&mut self, at: u64) -> io::Result<Option<(u8, u64)>> {
-        let head = self.file.peek(at, HEAD as usize)?;
-        let Some((op, length)) = head.split_first() else { return Ok(None) };
-        Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
-    }
-
-    /// Returns what the next record stands in.
-    fn around(&self) -> Around {
-        self.chunk.as_ref().map_or(Around::File, |chunk| chunk.end.map_or(Around::Open, Around::Until))
-    }
-
-    /// Returns the record at a place if it has the shape of its kind.
-    fn shape(&mut self, at: u64) -> io::Result<Option<Span>> {
-        self.shape_in(at, self.around())
-    }
-
-    /// Returns the record at a place if it has the shape of its kind. `chunk` is what it stands in.
-    fn shape_in(&mut self, at: u64, chunk: Around) -> io::Result<Option<Span>> {
-        let limit = chunk.end().unwrap_or(self.end);
-        if matches!(chunk, Around::File) && self.indexed(at).is_some() {
-            // The index knows better than a damaged code.
-            return Ok(self.chunk_head(at)?.map(|_| Span { op: op::CHUNK, at, length: CHUNK_HEADER - HEAD }));
-        }
-        let Some((op, length)) = self.head(at)? else { return Ok(None) };
-        let is_end = op == op::DATA_END && length == 4 && chunk.end().is_none();
-        if is_end {
-            let known = self.summary.is_none() || at == self.end;
-            let fits = known && at + DATA_END <= self.file.length() && self.is_end(at)?;
-            return Ok(fits.then_some(Span { op, at, length }));
-        }
-        if op == op::CHUNK && chunk.end().is_none() {
-            return Ok(self.chunk_head(at)?.map(|_| Span { op, at, length: CHUNK_HEADER - HEAD }));
-        }
-        let Some(left) = limit.checked_sub(at + HEAD) else { return Ok(None) };
-        if length > left {
-            return Ok(None);
-        }
-        let inside = chunk.end().is_some();
-        let has_shape = match op {
-            op::MESSAGE => length >= MESSAGE_HEADER && length <= self.most_of_message(),
-            op::SCHEMA | op::CHANNEL => self.fits(op, at, length)?,
-            op::METADATA => !inside && self.fits(op, at, length)?,
-            op::HEADER => at == mcap::MAGIC.len() as u64 && self.fits(op, at, length)?,
-            op::MESSAGE_INDEX => {
-                let count = self.file.peek(at + HEAD + 2, 4)?.first_chunk().map(|count| u32::from_le_bytes(*count));
-                !inside && length >= 6 && count.is_some_and(|count| u64::from(count) == length - 6)
-            }
-            op::ATTACHMENT => !inside && !self.own,
-            0x80.. => !self.own,
-            _ => false,
-        };
-        Ok(has_shape.then_some(Span { op, at, length }))
-    }
-
     /// Returns whether the walk goes on behind damage.
     fn goes_on(&self) -> bool {
         matches!(self.mode, Mode::Survey | Mode::Salvage)
-    }
-
-    /// Returns the most bytes of a message that is walked over. A reader of whole files reports a longer one itself.
-    fn most_of_message(&self) -> u64 {
-        if self.goes_on() { MOST_MESSAGE } else { u64::MAX }
-    }
-
-    fn fits(&mut self, op: u8, at: u64, length: u64) -> io::Result<bool> {
-        if length > MOST_DEFINITIONS {
-            return Ok(false);
-        }
-        let mut scratch = std::mem::take(&mut self.scratch);
-        let read = self.file.read(at + HEAD, length as usize, &mut scratch);
-        let fits = read.is_ok() && fits(op, &scratch);
-        self.scratch = scratch;
-        read.map(|()| fits)
-    }
-
-    /// Returns whether the index or the footer follows the record at the end of the data.
-    fn is_end(&mut self, at: u64) -> io::Result<bool> {
-        let next = self.file.peek(at + DATA_END, 1)?.first().copied();
-        Ok(next.is_none_or(|op| matches!(op, op::FOOTER..=op::CHANNEL | op::CHUNK_INDEX..=op::SUMMARY_OFFSET)))
-    }
-
-    /// Returns the length of the chunk at a place, as the index has it.
-    fn indexed(&self, at: u64) -> Option<u64> {
-        let chunks = &self.summary.as_ref().filter(|_| self.outer.is_none())?.chunks;
-        let number = chunks.binary_search_by_key(&at, |(place, _)| *place).ok()?;
-        chunks.get(number).map(|(_, length)| *length)
-    }
-
-    /// Returns what the header of a chunk says; `None` if there is none at this place.
-    ///
-    /// A chunk's header has its length three times, so one of them may be damaged.
-    fn chunk_head(&mut self, at: u64) -> io::Result<Option<ChunkHead>> {
-        let indexed = self.indexed(at);
-        let left = self.end.saturating_sub(at + HEAD + CHUNK_HEADER);
-        let is_open = self.summary.is_none();
-        let header = self.file.peek(at, (HEAD + CHUNK_HEADER) as usize + LONGEST_NAME)?;
-        let number = |from: usize| header.get(from..).and_then(<[u8]>::first_chunk).map(|n| u64::from_le_bytes(*n));
-        let (Some(length), Some(size), Some(stored)) = (number(1), number(25), number(41)) else { return Ok(None) };
-        let name = header.get(37..41).and_then(<[u8]>::first_chunk).map_or(0, |n| u32::from_le_bytes(*n));
-        let compression = Compression::NAMES
-            .into_iter()
-            .find(|(_, name)| header.get(41..).is_some_and(|rest| rest.starts_with(name.as_bytes())));
-        // The bytes of a compression's name cannot be the size of a chunk that is not compressed.
-        let (compression, extra) = compression.map_or((Compression::None, 0), |(found, name)| (found, name.len()));
-        let stored = if extra > 0 { number(41 + extra).unwrap_or(0) } else { stored };
-        let content = at + HEAD + CHUNK_HEADER + extra as u64;
-        let head = |stored| Some(ChunkHead { content, stored, compression });
-        let of_length = length.wrapping_sub(CHUNK_HEADER + extra as u64);
-        if let Some(indexed) = indexed {
-            let of_index = (at + indexed).checked_sub(content);
-            return Ok(of_index.and_then(|stored| head(Some(stored))));
-        }
-        if [length, size, stored].iter().filter(|size| **size == u64::MAX).count() >= 2 {
-            return Ok(head(None));
-        }
-        let size = if extra > 0 { stored } else { size };
-        let agreed = if of_length == size || of_length == stored {
-            of_length
-        } else if size == stored {
-            size
-        } else {
-            return Ok(None);
-        };
-        // Without all three of them, the name must be right.
-        let all_agree = of_length == size && size == stored;
-        if name as usize != extra && !all_agree {
-            return Ok(None);
-        }
-        Ok(if agreed <= left { head(Some(agreed)) } else { is_open.then(|| head(None)).flatten() })
     }
 
     /// Starts to read a chunk's records.
@@ -648,125 +475,6 @@ impl Walk {
             *at = end;
         }
         Ok(())
-    }
-
-    /// Returns whether a record follows that may stand behind a chunk.
-    fn follows(&mut self, end: u64) -> io::Result<bool> {
-        let span = self.shape_in(end, Around::File)?;
-        Ok(span.is_some_and(|span| matches!(span.op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA | op::DATA_END)))
-    }
-
-    /// Returns whether only zeros follow, which are reserved room.
-    fn is_empty_from(&mut self, mut at: u64) -> io::Result<bool> {
-        let end = self.end;
-        loop {
-            at = self.file.next_data(at);
-            if at >= end {
-                return Ok(true);
-            }
-            let wanted = (end - at).min(PIECE as u64) as usize;
-            let bytes = self.file.peek(at, wanted)?;
-            if bytes.is_empty() || bytes.iter().any(|&byte| byte != 0) {
-                return Ok(bytes.is_empty());
-            }
-            at += bytes.len() as u64;
-        }
-    }
-
-    /// Returns the next place at which records start again.
-    fn resync(&mut self, from: u64) -> io::Result<u64> {
-        let chunk = self.around();
-        let end = chunk.end().unwrap_or(self.end);
-        let summary = self.summary.as_ref().filter(|_| self.outer.is_none());
-        let chunks = summary.map_or(&[][..], |summary| &summary.chunks);
-        let next = chunks.iter().map(|(place, _)| *place).find(|&place| place >= from && place < self.end);
-        let end = next.map_or(end, |next| next.min(end)).max(from);
-        let mut piece = std::mem::take(&mut self.piece);
-        let mut at = from;
-        let found = loop {
-            // A head starts with a byte that is not 0.
-            at = self.file.next_data(at).max(at);
-            if at >= end {
-                break end;
-            }
-            piece.clear();
-            let wanted = ((end - at).min(PIECE as u64) + HEAD) as usize;
-            piece.extend_from_slice(self.file.peek(at, wanted)?);
-            // Codes of records that may stand here, and lengths below 4 GiB.
-            let is_head = |head: &[u8]| {
-                matches!(
-                    head,
-                    [op::HEADER | op::SCHEMA..=op::MESSAGE_INDEX | op::METADATA | op::DATA_END, _, _, _, _, 0, 0, 0, 0]
-                        | [op::CHUNK, _, _, _, _, 0xFF, 0xFF, 0xFF, 0xFF]
-                )
-            };
-            if piece.iter().all(|&byte| byte == 0) {
-                at += piece.len() as u64;
-                continue;
-            }
-            let mut found = None;
-            for (offset, _) in piece.windows(HEAD as usize).enumerate().filter(|(_, head)| is_head(head)) {
-                let place = at + offset as u64;
-                if place < end && self.is_anchor(place, chunk)? {
-                    found = Some(place);
-                    break;
-                }
-            }
-            if let Some(found) = found {
-                break found;
-            }
-            if piece.len() <= HEAD as usize {
-                break end;
-            }
-            at += (piece.len() as u64 - HEAD).max(1).min(end - at);
-        };
-        self.piece = piece;
-        Ok(found)
-    }
-
-    /// Returns whether records certainly start at a place: a checksum, or three records one behind the other.
-    fn is_anchor(&mut self, at: u64, chunk: Around) -> io::Result<bool> {
-        let end = chunk.end().unwrap_or(self.end);
-        let (mut at, mut chunk) = (at, chunk);
-        for _ in 0..3 {
-            let Some(span) = self.shape_in(at, chunk)? else {
-                return Ok(false);
-            };
-            match span.op {
-                op::CHUNK => {
-                    // Its header has the length three times.
-                    let Some(head) = self.chunk_head(at)? else { return Ok(false) };
-                    if head.compression != Compression::None {
-                        return Ok(true);
-                    }
-                    (at, chunk) =
-                        (head.content, head.stored.map_or(Around::Open, |stored| Around::Until(head.content + stored)));
-                    continue;
-                }
-                op::DATA_END => return Ok(true),
-                op::MESSAGE => {
-                    let start = self.file.peek(at + HEAD, MESSAGE_HEADER as usize + sums::START.len())?;
-                    let channel = start.first_chunk().map(|id| u16::from_le_bytes(*id));
-                    if start.ends_with(sums::START) {
-                        return Ok(true);
-                    }
-                    if !channel.is_some_and(|id| self.channels.contains(&id)) {
-                        return Ok(false);
-                    }
-                }
-                _ => {}
-            }
-            at = span.end();
-            if at >= end || self.is_empty_start(at)? {
-                return Ok(true);
-            }
-        }
-        Ok(true)
-    }
-
-    /// Returns whether the file has no more bytes here than zeros, as far as a look goes.
-    fn is_empty_start(&mut self, at: u64) -> io::Result<bool> {
-        Ok(self.file.peek(at, 1 << 16)?.iter().all(|&byte| byte == 0))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The core set up for one stream. It takes source events and gives typed outputs.
 
 use wstac_core::baseline_policy::TrackingBaseline;
+use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
@@ -66,9 +67,21 @@ impl Config {
         self.layout.check_frame(info.size).map_err(|error| self.does_not_fit(&info.about, "[layout]", error))?;
         let layout = self.layout(info.size).map_err(in_table("[layout]"))?;
         let green = Any::new(info.format, info.color, self.green.yuv);
-        FrameGeometry::with_stride(green, layout, info.rate, self.green.stride)
+        let geometry = FrameGeometry::with_stride(green, layout, info.rate, self.green.stride)
             .and_then(|geometry| geometry.with_bytes_per_row(info.bytes_per_row))
-            .map_err(in_table("[layout], [green]"))
+            .map_err(in_table("[layout], [green]"))?;
+        if let Some(crop) = &info.crop
+            && let Some(taxel) = crop.first_outside(geometry.layout())
+        {
+            let ([x, y], size) = (crop.at(), crop.size());
+            let (width, height) = (size.width(), size.height());
+            let message = format!(
+                "taxel {taxel} lies outside of what was recorded: {width} x {height} pixels at ({x}, {y}); expected \
+                 taxels inside, or a recording without --crop"
+            );
+            return Err(self.does_not_fit(&info.about, "[layout]", message));
+        }
+        Ok(geometry)
     }
 
     /// Builds the pipeline of a stream.
@@ -77,12 +90,33 @@ impl Config {
     /// Layout, format and configuration do not fit each other.
     pub fn pipeline(&self, info: &StreamInfo) -> Result<HostPipeline, Error> {
         let geometry = self.geometry(info)?;
-        let is_published = Ok(*geometry.layout()) == Layout::paper(info.size);
-        if info.taxels_only && !(is_published && self.green.stride == wstac_core::frame::Stride::One) {
-            let expected = "taxel sums are of the paper's layout and every pixel, expected no other layout or stride";
-            return Err(self.does_not_fit(&info.about, "[layout], [green]", expected));
+        if info.taxels_only {
+            self.check_sums(info, &geometry)?;
         }
         self.pipeline_of(geometry, &info.about)
+    }
+
+    /// Refuses another layout, stride or method than those that a stream's taxel sums were made with.
+    fn check_sums(&self, info: &StreamInfo, geometry: &FrameGeometry<Any>) -> Result<(), Error> {
+        let wrong = |expected: &str| Err(self.does_not_fit(&info.about, "[layout], [green]", expected));
+        let Some(recorded) = &info.recorded else {
+            let is_published = Ok(*geometry.layout()) == Layout::paper(info.size);
+            if is_published && self.green.stride == Stride::One {
+                return Ok(());
+            }
+            return wrong("taxel sums are of the paper's layout and every pixel, expected no other layout or stride");
+        };
+        let own = Self::parse(&recorded.configuration).map_err(|error| error.about(&info.about))?;
+        let is_same = own.geometry(info)?.layout() == geometry.layout()
+            && own.green.stride == self.green.stride
+            && (own.green.yuv == self.green.yuv || !info.format.is_ycbcr());
+        if is_same {
+            return Ok(());
+        }
+        wrong(
+            "are not those of the recording, which has no pictures, only taxel sums: expected its own [layout], stride \
+             and yuv, or a recording without --features-only",
+        )
     }
 
     /// Builds the pipeline of frames of this geometry. `about` names their source in errors.
@@ -158,9 +192,9 @@ impl Processor {
                 self.finish(emit)?;
                 return Ok(false);
             }
-            SourceEvent::Taxels(sums) => {
-                answers.emit(&pipeline.push_taxels(sums), &mut emit)?;
-                self.taxels = Some(*sums);
+            SourceEvent::Taxels(frame) => {
+                answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
+                self.taxels = Some(frame.sums);
             }
             SourceEvent::Lost { frames, reason } => {
                 let frame = pipeline.next_frame();
@@ -219,6 +253,13 @@ impl Processor {
         let geometry = self.geometry();
         let full = geometry.pixels() as f32 * geometry.full_scale() as f32;
         self.taxels.map(|sums| sums.map(|sum| sum as f32 / full))
+    }
+
+    /// Returns the 25 taxel sums of the last frame, row by row.
+    ///
+    /// It is `None` before the first frame and after a lost one.
+    pub fn taxel_sums(&self) -> Option<[u32; TAXELS]> {
+        self.taxels
     }
 
     /// Returns the geometry of the frames: layout, pixels per taxel, full scale, rate.

@@ -8,20 +8,20 @@ use mcap::records::Record;
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
-use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, StreamInfo};
+use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, StreamInfo, SummedFrame};
 use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
 use crate::record::about::About;
-use crate::record::foxglove::{Images, Schema};
+use crate::record::foxglove::{Images, Schema, read_taxel_sums};
 use crate::record::parse::parse_record;
-use crate::record::picture::frame_bytes;
-use crate::record::{CAMERA, FAULTS, Item, Reader, check_frame_bytes, damaged, sound_metadata};
+use crate::record::{CAMERA, FAULTS, Item, Reader, TAXEL_SUMS, check_frame_bytes, damaged, sound_metadata};
 
 /// The content of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Content {
     Raw,
     Jpeg,
+    Sums,
     Faults,
 }
 
@@ -51,6 +51,8 @@ pub struct McapSource {
     channels: Vec<(u16, Content)>,
     jpeg_schemas: Vec<u16>,
     images: Images,
+    /// The frame whose part was stored.
+    whole: Vec<u8>,
     decoder: Option<Decoder>,
     ended: bool,
 }
@@ -80,7 +82,7 @@ impl McapSource {
         let about = About::from_metadata(&metadata).map_err(|error| failed(&error))?;
         let expected = "is an MCAP file without the metadata of a recording, expected one that wstac record wrote";
         let about = about.ok_or_else(|| failed(&expected))?;
-        check_frame_bytes(&subject, frame_bytes(&about.info))?;
+        check_frame_bytes(&subject, &about.info)?;
         let mut info = about.info.clone();
         info.rate = fps.unwrap_or(info.rate);
         info.recorded = Some(Arc::new(Recorded {
@@ -96,6 +98,7 @@ impl McapSource {
             channels: Vec::new(),
             jpeg_schemas: Vec::new(),
             images: Images::default(),
+            whole: Vec::new(),
             decoder: None,
             ended: false,
             subject,
@@ -158,6 +161,7 @@ impl McapSource {
                 let content = match channel.topic.as_str() {
                     CAMERA if is_jpeg => Content::Jpeg,
                     CAMERA => Content::Raw,
+                    TAXEL_SUMS if self.info.taxels_only => Content::Sums,
                     FAULTS => Content::Faults,
                     _ => return Ok(()),
                 };
@@ -176,11 +180,19 @@ impl McapSource {
         let Some(message) = self.reader.message() else {
             return Err(self.damaged(NO_PICTURE));
         };
-        let data = self.images.read(message.data, content == Content::Jpeg);
-        let data = data.map_err(|_| damaged(&self.subject, NO_PICTURE))?;
         let of_driver = self.about.driver_times;
         let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
         let sequence = of_driver.then_some(message.sequence);
+        if content == Content::Sums {
+            let sums = read_taxel_sums(message.data).ok_or_else(|| self.damaged("has a frame without taxel sums"))?;
+            return Ok(SourceEvent::Taxels(SummedFrame { sums, timestamp, sequence }));
+        }
+        let data = self.images.read(message.data, content == Content::Jpeg);
+        let data = data.map_err(|_| damaged(&self.subject, NO_PICTURE))?;
+        if let Some(crop) = &self.info.crop {
+            crop.paste(&self.info, data, &mut self.whole);
+            return Ok(SourceEvent::Frame(Frame { timestamp, sequence, ..Frame::new(&self.whole) }));
+        }
         if content == Content::Raw {
             return Ok(SourceEvent::Frame(Frame { timestamp, sequence, ..Frame::new(data) }));
         }

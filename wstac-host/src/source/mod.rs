@@ -1,5 +1,6 @@
 //! Sources of frames: one trait, and one file per source.
 
+mod crop;
 pub mod decorate;
 #[cfg(feature = "mcap")]
 pub mod mcap;
@@ -24,6 +25,7 @@ use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::Error;
 
+pub use self::crop::Crop;
 pub use crate::words::{FaultKind, LossReason};
 
 /// The labels that a person gave, such as `specimen` `Saw3`.
@@ -45,6 +47,8 @@ pub struct StreamInfo {
     pub rate: FrameRate,
     /// Whether it gives taxel sums instead of bytes.
     pub taxels_only: bool,
+    /// The part of its frames that is known; `None` if all is. The rest is black, and no taxel may be there.
+    pub crop: Option<Crop>,
     /// One line for a person: the source and its frames.
     pub about: String,
     /// The camera that its frames come from, now or when they were recorded; `None` if no camera is known.
@@ -177,16 +181,36 @@ impl<'a> Frame<'a> {
     }
 }
 
+/// A frame of which only the taxel sums are known.
+// It is exhaustive: sources of others build it with `..SummedFrame::new(sums)`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SummedFrame {
+    /// The taxel sums, row by row, each from 0 to a taxel's pixels times their full scale.
+    pub sums: [u32; TAXELS],
+    /// The time when it was taken, on the driver's monotonic clock; `None` if nothing states it.
+    pub timestamp: Option<Duration>,
+    /// The driver's frame counter; `None` if nothing states it.
+    pub sequence: Option<u32>,
+}
+
+impl SummedFrame {
+    /// Creates a frame without a time or a number.
+    pub fn new(sums: [u32; TAXELS]) -> Self {
+        Self { sums, ..Self::default() }
+    }
+}
+
 /// The next thing that a source gives.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum SourceEvent<'a> {
     /// A frame.
     Frame(Frame<'a>),
-    /// A frame's taxel sums, row by row, each from 0 to a taxel's pixels times their full scale.
+    /// A frame of which only the taxel sums are known.
     ///
-    /// They are of the published layout and of every pixel. A simulated sensor that makes no pixels gives them.
-    Taxels([u32; TAXELS]),
+    /// A simulated sensor that makes no pixels gives them, of the published layout and of every pixel. So does a
+    /// recording without pictures, of the layout and the stride that it was recorded with.
+    Taxels(SummedFrame),
     /// Frames that were lost or unusable here.
     Lost {
         /// The number of lost frames.
@@ -283,7 +307,18 @@ impl StreamInfo {
         let color = YcbcrEncoding::default();
         let bytes_per_row = Any::new(format, color, YcbcrMethod::Exact).row_bytes(size.width()) as u32;
         let about = crate::visible::line(&about.into()).into_owned();
-        Self { size, format, color, bytes_per_row, rate, taxels_only: false, about, camera: None, recorded: None }
+        Self {
+            size,
+            format,
+            color,
+            bytes_per_row,
+            rate,
+            taxels_only: false,
+            crop: None,
+            about,
+            camera: None,
+            recorded: None,
+        }
     }
 }
 

@@ -65,6 +65,19 @@ impl Cells {
         }));
     }
 
+    /// Returns for every cell whether all of its pixels are known.
+    pub(super) fn known(&self, info: &StreamInfo) -> Vec<bool> {
+        let [columns, rows] = self.size;
+        let Some(crop) = info.crop else { return vec![true; columns * rows] };
+        let spans = [(crop.at()[0], crop.size().width()), (crop.at()[1], crop.size().height())];
+        let is_inside = |(from, length): (u16, u16), cell: usize| {
+            let (first, side) = (cell * usize::from(self.side), usize::from(self.side));
+            first >= usize::from(from) && first + side <= usize::from(from) + usize::from(length)
+        };
+        let cells = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+        cells.map(|(x, y)| is_inside(spans[0], x) && is_inside(spans[1], y)).collect()
+    }
+
     /// Returns the pixel at a place among cells; whole numbers are the middle of a pixel or cell.
     pub(super) fn pixel(&self, place: [f64; 2]) -> [f64; 2] {
         place.map(|at| at * f64::from(self.side) + (f64::from(self.side) - 1.0) / 2.0)

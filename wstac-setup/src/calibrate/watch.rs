@@ -26,6 +26,8 @@ const SATURATED: f32 = 0.985;
 pub struct Watch {
     pub(super) info: StreamInfo,
     pub(super) cells: Cells,
+    /// Whether each cell is known: a recording may have a part of the picture only.
+    known: Vec<bool>,
     /// The bytes of the untouched frames.
     pub(super) untouched: Vec<Vec<u8>>,
     /// Their blocks' means.
@@ -73,7 +75,7 @@ impl Watch {
             return Err(Error::new(
                 ErrorKind::Unsupported,
                 &info.about,
-                "gives taxel sums, expected frames: fidelity = \"rendered\"",
+                "gives taxel sums, expected frames: a recording with pictures, or fidelity = \"rendered\"",
             ));
         }
         let cells = Cells::new(info)?;
@@ -81,6 +83,7 @@ impl Watch {
         Ok(Self {
             info: info.clone(),
             cells,
+            known: cells.known(info),
             untouched: Vec::with_capacity(UNTOUCHED),
             blocks: Vec::with_capacity(UNTOUCHED),
             mean: empty.clone(),
@@ -91,6 +94,10 @@ impl Watch {
             shares: Vec::new(),
             sampled: Vec::new(),
         })
+    }
+
+    fn known_cells(&self) -> usize {
+        self.known.iter().filter(|known| **known).count()
     }
 
     /// Returns the number of frames taken after the untouched ones.
@@ -137,14 +144,16 @@ impl Watch {
     /// Light that is common to the whole picture is not a whisker's but the room's, and is left out.
     fn add(&mut self) {
         self.frames += 1;
-        let step = (self.shares.len() / SAMPLED).max(1);
-        let off = self.shares.iter().zip(&self.mean).map(|(share, mean)| share - mean);
+        let step = (self.known_cells() / SAMPLED).max(1);
+        let cells = self.shares.iter().zip(&self.mean).zip(&self.known).filter(|(_, known)| **known);
+        let off = cells.map(|((share, mean), _)| share - mean);
         self.sampled.clear();
         self.sampled.extend(off.step_by(step));
         let middle = self.sampled.len() / 2;
         let shift =
             if self.sampled.is_empty() { 0.0 } else { *self.sampled.select_nth_unstable_by(middle, f32::total_cmp).1 };
-        for ((light, share), mean) in self.light.iter_mut().zip(&self.shares).zip(&self.mean) {
+        let cells = self.light.iter_mut().zip(&self.shares).zip(&self.mean).zip(&self.known);
+        for (((light, share), mean), _) in cells.filter(|(_, known)| **known) {
             *light += share - mean - shift;
         }
     }
@@ -168,7 +177,7 @@ impl Watch {
         let (frames, untouched) = (f64::from(self.frames.max(1)), self.untouched.len().max(2) as f64);
         let plane = |values: &[f32]| Plane { size: self.cells.size, values: values.to_vec() };
         let squares: f64 = self.squares.iter().map(|&square| f64::from(square)).sum();
-        let variance = squares / self.squares.len().max(1) as f64 / (untouched - 1.0);
+        let variance = squares / self.known_cells().max(1) as f64 / (untouched - 1.0);
         let mut light = plane(&self.light);
         light.values.iter_mut().for_each(|light| *light /= frames as f32);
         // The noise of a mean over the frames, less a mean over the untouched ones.

@@ -145,7 +145,13 @@ pub fn measure(
                     measured.dc_step = encoded.and_then(super::mjpeg::dc_step);
                 }
             }
-            SourceEvent::Taxels(_) => steps += 1,
+            SourceEvent::Taxels(frame) => {
+                steps += 1;
+                if let Some(timestamp) = frame.timestamp {
+                    at = timestamp.saturating_sub(*first.get_or_insert(timestamp)).as_secs_f64();
+                }
+                measured.pace.push(frame.sequence, frame.timestamp);
+            }
             _ => {}
         }
         let touched = &mut measured.touched;

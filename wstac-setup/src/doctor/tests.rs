@@ -14,7 +14,7 @@ use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
-use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent};
+use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, SummedFrame};
 use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::source::SceneSource;
@@ -175,7 +175,7 @@ impl Source for Played {
         self.sequence = self.sequence.wrapping_add(steps as u32);
         Ok(match item {
             Shown::Lost(frames) => SourceEvent::Lost { frames, reason: LossReason::Dropped },
-            Shown::Sums(sums) => SourceEvent::Taxels(sums),
+            Shown::Sums(sums) => SourceEvent::Taxels(SummedFrame::new(sums)),
             Shown::Fault(kind, message) => SourceEvent::Fault(Fault::from_text(kind.into(), message)),
             Shown::Waiting => SourceEvent::Waiting,
             Shown::Level(level) => {
@@ -304,7 +304,7 @@ fn the_smallest_signal_is_where_the_trigger_fires() {
                     let mut processor = Processor::new(&info, &config, OutputOptions::default()).unwrap();
                     let mut fired = false;
                     for t in 0..200 {
-                        let item = SourceEvent::Taxels(if t < 60 { even(level, full) } else { sums });
+                        let item = SourceEvent::Taxels(SummedFrame::new(if t < 60 { even(level, full) } else { sums }));
                         let give = |record| {
                             fired |= matches!(record, Output::Event(_));
                             Ok::<(), Error>(())

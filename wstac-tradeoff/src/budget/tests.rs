@@ -5,17 +5,18 @@ use crate::prices::Prices;
 const PRICES: &str = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
     "formats": {"GREY": {"1": {"frame": 64000, "flash": 20000, "ram": 4000}, "2": {"frame": 30000, "flash": 20100, "ram": 4000}}},
     "ln": {"fixed": {"frame": 0, "flash": 0, "ram": 0}},
-    "trigger": 300, "speed": 4000, "direction": 70000,
-    "models": {"svm.wsm": {"event": 40000, "flash": 65000, "ram": 1200, "sha256": "0"}}}}}"#;
+    "trigger": 300,
+    "laws": {"published": {"event": 74000, "flash": 0, "ram": 0}, "edges": {"event": 22000, "flash": 1000, "ram": 0}},
+    "models": {"svm.wsm": {"event": 40000, "frame": 0, "sha256": "0", "laws": {"published": {"flash": 65000, "ram": 1200}}}}}}}"#;
 
 /// Returns rows of two strides without and with a model; the finer stride is the more accurate.
 fn rows() -> Vec<Row> {
     let text = format!(
-        "{}GREY,1,fixed,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000\n\
-         GREY,1,fixed,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,9000\n\
-         GREY,2,fixed,none,800,800,,,,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,3000\n\
-         GREY,2,fixed,builtin:svm,800,800,79.00,77.00,81.00,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,9000\n\
-         MJPEG,1,fixed,builtin:svm,800,800,90.00,77.00,81.00,,,,,,,4.00,9.00,360,0,1,0.000200,0.000100,0.000200,0.000200,38.0,900000,9000\n",
+        "{}GREY,1,fixed,published,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000\n\
+         GREY,1,fixed,published,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,9000\n\
+         GREY,2,fixed,published,none,800,800,,,,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,3000\n\
+         GREY,2,fixed,published,builtin:svm,800,800,79.00,77.00,81.00,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,4000,9000\n\
+         MJPEG,1,fixed,published,builtin:svm,800,800,90.00,77.00,81.00,,,,,,,4.00,9.00,360,0,1,0.000200,0.000100,0.000200,0.000200,38.0,900000,9000\n",
         map::write(&[])
     );
     map::read("m", &text).unwrap()
@@ -47,11 +48,29 @@ fn the_best_that_fits() {
 }
 
 #[test]
+fn a_law_is_a_parameter() {
+    let line =
+        "GREY,1,fixed,edges,none,800,800,,,,,,,,,,1.00,2.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000";
+    let text = map::write(&rows()) + line + "\n";
+    let (rows, prices) = (map::read("m", &text).unwrap(), Prices::read("p", PRICES).unwrap());
+    let best = |budget: &str| {
+        let choice = best(&rows, &budget.parse().unwrap(), By::Speed, &prices, Core::M4F);
+        choice.map(|choice| choice.best.setting.law)
+    };
+    assert_eq!(best("M4F.event<50k"), Ok(AnswerLaw::Edges));
+    assert_eq!(best("flash<64K"), Ok(AnswerLaw::Edges));
+    assert_eq!(best("flash<=20000"), Ok(AnswerLaw::Published));
+    assert_eq!(best("law=published,flash<64K"), Ok(AnswerLaw::Published));
+    assert!(best("law=coherence").unwrap_err().contains("no configuration of the map"));
+}
+
+#[test]
 fn the_nearest_miss_is_told() {
     let miss = found("M4F<20000", By::Specimen).unwrap_err();
-    for part in
-        ["nearest is GREY, stride 2, fixed ln, model svm", "M4F: 30,300 instructions per frame, expected M4F<20000"]
-    {
+    for part in [
+        "nearest is GREY, stride 2, fixed ln, law published, model svm",
+        "M4F: 30,300 instructions per frame, expected M4F<20000",
+    ] {
         assert!(miss.contains(part), "{miss}");
     }
     let miss = found("flash<64K,M4F.event<120k", By::Specimen).unwrap_err();
@@ -67,7 +86,8 @@ fn the_nearest_miss_is_told() {
 
 #[test]
 fn speed_and_direction_wait_for_the_whole_sample() {
-    let text = map::write(&rows()).replace("GREY,1,fixed,builtin:svm", "GREY,1,fixed,builtin:svm-20f");
+    let text =
+        map::write(&rows()).replace("GREY,1,fixed,published,builtin:svm", "GREY,1,fixed,published,builtin:svm-20f");
     let early = |line: &str| line.replace("0.000100,58.0", "0.000100,8.0") + "\n";
     let is_early = |line: &str| line.contains("svm-20f");
     let text: String =
@@ -120,6 +140,8 @@ fn what_is_wrong_is_named() {
         ("M4F.flash<3", ["\"M4F.flash\"", ".event"]),
         ("flash<64Q", ["\"64Q\"", "K, k, M"]),
         ("format=NV12", ["\"NV12\"", "GREY, RGB24"]),
+        ("law=paper", ["\"paper\"", "coherence, edges, published"]),
+        ("law=edges,law=edges", ["term \"law=edges\"", "a second time"]),
         ("ln=exact", ["\"exact\"", "fixed, libm, micromath"]),
         ("stride=4", ["\"4\"", "1, 2, 3, 5"]),
         ("model=", ["model=", "a name is missing"]),

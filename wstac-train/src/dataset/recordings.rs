@@ -172,7 +172,7 @@ pub fn read_paths(path: &Path, config: Option<&Config>) -> Result<Recording, Err
     loop {
         let update = match source.next_event()? {
             SourceEvent::End => break,
-            SourceEvent::Taxels(sums) => pipeline.push_taxels(&sums),
+            SourceEvent::Taxels(frame) => pipeline.push_taxels(&frame.sums),
             SourceEvent::Lost { frames, .. } => pipeline.push_lost(frames),
             SourceEvent::Frame(frame) => match pipeline.push_frame(frame.bytes) {
                 Ok(update) => {

@@ -7,7 +7,7 @@
 use wstac_core::model::Model;
 use wstac_core::model::file::INPUTS;
 
-use super::calibrate::{self, Projection, Samples, Scored};
+use super::calibrate::{self, LabeledSamples, Projection, Scored};
 use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task};
 use super::write::{Options, write};
 
@@ -34,7 +34,7 @@ pub struct Learned {
 ///
 /// # Errors
 /// The base has no projection, there are fewer than two textures, or a label cannot be written.
-pub fn learn(base: &[u32], slides: &Samples, facts: &str) -> Result<Learned, String> {
+pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learned, String> {
     let (projection, threshold) = calibrate::projection_of(base)?;
     let base = Model::from_words(base).map_err(|error| error.to_string())?;
     let mut names: Vec<(String, Vec<Vec<f64>>)> = slides.names.iter().map(|name| (name.clone(), Vec::new())).collect();
@@ -180,7 +180,7 @@ mod tests {
     use wstac_host::model_file::ModelFile;
 
     /// Returns slides of the ten new textures on one sensor.
-    fn slides(seed: u64, count: u32) -> Samples {
+    fn slides(seed: u64, count: u32) -> LabeledSamples {
         let wanted = RandomSlides {
             specimens: NEW.to_vec(),
             slides: count,
@@ -188,7 +188,8 @@ mod tests {
             sensors: [700_000, 1],
             ..RandomSlides::default()
         };
-        let mut samples = Samples { names: (0..10).map(|k| format!("new {k}")).collect(), ..Samples::default() };
+        let mut samples =
+            LabeledSamples { names: (0..10).map(|k| format!("new {k}")).collect(), ..LabeledSamples::default() };
         for PathSlide { slide, path, .. } in wanted.all().unwrap() {
             let is_it = |new: &wstac_scene::specimen::Specimen| {
                 wstac_scene::specimen::Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen
@@ -203,8 +204,9 @@ mod tests {
     }
 
     /// Returns five samples of each label, and all others.
-    fn five(samples: &Samples) -> (Samples, Samples) {
-        let (mut few, mut rest) = (Samples { names: samples.names.clone(), ..Samples::default() }, Samples::default());
+    fn five(samples: &LabeledSamples) -> (LabeledSamples, LabeledSamples) {
+        let (mut few, mut rest) =
+            (LabeledSamples { names: samples.names.clone(), ..LabeledSamples::default() }, LabeledSamples::default());
         for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
             let is_few = few.labels.iter().filter(|&&other| other == label).count() < 5;
             let to = if is_few { &mut few } else { &mut rest };
@@ -229,7 +231,7 @@ mod tests {
         let base = file.model().unwrap();
         assert!(calibrate::Quality::of(&base, &rest).accuracy < 0.3);
         // Two slides tell the mean, but not how sure an answer is.
-        let two = Samples {
+        let two = LabeledSamples {
             numbers: few
                 .numbers
                 .iter()
@@ -246,12 +248,26 @@ mod tests {
     }
 
     #[test]
+    fn samples_of_one_name_are_one_texture() {
+        let of = |name: &str, number| LabeledSamples {
+            numbers: vec![[number; INPUTS]; 2],
+            labels: vec![0, 0],
+            names: vec![name.into()],
+        };
+        let mut all = LabeledSamples::default();
+        for (name, number) in [("b", 1), ("a", 2), ("b", 3)] {
+            all.append(of(name, number));
+        }
+        assert_eq!((all.names, all.labels), (vec!["b".to_owned(), "a".into()], vec![0, 0, 1, 1, 0, 0]));
+    }
+
+    #[test]
     fn what_cannot_be_learned_is_refused() {
         let svm = ModelFile::open("builtin:svm".as_ref()).unwrap();
-        let error = learn(svm.words(), &Samples::default(), "").unwrap_err();
+        let error = learn(svm.words(), &LabeledSamples::default(), "").unwrap_err();
         assert!(error.contains("has no projection, expected a calibrated model"), "{error}");
         let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
-        let one = Samples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
+        let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
         assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 textures, expected at least 2");
     }
 }

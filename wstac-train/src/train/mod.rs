@@ -29,7 +29,7 @@ use wstac_host::plural::counted;
 
 pub use self::set::{LabeledSlide, TrainingSet};
 use crate::dataset::path::frames_of;
-use crate::model::calibrate::{Calibrated, Quality, Samples as FileSamples, Settings, calibrate};
+use crate::model::calibrate::{Calibrated, LabeledSamples, Quality, Settings, calibrate};
 use crate::model::trained::{Kind, Trained};
 use crate::model::write::{self, Written};
 use logistic::{Limits, Samples};
@@ -232,7 +232,7 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
 }
 
 /// Calibrates a model file by the slides that were kept aside.
-fn calibrated(words: &[u32], fitted: &FileSamples, kept: &FileSamples) -> Result<Calibrated, String> {
+fn calibrated(words: &[u32], fitted: &LabeledSamples, kept: &LabeledSamples) -> Result<Calibrated, String> {
     if kept.numbers.is_empty() {
         return Err(
             "too few slides to keep some aside, expected 3 groups of each texture and about 35 slides of it".into()
@@ -242,8 +242,8 @@ fn calibrated(words: &[u32], fitted: &FileSamples, kept: &FileSamples) -> Result
 }
 
 /// Returns slides as a model file takes them.
-fn of_file(slides: &[&LabeledSlide], labels: &[String]) -> FileSamples {
-    let mut samples = FileSamples { names: labels.to_vec(), ..FileSamples::default() };
+fn of_file(slides: &[&LabeledSlide], labels: &[String]) -> LabeledSamples {
+    let mut samples = LabeledSamples { names: labels.to_vec(), ..LabeledSamples::default() };
     for slide in slides {
         let label = labels.iter().position(|label| *label == slide.label);
         if let (Some(numbers), Some(label)) = (slide.in_file_order(), label) {

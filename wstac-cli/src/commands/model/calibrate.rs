@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_train::model::calibrate::{Projection, Samples, Settings, calibrate_with, inputs_of, without};
+use wstac_train::model::calibrate::{LabeledSamples, Projection, Settings, calibrate_with, inputs_of, without};
 
 use super::super::files::Outputs;
 use super::super::output::{Stop, note};
@@ -65,8 +65,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
-    let train = Samples::read(&model, &arguments.train)?;
-    let held = Samples::read(&model, &arguments.held)?;
+    let train = LabeledSamples::read(&model, &arguments.train)?;
+    let held = LabeledSamples::read(&model, &arguments.held)?;
     let mut settings = Settings::default();
     settings.dimensions = arguments.dimensions.map_or(settings.dimensions, usize::from);
     settings.rejected = arguments.rejected.unwrap_or(settings.rejected);
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let about = about.display().to_string();
         move |message: String| Error::new(ErrorKind::Data, about, message)
     };
-    let textures = arguments.projection.as_ref().map(|path| Samples::read(&model, path)).transpose()?;
+    let textures = arguments.projection.as_ref().map(|path| LabeledSamples::read(&model, path)).transpose()?;
     let projection = if settings.dimensions > 0 && model.labels().len() > 1 {
         let (from, about) = textures
             .as_ref()

@@ -1,10 +1,11 @@
 //! `wstac model learn` makes a model of new textures from a few slides of each.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_train::model::calibrate::Samples;
+use wstac_train::dataset::recordings;
+use wstac_train::model::calibrate::LabeledSamples;
 use wstac_train::model::learn::learn;
 
 use super::super::files::Outputs;
@@ -21,8 +22,10 @@ pub(super) struct Arguments {
     #[arg(value_name = "BASE")]
     base: PathBuf,
 
-    /// Data sets of slides with the names of their textures, as model eval takes them
-    #[arg(value_name = "SLIDES.npz", required = true)]
+    /// Recordings with the label specimen, folders of them, or data sets (.npz)
+    ///
+    /// Record each slide with wstac record --label specimen=NAME, or take data sets as model eval takes them.
+    #[arg(value_name = "SLIDES", required = true)]
     slides: Vec<PathBuf>,
 
     /// Write the model to this file
@@ -38,15 +41,29 @@ pub(super) struct Arguments {
     force: bool,
 }
 
+/// Returns whether a name is that of a data set.
+fn is_set(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let outputs = Outputs::new(arguments.force).reading(&arguments.slides);
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.base)?;
     let model = file.model()?;
-    let mut slides = Samples::default();
-    for path in &arguments.slides {
-        slides.append(Samples::read(&model, path)?);
+    let (sets, recorded): (Vec<&PathBuf>, Vec<&PathBuf>) = arguments.slides.iter().partition(|path| is_set(path));
+    let mut slides = LabeledSamples::default();
+    for path in sets {
+        slides.append(LabeledSamples::read(&model, path)?);
+    }
+    if !recorded.is_empty() {
+        let paths = recordings::find(&recorded.into_iter().cloned().collect::<Vec<_>>())?;
+        let read = paths.iter().map(|path| recordings::read_paths(path, None)).collect::<Result<Vec<_>, _>>()?;
+        for doubt in recordings::comparable(&read)? {
+            note(doubt);
+        }
+        slides.append(LabeledSamples::of_recordings(&read, model.input()));
     }
     let names: Vec<String> = arguments.slides.iter().map(|path| path.display().to_string()).collect();
     let mut facts = serde_json::json!({ "learned_from": names, "base": file.about(), "slides": slides.numbers.len() });

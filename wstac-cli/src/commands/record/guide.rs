@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::Duration;
 
-use super::{Arguments, Shown, labels};
+use super::{Arguments, Shown, kept, labels};
 use crate::commands::files::Outputs;
 use crate::commands::output::{Form, Records, Stop, note, text_of};
 use crate::commands::signals::{Ending, finishing};
@@ -53,6 +53,8 @@ enum Outcome {
 struct Session<'a> {
     source: Box<dyn Source>,
     info: StreamInfo,
+    /// The stream as it is recorded.
+    kept: StreamInfo,
     config: Config,
     models: &'a [ModelFile],
     labels: Labels,
@@ -85,7 +87,8 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let folder = &arguments.output;
     // Errors of the settings come before a person waits.
     drop(Processor::new(&info, &config, OutputOptions::default())?.with_textures(Textures::new(&models)?));
-    About::new(&info, &config, labels.clone(), Vec::new())?;
+    let kept = kept(arguments, &info, &config)?;
+    About::new(&kept, &config, labels.clone(), Vec::new())?;
     if folder.exists() && !folder.is_dir() {
         return Err(Error::new(
             ErrorKind::Usage,
@@ -106,7 +109,7 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
     let compression = arguments.compress.unwrap_or_default();
     let is_live = is_camera(&arguments.source);
     let mut session =
-        Session { is_live, source, info, config, models: &models, labels, compression, keys, shown, interrupted };
+        Session { is_live, source, info, kept, config, models: &models, labels, compression, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;
     let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
     let rest = if there < slides.len() { "; the same command continues with the others" } else { "" };
@@ -242,7 +245,7 @@ impl Session<'_> {
         let mut labels = self.labels.clone();
         labels.extend(slide.labels.clone());
         let models = self.models.iter().map(|file| file.about().to_owned()).collect();
-        let about = About::new(&self.info, &self.config, labels, models)?;
+        let about = About::new(&self.kept, &self.config, labels, models)?;
         let file = Outputs::default().create_at_once(part)?;
         let mut recorder = Recorder::compressed(file, part, &about, &processor, self.compression)?;
         let outcome = self.watch(slide, &mut processor, &mut recorder);
@@ -366,6 +369,7 @@ mod tests {
         let shown = Shown { records: None, events: 0 };
         Session {
             source,
+            kept: info.clone(),
             info,
             config,
             models: &[],

@@ -72,7 +72,7 @@ impl<'a> Run<'a> {
             return Err(Error::new(
                 ErrorKind::Unsupported,
                 &info.about,
-                "has no frames for --save-raw, expected fidelity = \"rendered\"",
+                "has no frames for --save-raw, expected a recording with pictures, or fidelity = \"rendered\"",
             )
             .into());
         }

@@ -3,11 +3,10 @@
 use std::collections::VecDeque;
 use std::time::{Duration, SystemTime};
 
-use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
-use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, Source, SourceEvent, StreamInfo};
+use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, Source, SourceEvent, StreamInfo, SummedFrame};
 
 /// The shortest span of a measurement, in time and in frames.
 const SPAN: Duration = Duration::from_secs(2);
@@ -64,7 +63,7 @@ enum Ready {
     Fault(Fault),
     /// The frame that was copied.
     Frame,
-    Taxels([u32; TAXELS]),
+    Taxels(SummedFrame),
     Waiting,
     End,
     Error(Error),
@@ -104,7 +103,7 @@ impl FrameCopy {
             Ready::Lost(frames, reason) => SourceEvent::Lost { frames, reason },
             Ready::Fault(fault) => SourceEvent::Fault(fault),
             Ready::Frame => SourceEvent::Frame(self.frame()),
-            Ready::Taxels(sums) => SourceEvent::Taxels(sums),
+            Ready::Taxels(frame) => SourceEvent::Taxels(frame),
             Ready::Waiting => SourceEvent::Waiting,
             Ready::End => SourceEvent::End,
             Ready::Error(error) => return Err(error),
@@ -155,7 +154,7 @@ impl<S: Source> Source for RateWatch<S> {
                 }
                 Ready::Fault(fault)
             }
-            Ok(SourceEvent::Taxels(sums)) => Ready::Taxels(sums),
+            Ok(SourceEvent::Taxels(frame)) => Ready::Taxels(frame),
             Ok(SourceEvent::Waiting) => Ready::Waiting,
             Ok(SourceEvent::End) => Ready::End,
             Err(error) => Ready::Error(error),

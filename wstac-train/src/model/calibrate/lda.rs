@@ -3,7 +3,7 @@
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::FEATURE_ONE;
 
-use super::Samples;
+use super::LabeledSamples;
 
 /// The ridge of the covariance within classes, as a fraction of its mean variance.
 const RIDGE: f64 = 3e-4;
@@ -33,7 +33,7 @@ impl Projection {
     ///
     /// # Errors
     /// There are fewer than two labels, or no more samples than labels.
-    pub fn of(samples: &Samples, inputs: usize, most_dimensions: usize) -> Result<Self, String> {
+    pub fn of(samples: &LabeledSamples, inputs: usize, most_dimensions: usize) -> Result<Self, String> {
         let labels = samples.labels.iter().max().map_or(0, |&most| usize::from(most) + 1);
         let mut counts = vec![0_usize; labels];
         samples.labels.iter().for_each(|&label| counts[usize::from(label)] += 1);
@@ -73,7 +73,7 @@ fn reals(sample: &[i16; INPUTS], inputs: usize) -> impl Iterator<Item = f64> {
 }
 
 /// Returns the mean of every label's samples; zeros for a label without samples.
-fn means(samples: &Samples, counts: &[usize], inputs: usize) -> Vec<Vec<f64>> {
+fn means(samples: &LabeledSamples, counts: &[usize], inputs: usize) -> Vec<Vec<f64>> {
     let mut means = vec![vec![0.0; inputs]; counts.len()];
     for (sample, &label) in samples.numbers.iter().zip(&samples.labels) {
         let mean = &mut means[usize::from(label)];
@@ -86,7 +86,7 @@ fn means(samples: &Samples, counts: &[usize], inputs: usize) -> Vec<Vec<f64>> {
 }
 
 /// Returns the covariance within labels and its ridge, a lower triangle.
-fn within(samples: &Samples, means: &[Vec<f64>], inputs: usize, freedom: usize) -> Vec<Vec<f64>> {
+fn within(samples: &LabeledSamples, means: &[Vec<f64>], inputs: usize, freedom: usize) -> Vec<Vec<f64>> {
     let mut sums: Vec<Vec<f64>> = (1..=inputs).map(|length| vec![0.0; length]).collect();
     let mut residual = vec![0.0; inputs];
     for (sample, &label) in samples.numbers.iter().zip(&samples.labels) {
@@ -226,8 +226,8 @@ mod tests {
 
     /// Returns samples of three labels. Input 1 is noise of all, twice as large in input 2; labels differ in inputs 0
     /// and 2.
-    fn samples() -> Samples {
-        let mut samples = Samples::default();
+    fn samples() -> LabeledSamples {
+        let mut samples = LabeledSamples::default();
         let mut state = 1_u64;
         let mut noise = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -299,9 +299,9 @@ mod tests {
 
     #[test]
     fn too_little_is_refused() {
-        let one = Samples { numbers: vec![[0; INPUTS]; 3], labels: vec![0, 0, 0], ..Samples::default() };
+        let one = LabeledSamples { numbers: vec![[0; INPUTS]; 3], labels: vec![0, 0, 0], ..LabeledSamples::default() };
         assert!(Projection::of(&one, 10, 2).unwrap_err().contains("3 samples of 1 labels"));
-        let each = Samples { numbers: vec![[0; INPUTS]; 2], labels: vec![0, 1], ..Samples::default() };
+        let each = LabeledSamples { numbers: vec![[0; INPUTS]; 2], labels: vec![0, 1], ..LabeledSamples::default() };
         assert!(Projection::of(&each, 10, 2).is_err());
     }
 }

@@ -10,11 +10,14 @@ use std::path::Path;
 
 use wstac_core::model::Model;
 use wstac_core::model::calibration::{CONFIDENCE_ONE, MOST_DIMENSIONS};
-use wstac_core::model::file::{INPUTS, crc};
-use wstac_core::params::FEATURE_ONE;
+use wstac_core::model::file::{INPUTS, Input, crc};
+use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 
 use super::eval;
+use super::trained::file_order;
+use crate::dataset::Sample;
+use crate::dataset::recordings::Recording;
 pub(super) use factor::Scored;
 pub use lda::Projection;
 
@@ -25,7 +28,7 @@ const FLAG: u32 = 1 << 24;
 
 /// Samples with labels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Samples {
+pub struct LabeledSamples {
     /// The numbers of each sample, in the order of a model file: frame by frame.
     pub numbers: Vec<[i16; INPUTS]>,
     /// The number of each sample's label. For [`calibrate`] it is that of the model's class.
@@ -34,10 +37,10 @@ pub struct Samples {
     pub names: Vec<String>,
 }
 
-impl Samples {
+impl LabeledSamples {
     /// Reads the samples that a model takes from a data set, with the labels that fit its task.
     ///
-    /// Samples of zeros only are left out: such a slide has no path. Labels that are those of classes have the class's
+    /// A sample of zeros only is left out: such a slide has no path. Labels that are those of classes have the class's
     /// number.
     ///
     /// # Errors
@@ -56,6 +59,23 @@ impl Samples {
             }
         }
         Ok(samples)
+    }
+
+    /// Returns the samples of recordings that a model of this input takes, with their specimens.
+    ///
+    /// The recordings have their samples along the path ([`crate::dataset::recordings::read_paths`]). Events without one
+    /// are left out.
+    pub fn of_recordings(recordings: &[Recording], input: Input) -> Self {
+        let mut samples = Self::default();
+        for recording in recordings {
+            let found: Vec<[i16; INPUTS]> = match input {
+                Input::Frames => recording.samples.iter().map(|(_, sample, _)| frame_by_frame(sample)).collect(),
+                _ => recording.paths.iter().filter_map(|path| path.sample(input)).copied().collect(),
+            };
+            let labels = vec![0; found.len()];
+            samples.append(Self { numbers: found, labels, names: vec![recording.specimen.clone()] });
+        }
+        samples
     }
 
     /// Appends samples; labels of the same name become one.
@@ -79,6 +99,15 @@ impl Samples {
         let (numbers, labels) = both.map(|(numbers, &label)| (*numbers, label)).unzip();
         Self { numbers, labels, names: self.names.iter().take(classes).cloned().collect() }
     }
+}
+
+/// Returns a sample of a data set in the order of a model file.
+fn frame_by_frame(sample: &Sample) -> [i16; INPUTS] {
+    let mut numbers = [0; INPUTS];
+    for (input, &number) in sample.as_flattened().iter().enumerate() {
+        numbers[file_order(input, SAMPLE_FRAMES)] = number;
+    }
+    numbers
 }
 
 /// The settings of a calibration.
@@ -123,7 +152,7 @@ pub struct Quality {
 
 impl Quality {
     /// Evaluates a model on samples of its classes; of a sample of another label, every answer is wrong.
-    pub fn of(model: &Model, samples: &Samples) -> Self {
+    pub fn of(model: &Model, samples: &LabeledSamples) -> Self {
         const RANGES: usize = 15;
         let mut sums = [(0.0, 0.0); RANGES];
         let (mut right, mut known) = (0, 0);
@@ -155,8 +184,8 @@ impl Quality {
 /// The file is no model, or there are too few samples.
 pub fn calibrate(
     words: &[u32],
-    trained: &Samples,
-    held_out: &Samples,
+    trained: &LabeledSamples,
+    held_out: &LabeledSamples,
     settings: Settings,
 ) -> Result<Calibrated, String> {
     let model = Model::from_words(words).map_err(|error| error.to_string())?;
@@ -176,8 +205,8 @@ pub fn calibrate(
 pub fn calibrate_with(
     words: &[u32],
     projection: Option<&Projection>,
-    trained: &Samples,
-    held_out: &Samples,
+    trained: &LabeledSamples,
+    held_out: &LabeledSamples,
     settings: Settings,
 ) -> Result<Calibrated, String> {
     let plain = without(words)?;
@@ -230,7 +259,7 @@ pub fn calibrate_with(
 }
 
 /// Returns a calibrated file with its quality.
-fn finished(words: Vec<u32>, dimensions: usize, held_out: &Samples) -> Result<Calibrated, String> {
+fn finished(words: Vec<u32>, dimensions: usize, held_out: &LabeledSamples) -> Result<Calibrated, String> {
     let model = Model::from_words(&words).map_err(|error| error.to_string())?;
     let held_out = Quality::of(&model, held_out);
     Ok(Calibrated { words, dimensions, held_out })

@@ -5,8 +5,9 @@ use crate::model::trained::{Kind, Linear, Node, Row, Trained, Tree};
 use crate::model::write::{Options, write};
 
 /// Returns noisy samples of classes that differ in one number, and samples of no class.
-fn samples(seed: u64, classes: u16, count: u16) -> Samples {
-    let mut samples = Samples { names: (0..classes).map(|class| class.to_string()).collect(), ..Samples::default() };
+fn samples(seed: u64, classes: u16, count: u16) -> LabeledSamples {
+    let mut samples =
+        LabeledSamples { names: (0..classes).map(|class| class.to_string()).collect(), ..LabeledSamples::default() };
     let mut state = seed;
     let mut noise = |width: i32| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

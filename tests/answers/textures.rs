@@ -1,0 +1,252 @@
+//! What the shipped models of the path say about textures: the ten of the paper, unknown ones, and new ones.
+
+use std::fmt::Write as _;
+
+use wstac_core::model::Model;
+use wstac_core::model::calibration::CONFIDENCE_ONE;
+use wstac_core::model::file::{INPUTS, Input};
+use wstac_host::model_file::ModelFile;
+use wstac_scene::specimen::Specimen;
+use wstac_train::dataset::path::{PathSlide, RandomSlides};
+use wstac_train::dataset::textures::{NEW, UNKNOWN_KINDS, unknown};
+use wstac_train::model::calibrate::{LabeledSamples, Quality};
+use wstac_train::model::learn::learn;
+
+/// Slides of the ten textures, of unknown ones, and of new ones on each sensor.
+const SLIDES: u32 = 2000;
+const UNKNOWN: u32 = 1000;
+const NEW_SLIDES: u32 = 150;
+/// Sensors of new textures, and slides of each texture that are learned.
+const SENSORS: u32 = 12;
+const SHOTS: usize = 5;
+/// The first sensor. No model was trained, calibrated or tested with it or those behind it.
+const FIRST_SENSOR: u32 = 900_000;
+/// The shipped models, and the goal of their accuracy in percent.
+const MODELS: [(&str, f64); 6] = [
+    ("path-svm", 97.0),
+    ("path-forest", 93.0),
+    ("path-boosted", 93.0),
+    ("taxel-path-svm", 97.0),
+    ("taxel-path-forest", 93.0),
+    ("taxel-path-boosted", 93.0),
+];
+const SPEEDS: [f64; 6] = [50.0, 80.0, 120.0, 180.0, 240.0, 301.0];
+const OFF_AXIS: [f64; 4] = [0.0, 15.0, 30.0, 46.0];
+const LENGTHS: [f64; 4] = [60.0, 80.0, 100.0, 121.0];
+
+/// What a model says about a slide: whether its class is right, its confidence, and whether the texture is known.
+struct Said {
+    right: bool,
+    confidence: f64,
+    known: bool,
+}
+
+/// Returns the sample of a slide that a model takes, if the slide shows enough of the path.
+fn sample<'s>(model: &Model, slide: &'s PathSlide) -> Option<&'s [i16; INPUTS]> {
+    let path = if model.input() == Input::Path { &slide.path } else { &slide.taxel_path };
+    path.as_ref().filter(|path| path.covers(model.frames())).map(|path| path.numbers())
+}
+
+/// Returns what a model says about each slide; `None` without a sample.
+fn said(model: &Model, slides: &[PathSlide]) -> Vec<Option<Said>> {
+    let of = |slide: &PathSlide| {
+        let found = model.classification(sample(model, slide)?);
+        let specimen = slide.slide.specimen;
+        let name = format!("{}{}", specimen.pattern.name(), specimen.depth_mm);
+        Some(Said {
+            right: model.labels().get(found.class.into()).is_some_and(|label| label == *name.as_str()),
+            confidence: f64::from(found.confidence.unwrap_or(0)) / f64::from(CONFIDENCE_ONE),
+            known: found.known == Some(true),
+        })
+    };
+    slides.iter().map(of).collect()
+}
+
+/// Returns a fraction in percent, with Wilson's 95 % interval.
+fn interval(count: usize, of: usize) -> String {
+    let (n, z) = (of.max(1) as f64, 1.96_f64);
+    let share = count as f64 / n;
+    let middle = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
+    let half = z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
+    format!("{:.1} ({:.1} … {:.1})", 100.0 * share, 100.0 * (middle - half), 100.0 * (middle + half))
+}
+
+/// Returns whether an answer is given and right.
+fn is_right(said: Option<&Said>) -> bool {
+    said.is_some_and(|said| said.right && said.known)
+}
+
+/// Returns the expected calibration error of the answers that are given.
+fn calibration_error(all: &[Option<Said>]) -> f64 {
+    let mut sums = [0.0; 15];
+    let given: Vec<&Said> = all.iter().flatten().filter(|said| said.known).collect();
+    for said in &given {
+        sums[((said.confidence * 15.0) as usize).min(14)] += said.confidence - f64::from(u8::from(said.right));
+    }
+    sums.iter().map(|sum| sum.abs()).sum::<f64>() / given.len().max(1) as f64
+}
+
+/// Returns the rows of a table of accuracies by ranges of a quantity.
+fn by(
+    models: &[(String, Vec<Option<Said>>)],
+    slides: &[PathSlide],
+    edges: &[f64],
+    unit: &str,
+    of: impl Fn(&PathSlide) -> f64,
+) -> String {
+    let mut rows = String::new();
+    for pair in edges.windows(2) {
+        let within = |slide: &&PathSlide| (pair[0]..pair[1]).contains(&of(slide));
+        let count = slides.iter().filter(within).count();
+        let _ = write!(rows, "| {} to {}{unit} | {count} |", pair[0], (pair[1] / 5.0).floor() * 5.0);
+        for (_, all) in models {
+            let both = slides.iter().zip(all).filter(|(slide, _)| within(slide));
+            let right = both.filter(|(_, said)| is_right(said.as_ref())).count();
+            let _ = write!(rows, " {:.1} |", 100.0 * right as f64 / count.max(1) as f64);
+        }
+        rows.push('\n');
+    }
+    rows
+}
+
+/// Returns the result of learning the ten new textures on each sensor: accuracy, and the part that is known.
+fn learned(base: &ModelFile, input: Input) -> (Vec<f64>, f64) {
+    let (mut accuracies, mut known) = (Vec::new(), 0.0);
+    for sensor in 0..SENSORS {
+        let wanted = RandomSlides {
+            specimens: NEW.to_vec(),
+            slides: NEW_SLIDES,
+            seed: 88_500 + u64::from(sensor),
+            sensors: [FIRST_SENSOR + 5000 + sensor, 1],
+            ..RandomSlides::default()
+        };
+        let names = (0..NEW.len()).map(|number| format!("new {number}")).collect();
+        let mut few = LabeledSamples { names, ..LabeledSamples::default() };
+        let (mut rest, mut without) = (LabeledSamples::default(), 0);
+        for slide in wanted.all().expect("the scenes are valid") {
+            let length_mm = slide.slide.specimen.length_mm;
+            let is_it = |new: &Specimen| Specimen { length_mm, ..*new } == slide.slide.specimen;
+            let label = NEW.iter().position(is_it).unwrap_or(0) as u16;
+            let path = if input == Input::Path { slide.path } else { slide.taxel_path };
+            let Some(path) = path else {
+                without += 1;
+                continue;
+            };
+            let is_few = few.labels.iter().filter(|&&other| other == label).count() < SHOTS;
+            let to = if is_few { &mut few } else { &mut rest };
+            to.numbers.push(*path.numbers());
+            to.labels.push(label);
+        }
+        let model = learn(base.words(), &few, "{}").expect("five slides of each texture");
+        let found = Quality::of(&Model::from_words(&model.words).expect("a model"), &rest);
+        let share = found.samples as f64 / (found.samples + without) as f64;
+        accuracies.push(100.0 * found.accuracy * share);
+        known += 100.0 * found.known.unwrap_or(0.0) * share / f64::from(SENSORS);
+    }
+    (accuracies, known)
+}
+
+/// Returns the section about textures.
+pub(crate) fn section() -> String {
+    let wanted =
+        RandomSlides { slides: SLIDES, seed: 88_001, sensors: [FIRST_SENSOR, 1000], ..RandomSlides::default() };
+    let slides = wanted.all().expect("the scenes are valid");
+    let textures = unknown();
+    let others = RandomSlides {
+        specimens: textures.iter().map(|(_, specimen)| *specimen).collect(),
+        slides: UNKNOWN,
+        seed: 88_002,
+        sensors: [FIRST_SENSOR + 2000, 1000],
+        ..RandomSlides::default()
+    };
+    let others = others.all().expect("the scenes are valid");
+    let mut page = String::from(HEAD);
+    let files = MODELS.map(|(name, _)| ModelFile::open(format!("builtin:{name}").as_ref()).expect("a shipped model"));
+    let (mut tens, mut unknown_ones) = (Vec::new(), Vec::new());
+    for ((name, goal), file) in MODELS.into_iter().zip(&files) {
+        let model = file.model().expect("a shipped model");
+        let (ten, other) = (said(&model, &slides), said(&model, &others));
+        let right = ten.iter().filter(|said| is_right(said.as_ref())).count();
+        let slow = || slides.iter().zip(&ten).filter(|(slide, _)| slide.slide.speed_mm_s < 200.0);
+        let right_slow = slow().filter(|(_, said)| is_right(said.as_ref())).count();
+        let given = ten.iter().flatten().count();
+        let refused = ten.iter().flatten().filter(|said| !said.known).count();
+        let found = other.iter().flatten().filter(|said| !said.known).count();
+        let _ = writeln!(
+            page,
+            "| `{name}` | {goal:.0} | {} | {} | {:.4} | {} | {} |",
+            interval(right, ten.len()),
+            interval(right_slow, slow().count()),
+            calibration_error(&ten),
+            interval(found, other.iter().flatten().count()),
+            interval(refused, given)
+        );
+        tens.push((name.to_owned(), ten));
+        unknown_ones.push(other);
+    }
+    let names: String = MODELS.iter().map(|(name, _)| format!(" `{name}` |")).collect();
+    let mut head = |what: &str, about: &str| {
+        let _ =
+            write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));
+    };
+    head("speed", "Right answers in percent, by speed, by the angle to the nearest row or column, and by length:");
+    page += &by(&tens, &slides, &SPEEDS, " mm/s", |slide| slide.slide.speed_mm_s);
+    page += &by(&tens, &slides, &OFF_AXIS, "°", |slide| {
+        let off = slide.slide.direction_deg.rem_euclid(90.0);
+        off.min(90.0 - off)
+    });
+    page += &by(&tens, &slides, &LENGTHS, " mm", |slide| slide.slide.specimen.length_mm);
+    let mut head = |what: &str, about: &str| {
+        let _ =
+            write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));
+    };
+    head("unknown textures", "Unknown textures that are found, in percent, by their kind:");
+    for (kind, name) in UNKNOWN_KINDS.iter().enumerate() {
+        let is_it = |slide: &PathSlide| {
+            let length_mm = slide.slide.specimen.length_mm;
+            let same = |(_, of): &&(usize, Specimen)| Specimen { length_mm, ..*of } == slide.slide.specimen;
+            textures.iter().find(same).is_some_and(|(of, _)| *of == kind)
+        };
+        let count = others.iter().filter(|slide| is_it(slide)).count();
+        let _ = write!(page, "| {name} | {count} |");
+        for all in &unknown_ones {
+            let both = others.iter().zip(all).filter(|(slide, _)| is_it(slide));
+            let found = both.filter(|(_, said)| said.as_ref().is_some_and(|said| !said.known)).count();
+            let _ = write!(page, " {:.1} |", 100.0 * found as f64 / count.max(1) as f64);
+        }
+        page.push('\n');
+    }
+    page += LEARNING;
+    for (name, input) in [("embedding", Input::Path), ("taxel-embedding", Input::TaxelPath)] {
+        let file = ModelFile::open(format!("builtin:{name}").as_ref()).expect("a shipped model");
+        let (accuracies, known) = learned(&file, input);
+        let mean = accuracies.iter().sum::<f64>() / accuracies.len() as f64;
+        let worst = accuracies.iter().copied().fold(100.0, f64::min);
+        let _ = writeln!(page, "| `builtin:{name}` | {} | {mean:.1} | {worst:.1} | {known:.1} |", accuracies.len());
+    }
+    page
+}
+
+const HEAD: &str = "
+## Textures
+
+What the shipped models say about simulated slides of sensors that no model has seen.
+Directions are any, speeds 50 to 300 mm/s with an even logarithm, lengths 60 to 120 mm.
+A slide without an answer counts as wrong, and so does one that is said to be unknown.
+The calibration error is the mean difference between confidence and accuracy; the goal is at most 0.03.
+Unknown textures have a depth or a period at least 1.5 times outside the trained ones.
+The goal is to find at least 80 % of them, and to refuse at most 3 % of trained ones.
+Models of 25 taxels reach it; models of ten sums do not, and are set to refuse about 1 %.
+
+| model | goal, % | accuracy, % | at 50 to 200 mm/s, % | calibration error | unknown textures found, % | trained textures refused, % |
+| --- | ---: | ---: | ---: | ---: | ---: | ---: |
+";
+
+const LEARNING: &str = "
+`wstac model learn` makes a model of ten new textures from five slides of each; the goal is 90 %.
+The textures are `Sin`, `Saw` and `Tri` of 1.5, 2.5 and 3.5 mm, and `Saw` of 3 mm with a period of 12 mm.
+The slides that are learned and those that are named are of one unseen sensor, of any speed, direction and length.
+
+| base | sensors | accuracy, % | worst sensor, % | known, % |
+| --- | ---: | ---: | ---: | ---: |
+";

@@ -1,0 +1,207 @@
+//! Tests recordings of a part of the picture, and of no picture: they give the same sums and events as whole ones.
+
+use std::fs;
+
+use wstac_host::output::OutputOptions;
+use wstac_host::session::Processor;
+use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{Source, SourceEvent, config_of};
+use wstac_tests::command::{good, run, said};
+use wstac_tests::folder::Folder;
+use wstac_tests::random::Random;
+
+use super::flips::{Tally, check, ended};
+use super::scene;
+
+/// Makes a recording with these options, and returns its path.
+fn recorded(folder: &Folder, scene: &str, name: &str, options: &[&str]) -> String {
+    let file = folder.0.join(name);
+    let file = file.to_str().unwrap().to_owned();
+    good(&[&["record", scene, "-o", &file, "--force"], options].concat());
+    file
+}
+
+/// Returns the taxel sums of every frame of a recording.
+fn sums(file: &str) -> Vec<[u32; 25]> {
+    let mut source = McapSource::open(file.as_ref(), None).unwrap();
+    let config = config_of(source.info(), None).unwrap();
+    let mut processor = Processor::new(source.info(), &config, OutputOptions::default()).unwrap();
+    let mut all = Vec::new();
+    loop {
+        let event = source.next_event().unwrap();
+        let is_frame = matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
+        if matches!(event, SourceEvent::End) {
+            return all;
+        }
+        processor.process(&event, |_| Ok::<(), ()>(())).unwrap();
+        all.extend(processor.taxel_sums().filter(|_| is_frame));
+    }
+}
+
+/// Every command that reads recordings answers as it does for a recording of whole pictures.
+#[test]
+fn a_part_and_sums_give_the_same_to_the_byte() {
+    let folder = Folder::new("recording-parts");
+    let new = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    for format in ["GREY", "YUYV", "NV12", "Y10", "RGGB", "MJPG"] {
+        let scene = scene(&folder, format);
+        let whole = recorded(&folder, &scene, "whole.mcap", &["--label", "specimen=Saw3"]);
+        let part = recorded(&folder, &scene, "part.mcap", &["--label", "specimen=Saw3", "--crop"]);
+        let without = recorded(&folder, &scene, "sums.mcap", &["--label", "specimen=Saw3", "--features-only"]);
+        let lines =
+            |file: &str| good(&["run", file, "--json", "--features", "--samples", "--model", "builtin:taxel-path-svm"]);
+        let (expected, of_frames) = (lines(&whole), sums(&whole));
+        assert!(expected.contains(r#""kind":"event""#) && of_frames.len() > 100, "{format}");
+        // Data sets and figures have the names of recordings, so all get the same.
+        let made = |command: &str, file: &str, name: &str| {
+            let (one, output) = (new("one.mcap"), new(name));
+            fs::copy(file, &one).unwrap();
+            good(&[command, &one, "-o", &output, "--force"]);
+            fs::read(output).unwrap()
+        };
+        let (arrays, figure) =
+            (|file: &str| made("dataset", file, "set.npz"), |file: &str| made("plot", file, "event.svg"));
+        for file in [&part, &without] {
+            assert!(lines(file) == expected, "{format} {file}: the events differ");
+            assert!(sums(file) == of_frames, "{format} {file}: the sums differ");
+        }
+        let set = arrays(&whole);
+        assert!(arrays(&part) == set && arrays(&without) == set, "{format}: the data sets differ");
+        let drawn = figure(&whole);
+        assert!(figure(&part) == drawn && figure(&without) == drawn, "{format}: the figures differ");
+        let size = |file: &str| fs::metadata(file).unwrap().len();
+        assert!(size(&without) < size(&part) / 5, "{format}");
+        println!("{format}: {} bytes, of the part {}, of sums {}", size(&whole), size(&part), size(&without));
+        assert!(format == "MJPG" || size(&part) < size(&whole), "{format}: {}", size(&part));
+        // A recording of such a recording is equal to it.
+        let again = recorded(&folder, &part, "again.mcap", &["--label", "specimen=Saw3"]);
+        assert!(lines(&again) == expected && size(&again) < size(&part) + 1000, "{format}");
+        let again = recorded(&folder, &without, "again.mcap", &["--features-only"]);
+        assert!(lines(&again) == expected, "{format}");
+        let narrower = recorded(&folder, &part, "again.mcap", &["--crop=2"]);
+        assert!(lines(&narrower) == expected && size(&narrower) < size(&part), "{format}");
+        let wider = recorded(&folder, &part, "again.mcap", &["--crop=40"]);
+        assert!(lines(&wider) == expected && size(&wider) < size(&part) + 1000, "{format}");
+    }
+}
+
+/// A part has the places of the camera's own frames, so that a calibration of it is one of the camera.
+#[test]
+fn a_calibration_of_a_part_is_one_of_the_camera() {
+    let folder = Folder::new("recording-parts-calibrate");
+    let text = "specimen = \"Fla0\"\nspeed = 150\n[sensor]\nsize = [640, 360]\n";
+    fs::write(folder.0.join("s.toml"), text).unwrap();
+    let scene = format!("scene:{}", folder.0.join("s.toml").display());
+    let whole = recorded(&folder, &scene, "whole.mcap", &[]);
+    let part = recorded(&folder, &scene, "part.mcap", &["--crop"]);
+    let calibrated = |file: &str, name: &str| {
+        let output = folder.0.join(name);
+        good(&["calibrate", file, "-o", output.to_str().unwrap(), "--force"]);
+        fs::read_to_string(output).unwrap()
+    };
+    let (of_whole, of_part) = (calibrated(&whole, "whole.toml"), calibrated(&part, "part.toml"));
+    let keys = |text: &str| text.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n");
+    assert!(keys(&of_whole).contains("frame = [640, 360]"), "{of_whole}");
+    assert_eq!(keys(&of_whole), keys(&of_part));
+    // It fits the recording, too, and gives the same events there.
+    let config = folder.0.join("part.toml");
+    let lines = |file: &str| good(&["run", file, "--json", "--features", "--config", config.to_str().unwrap()]);
+    assert!(lines(&whole) == lines(&part));
+}
+
+#[test]
+fn what_needs_other_pixels_is_refused() {
+    let folder = Folder::new("recording-parts-refused");
+    let scene = scene(&folder, "YUYV");
+    let part = recorded(&folder, &scene, "part.mcap", &["--crop=0"]);
+    let sums = recorded(&folder, &scene, "sums.mcap", &["--features-only", "--label", "specimen=Saw3"]);
+    let config = |name: &str, text: &str| {
+        let path = folder.0.join(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 20 + 30 * (k % 5), 10 + 30 * (k / 5))).collect();
+    let layout = config("l.toml", &format!("[layout]\ntaxel = [20, 20]\ncorners = [{}]", corners.join(", ")));
+    let stride = config("s.toml", "[green]\nstride = 2\n");
+    let linear = config("y.toml", "[green]\nyuv = \"linear\"\n");
+    let trigger = config("t.toml", "[trigger]\nwindow = 6\n[features]\nln = \"libm\"\nfloor_levels = 1\n");
+    let new = folder.0.join("new");
+    let new = new.to_str().unwrap();
+    for (arguments, parts) in [
+        (
+            &["run", &part, "--config", &layout][..],
+            &["[layout] taxel 0 lies outside of what was recorded", "--crop"][..],
+        ),
+        (
+            &["run", &sums, "--config", &layout],
+            &["not those of the recording, which has no pictures", "--features-only"],
+        ),
+        (&["run", &sums, "--config", &stride], &["not those of the recording, which has no pictures"]),
+        (&["run", &sums, "--config", &linear], &["not those of the recording, which has no pictures"]),
+        (&["dataset", &sums, "-o", new, "--config", &stride], &["not those of the recording"]),
+        (&["run", &sums, "--matrix", "bt601"], &["recorded without pictures", "--matrix and --range"]),
+        (&["run", &sums, "--save-raw", new], &["has no frames for --save-raw", "a recording with pictures"]),
+        (&["calibrate", &sums, "-o", new], &["gives taxel sums", "a recording with pictures"]),
+        (&["record", &sums, "-o", new], &["gives taxel sums and no frames", "or --features-only"]),
+    ] {
+        let done = run(arguments);
+        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+        for part in parts {
+            assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
+        }
+    }
+    assert!(!folder.0.join("new").exists());
+    // What needs no pixels goes on, with the same answers.
+    let whole = recorded(&folder, &scene, "whole.mcap", &[]);
+    let lines = |file: &str| good(&["run", file, "--json", "--features", "--config", &trigger]);
+    assert!(lines(&sums) == lines(&whole) && lines(&part) == lines(&whole));
+    let done = run(&["doctor", &sums]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    assert_eq!(run(&["record", &scene, "-o", new, "--crop", "--features-only"]).status.code(), Some(2));
+    // A simulated sensor without pixels can be recorded so.
+    let taxels = config("x.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n");
+    let taxels = format!("scene:{taxels}");
+    let file = recorded(&folder, &taxels, "taxels.mcap", &["--features-only"]);
+    let live = good(&["run", &taxels, "--json", "--features"]);
+    assert!(live.contains(r#""kind":"event""#) && good(&["run", &file, "--json", "--features"]) == live);
+}
+
+/// Both rules of damaged recordings hold for parts and for sums, and a recovery of a whole one is that recording.
+#[test]
+fn damage_of_parts_and_sums_is_accounted_for() {
+    let folder = Folder::new("recording-parts-damage");
+    let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [60, 40]\ndropped = 0.03\n";
+    fs::write(folder.0.join("s.toml"), text).unwrap();
+    let scene = format!("scene:{}", folder.0.join("s.toml").display());
+    let mut random = Random::new(7);
+    for option in ["--crop=0", "--features-only"] {
+        let name = recorded(&folder, &scene, "a.mcap", &[option]);
+        let (bytes, new) = (fs::read(&name).unwrap(), folder.0.join("new.mcap"));
+        good(&["recover", &name, "-o", new.to_str().unwrap(), "--force"]);
+        assert!(fs::read(&new).unwrap() == bytes, "{option}: a recovery is another file");
+        let recorded = ended(good(&["run", &name, "--json", "--features"]).as_bytes());
+        assert!(recorded.0 > 120 && recorded.1 > 2, "{option}: {recorded:?}");
+        let tally = Tally::default();
+        for number in 0..60 {
+            // Bits of the description and of the first moments, and bits anywhere.
+            let most = if number % 3 == 0 { 6000 } else { bytes.len() };
+            let (at, bit) = (random.below(most as u64) as usize, random.below(8));
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 1 << bit;
+            check(&folder.0, &damaged, recorded, &tally)
+                .unwrap_or_else(|why| panic!("{option}, bit {bit} of {at}: {why}"));
+        }
+        assert!(tally.recovered.into_inner() >= 57, "{option}");
+        for cut in 1..20 {
+            // What was written before a power cut comes back.
+            let length = bytes.len() * cut / 20;
+            fs::write(folder.0.join("cut.mcap"), &bytes[..length]).unwrap();
+            let done =
+                run(&["recover", folder.0.join("cut.mcap").to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+            let Some(0) = done.status.code() else { continue };
+            let found = ended(good(&["run", new.to_str().unwrap(), "--json", "--features"]).as_bytes());
+            let expected = (recorded.0 * length as u64 / bytes.len() as u64).saturating_sub(40);
+            assert!(found.0 >= expected, "{option}: {found:?} of {recorded:?} after {cut} twentieths");
+        }
+    }
+}
