@@ -204,7 +204,7 @@ class Check:
         self.say(name, problems)
 
     def drift(self, name):
-        """The rate changes by 4 % while frames are used: this is reported, and frames are used again when it is right."""
+        """The rate changes by 4 % while frames are used: this is reported, and they are used again when it is right."""
         board = Board(self.elf, self.host.frames)
         board.camera.faults[30] = lambda: board.sensor.slips.update({0x2B: 32})
         board.camera.faults[70] = lambda: board.sensor.slips.clear()
@@ -321,6 +321,16 @@ def hold(board):
     board.sensor.holds = 4
 
 
+def deafen(board):
+    """The sensor does not answer any more, but sends frames."""
+    board.sensor.deaf = True
+
+
+def cure(board):
+    """It answers again."""
+    board.sensor.deaf = False
+
+
 def brown_out(board):
     """The sensor restarts with its defaults: automatic exposure, another size, another rate."""
     board.sensor.power_on()
@@ -391,6 +401,7 @@ def main():
         check.drift("the rate changes by 4 %")
         check.start("data line held low", [HELD, FOUND], holds=5)
         check.faulty("data line held low for a while", {40: hold}, [], [(40, HELD)])
+        check.faulty("frames without an answer", {40: deafen, 75: cure}, range(69, 91), [(69, GONE), (None, BACK)])
         hard_fault = r"hard fault at 0x20000100, called from 0x\w+, fault status 0x\w+"
         check.crash("hard fault", Machine.crash, hard_fault)
         check.crash("hard fault, and a reset before it is reported", Machine.crash, hard_fault, again=FRAME // 4)

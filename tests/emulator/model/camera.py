@@ -1,7 +1,7 @@
 """A parallel sensor, the DCMI that captures its pixels, and DMA1's stream 0 that moves the DCMI's words.
 
-Each line is cropped and every second byte is dropped if the program asks for that, and the words are written to the ring. The clip's first frame is the
-first one that is captured through a window. Before that, the sensor is dark.
+Each line is cropped and every second byte is dropped if the program asks for that, and the words are written to the
+ring. The clip's first frame is the first one that is captured through a window. Before that, the sensor is dark.
 """
 
 from .registers import Registers
@@ -63,8 +63,8 @@ class Dma(Registers):
 
 
 class Dcmi(Registers):
-    """The camera interface, which captures a part of each line. The manual does not say whether it crops a line or drops
-    every second byte first: `selects_first` says so.
+    """The camera interface, which captures a part of each line. The manual does not say whether it crops a line or
+    drops every second byte first: `selects_first` says so.
     """
 
     def __init__(self, dma):
@@ -135,7 +135,7 @@ class Dcmi(Registers):
 
 
 class Camera:
-    """The pixels of a sensor that sees a clip of GREY frames. The sensor's registers decide what of it is sent, and how.
+    """The pixels of a sensor that sees a clip of GREY frames. Its registers decide what of them is sent, and how.
     """
 
     def __init__(self, machine, sensor, dcmi, clip, size, clock, faults=()):

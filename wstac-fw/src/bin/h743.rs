@@ -271,8 +271,10 @@ async fn bring_up(
     Timer::after_millis(sensor.settle_ms.into()).await;
     dcmi.begin_probe();
     measured(dcmi, SELF_TEST_FRAMES).await;
-    // The ring goes on being written, by whole frames of the same kind.
-    let judged = [0, 1].map(|half| self_test::judge(dcmi.probe(), dcmi.rows(half), sensor.size, RATE, TICK_HZ));
+    let probe = dcmi.probe();
+    // The ring keeps the last bytes.
+    dcmi.stop();
+    let judged = [0, 1].map(|half| self_test::judge(probe, dcmi.rows(half), sensor.size, RATE, TICK_HZ));
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
             return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
@@ -368,7 +370,7 @@ fn tell_last_run(hung: bool, line: &mut Link) -> bool {
     !is_kept
 }
 
-/// Returns the clock configuration: 96 MHz from the debugger's 8 MHz or the chip's own 64 MHz, and 24 MHz for the sensor.
+/// Returns the clock configuration: 96 MHz from the debugger's 8 MHz or the chip's 64 MHz, and 24 MHz for the sensor.
 ///
 /// The supply range is VOS3, the lowest to run in.
 ///

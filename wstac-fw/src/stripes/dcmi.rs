@@ -4,7 +4,7 @@
 //! 0 of DMA1 writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole
 //! frame is kept anywhere.
 //!
-//! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and words.
+//! For a self-test, it captures all bytes of whole frames round and round into the same ring. It counts lines and words.
 //!
 //! This is the only file that knows the DMA, and it has the only unsafe code of the capture. The ring is lent for ever,
 //! no other code holds it, and the DMA is given its exact length. The DMA may overwrite rows while they are read; then
@@ -179,8 +179,9 @@ impl Dcmi {
         self.start(What::Whole);
     }
 
-    /// Begins to measure the luma of the window, which is whole words per frame if the interface counts columns as it is
-    /// told. The manual does not say whether they are counted before or after every second byte is dropped.
+    /// Begins to measure the luma of the window, which must have [`Dcmi::window_words`].
+    ///
+    /// The manual does not say whether columns are counted before or after every second byte is dropped.
     pub fn begin_window_probe(&mut self) {
         self.start(What::Window);
     }
@@ -198,7 +199,7 @@ impl Dcmi {
         self.crops_selected
     }
 
-    /// Returns what was measured since [`Dcmi::begin_probe`].
+    /// Returns what was measured, until now or until [`Dcmi::stop`], since [`Dcmi::begin_probe`].
     pub fn probe(&self) -> Probe {
         critical_section::with(|_| Probe {
             frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
