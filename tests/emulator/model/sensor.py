@@ -18,8 +18,8 @@ GREY_CHROMA = 0x80
 class Sensor:
     """A sensor behind a bus with registers of eight bits.
 
-    `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a register
-    that keeps its value. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
+    `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a
+    register that keeps its value. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
     which it holds the data line. `slips` has registers that act as if another value were written, although the value
     that was written is read back: so a table with that value in it would act.
     """

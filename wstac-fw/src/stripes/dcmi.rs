@@ -4,7 +4,8 @@
 //! 0 of DMA1 writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole
 //! frame is kept anywhere.
 //!
-//! For a self-test, it captures all bytes of whole frames round and round into the same ring. It counts lines and words.
+//! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and
+//! words.
 //!
 //! This is the only file that knows the DMA, and it has the only unsafe code of the capture. The ring is lent for ever,
 //! no other code holds it, and the DMA is given its exact length. The DMA may overwrite rows while they are read; then
