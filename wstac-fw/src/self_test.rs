@@ -147,9 +147,9 @@ mod tests {
         FrameSize::new(320, 240).unwrap()
     }
 
-    /// Ten frames of the right size at this rate.
-    fn probe(rate: f64) -> Probe {
-        Probe { frames: 10, ticks: (10.0 * HZ as f64 / rate) as u32, lines: 240, words: 38_400 }
+    /// Ten frames of the right size at this rate, times 100.
+    fn probe(rate: u32) -> Probe {
+        Probe { frames: 10, ticks: 1000 * 32_768 / rate, lines: 240, words: 38_400 }
     }
 
     fn of(probe: Probe, tail: &[u8]) -> Result<Option<bool>, Defect> {
@@ -165,39 +165,39 @@ mod tests {
     #[test]
     fn the_right_frames_pass_in_any_light() {
         for chroma in [126, 128, 130] {
-            assert_eq!(of(probe(30.0), &pairs(true, chroma)), Ok(Some(true)));
-            assert_eq!(of(probe(30.0), &pairs(false, chroma)), Ok(Some(false)));
+            assert_eq!(of(probe(3000), &pairs(true, chroma)), Ok(Some(true)));
+            assert_eq!(of(probe(3000), &pairs(false, chroma)), Ok(Some(false)));
         }
         // In the dark, and so bright that nothing is left.
-        assert_eq!(of(probe(30.0), &[0, 128].repeat(50)), Ok(Some(true)));
-        assert_eq!(of(probe(30.0), &[128, 255].repeat(50)), Ok(Some(false)));
+        assert_eq!(of(probe(3000), &[0, 128].repeat(50)), Ok(Some(true)));
+        assert_eq!(of(probe(3000), &[128, 255].repeat(50)), Ok(Some(false)));
         // A picture that is as gray as chroma.
-        assert_eq!(of(probe(30.0), &[128, 128].repeat(50)), Ok(None));
+        assert_eq!(of(probe(3000), &[128, 128].repeat(50)), Ok(None));
     }
 
     #[test]
     fn another_format_is_refused() {
         for chroma in [125, 131, 0] {
-            assert_eq!(of(probe(30.0), &pairs(true, chroma)), Err(Defect::Format));
+            assert_eq!(of(probe(3000), &pairs(true, chroma)), Err(Defect::Format));
         }
     }
 
     #[test]
     fn another_size_is_refused() {
         for (lines, words) in [(240, 38_399), (239, 38_240), (480, 38_400), (240, 76_800), (240, 0)] {
-            let found = Probe { lines, words, ..probe(30.0) };
+            let found = Probe { lines, words, ..probe(3000) };
             assert_eq!(of(found, &pairs(true, 128)), Err(Defect::Size { lines, words }));
         }
-        assert_eq!(of(Probe { lines: 0, ..probe(30.0) }, &[]), Err(Defect::NoFrames));
+        assert_eq!(of(Probe { lines: 0, ..probe(3000) }, &[]), Err(Defect::NoFrames));
         assert_eq!(of(Probe::default(), &[]), Err(Defect::NoFrames));
     }
 
     #[test]
     fn a_rate_may_differ_by_two_percent() {
-        for (rate, right) in [(30.0, true), (30.57, true), (29.45, true), (30.7, false), (29.3, false), (60.0, false)] {
+        for (rate, right) in [(3000, true), (3057, true), (2945, true), (3070, false), (2930, false), (6000, false)] {
             assert_eq!(of(probe(rate), &pairs(true, 128)).is_ok(), right, "{rate}");
         }
-        let Err(Defect::Rate { millihertz }) = of(probe(60.0), &pairs(true, 128)) else { panic!("60 passes") };
+        let Err(Defect::Rate { millihertz }) = of(probe(6000), &pairs(true, 128)) else { panic!("60 passes") };
         assert!((59_900..60_100).contains(&millihertz), "{millihertz}");
         assert_eq!(judge_rate(30, 0, FrameRate::NOMINAL, HZ), Err(Defect::Rate { millihertz: u32::MAX }));
     }

@@ -270,12 +270,11 @@ async fn bring_up(
     }
     Timer::after_millis(sensor.settle_ms.into()).await;
     dcmi.begin_probe();
-    let until = Instant::now() + SELF_TEST;
-    while dcmi.probe().frames < SELF_TEST_FRAMES && Instant::now() < until {
-        select(CHANGED.wait(), Timer::at(until)).await;
-    }
-    // The ring goes on being written, by whole frames of the same kind.
-    let judged = [0, 1].map(|half| self_test::judge(dcmi.probe(), dcmi.rows(half), sensor.size, RATE, TICK_HZ));
+    measured(dcmi, SELF_TEST_FRAMES).await;
+    let probe = dcmi.probe();
+    // The ring keeps the last bytes.
+    dcmi.stop();
+    let judged = [0, 1].map(|half| self_test::judge(probe, dcmi.rows(half), sensor.size, RATE, TICK_HZ));
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
             return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
@@ -288,7 +287,28 @@ async fn bring_up(
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
     dcmi.set_luma_first(luma_first);
-    Ok(())
+    let mut words = 0;
+    for _ in 0..2 {
+        dcmi.begin_window_probe();
+        measured(dcmi, 1).await;
+        words = dcmi.probe().words;
+        if words == dcmi.window_words() {
+            return Ok(());
+        }
+        if dcmi.change_order() {
+            defmt::warn!("the camera interface drops bytes before it crops");
+        }
+    }
+    let defect = Defect::Size { lines: WINDOW.height().into(), words };
+    Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) })
+}
+
+/// Waits until so many frames have been measured, or for the longest time.
+async fn measured(dcmi: &Dcmi, frames: u32) {
+    let until = Instant::now() + SELF_TEST;
+    while dcmi.probe().frames < frames && Instant::now() < until {
+        select(CHANGED.wait(), Timer::at(until)).await;
+    }
 }
 
 /// Returns the defect if the rate of the last frames was wrong.
@@ -350,7 +370,7 @@ fn tell_last_run(hung: bool, line: &mut Link) -> bool {
     !is_kept
 }
 
-/// Returns the clock configuration: 96 MHz from the debugger's 8 MHz or the chip's own 64 MHz, and 24 MHz for the sensor.
+/// Returns the clock configuration: 96 MHz from the debugger's 8 MHz or the chip's 64 MHz, and 24 MHz for the sensor.
 ///
 /// The supply range is VOS3, the lowest to run in.
 ///
