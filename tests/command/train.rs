@@ -22,7 +22,7 @@ const SMALL: &str = "specimens = [\"Fla0\", \"Saw4\", \"Sin3\"]\nslides = 360\ns
 #[test]
 fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
     let folder = Folder::new("train");
-    let (sweep, model) = (folder.join("sweep.toml"), folder.join("my.wsm"));
+    let (sweep, model) = (folder.0.join("sweep.toml"), folder.0.join("my.wsm"));
     fs::write(&sweep, SMALL).unwrap();
     let done = run(&["train", text(&sweep), "-o", text(&model)]);
     let (out, messages) = (printed(&done), said(&done));
@@ -31,12 +31,12 @@ fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
     assert!(first.split(" %").next().unwrap().parse::<f64>().unwrap() >= 90.0, "{out}");
     assert!(out.lines().any(|line| line.starts_with("  Saw4 ") && line.contains(" … ")), "{out}");
     assert!(messages.contains("3 classes, trained on") && messages.contains("of 32 groups"), "{messages}");
-    let figure = fs::read_to_string(folder.join("my.confusion.svg")).unwrap();
+    let figure = fs::read_to_string(folder.0.join("my.confusion.svg")).unwrap();
     assert!(figure.starts_with("<svg") && figure.contains(">Saw4<") && figure.contains("answer"));
     // Sensor 900000 is none of the sweep's.
     let mut right = 0;
     for (specimen, slide) in [("Saw4", "75,200deg,90mm"), ("Sin3", "240,10deg,70mm"), ("Fla0", "120,135deg,110mm")] {
-        let scene = folder.join(&format!("{specimen}.toml"));
+        let scene = folder.0.join(format!("{specimen}.toml"));
         let [mm_s, degrees, length] = slide.split(',').collect::<Vec<_>>()[..] else { unreachable!() };
         let (degrees, length) = (degrees.trim_end_matches("deg"), length.trim_end_matches("mm"));
         let lines = format!(
@@ -50,7 +50,7 @@ fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
     }
     assert!(right >= 2, "{right} of 3");
     // The same sweep gives the same bytes, with any number of threads.
-    let again = folder.join("again.wsm");
+    let again = folder.0.join("again.wsm");
     trained(&[text(&sweep), "-o", text(&again), "--threads", "1"]);
     assert_eq!(fs::read(&model).unwrap(), fs::read(&again).unwrap());
     let inspected = good(&["model", "inspect", text(&model)]);
@@ -60,12 +60,12 @@ fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
 #[test]
 fn a_data_set_along_the_path_says_which_sensors_test() {
     let folder = Folder::new("train-set");
-    let (sweep, set, model) = (folder.join("sweep.toml"), folder.join("set.npz"), folder.join("my.wsm"));
+    let (sweep, set, model) = (folder.0.join("sweep.toml"), folder.0.join("set.npz"), folder.0.join("my.wsm"));
     fs::write(&sweep, SMALL).unwrap();
     let done = run(&["dataset", "--input", "path", text(&sweep), "-o", text(&set)]);
     printed(&done);
     assert!(said(&done).contains("360 slides, "), "{}", said(&done));
-    let report = trained(&[text(&set), "-o", text(&model), "--confusion", text(&folder.join("figure.svg"))]);
+    let report = trained(&[text(&set), "-o", text(&model), "--confusion", text(&folder.0.join("figure.svg"))]);
     assert_eq!(report["labels"], serde_json::json!(["Fla0", "Saw4", "Sin3"]));
     assert_eq!((&report["groups"], &report["test"]["groups"]), (&32.into(), &8.into()));
     assert!(report["test"]["accuracy"].as_f64().unwrap() >= 0.9, "{report}");
@@ -73,7 +73,7 @@ fn a_data_set_along_the_path_says_which_sensors_test() {
     // model eval reads the same file, and its answers to all slides are as good.
     let all: Value = serde_json::from_str(&good(&["model", "eval", text(&model), text(&set), "--json"])).unwrap();
     assert!(all["accuracy"].as_f64().unwrap() >= 0.9, "{all}");
-    let other = refusal(&["train", text(&set), "-o", text(&folder.join("b.wsm")), "--input", "frames"]);
+    let other = refusal(&["train", text(&set), "-o", text(&folder.0.join("b.wsm")), "--input", "frames"]);
     assert!(other.contains("array X: is missing") && other.contains("--input path"), "{other}");
     let over = refusal(&["train", text(&set), "-o", text(&set)]);
     assert!(over.contains("is an input of the command"), "{over}");
@@ -84,7 +84,7 @@ fn a_data_set_along_the_path_says_which_sensors_test() {
 #[test]
 fn recordings_are_split_and_one_of_them_is_refused() {
     let folder = Folder::new("train-recordings");
-    let recordings = folder.join("recordings");
+    let recordings = folder.0.join("recordings");
     fs::create_dir(&recordings).unwrap();
     let record = |specimen: &str, number: u32, degrees: u32| {
         let path = recordings.join(format!("{specimen}-{number}.mcap"));
@@ -94,15 +94,15 @@ fn recordings_are_split_and_one_of_them_is_refused() {
         path
     };
     let first = record("Saw4", 1, 20);
-    let alone = refusal(&["train", text(&first), "-o", text(&folder.join("a.wsm"))]);
+    let alone = refusal(&["train", text(&first), "-o", text(&folder.0.join("a.wsm"))]);
     assert!(alone.contains("expected at least 2 groups of each texture: record each texture"), "{alone}");
     for number in 2..5 {
         record("Saw4", number, 70 * number);
     }
     (1..5).for_each(|number| drop(record("Fla0", number, 50 * number)));
-    let model = folder.join("my.wsm");
+    let model = folder.0.join("my.wsm");
     let report = trained(&[text(&recordings), "-o", text(&model)]);
     assert_eq!((&report["slides"], &report["test"]["slides"]), (&6.into(), &2.into()), "{report}");
     assert_eq!((&report["groups"], &report["test"]["groups"]), (&6.into(), &2.into()), "{report}");
-    assert!(!folder.join("a.wsm").exists());
+    assert!(!folder.0.join("a.wsm").exists());
 }

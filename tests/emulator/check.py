@@ -20,8 +20,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from emulate import FRAME, HEIGHT, OV7690, OV7692, OV7725, WIDTH, Board, cost, frames_of
+from emulate import FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import Machine
+from model.sensor import Ov7690, Ov7692, Ov7725
 
 SCENE = f"""
 lead_in = 30
@@ -185,8 +186,8 @@ class Check:
             problems.append(f"the log says {log}, expected {said}")
         self.say(name, problems)
 
-    def never(self, name, said, told, sensor=OV7725, **how):
-        """The sensor cannot be used: this is reported, and reported again to a host that connects later."""
+    def never(self, name, said, told, sensor=Ov7725, first=(), **how):
+        """The sensor cannot be used: this is reported, after `first`, and again to a host that connects later."""
         board = Board(self.elf, [], sensor)
         for key, value in how.items():
             setattr(board.sensor, key, value)
@@ -194,30 +195,112 @@ class Check:
         machine.at(40 * FRAME, lambda: board.line.receive(request(HELLO)))
         machine.run(lambda: machine.now > 60 * FRAME)
         log = [line.split(": ", 1)[1] for _, line in board.log.lines]
-        problems = [] if log == 2 * said else [f"the log says {log}, expected {2 * said}"]
+        expected = [*first, *said, *said]
+        problems = [] if log == expected else [f"the log says {log}, expected {expected}"]
         self.host.of_line(board.line.sent)
         notes = self.host.notes.count(f"the board: the camera {told}\n")
         if notes != 2:
             problems.append(f"the host is told {self.host.notes!r}")
         self.say(name, problems)
 
-    def crash(self, name, how, why):
-        """The program fails: it restarts, reports the reason, and continues."""
-        board = Board(self.elf, self.host.frames[:40])
-        board.camera.faults[20] = lambda: how(board.machine)
+    def drift(self, name):
+        """The rate changes by 4 % while frames are used: this is reported, and they are used again when it is right."""
+        board = Board(self.elf, self.host.frames)
+        board.camera.faults[30] = lambda: board.sensor.slips.update({0x2B: 32})
+        board.camera.faults[70] = lambda: board.sensor.slips.clear()
         self.host.of_line(board.run())
-        problems = []
-        if not re.search(f"it started again because of: {why}", self.host.notes):
+        log = fault_lines(board)
+        said = [line for _, line in log]
+        problems = [] if said == [RATE, FORGETS, BACK] else [f"the log says {log}"]
+        if not problems and not 45 <= log[0][0] <= 92:
+            problems.append(f"it is said at frame {log[0][0]:.1f}, expected within 60 frames of 30")
+        if "the board: the camera does not keep what register 0x11 is set to" not in self.host.notes:
             problems.append(f"the host is told {self.host.notes!r}")
-        if [line for _, line in board.log.lines] != [SENSOR, LAST_RUN, SENSOR]:
-            problems.append(f"the log says {board.log.lines}")
         self.say(name, problems)
+
+    def crash(self, name, how, why, frames=40, again=None):
+        """The program fails: it restarts, reports the reason, and continues. It may be reset `again` some cycles after
+        that, before the report is sent; then the report comes after the second restart.
+        """
+        board = Board(self.elf, self.host.frames[:40])
+        machine = board.machine
+        machine.correct_errors("crash_record")
+
+        def fail():
+            how(machine)
+            if again:
+                machine.at(machine.now + again, lambda: setattr(machine, "reset_wanted", True))
+
+        board.camera.faults[20] = fail
+        machine.run(lambda: board.camera.frame is not None and board.camera.frame > frames)
+        self.host.of_line(bytes(board.line.sent))
+        problems = []
+        restarts = 2 if again else 1
+        if not re.search(f"it started again because of: {why}; restart {restarts}", self.host.notes):
+            problems.append(f"the host is told {self.host.notes!r}")
+        log = [line for _, line in board.log.lines]
+        if log not in ([SENSOR, LAST_RUN, SENSOR], [SENSOR, LAST_RUN, LAST_RUN, SENSOR]):
+            problems.append(f"the log says {log}")
+        # What was reported is not reported after the next reset.
+        machine.reset_wanted, sent, until = True, len(board.line.sent), machine.now + 2 * FRAME
+        machine.run(lambda: machine.now > until)
+        self.host.of_line(bytes(board.line.sent[sent:]))
+        if "started again" in self.host.notes:
+            problems.append(f"the host is told again {self.host.notes!r}")
+        self.say(name, problems)
+
+    def quiet(self, name):
+        """A debugger that asked the program to wait for it reads no log: everything else goes on."""
+        board = Board(self.elf, self.host.frames[:70], faults=dict.fromkeys(range(5, 60, 3), "overrun"))
+        board.log.forgotten = True
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        self.say(name, [] if lines[-1:] == self.features[69:70] else [f"the last features are {lines[-1:]}"])
+
+    def own_clock(self, name):
+        """The debugger gives no clock: the chip's own is used, and the host is told."""
+        board = Board(self.elf, self.host.frames[:5])
+        board.rcc.has_hse = False
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        problems = [] if lines == self.features[:5] else [f"features are {lines}"]
+        if "wstac-fw on the chip's clock" not in self.host.notes:
+            problems.append(f"the host is told {self.host.notes!r}")
+        self.say(name, problems)
+
+    def order(self, name):
+        """The camera interface drops bytes before it crops: the window is right all the same."""
+        board = Board(self.elf, self.host.frames[:5])
+        board.dcmi.selects_first = True
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        problems = [] if lines == self.features[:5] else [f"features are {lines}"]
+        log = [line.split(": ", 1)[1] for _, line in board.log.lines]
+        if log != [FOUND, DROPS_FIRST]:
+            problems.append(f"the log says {log}")
+        self.say(name, problems)
+
+    def pulls(self, name):
+        """Every input of the camera interface is pulled down, so that a wire that is off does not float."""
+        board = Board(self.elf, self.host.frames[:1])
+        board.run()
+        registers = {p.base: p for p in board.machine.peripherals}
+        floating = []
+        for port, pins in {0: (4, 6), 1: (7,), 2: (6, 7, 8, 9), 3: (3,), 4: (4, 5, 6)}.items():
+            pulled = registers[0x5802_0000 + 0x400 * port].read(0x0C)
+            floating += [f"P{'ABCDE'[port]}{pin}" for pin in pins if pulled >> 2 * pin & 3 != 2]
+        self.say(name, [f"{pin} is not pulled down" for pin in floating])
 
 
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
 FORGETS = "the sensor does not keep register {=u8:#04x}"
+SIZE, FORMAT = "frames have {=u32} lines and {=u32} words", "bytes are not luma and fixed chroma in turn"
+RATE = "{=u32} frames in 1000 seconds"
+DROPS_FIRST = "the camera interface drops bytes before it crops"
+HELD = "the sensor held its bus"
+CHROMA_FIRST = "chroma comes first, which is not as it was set: it is left out all the same"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
 
 
@@ -233,6 +316,26 @@ def plug_in(board):
     board.sensor.present = True
 
 
+def hold(board):
+    """The sensor holds the data line, as after a reset in the middle of a read."""
+    board.sensor.holds = 4
+
+
+def deafen(board):
+    """The sensor does not answer any more, but sends frames."""
+    board.sensor.deaf = True
+
+
+def cure(board):
+    """It answers again."""
+    board.sensor.deaf = False
+
+
+def brown_out(board):
+    """The sensor restarts with its defaults: automatic exposure, another size, another rate."""
+    board.sensor.power_on()
+
+
 def halt(board):
     """The core does nothing while three stripes arrive."""
     machine = board.machine
@@ -243,7 +346,7 @@ def halt_at_end(board, cycles):
     """The core stops some cycles after the last rows of a frame, until the next frame's second stripe has begun. Only
     the interrupts at the sync run in between.
     """
-    machine, line, sync = board.machine, board.camera.line_time, board.machine.now + FRAME
+    machine, line, sync = board.machine, board.camera.line_time, board.machine.now + board.camera.period
     # 8 lines before the first row, 9 rows above the window, and the window's 224 rows; then the first 19 of the next
     # frame.
     machine.at(machine.now + 240 * line + cycles, lambda: machine.stall(sync - machine.now))
@@ -258,7 +361,7 @@ def main():
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         check = Check(Host(wstac, folder), elf)
-        for sensor, name in ((OV7725, "OV7725"), (OV7690, "OV7690"), (OV7692, "OV7692")):
+        for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692")):
             check.plain(sensor, name)
         for at in range(0, len(other), 3):
             config, model, other_elf = other[at : at + 3]
@@ -273,20 +376,44 @@ def main():
         check.faulty("late after them", {40: idle}, [], [])
         check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
         check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
-        check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 82), [(70, SILENT), (None, BACK)])
-        check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 111), [(90, SILENT), (90, GONE), (None, BACK)])
+        check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 85), [(70, SILENT), (None, BACK)])
+        check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 120), [(90, SILENT), (90, GONE), (None, BACK)])
         # While the program looks for an OV7690: twice in the identity, at the reset, and in the settings; in a write,
         # an address and a read.
         for at in (0, 4, 9, 12, 13, 14, 15):
             said = [FOUND] if at == 0 else [GONE, FOUND]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
         check.never("no sensor", [GONE], "does not answer", present=False)
-        other_sensor = (0x21, {0x0A: 0x26, 0x0B: 0x42})
+        other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
         check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)
-        check.crash("hard fault", Machine.crash, "hard fault at 0x20000100")
+        # What only the frames show: the firmware reads back what it wrote.
+        for name, slips, said, register in (
+            ("60 frames per second", {0x11: 0x00}, RATE, "0x11"),
+            ("640 pixels per line", {0x65: 0x20}, SIZE, "0x29"),
+            ("RGB", {0x12: 0x06}, FORMAT, "0x0c"),
+        ):
+            told = f"does not keep what register {register} is set to"
+            check.never(name, [FORGETS], told, first=[FOUND, said], slips=slips)
+        check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
+        check.faulty("brown-out", {60: brown_out}, range(60, 75), [(60, FORGETS), (None, BACK)])
+        check.drift("the rate changes by 4 %")
+        check.start("data line held low", [HELD, FOUND], holds=5)
+        check.faulty("data line held low for a while", {40: hold}, [], [(40, HELD)])
+        check.faulty("frames without an answer", {40: deafen, 75: cure}, range(69, 91), [(69, GONE), (None, BACK)])
+        hard_fault = r"hard fault at 0x20000100, called from 0x\w+, fault status 0x\w+"
+        check.crash("hard fault", Machine.crash, hard_fault)
+        check.crash("hard fault, and a reset before it is reported", Machine.crash, hard_fault, again=FRAME // 4)
         check.crash("panic", Machine.panic, r"panic at \S*/src/lib\.rs:\d+: explicit panic")
+        unknown = "an interrupt without a handler: 3"
+        check.crash("interrupt without a handler", lambda machine: machine.interrupt(3), unknown)
+        hung = "the program hung, and the watchdog ended it"
+        check.crash("the program hangs", lambda machine: machine.stall(90 * FRAME), hung, frames=120)
+        check.quiet("a debugger that reads no log")
+        check.own_clock("no clock from the debugger")
+        check.order("bytes dropped before the crop")
+        check.pulls("pulled inputs")
         print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if check.failures else 0)

@@ -13,7 +13,7 @@ import struct
 import sys
 
 from elftools.elf.elffile import ELFFile
-from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_INTR, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn.arm_const import (
     UC_ARM_REG_D0,
     UC_ARM_REG_FPSCR,
@@ -85,6 +85,7 @@ class Machine:
         self.instructions = 0
         self.blocks = {}
         self.stalled_until = 0
+        self.partial = self.writing = None
         self.reset()
 
     def sizes(self):
@@ -111,8 +112,41 @@ class Machine:
         """Sends the core into a function of the program that panics. Nothing else calls it."""
         self.pc = self.symbols["__defmt_default_panic"]
 
+    def interrupt(self, number):
+        """Sends the core into the handler of an interrupt, whatever is enabled."""
+        self._enter(number)
+
+    def correct_errors(self, name):
+        """Lets the memory of a variable have error correction, and arbitrary bytes as after power was off.
+
+        It writes whole words of 64 bits. A part of one stays in a buffer until a part of another one is written, and a
+        reset loses it.
+        """
+        places = [address for symbol, address in self.symbols.items() if name in symbol and address >= RAM]
+        start = min(places)
+        self.partial, self.writing = None, None
+        self.uc.mem_write(start, b"\x5a" * 256)
+        self.uc.hook_add(UC_HOOK_MEM_WRITE, self._written, begin=start, end=start + 255)
+
+    def _written(self, uc, _, address, size, value, __):
+        word = address & ~7
+        if self.writing and self.writing[0] == word:
+            self.writing[2].update(range(address, address + size))
+            if len(self.writing[2]) == 8:
+                # All of the word came at once: it does not wait in the buffer, and empties nothing.
+                self.writing = None
+            return
+        if self.writing:
+            self.partial = self.writing
+        whole = size == 8
+        self.writing = None if whole else (word, bytes(uc.mem_read(word, 8)), set(range(address, address + size)))
+
     def reset(self):
-        """Restarts the core; memory stays as it is."""
+        """Restarts the core; memory stays as it is, but for a part of a word that was not written yet."""
+        lost = self.writing or self.partial
+        if lost:
+            self.uc.mem_write(lost[0], lost[1])
+        self.partial = self.writing = None
         self.enabled, self.exception, self.saved = set(), None, []
         self.event = False
         self.vectors = FLASH
@@ -147,6 +181,7 @@ class Machine:
         while not until():
             while self.events and self.events[0][0] <= self.now:
                 heapq.heappop(self.events)[2]()
+            self._reset_if_wanted()
             if self.now < self.stalled_until:
                 self.now = min([self.stalled_until, *(time for time, *_ in self.events[:1])])
                 continue
@@ -158,11 +193,14 @@ class Machine:
                     raise Stopped(f"asleep for ever in {self.where()}")
                 else:
                     self.now = max(self.now, self.events[0][0])
-            if self.reset_wanted:
-                for peripheral in self.peripherals:
-                    if hasattr(peripheral, "reset"):
-                        peripheral.reset()
-                self.reset()
+            self._reset_if_wanted()
+
+    def _reset_if_wanted(self):
+        if self.reset_wanted:
+            for peripheral in self.peripherals:
+                if hasattr(peripheral, "reset"):
+                    peripheral.reset()
+            self.reset()
 
     def where(self):
         """Returns the function that the core is in."""

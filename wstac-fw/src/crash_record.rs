@@ -2,6 +2,8 @@
 //!
 //! The record is in memory that the start-up code does not change. It survives a reset. After power was off the memory
 //! holds arbitrary bytes, so the record is valid only with its magic number and checksum.
+//!
+//! It also counts the starts since power was on.
 
 #[cfg(feature = "h743")]
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -14,19 +16,51 @@ const MOST: usize = 96;
 const MAGIC: u32 = 0x5753_7461;
 
 /// A text with a magic number and a checksum that prove that it is one.
+///
+/// It is whole words of 64 bits, which memory with error correction writes at once.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
+#[repr(C, align(8))]
 pub struct CrashRecord {
     magic: u32,
     checksum: u32,
+    restarts: u32,
     length: u32,
     text: [u8; MOST],
 }
 
+const _: () = assert!(size_of::<CrashRecord>().is_multiple_of(8));
+
 impl CrashRecord {
     /// Creates an empty record.
     pub const fn new() -> Self {
-        Self { magic: MAGIC, checksum: 0, length: 0, text: [0; MOST] }
+        Self { magic: MAGIC, checksum: 0, restarts: 0, length: 0, text: [0; MOST] }
+    }
+
+    /// Returns the record without its text. An invalid one begins to count anew.
+    #[must_use]
+    pub fn without_text(&self) -> Self {
+        let mut record = Self::new();
+        record.restarts = if self.is_valid() { self.restarts } else { 0 };
+        record.checksum = record.sum();
+        record
+    }
+
+    /// Returns the record after one more start. An invalid one begins to count.
+    #[must_use]
+    pub fn started(&self) -> Self {
+        let mut record = if self.is_valid() { *self } else { Self::new() };
+        record.restarts = if self.is_valid() { self.restarts.saturating_add(1) } else { 0 };
+        record.checksum = record.sum();
+        record
+    }
+
+    /// Returns the number of starts since power was on, without the first.
+    pub fn restarts(&self) -> u32 {
+        self.restarts
+    }
+
+    fn is_valid(&self) -> bool {
+        self.magic == MAGIC && self.checksum == self.sum() && self.length as usize <= MOST
     }
 
     /// Returns the record with more text. Text that does not fit is left out.
@@ -57,9 +91,9 @@ impl CrashRecord {
         self.add(digits.get(first..).and_then(|digits| str::from_utf8(digits).ok()).unwrap_or_default());
     }
 
-    /// Returns the text if the record is valid.
+    /// Returns the text if the record is valid and has one.
     pub fn text(&self) -> Option<&str> {
-        if self.magic != MAGIC || self.checksum != self.sum() {
+        if !self.is_valid() || self.length == 0 {
             return None;
         }
         let bytes = self.text.get(..self.length as usize)?;
@@ -70,9 +104,9 @@ impl CrashRecord {
         }
     }
 
-    /// Returns the CRC-32 (IEEE) of length and text.
+    /// Returns the CRC-32 (IEEE) of the count, the length and the text.
     fn sum(&self) -> u32 {
-        crc32(self.length.to_le_bytes().into_iter().chain(self.text))
+        crc32(self.restarts.to_le_bytes().into_iter().chain(self.length.to_le_bytes()).chain(self.text))
     }
 }
 
@@ -102,36 +136,55 @@ mod kept {
     #[unsafe(link_section = ".uninit.crash_record")]
     static mut KEPT: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
 
-    /// Memory with error correction keeps the last write in a buffer, which a reset clears. This word is written after
-    /// the record.
+    /// Memory with error correction writes whole words of 64 bits. It keeps the last write of a part of one in a buffer,
+    /// which a reset clears. Only another such write elsewhere empties it, so two are made after the record.
     #[unsafe(link_section = ".uninit.crash_record")]
-    static mut FLUSH: MaybeUninit<u64> = MaybeUninit::uninit();
+    static mut FLUSH: [MaybeUninit<u64>; 2] = [const { MaybeUninit::uninit() }; 2];
 
-    /// Returns the text of the last run, once.
-    #[allow(unsafe_code)]
-    pub fn take() -> Option<CrashRecord> {
-        // SAFETY: any bytes are a valid record, because it consists of numbers. Only a handler that does not return
-        // also reads or writes it.
-        let words = unsafe { addr_of!(KEPT).cast::<CrashRecord>().read_volatile() };
-        keep(CrashRecord { magic: 0, ..CrashRecord::new() });
-        words.text().is_some().then_some(words)
+    /// Counts this start, and returns the record with the text of the last run if there is one. It stays until
+    /// [`erase`].
+    pub fn begin() -> CrashRecord {
+        let record = kept().started();
+        keep(record);
+        record
+    }
+
+    /// Erases the text, because it was sent.
+    pub fn erase() {
+        keep(kept().without_text());
     }
 
     #[allow(unsafe_code)]
-    fn keep(words: CrashRecord) {
-        // SAFETY: any bytes are a valid record, and no other code uses it now.
+    fn kept() -> CrashRecord {
+        // SAFETY: any bytes are a record, because it consists of numbers. No other code writes to it now: the handlers
+        // do not return, and all others run one after another.
+        unsafe { addr_of!(KEPT).cast::<CrashRecord>().read_volatile() }
+    }
+
+    #[allow(unsafe_code)]
+    fn keep(record: CrashRecord) {
+        // SAFETY: any bytes are a valid record, and no other code uses it now. The flushing words are numbers, too.
         unsafe {
-            addr_of_mut!(KEPT).cast::<CrashRecord>().write_volatile(words);
-            addr_of_mut!(FLUSH).cast::<u64>().write_volatile(0);
+            addr_of_mut!(KEPT).cast::<CrashRecord>().write_volatile(record);
+            cortex_m::asm::dsb();
+            for word in 0..2 {
+                addr_of_mut!(FLUSH).cast::<u64>().add(word).cast::<u32>().write_volatile(0);
+                cortex_m::asm::dsb();
+            }
         }
         compiler_fence(Ordering::SeqCst);
-        cortex_m::asm::dsb();
+    }
+
+    /// Keeps this text as the reason and restarts.
+    fn restart_because(record: CrashRecord) -> ! {
+        keep(record);
+        SCB::sys_reset()
     }
 
     #[panic_handler]
     fn panic(info: &PanicInfo<'_>) -> ! {
         cortex_m::interrupt::disable();
-        let mut words = CrashRecord::new();
+        let mut words = kept().without_text();
         words.add("panic");
         // The place comes first, with the end of its path. Text that is too long is cut.
         if let Some(place) = info.location() {
@@ -145,14 +198,22 @@ mod kept {
             words.add(": ");
             words.add(message);
         }
-        keep(words);
-        SCB::sys_reset()
+        restart_because(words)
+    }
+
+    #[allow(unsafe_code)]
+    #[exception]
+    unsafe fn DefaultHandler(number: i16) -> ! {
+        let mut words = kept().without_text();
+        words.add("an interrupt without a handler: ");
+        words.add_number(u32::from(number.unsigned_abs()), 10);
+        restart_because(words)
     }
 
     #[allow(unsafe_code)]
     #[exception]
     unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-        let mut words = CrashRecord::new();
+        let mut words = kept().without_text();
         words.add("hard fault at 0x");
         words.add_number(frame.pc(), 16);
         words.add(", called from 0x");
@@ -160,13 +221,12 @@ mod kept {
         words.add(", fault status 0x");
         // SAFETY: the register says what the fault was; reading it changes nothing.
         words.add_number(unsafe { (*SCB::PTR).cfsr.read() }, 16);
-        keep(words);
-        SCB::sys_reset()
+        restart_because(words)
     }
 }
 
 #[cfg(feature = "h743")]
-pub use kept::take;
+pub use kept::{begin, erase};
 
 #[cfg(test)]
 mod tests {
@@ -204,13 +264,29 @@ mod tests {
             match byte {
                 0..4 => bytes.magic = flip(bytes.magic),
                 4..8 => bytes.checksum = flip(bytes.checksum),
-                8..12 => bytes.length = flip(bytes.length),
-                _ => bytes.text[byte - 12] ^= 0x10,
+                8..12 => bytes.restarts = flip(bytes.restarts),
+                12..16 => bytes.length = flip(bytes.length),
+                _ => bytes.text[byte - 16] ^= 0x10,
             }
             assert_eq!(bytes.text(), None, "byte {byte}");
         }
         assert_eq!(CrashRecord { length: u32::MAX, ..words }.text(), None);
         // An empty record that was never added to has no checksum.
         assert_eq!(CrashRecord::new().text(), None);
+    }
+
+    #[test]
+    fn starts_are_counted_with_and_without_a_text() {
+        // After power was off, the bytes are arbitrary.
+        let off = CrashRecord { magic: 0, restarts: 77, ..CrashRecord::new() };
+        let first = off.started();
+        assert_eq!((first.restarts(), first.text()), (0, None));
+        let mut crashed = first.started().without_text();
+        crashed.add("panic");
+        let next = crashed.started();
+        assert_eq!((next.restarts(), next.text()), (2, Some("panic")));
+        let erased = next.without_text();
+        assert_eq!((erased.restarts(), erased.text()), (2, None));
+        assert_eq!(erased.started().restarts(), 3);
     }
 }

@@ -5,6 +5,8 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "h743")]
+pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
@@ -12,6 +14,7 @@ pub mod emulated;
 pub mod link;
 pub mod reader;
 pub mod sccb;
+pub mod self_test;
 pub mod sensor;
 #[cfg(feature = "h743")]
 pub mod serial;

@@ -4,7 +4,8 @@ use embassy_stm32::gpio::{Level, Output};
 use wstac_core::wire::{self, Decoder, Fault, Message, Request};
 
 use crate::reader::Outlet;
-use crate::sensor::SensorError;
+use crate::self_test::Defect;
+use crate::sensor::{Sensor, SensorError};
 use crate::serial::Serial;
 
 /// The reason why there are no frames.
@@ -26,6 +27,18 @@ pub enum Absence {
         /// The register that holds another value.
         register: u8,
     },
+}
+
+impl Absence {
+    /// Returns the reason that a sensor's frames are wrong.
+    pub fn of(defect: Defect, sensor: &Sensor) -> Self {
+        match defect {
+            Defect::NoFrames => Self::Silent,
+            Defect::Size { .. } => Self::NotTaken { register: sensor.suspects.size },
+            Defect::Format => Self::NotTaken { register: sensor.suspects.format },
+            Defect::Rate { .. } => Self::NotTaken { register: sensor.suspects.rate },
+        }
+    }
 }
 
 impl<E> From<SensorError<E>> for Absence {
@@ -61,6 +74,11 @@ impl Link {
     /// Returns whether there is room for any message.
     pub fn has_room(&self) -> bool {
         self.serial.room() >= wire::LONGEST
+    }
+
+    /// Returns whether all messages have been sent.
+    pub fn is_drained(&self) -> bool {
+        self.serial.is_drained()
     }
 
     /// Returns the next request that has arrived.

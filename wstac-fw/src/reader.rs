@@ -37,6 +37,8 @@ pub struct Reader {
     sender: Sender,
     /// The size of the whole frames, for hosts that ask.
     size: FrameSize,
+    /// The name of the firmware, for hosts that ask.
+    name: &'static str,
     dropped: u64,
     status_at: u64,
 }
@@ -73,7 +75,9 @@ impl Reader {
     /// computes.
     ///
     /// # Errors
-    /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`](wstac_core::pipeline::Pipeline::builder) for the configuration.
+    /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
+    ///
+    /// [`Pipeline::builder`]: wstac_core::pipeline::Pipeline::builder
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
@@ -95,15 +99,23 @@ impl Reader {
                 live: LiveMotion::new(motion),
             },
             size,
+            name: env!("CARGO_PKG_NAME"),
             dropped: 0,
             status_at: STATUS_EVERY,
         })
     }
 
+    /// Gives the firmware another name, which says in what it differs.
+    pub fn set_name(&mut self, name: &'static str) {
+        self.name = name;
+    }
+
     /// Takes the next rows of a frame.
     ///
     /// # Errors
-    /// Returns the errors of [`Pipeline::push_stripe`](wstac_core::pipeline::Pipeline::push_stripe) if the rows do not fit this layout; then nothing was taken.
+    /// Returns the errors of [`Pipeline::push_stripe`] if the rows do not fit this layout; then nothing was taken.
+    ///
+    /// [`Pipeline::push_stripe`]: wstac_core::pipeline::Pipeline::push_stripe
     pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), FrameError> {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {
@@ -158,7 +170,7 @@ impl Reader {
         let mut models = [None; 3];
         models[0] = setup::MODEL.map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
         out.send(&Message::Hello(Hello {
-            firmware: Text::new(env!("CARGO_PKG_NAME")),
+            firmware: Text::new(self.name),
             version: Text::new(env!("CARGO_PKG_VERSION")),
             size: self.size,
             format: setup::PIXELS,

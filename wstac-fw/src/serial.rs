@@ -91,6 +91,11 @@ impl Serial {
         })
     }
 
+    /// Returns whether all bytes have left the queue.
+    pub fn is_drained(&self) -> bool {
+        QUEUES.lock(|queues| queues.borrow().out.is_empty())
+    }
+
     /// Returns how many more bytes can be queued.
     pub fn room(&self) -> usize {
         QUEUES.lock(|queues| OUT - queues.borrow().out.len())

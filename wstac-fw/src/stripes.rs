@@ -188,6 +188,11 @@ impl<C: Capture> Stripes<C> {
         &self.capture
     }
 
+    /// Returns the capture hardware, to be used between frames. A [`Stripes::restart`] must follow.
+    pub fn capture_mut(&mut self) -> &mut C {
+        &mut self.capture
+    }
+
     fn is_in_frame(&self) -> bool {
         self.in_frame > 0 || self.lent
     }

@@ -1,7 +1,7 @@
 """A parallel sensor, the DCMI that captures its pixels, and DMA1's stream 0 that moves the DCMI's words.
 
-Each line is cropped, every second byte is dropped, and the words are written to the ring. The clip's first frame is the
-first one after the capture was first enabled. Before that, the sensor is dark.
+Each line is cropped and every second byte is dropped if the program asks for that, and the words are written to the
+ring. The clip's first frame is the first one that is captured through a window. Before that, the sensor is dark.
 """
 
 from .registers import Registers
@@ -63,11 +63,13 @@ class Dma(Registers):
 
 
 class Dcmi(Registers):
-    """The camera interface, which captures a part of each line."""
+    """The camera interface, which captures a part of each line. The manual does not say whether it crops a line or
+    drops every second byte first: `selects_first` says so.
+    """
 
     def __init__(self, dma):
         super().__init__(DCMI)
-        self.dma, self.capturing, self.row, self.ever = dma, False, 0, False
+        self.dma, self.capturing, self.row, self.selects_first = dma, False, 0, False
 
     def reset(self):
         """Resets the registers."""
@@ -85,12 +87,17 @@ class Dcmi(Registers):
             return
         super().write(offset, value)
         if offset == CR:
-            self.ever |= self.enabled() and bool(value & CAPTURE)
             self.capturing &= self.enabled()
 
     def enabled(self):
         """Returns whether it is on."""
         return bool(self.values.get(CR, 0) & ENABLE)
+
+    def wants_window(self):
+        """Returns whether the next frame is captured through a window, and not measured line by line."""
+        if self.values.get(IER, 0) & LINE:
+            return False
+        return self.values.get(CR, 0) & (ENABLE | CAPTURE | CROP) == ENABLE | CAPTURE | CROP
 
     def flag(self, flag):
         """Sets a flag, if it is on."""
@@ -110,62 +117,79 @@ class Dcmi(Registers):
         top, rows = start >> 16 & 0x1FFF, (size >> 16 & 0x3FFF) + 1
         left, clocks = start & 0x3FFF, (size & 0x3FFF) + 1
         row, self.row = self.row, self.row + 1
-        if not self.capturing or not control & CROP or not top <= row < top + rows:
+        if not self.capturing or control & CROP and not top <= row < top + rows:
             return
-        data = bytes_of(row)[left : left + clocks]
+        data = bytes_of(row)
+        if control & CROP and not self.selects_first:
+            data = data[left : left + clocks]
         if control & EVERY_SECOND_BYTE:
             data = data[1 if control & THE_SECOND else 0 :: 2]
+        if control & CROP and self.selects_first:
+            data = data[left : left + clocks]
+        # The rest of a frame that is not whole words is left out.
+        data = data[: len(data) // 4 * 4]
         if not self.dma.take(data):
             self.flag(OVERRUN)
-        if row == top + rows - 1:
+        if control & CROP and row == top + rows - 1:
             self.flag(FRAME)
 
 
 class Camera:
-    """The sensor's pixels: a clip of GREY frames, sent as YUYV with a chroma that must not matter."""
+    """The pixels of a sensor that sees a clip of GREY frames. Its registers decide what of them is sent, and how.
+    """
 
-    def __init__(self, machine, sensor, dcmi, clip, size, cycles_per_frame, faults=()):
+    def __init__(self, machine, sensor, dcmi, clip, size, clock, faults=()):
         self.machine, self.sensor, self.dcmi, self.clip, self.faults = machine, sensor, dcmi, clip, dict(faults)
-        self.width, self.height = size
-        self.frame, self.began, self.started, self.period = None, None, machine.now, cycles_per_frame
-        self.chroma = bytes((x * 37 + 11) & 0xFF for x in range(2 * self.width))
-        # The blank lines that an OV7725 has between frames; a few of them come before the first line.
-        self.line_time = cycles_per_frame // (self.height + 15)
-        self.machine.at(self.started, self._begin)
+        self.size, self.clock = size, clock
+        self.frame, self.began, self.nominal = None, None, None
+        self.machine.at(machine.now, self._begin)
+
+    @property
+    def period(self):
+        """Returns the cycles of a frame."""
+        return round(self.clock * self.sensor.period())
+
+    @property
+    def line_time(self):
+        """Returns the cycles of a line. Of the blank lines between frames, eight come before the first line."""
+        return self.period // (self.sensor.size()[1] + 15)
 
     def is_over(self):
         """Returns whether the clip has been sent, and one more frame time has passed."""
         return self.frame is not None and self.frame > len(self.clip)
 
     def _begin(self):
-        """Begins a frame time. The next one is planned from the start, so that nothing drifts."""
-        if self.dcmi.ever:
-            if self.frame is None:
-                self.frame, self.began = -1, self.machine.now
-            self.frame += 1
-        fault = self.faults.get(self.frame) if self.frame is not None else None
-        if callable(fault):
-            fault = fault()
-        begins = self.machine.now
-        self.machine.at(begins + self.period, self._begin)
-        if not self.sensor.is_set_up() or fault == "silent":
+        """Begins a frame time. Those of the clip are planned from its start, so that nothing drifts, and a sensor that
+        ran at another rate in between sends nothing until the next of them begins.
+        """
+        begins, period, line_time = self.machine.now, self.period, self.line_time
+        if self.began is None and self.dcmi.wants_window():
+            self.began, self.nominal, self.frame = begins, period, -1
+        on_time, fault = True, None
+        if self.began is None or period != self.nominal:
+            self.machine.at(begins + period, self._begin)
+        else:
+            self.machine.at(begins + period - (begins - self.began) % period, self._begin)
+            on_time = (begins - self.began) % period == 0
+        if self.began is not None and (begins - self.began) // self.nominal != self.frame:
+            self.frame = (begins - self.began) // self.nominal
+            fault = self.faults.get(self.frame)
+            fault = fault() if callable(fault) else fault
+        self.sensor.begin_frame()
+        if not self.sensor.drives() or fault == "silent" or not on_time:
             return
         if fault != "lost sync":
             self.dcmi.sync()
         picture = self.clip[self.frame] if self.frame is not None and self.frame < len(self.clip) else None
-        for row in range(self.height):
-            if fault == "sync inside" and row == self.height // 2:
-                self.machine.at(begins + (8 + row) * self.line_time, self.dcmi.sync)
+        lines = self.sensor.size()[1]
+        for row in range(lines):
+            if fault == "sync inside" and row == lines // 2:
+                self.machine.at(begins + (8 + row) * line_time, self.dcmi.sync)
                 break
-            if fault == "overrun" and row == self.height // 3:
-                self.machine.at(begins + (8 + row) * self.line_time, lambda: self.dcmi.flag(OVERRUN))
-            self.machine.at(begins + (8 + row) * self.line_time, lambda: self._line(picture))
+            if fault == "overrun" and row == lines // 3:
+                self.machine.at(begins + (8 + row) * line_time, lambda: self.dcmi.flag(OVERRUN))
+            self.machine.at(begins + (8 + row) * line_time, lambda: self._line(picture))
 
     def _line(self, picture):
-        if self.sensor.is_set_up():
-            self.dcmi.line(lambda row: self._yuyv(picture, row))
-
-    def _yuyv(self, picture, row):
-        line = bytearray(self.chroma)
-        line[0::2] = picture[row * self.width : (row + 1) * self.width] if picture else bytes(self.width)
-        return bytes(line)
+        if self.sensor.drives():
+            self.dcmi.line(lambda row: self.sensor.line(picture, row, self.size))

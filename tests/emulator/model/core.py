@@ -4,7 +4,7 @@ from .registers import Registers
 
 NVIC_PAGE, SCB_PAGE = 0xE000_E000, 0xE000_EC00
 ENABLE, DISABLE, LAST = 0x100, 0x180, 0x200
-VTOR, AIRCR, CPUID = 0x108, 0x10C, 0x100
+VTOR, AIRCR, CPUID, ICSR = 0x108, 0x10C, 0x100, 0x104
 RESET_REQUEST = 0x05FA_0004
 
 
@@ -39,6 +39,12 @@ class Scb(Registers):
     def __init__(self, machine):
         super().__init__(SCB_PAGE, {CPUID: 0x411F_C271})
         self.machine = machine
+
+    def read(self, offset):
+        """Returns a register. The lowest bits of ICSR have the number of the exception that runs."""
+        if offset == ICSR:
+            return 0 if self.machine.exception is None else 16 + self.machine.exception
+        return super().read(offset)
 
     def write(self, offset, value):
         """Stores a register, and performs what it requests."""

@@ -1,6 +1,10 @@
-"""I2C1 as master, and a camera sensor on it whose registers are behind an address that is written first."""
+"""I2C1 as master. The sensors on it are objects of `sensor.py`."""
 
 from .registers import Registers
+
+PORT_B = 0x5802_0400
+MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18
+SCL, SDA, OUTPUT = 8, 9, 1
 
 I2C1 = 0x4000_5400
 CR2, ISR, ICR, RXDR, TXDR = 0x04, 0x18, 0x1C, 0x24, 0x28
@@ -46,6 +50,10 @@ class I2c(Registers):
 
     def _begin(self, value):
         self.left, self.reads, self.flags = value >> 16 & 0xFF, bool(value & READS), 0
+        if any(sensor.holds for sensor in self.sensors.values()):
+            # The data line is low: no start is possible.
+            self.sensor, self.left = None, 0
+            return
         self.sensor = self.sensors.get((value & 0xFF) >> 1)
         if self.sensor is None or not self.sensor.answers(self.reads):
             self.sensor, self.left = None, 0
@@ -65,53 +73,29 @@ class I2c(Registers):
         self.sensor, self.flags = None, self.flags & ~TC | STOPF
 
 
-class Sensor:
-    """A sensor's registers. `present` is whether it answers, `nack_after` is how often it answers before it fails once,
-    and `stuck` is a register that keeps its value. Another object has the pixels.
-    """
+class Port(Registers):
+    """Port B, with the bus on two of its pins. Both are high unless the sensor or the port holds them low."""
 
-    def __init__(self, address, identity):
-        self.address, self.identity = address, identity
-        self.present, self.resets, self.nack_after, self.stuck = True, 0, None, None
-        self.registers, self.pointer, self.written = dict(identity), 0, []
+    def __init__(self, sensor):
+        super().__init__(PORT_B)
+        self.sensor = sensor
 
-    def answers(self, reads):
-        """Returns whether it acknowledges its address. It does not accept a repeated start."""
-        if self.nack_after == 0:
-            self.nack_after = None
-            return False
-        if self.nack_after is not None:
-            self.nack_after -= 1
-        self.written = [] if not reads else self.written
-        return self.present
+    def read(self, offset):
+        """Returns a register."""
+        if offset != IDR:
+            return super().read(offset)
+        low = sum(1 << pin for pin in (SCL, SDA) if self._is_low(pin))
+        return 0xFFFF & ~low & ~(1 << SDA if self.sensor.holds else 0)
 
-    def write(self, value):
-        """Accepts a byte."""
-        self.written.append(value)
+    def write(self, offset, value):
+        """Stores a register. A clock that rises takes a bit from a sensor that holds the data line."""
+        was_low = self._is_low(SCL)
+        if offset == BSRR:
+            super().write(ODR, (self.values.get(ODR, 0) | value & 0xFFFF) & ~(value >> 16))
+        else:
+            super().write(offset, value)
+        if was_low and not self._is_low(SCL):
+            self.sensor.holds = max(0, self.sensor.holds - 1)
 
-    def read(self):
-        """Returns the register whose address was written before the last stop."""
-        return self.registers.get(self.pointer, 0)
-
-    def stop(self):
-        """Ends a transfer of an address, or of an address and a value."""
-        if self.written:
-            self.pointer = self.written[0]
-        if len(self.written) == 2:
-            self._set(*self.written)
-        self.written = []
-
-    def power_on(self):
-        """Forgets all registers."""
-        self.registers = dict(self.identity)
-
-    def is_set_up(self):
-        """Returns whether automatic exposure, gain and white balance have been switched off. Then pixels come."""
-        return self.present and self.registers.get(0x13) == 0
-
-    def _set(self, register, value):
-        if (register, value) == (0x12, 0x80):
-            self.resets += 1
-            self.power_on()
-        elif register not in self.identity and register != self.stuck:
-            self.registers[register] = value
+    def _is_low(self, pin):
+        return self.values.get(MODER, 0) >> 2 * pin & 3 == OUTPUT and not self.values.get(ODR, 0) >> pin & 1

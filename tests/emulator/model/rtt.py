@@ -8,16 +8,18 @@ import struct
 from elftools.elf.elffile import ELFFile
 
 EVERY = 96_000  # cycles between two reads: a millisecond
+BLOCKS = 2  # the mode of a channel that waits for room
 LEVELS = {"defmt_error": "error", "defmt_warn": "warning", "defmt_info": "info"}
 
 
 class Log:
     """Reads the log while the program runs. `lines` has level and format, without its numbers, each with its time in
-    cycles.
+    cycles. If it is `forgotten`, it asks the program to wait for it, and reads nothing.
     """
 
     def __init__(self, machine, elf):
         self.machine, self.block, self.bytes, self.lines = machine, machine.symbols["_SEGGER_RTT"], b"", []
+        self.forgotten = False
         self.formats = _formats(elf)
         machine.at(EVERY, self._look)
 
@@ -27,6 +29,9 @@ class Log:
         if bytes(memory.mem_read(self.block, 10)) != b"SEGGER RTT":
             return
         channel = self.block + 24
+        if self.forgotten:
+            memory.mem_write(channel + 20, struct.pack("<I", BLOCKS))
+            return
         _, ring, size, write, read, _ = struct.unpack("<6I", memory.mem_read(channel, 24))
         if write == read:
             return

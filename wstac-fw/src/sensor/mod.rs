@@ -5,7 +5,9 @@
 //! table first switches the automatic controls off, then sets values, and makes gamma a straight line.
 
 pub mod ov7690;
+pub mod ov7692;
 pub mod ov7725;
+pub mod watch;
 
 use core::fmt;
 
@@ -42,6 +44,8 @@ pub struct Sensor {
     pub reset: Setting,
     /// The milliseconds that the sensor needs after that.
     pub reset_ms: u32,
+    /// The settings that choose banks of registers, and those of other banks. Each is read back, and they come first.
+    pub banked: &'static [Setting],
     /// The settings of format, size and rate, then the locks. Each is read back.
     pub settings: &'static [&'static [Setting]],
     /// The milliseconds from the last setting to frames that show it.
@@ -50,6 +54,19 @@ pub struct Sensor {
     pub size: FrameSize,
     /// The signals of the sensor's parallel port.
     pub signals: Signals,
+    /// The registers that are named when frames are wrong although every setting was kept.
+    pub suspects: Suspects,
+}
+
+/// The registers that decide what a sensor sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Suspects {
+    /// The register of the width of a frame.
+    pub size: u8,
+    /// The register of the order of bytes.
+    pub format: u8,
+    /// The register of the clock.
+    pub rate: u8,
 }
 
 /// The polarities and the byte order of a parallel port, which a camera interface needs to know.
@@ -134,12 +151,9 @@ impl Sensor {
         let mut port = Port(Sccb::new(bus, self.address));
         port.write(self.reset)?;
         delay.delay_ms(self.reset_ms);
-        for setting in self.settings.iter().copied().flatten() {
+        for setting in self.banked.iter().chain(self.settings.iter().copied().flatten()) {
             port.write(*setting)?;
-            let found = port.read(setting.register)?;
-            if found != setting.value {
-                return Err(SensorError::NotTaken { register: setting.register, found, expected: setting.value });
-            }
+            port.verify(*setting)?;
         }
         Ok(())
     }
@@ -156,7 +170,15 @@ impl<B: I2c> Port<'_, B> {
     fn write(&mut self, Setting { register, value }: Setting) -> Result<(), SensorError<B::Error>> {
         self.0.write(register, value).map_err(|error| SensorError::Bus { register, error })
     }
+
+    fn verify(&mut self, Setting { register, value }: Setting) -> Result<(), SensorError<B::Error>> {
+        let found = self.read(register)?;
+        if found == value { Ok(()) } else { Err(SensorError::NotTaken { register, found, expected: value }) }
+    }
 }
+
+/// The value of U and V, which the sensors are told to fix: no color.
+pub const FIXED_CHROMA: u8 = 0x80;
 
 /// The size of QVGA, 320 × 240.
 const QVGA: FrameSize = match FrameSize::new(320, 240) {

@@ -1,26 +1,31 @@
-//! OV7690 and its sister OV7692: the cameras of the published power figure.
+//! OV7690: the camera of the published power figure.
 //!
-//! Register addresses and bits are those of OmniVision's public register lists of the OV7690. There was no data sheet
-//! and no sensor, so nothing of this is confirmed on hardware. Least certain are the OV7692's address and the
-//! arithmetic of the clock.
+//! Register addresses and bits are those of OmniVision's register lists as public drivers quote them: the Linux drivers
+//! of i.MX and OMAP boards, and OpenMV's. There was no data sheet and no sensor, so nothing of this is confirmed on
+//! hardware. The rate is arithmetic: the PLL makes 48 MHz of 24 MHz, half of it is the pixel clock, and a frame takes
+//! 776 × 516 × 2 pixel clocks, which is 29.97 frames per second.
 //!
 //! | register | bits that are used |
 //! | --- | --- |
 //! | 0x00–0x03 | gain; blue, red and green gains, 0x40 for 1 |
 //! | 0x0A, 0x0B | product identity |
-//! | 0x0C | 2: data pins on, 1: VSYNC, HREF, PCLK on |
+//! | 0x0C | 7, 6: turned over, mirrored; 4: Y before U and V; 2: data pins on; 1: VSYNC, HREF, PCLK on; 0: color bars |
 //! | 0x0F, 0x10 | exposure in lines, high and low byte |
-//! | 0x11, 0x29 | clock: 0x11 divides by 1 plus its low 6 bits; 0x29 holds the PLL's settings, left at their default |
-//! | 0x12 | 7: reset; 5–0: 0 for YUV |
+//! | 0x11 | 5–0: the clock is the PLL's / (1 + these) |
+//! | 0x12 | 7: reset; 6: every second line, at twice the rate; 5–0: 0 for YUV |
 //! | 0x13 | 2: automatic gain, 1: automatic white balance, 0: automatic exposure |
-//! | 0x15 | 6–4: lower the frame rate in the dark; 1–0: digital gain |
-//! | 0x16–0x1A, 0x22 | window of the pixel array; 0x22 bit 4: every second line |
+//! | 0x15 | 7–4: lower the frame rate in the dark; 1–0: digital gain |
+//! | 0x16–0x1A, 0x22 | window of the pixel array |
+//! | 0x29 | 7–6: PLL divider less 1; 5–4: PLL, 1 for 4 times |
+//! | 0x2A–0x2E | pixels of a line; lines that are added to a frame |
 //! | 0x3E | 5–4: a pixel clock of twice the pixels, for YUV |
-//! | 0x82 | 1–0: 3 for YUV 4:2:2 |
+//! | 0x81 | 5: special effects; 3, 2: scaler, vertical and horizontal; both are off at reset |
+//! | 0x82 | 3: color bars; 1–0: 3 for YUV 4:2:2 |
 //! | 0xA3–0xB1, 0xB2 | gamma at 15 inputs, slope above the last |
 //! | 0xC8–0xCF | width and height into the scaler, and out of it |
+//! | 0xD2, 0xDA, 0xDB | effects: 4–3 fix U and V at these two values; 2: contrast |
 
-use super::{QVGA, Sensor, Setting, Signals, set};
+use super::{FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
 
 /// The OV7690.
 pub const OV7690: Sensor = Sensor {
@@ -29,9 +34,10 @@ pub const OV7690: Sensor = Sensor {
     identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
     reset: set(0x12, 0x80),
     reset_ms: 5,
-    settings: &[&FORMAT, &WINDOW, &GAMMA, &LOCKS],
-    // The time of ten frames.
-    settle_ms: 334,
+    banked: &[],
+    settings: &[&FORMAT, &RATE, &WINDOW, &GAMMA, &LOCKS],
+    // The time of six frames.
+    settle_ms: 200,
     size: QVGA,
     signals: Signals {
         vsync_high_between_frames: true,
@@ -39,33 +45,44 @@ pub const OV7690: Sensor = Sensor {
         sample_at_rising_edge: true,
         luma_first: true,
     },
+    suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
 };
 
-/// The OV7692, which has the same registers at another address.
-pub const OV7692: Sensor =
-    Sensor { name: "OV7692", address: 0x3C, identity: [set(0x0A, 0x76), set(0x0B, 0x92)], ..OV7690 };
-
-/// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz.
-static FORMAT: [Setting; 5] = [
-    set(0x12, 0x00), // YUV
+/// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.
+static FORMAT: [Setting; 8] = [
+    set(0x12, 0x00), // the whole array, YUV
     set(0x82, 0x03), // 4:2:2
     set(0x3E, 0x30), // two bytes per pixel
-    set(0x11, 0x00), // clock undivided: 30 frames per second
-    set(0x0C, 0x06), // all pins on, nothing swapped or mirrored
+    set(0x81, 0x3F), // scaler both ways, special effects
+    set(0xD2, 0x18), // of these, only fixed U and V
+    set(0xDA, FIXED_CHROMA),
+    set(0xDB, FIXED_CHROMA),
+    set(0x0C, 0x16), // all pins on, Y first, nothing mirrored
 ];
 
-/// Every second line of the array, scaled to 320 × 240.
-static WINDOW: [Setting; 14] = [
+/// 30 frames per second from a clock of 24 MHz.
+pub(super) static RATE: [Setting; 7] = [
+    set(0x11, 0x00), // undivided
+    set(0x29, 0x50), // 4 times, by 2
+    set(0x2A, 0x30), // 776 pixels per line
+    set(0x2B, 0x08),
+    set(0x2C, 0x00), // no more lines
+    set(0x2D, 0x00),
+    set(0x2E, 0x00),
+];
+
+/// 640 × 480 of the array, scaled to 320 × 240. Skipping lines in the array instead would double the rate.
+pub(super) static WINDOW: [Setting; 14] = [
     set(0x16, 0x03),
     set(0x17, 0x69),
     set(0x18, 0xA4),
-    set(0x19, 0x06),
+    set(0x19, 0x0C),
     set(0x1A, 0xF6),
-    set(0x22, 0x10), // every second line
+    set(0x22, 0x00),
     set(0xC8, 0x02), // 640 in
     set(0xC9, 0x80),
-    set(0xCA, 0x00), // 240 in
-    set(0xCB, 0xF0),
+    set(0xCA, 0x01), // 480 in
+    set(0xCB, 0xE0),
     set(0xCC, 0x01), // 320 out
     set(0xCD, 0x40),
     set(0xCE, 0x00), // 240 out
@@ -73,7 +90,7 @@ static WINDOW: [Setting; 14] = [
 ];
 
 /// Gamma as a straight line: the curve's values are its inputs. The slope above the last is 4/3 · (256 − 208).
-static GAMMA: [Setting; 16] = [
+pub(super) static GAMMA: [Setting; 16] = [
     set(0xA3, 4),
     set(0xA4, 8),
     set(0xA5, 16),
@@ -93,7 +110,7 @@ static GAMMA: [Setting; 16] = [
 ];
 
 /// Switches automatic controls off, then sets values.
-static LOCKS: [Setting; 8] = [
+pub(super) static LOCKS: [Setting; 8] = [
     set(0x13, 0x00), // no automatic exposure, gain, white balance
     set(0x15, 0x00), // the rate stays, no digital gain
     set(0x00, 0x00), // gain 1

@@ -17,12 +17,15 @@
 //! | 0x13 | 2: automatic gain, 1: automatic white balance, 0: automatic exposure |
 //! | 0x17–0x1A, 0x32 | window of the pixel array |
 //! | 0x29, 0x2C, 0x2A | width / 4 and height / 2 of the output, and their low bits |
+//! | 0x2B, 0x2D, 0x2E, 0x33, 0x34 | pixels and lines that are added |
 //! | 0x46 | 0: lens correction |
+//! | 0x60, 0x61, 0xA6 | fixed U and V; effects, of which bits 4–3 fix U and V |
 //! | 0x64 | 5: special effects, 2: gamma |
 //! | 0x65 | 3–0: scale and zoom, both ways |
+//! | 0x67 | 1–0: 0 for YUV or RGB |
 //! | 0xAC | 3–2: scale factors follow from the sizes |
 
-use super::{QVGA, Sensor, Setting, Signals, set};
+use super::{FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
 
 /// The OV7725.
 pub const OV7725: Sensor = Sensor {
@@ -31,9 +34,10 @@ pub const OV7725: Sensor = Sensor {
     identity: [set(0x0A, 0x77), set(0x0B, 0x21)],
     reset: set(0x12, 0x80),
     reset_ms: 10,
+    banked: &[],
     settings: &[&FORMAT, &WINDOW, &LOCKS],
-    // The time of ten frames.
-    settle_ms: 334,
+    // The time of six frames.
+    settle_ms: 200,
     size: QVGA,
     signals: Signals {
         vsync_high_between_frames: true,
@@ -41,14 +45,25 @@ pub const OV7725: Sensor = Sensor {
         sample_at_rising_edge: true,
         luma_first: true,
     },
+    suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
 };
 
-/// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz.
-static FORMAT: [Setting; 4] = [
+/// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma
+/// from chroma without a picture.
+static FORMAT: [Setting; 13] = [
     set(0x12, 0x00), // the whole array, YUV
     set(0x0C, 0x10), // Y first
+    set(0x67, 0x00), // YUV
     set(0x0D, 0x41), // 4 times
     set(0x11, 0x01), // by 4: 24 MHz again
+    set(0x2B, 0x00), // no more pixels or lines
+    set(0x2D, 0x00),
+    set(0x2E, 0x00),
+    set(0x33, 0x00),
+    set(0x34, 0x00),
+    set(0xA6, 0x18), // of the special effects, only fixed U and V
+    set(0x60, FIXED_CHROMA),
+    set(0x61, FIXED_CHROMA),
 ];
 
 /// 640 × 480 of the array, scaled to 320 × 240.
@@ -61,7 +76,7 @@ static WINDOW: [Setting; 10] = [
     set(0x29, 0x50), // 320 / 4
     set(0x2C, 0x78), // 240 / 2
     set(0x2A, 0x00),
-    set(0x65, 0x0F),
+    set(0x65, 0x2F), // scale and zoom, both ways
     set(0xAC, 0xFF),
 ];
 
@@ -69,7 +84,7 @@ static WINDOW: [Setting; 10] = [
 static LOCKS: [Setting; 10] = [
     set(0x13, 0x00), // no automatic exposure, gain, white balance
     set(0x0E, 0x01), // the rate stays
-    set(0x64, 0xDB), // no gamma, no special effects
+    set(0x64, 0xFB), // no gamma; special effects, which 0xA6 chooses
     set(0x46, 0x00), // no lens correction
     set(0x00, 0x00), // gain 1
     set(0x01, 0x80), // blue 1

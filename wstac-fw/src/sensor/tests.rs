@@ -7,8 +7,10 @@ use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 
-use super::ov7690::{OV7690, OV7692};
+use super::ov7690::OV7690;
+use super::ov7692::OV7692;
 use super::ov7725::OV7725;
+use super::watch::Watch;
 use super::{Sensor, SensorError, Setting};
 
 const ALL: [Sensor; 3] = [OV7690, OV7692, OV7725];
@@ -23,7 +25,7 @@ fn is_written(sensor: &Sensor, Setting { register, value }: Setting) -> Transact
 }
 
 fn settings(sensor: &Sensor) -> Vec<Setting> {
-    sensor.settings.iter().copied().flatten().copied().collect()
+    sensor.banked.iter().chain(sensor.settings.iter().copied().flatten()).copied().collect()
 }
 
 /// Returns all steps on the bus if nothing is wrong.
@@ -101,7 +103,7 @@ fn a_setting_that_is_not_taken_is_named() {
 #[test]
 fn automatic_controls_are_off_before_their_values_are_set() {
     for sensor in ALL {
-        let settings = settings(&sensor);
+        let settings: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();
         let place = |register| settings.iter().position(|setting| setting.register == register).unwrap();
         // 0x13 holds the switches of all three in both families. Gain, blue, red, green, and exposure's low byte
         // follow.
@@ -112,5 +114,32 @@ fn automatic_controls_are_off_before_their_values_are_set() {
             assert_ne!(*setting, sensor.reset);
             assert_eq!(place(setting.register), k, "{}: {:#04x} twice", sensor.name, setting.register);
         }
+    }
+}
+
+#[test]
+fn every_setting_is_read_back_within_a_second() {
+    for sensor in ALL {
+        let table: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();
+        let switches = *table.iter().find(|setting| setting.register == 0x13).unwrap();
+        // Two per frame, and the switches of automatic controls in each. The last frame of a turn may have one or none.
+        let mut steps = Vec::new();
+        for pair in table.chunks(2) {
+            steps.extend(is_read(&sensor, switches));
+            steps.extend(pair.iter().flat_map(|setting| is_read(&sensor, *setting)));
+        }
+        let frames = table.chunks(2).len();
+        assert!(frames <= 30, "{}: {frames} frames", sensor.name);
+        let (mut bus, mut watch) = (Mock::new(&steps), Watch::default());
+        for _ in 0..frames {
+            assert_eq!(watch.check(&sensor, &mut bus), Ok(()), "{}", sensor.name);
+        }
+        bus.done();
+        // A changed setting is found in its turn, and the switches at once.
+        let [address, _] = is_read(&sensor, switches);
+        let mut bus = Mock::new(&[address, Transaction::read(sensor.address, [0xE5].into())]);
+        let error = Watch::default().check(&sensor, &mut bus).unwrap_err();
+        assert_eq!(error, SensorError::NotTaken { register: 0x13, found: 0xE5, expected: 0 });
+        bus.done();
     }
 }

@@ -4,6 +4,9 @@
 //! 0 of DMA1 writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole
 //! frame is kept anywhere.
 //!
+//! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and
+//! words.
+//!
 //! This is the only file that knows the DMA, and it has the only unsafe code of the capture. The ring is lent for ever,
 //! no other code holds it, and the DMA is given its exact length. The DMA may overwrite rows while they are read; then
 //! they are numbers, if wrong ones. [`Stripes::release`](super::Stripes::release) counts the stripes again after
@@ -13,7 +16,7 @@
 //! the DMA wrote.
 
 use core::slice;
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering, compiler_fence};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering, compiler_fence};
 
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
@@ -24,6 +27,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 
 use super::{Capture, Ticks, Trouble};
+use crate::self_test::Probe;
 use crate::sensor::Signals;
 use crate::window::Window;
 
@@ -51,6 +55,22 @@ static TROUBLE: AtomicU8 = AtomicU8::new(NONE);
 /// The stripes of a frame and the words of a stripe, for the interrupts.
 static PER_FRAME: AtomicU32 = AtomicU32::new(1);
 static WORDS_PER_STRIPE: AtomicU32 = AtomicU32::new(0);
+
+/// The vertical syncs since power was on, modulo 2^32, and the ticks at the last one.
+static SYNCS: AtomicU32 = AtomicU32::new(0);
+static SYNC_AT: AtomicU32 = AtomicU32::new(0);
+/// Whether whole frames are measured.
+static PROBING: AtomicBool = AtomicBool::new(false);
+/// The syncs that the measurement has seen.
+static PROBED: AtomicU32 = AtomicU32::new(0);
+/// The ticks at the first sync that is used.
+static PROBED_FROM: AtomicU32 = AtomicU32::new(0);
+/// The lines of the frame under way, and those of the last one.
+static LINES: AtomicU32 = AtomicU32::new(0);
+static LAST_LINES: AtomicU32 = AtomicU32::new(0);
+/// The words since the restart at the last sync, and those between the last two.
+static WORDS_AT_SYNC: AtomicU32 = AtomicU32::new(0);
+static LAST_WORDS: AtomicU32 = AtomicU32::new(0);
 
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
@@ -82,6 +102,22 @@ impl Handler<typelevel::DMA1_STREAM0> for DcmiInterrupts {
 pub struct Dcmi {
     ring: *const u8,
     stripe_bytes: usize,
+    signals: Signals,
+    /// First column, first row, width and height of the window.
+    window: [u16; 4],
+    /// Whether the interface counts the window's columns after it has dropped every second byte.
+    crops_selected: bool,
+}
+
+/// What is captured.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum What {
+    /// Luma of the window, to be used.
+    Frames,
+    /// All bytes of whole frames, to be measured.
+    Whole,
+    /// Luma of the window, to be measured.
+    Window,
 }
 
 impl Dcmi {
@@ -109,28 +145,6 @@ impl Dcmi {
 
         rcc::enable_and_reset::<peripherals::DCMI>();
         RCC.ahb1enr().modify(|w| w.set_dma1en(true));
-        DCMI.cr().write(|w| {
-            w.set_vspol(signals.vsync_high_between_frames);
-            w.set_hspol(!signals.href_high_in_lines);
-            w.set_pckpol(signals.sample_at_rising_edge);
-            w.set_crop(true);
-            w.0 |= EVERY_SECOND_BYTE | if signals.luma_first { 0 } else { THE_SECOND };
-        });
-        // Columns are counted in pixel clocks, two per pixel. The register values are one less than the counts.
-        DCMI.cwstrt().write(|w| {
-            w.set_hoffcnt(2 * window.left());
-            w.set_vst(window.top());
-        });
-        DCMI.cwsize().write(|w| {
-            w.set_capcnt(2 * window.width() - 1);
-            w.set_vline(window.height() - 1);
-        });
-        DCMI.ier().write(|w| {
-            w.set_ovr_ie(true);
-            w.set_err_ie(true);
-            w.set_vsync_ie(true);
-        });
-
         let stream = DMA1.st(STREAM);
         stream.cr().write(|w| w.set_en(false));
         stream.par().write_value(DCMI.dr().as_ptr() as u32);
@@ -145,17 +159,71 @@ impl Dcmi {
             typelevel::DCMI::enable();
             typelevel::DMA1_STREAM0::enable();
         }
-        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes })
+        let window = [window.left(), window.top(), window.width(), window.height()];
+        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals, window, crops_selected: false })
     }
-}
 
-impl Capture for Dcmi {
-    fn restart(&mut self) {
+    /// Says whether luma is the first of two bytes. The next restart captures it.
+    pub fn set_luma_first(&mut self, luma_first: bool) {
+        self.signals.luma_first = luma_first;
+    }
+
+    /// Stops capture until it begins in one way or another.
+    pub fn stop(&mut self) {
+        // The frame under way ends first; then the interface is switched off.
+        DCMI.cr().modify(|w| w.set_capture(false));
+        DCMI.cr().modify(|w| w.set_enable(false));
+    }
+
+    /// Begins to measure whole frames. It ends with [`Dcmi::probe`] and a restart.
+    pub fn begin_probe(&mut self) {
+        self.start(What::Whole);
+    }
+
+    /// Begins to measure the luma of the window, which must have [`Dcmi::window_words`].
+    ///
+    /// The manual does not say whether columns are counted before or after every second byte is dropped.
+    pub fn begin_window_probe(&mut self) {
+        self.start(What::Window);
+    }
+
+    /// Returns the words of a frame's window.
+    pub fn window_words(&self) -> u32 {
+        let [_, _, width, height] = self.window;
+        u32::from(width) * u32::from(height) / 4
+    }
+
+    /// Takes the other order of cropping and dropping bytes. Returns whether columns are now counted after bytes are
+    /// dropped.
+    pub fn change_order(&mut self) -> bool {
+        self.crops_selected = !self.crops_selected;
+        self.crops_selected
+    }
+
+    /// Returns what was measured, until now or until [`Dcmi::stop`], since [`Dcmi::begin_probe`].
+    pub fn probe(&self) -> Probe {
+        critical_section::with(|_| Probe {
+            frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
+            ticks: SYNC_AT.load(Ordering::Relaxed).wrapping_sub(PROBED_FROM.load(Ordering::Relaxed)),
+            lines: LAST_LINES.load(Ordering::Relaxed),
+            words: LAST_WORDS.load(Ordering::Relaxed),
+        })
+    }
+
+    /// Returns the number of vertical syncs, modulo 2^32, and the ticks at the last one, modulo 2^32.
+    pub fn syncs(&self) -> (u32, u32) {
+        critical_section::with(|_| (SYNCS.load(Ordering::Relaxed), SYNC_AT.load(Ordering::Relaxed)))
+    }
+
+    /// Starts capture at the next vertical sync: of the window's luma, or of all bytes of whole frames.
+    fn start(&mut self, what: What) {
+        let probe = what != What::Frames;
+        // Columns are counted in pixel clocks, two per pixel unless every second one is gone. The register values of
+        // sizes are one less than the counts.
+        let [left, top, width, height] = self.window;
+        let clocks = if self.crops_selected { 1 } else { 2 };
         critical_section::with(|_| {
-            DCMI.cr().modify(|w| {
-                w.set_capture(false);
-                w.set_enable(false);
-            });
+            self.stop();
             let stream = DMA1.st(STREAM);
             stream.cr().modify(|w| w.set_en(false));
             // This waits at most for the transfer of one word. If the DMA does not stop, nothing is captured: the
@@ -180,9 +248,34 @@ impl Capture for Dcmi {
                 w.set_vsync_isc(true);
                 w.set_line_isc(true);
             });
-            COMPLETE.store(0, Ordering::Relaxed);
-            IN_FRAME.store(0, Ordering::Relaxed);
+            for counter in [&COMPLETE, &IN_FRAME, &PROBED, &LINES, &LAST_LINES, &WORDS_AT_SYNC, &LAST_WORDS] {
+                counter.store(0, Ordering::Relaxed);
+            }
             TROUBLE.store(NONE, Ordering::Relaxed);
+            PROBING.store(probe, Ordering::Relaxed);
+            DCMI.cr().write(|w| {
+                w.set_vspol(self.signals.vsync_high_between_frames);
+                w.set_hspol(!self.signals.href_high_in_lines);
+                w.set_pckpol(self.signals.sample_at_rising_edge);
+                w.set_crop(what != What::Whole);
+                if what != What::Whole {
+                    w.0 |= EVERY_SECOND_BYTE | if self.signals.luma_first { 0 } else { THE_SECOND };
+                }
+            });
+            DCMI.cwstrt().write(|w| {
+                w.set_hoffcnt(clocks * left);
+                w.set_vst(top);
+            });
+            DCMI.cwsize().write(|w| {
+                w.set_capcnt(clocks * width - 1);
+                w.set_vline(height - 1);
+            });
+            DCMI.ier().write(|w| {
+                w.set_ovr_ie(true);
+                w.set_err_ie(true);
+                w.set_vsync_ie(true);
+                w.set_line_ie(probe);
+            });
             stream.ndtr().write(|w| w.set_ndt(2 * WORDS_PER_STRIPE.load(Ordering::Relaxed) as u16));
             stream.cr().write(|w| {
                 w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
@@ -200,6 +293,12 @@ impl Capture for Dcmi {
             DCMI.cr().modify(|w| w.set_enable(true));
             DCMI.cr().modify(|w| w.set_capture(true));
         });
+    }
+}
+
+impl Capture for Dcmi {
+    fn restart(&mut self) {
+        self.start(What::Frames);
     }
 
     fn complete(&self) -> u32 {
@@ -261,6 +360,14 @@ fn serve() {
         w.set_err_isc(camera.err_ris());
         w.set_vsync_isc(camera.vsync_ris());
     });
+    if camera.vsync_ris() {
+        SYNCS.store(SYNCS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+        SYNC_AT.store(Instant::now().as_ticks() as u32, Ordering::Relaxed);
+    }
+    if PROBING.load(Ordering::Relaxed) {
+        measure(camera.line_ris(), camera.vsync_ris(), complete);
+        return;
+    }
     if error || camera.ovr_ris() || camera.err_ris() {
         TROUBLE.store(OVERRUN, Ordering::Relaxed);
     } else if camera.vsync_ris() && !(in_frame == 0 && is_at_end(complete)) {
@@ -269,9 +376,34 @@ fn serve() {
     CHANGED.signal(());
 }
 
+/// Counts lines, and at a vertical sync the words of the frame that it ends.
+fn measure(line: bool, sync: bool, complete: u32) {
+    if sync {
+        let size = WORDS_PER_STRIPE.load(Ordering::Relaxed);
+        let words = size.wrapping_mul(complete - complete % 2).wrapping_add(in_ring());
+        LAST_WORDS.store(words.wrapping_sub(WORDS_AT_SYNC.load(Ordering::Relaxed)), Ordering::Relaxed);
+        WORDS_AT_SYNC.store(words, Ordering::Relaxed);
+        LAST_LINES.store(LINES.load(Ordering::Relaxed), Ordering::Relaxed);
+        LINES.store(0, Ordering::Relaxed);
+        let probed = PROBED.load(Ordering::Relaxed);
+        if probed == 0 {
+            PROBED_FROM.store(SYNC_AT.load(Ordering::Relaxed), Ordering::Relaxed);
+        }
+        PROBED.store(probed + 1, Ordering::Relaxed);
+        CHANGED.signal(());
+    }
+    if line {
+        DCMI.icr().write(|w| w.set_line_isc(true));
+        LINES.store(LINES.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+    }
+}
+
+/// Returns the words from the ring's beginning to where the DMA writes next.
+fn in_ring() -> u32 {
+    2 * WORDS_PER_STRIPE.load(Ordering::Relaxed) - u32::from(DMA1.st(STREAM).ndtr().read().ndt())
+}
+
 /// Returns whether the ring has exactly this many whole stripes and not a word more.
 fn is_at_end(complete: u32) -> bool {
-    let words = WORDS_PER_STRIPE.load(Ordering::Relaxed);
-    let written = 2 * words - u32::from(DMA1.st(STREAM).ndtr().read().ndt());
-    written == complete % 2 * words
+    in_ring() == complete % 2 * WORDS_PER_STRIPE.load(Ordering::Relaxed)
 }

@@ -1,0 +1,417 @@
+"""The sensors: what their registers make of the pins.
+
+The registers and bits are those of public drivers and of quotes of OmniVision's data sheets, not those of the
+firmware's tables: Linux drivers of the OV7690 and OV772x, MediaTek's and Analog Devices' drivers of the OV7692, and
+OpenMV's drivers of the OV7690 and OV7725. What none of them says is a guess, and the comment says so.
+
+A clip is what the sensor sees with the nominal exposure and gain 1. Wrong lights change its luma, wrong sizes cut or
+enlarge it, and a wrong format gives other bytes.
+"""
+
+from functools import lru_cache
+
+XCLK = 24_000_000
+NOMINAL_LINES = 480  # exposure, in lines
+GREY_CHROMA = 0x80
+
+
+class Sensor:
+    """A sensor behind a bus with registers of eight bits.
+
+    `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a
+    register that keeps its value. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
+    which it holds the data line. `slips` has registers that act as if another value were written, although the value
+    that was written is read back: so a table with that value in it would act.
+    """
+
+    ADDRESS, IDENTITY, DEFAULTS, RESET = 0, {}, {}, (0x12, 0x80)
+    # The registers that automatic controls change: (bit of 0x13, registers).
+    AUTOMATIC = ()
+
+    def __init__(self, address=None, identity=None):
+        self.address = self.ADDRESS if address is None else address
+        self.identity = self.IDENTITY if identity is None else identity
+        self.present, self.resets, self.nack_after, self.stuck, self.slips = True, 0, None, None, {}
+        self.holds, self.deaf = 0, False
+        self.pointer, self.written, self.history, self.dark = 0, [], [], None
+        self.power_on()
+
+    def power_on(self):
+        """Sets all registers to their defaults."""
+        self.registers = {**self.DEFAULTS, **self.identity}
+
+    def answers(self, reads):
+        """Returns whether it acknowledges its address. It does not accept a repeated start."""
+        if self.nack_after == 0:
+            self.nack_after = None
+            return False
+        if self.nack_after is not None:
+            self.nack_after -= 1
+        self.written = [] if not reads else self.written
+        return self.present and not self.deaf
+
+    def write(self, value):
+        """Accepts a byte."""
+        self.written.append(value)
+
+    def read(self):
+        """Returns the register whose address was written before the last stop."""
+        return self.registers.get(self._place(self.pointer), 0)
+
+    def stop(self):
+        """Ends a transfer of an address, or of an address and a value."""
+        if self.written:
+            self.pointer = self.written[0]
+        if len(self.written) == 2:
+            self._set(*self.written)
+        self.written = []
+
+    def _place(self, register):
+        return register
+
+    def _set(self, register, value):
+        place = self._place(register)
+        if (register, value) == self.RESET:
+            self.resets += 1
+            self.history = []
+            self.power_on()
+        elif place not in self.identity:
+            self.history.append((place, value))
+            if place != self.stuck:
+                self.registers[place] = value
+
+    def __getitem__(self, place):
+        """Returns the value that a register acts by."""
+        if place in self.slips and any(at == place for at, _ in self.history):
+            return self.slips[place]
+        return self.registers.get(place, 0)
+
+    def number(self, high, low, bits):
+        """Returns a number of two registers, of which the high one has this many bits."""
+        return (self[high] & (1 << bits) - 1) << 8 | self[low]
+
+    def drives(self):
+        """Returns whether VSYNC, HREF and PCLK are driven."""
+        raise NotImplementedError
+
+    def drives_data(self):
+        """Returns whether the data pins are driven."""
+        return True
+
+    def period(self):
+        """Returns the seconds of a frame."""
+        raise NotImplementedError
+
+    def size(self):
+        """Returns pixels per line and lines of what is sent."""
+        raise NotImplementedError
+
+    def format(self):
+        """Returns the bytes of a pixel pair, such as "YUYV", or "RGB", or "RAW"."""
+        raise NotImplementedError
+
+    def bytes_per_line(self):
+        """Returns the bytes of a line."""
+        return self.size()[0] * (1 if self.format() == "RAW" else 2)
+
+    def chroma(self):
+        """Returns U and V if they are fixed."""
+        raise NotImplementedError
+
+    def light(self):
+        """Returns the table from the clip's luma to the sensor's, or None if it is the same."""
+        raise NotImplementedError
+
+    def view(self):
+        """Returns whether the picture is mirrored and turned over, and how far it is shifted."""
+        raise NotImplementedError
+
+    def bars(self):
+        """Returns whether color bars hide the picture."""
+        return False
+
+    def acts(self):
+        """Returns all that the registers do, in comparable parts."""
+        if not self.drives():
+            return {"pins": "silent"}
+        return {
+            "pins": "all" if self.drives_data() else "no data",
+            "rate": round(1 / self.period(), 2),
+            "size": (self.bytes_per_line(), self.size()[1]),
+            "format": self.format(),
+            # A difference of 2 is within what a byte may differ by.
+            "chroma": self.chroma() is not None and all(abs(value - GREY_CHROMA) <= 2 for value in self.chroma()),
+            "automatic": self[0x13] & 7,
+            "light": self.light(),
+            "view": self.view(),
+            "picture": "bars" if self.bars() else "scene",
+        }
+
+    def begin_frame(self):
+        """Lets the automatic controls act: they look for another light, and their registers show it."""
+        self.dark = None
+        for bit, high, low in self.AUTOMATIC:
+            if self[0x13] & bit:
+                value = (self.registers.get(high, 0) << 8 | self.registers.get(low, 0)) + 1 if high else None
+                if high:
+                    self.registers[high], self.registers[low] = value >> 8 & 0xFF, value & 0xFF
+                else:
+                    self.registers[low] = self.registers.get(low, 0) + 1 & 0x0F | self.registers.get(low, 0) & 0xF0
+
+    def line(self, picture, row, clip_size):
+        """Returns the bytes of a line; `picture` has the clip's frame of GREY pixels, or None in the dark."""
+        if picture is None and self.dark is not None:
+            return self.dark
+        line = self._line(picture, row, clip_size)
+        if picture is None:
+            self.dark = line
+        return line
+
+    def _line(self, picture, row, clip_size):
+        wide, high = self.size()
+        width, height = clip_size
+        mirrored, turned, right, down = self.view()
+        if self.bars():
+            luma = bytes(235 - 31 * (x * 8 // wide) for x in range(wide))
+        elif picture is None:
+            luma = bytes(wide)
+        elif (wide, high) == clip_size and self.view() == (False, False, 0, 0):
+            luma = picture[row * width : (row + 1) * width]
+        else:
+            y = ((high - 1 - row if turned else row) + down) % high * height // high
+            # A line that is not scaled shows the left part of a larger picture.
+            x_of = [(wide - 1 - x if mirrored else x) + right for x in range(wide)]
+            luma = bytes(picture[y * width + x % wide * width // wide] for x in x_of)
+        table = self.light()
+        luma = luma.translate(table) if table else luma
+        return self._bytes(luma)[: self.bytes_per_line()] if self.drives_data() else bytes(self.bytes_per_line())
+
+    def _bytes(self, luma):
+        kind = self.format()
+        if kind == "RAW":
+            return luma
+        line = bytearray(2 * len(luma))
+        if kind == "RGB":
+            line[0::2] = bytes(y & 0xF8 | y >> 5 for y in luma)
+            line[1::2] = bytes((y & 0x1C) << 3 | y >> 3 for y in luma)
+            return bytes(line)
+        first = 0 if kind == "YUYV" else 1
+        line[first::2] = luma
+        # A chroma that must not matter, where it is not fixed.
+        chroma = bytes(self.chroma() or ((74 * x + 11) & 0xFF for x in range(len(luma))))
+        line[1 - first :: 2] = (chroma * len(luma))[: len(luma)]
+        return bytes(line)
+
+
+@lru_cache
+def curve(scale, knots, slope):
+    """Returns the table of a scale and a curve of outputs at fixed inputs, or None if it changes nothing."""
+    inputs = (0, 4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96, 112, 144, 176, 208)
+    outputs = (0, *knots)
+
+    def bend(value):
+        for (a, b), (c, d) in zip(zip(inputs, inputs[1:]), zip(outputs, outputs[1:])):
+            if value <= b:
+                return c + (value - a) * (d - c) / (b - a)
+        return outputs[-1] + (value - inputs[-1]) * 0.75 * slope / 48
+
+    table = bytes(min(255, max(0, round(bend(min(255.0, value * scale))))) for value in range(256))
+    return None if table == bytes(range(256)) else table
+
+
+STRAIGHT = (4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96, 112, 144, 176, 208)
+GAMMA_AT_RESET = (11, 21, 42, 81, 99, 116, 131, 145, 158, 170, 190, 206, 229, 243, 251)
+
+
+def doublings(value):
+    """Returns the gain of a register whose high bits double it, one each, and whose low four bits add sixteenths."""
+    return 2 ** bin(value >> 4).count("1") * (1 + (value & 15) / 16)
+
+
+class Ov7690(Sensor):
+    """OV7690."""
+
+    ADDRESS, IDENTITY = 0x21, {0x0A: 0x76, 0x0B: 0x91, 0x1C: 0x7F, 0x1D: 0xA2}
+    DEFAULTS = {
+        0x01: 0x40, 0x02: 0x40, 0x03: 0x40, 0x0C: 0x16, 0x0E: 0x00, 0x0F: 0x01, 0x10: 0x00, 0x11: 0x00, 0x12: 0x00,
+        0x13: 0xF7, 0x15: 0x00, 0x16: 0x03, 0x17: 0x69, 0x18: 0xA4, 0x19: 0x0C, 0x1A: 0xF6, 0x29: 0x50, 0x2A: 0x30,
+        0x2B: 0x08, 0x3E: 0x20, 0x81: 0x41, 0x82: 0x00, 0xC8: 0x02, 0xC9: 0x80, 0xCA: 0x01, 0xCB: 0xE0, 0xCC: 0x02,
+        0xCD: 0x80, 0xCE: 0x01, 0xCF: 0xE0, 0xDA: 0x80, 0xDB: 0x80,
+        **{0xA3 + k: value for k, value in enumerate(GAMMA_AT_RESET)}, 0xB2: 0x06,
+    }  # fmt: skip
+    AUTOMATIC = ((1, 0x0F, 0x10), (2, 0, 0x02), (4, 0, 0x00))
+    LINES = 516  # of a frame, whatever the scaler makes of them
+
+    def drives(self):
+        """Returns whether VSYNC, HREF and PCLK are driven: 0x0C bit 1, and 0x0E bit 3 is sleep."""
+        return self.present and bool(self[0x0C] & 2) and not self[0x0E] & 8
+
+    def drives_data(self):
+        """Returns whether the data pins are driven."""
+        return bool(self[0x0C] & 4)
+
+    def clock(self):
+        """Returns pixels per second. PCLK is twice that in YUV and RGB: f / 2 if 0x3E bit 4 is set, f / 4 if not."""
+        multiplier = (1, 4, 6, 8)[self[0x29] >> 4 & 3]
+        divider = 1 if self[0x11] & 0x40 else (self[0x11] & 0x3F) + 1
+        return XCLK * multiplier / ((self[0x29] >> 6) + 1) / divider / 4
+
+    def period(self):
+        """Returns the seconds of a frame: 776 pixels by 516 lines at reset, fewer lines in skip mode."""
+        line = (self[0x2A] & 0x70) << 4 | self[0x2B]
+        lines = (self.LINES // 2 if self[0x12] & 0x40 else self.LINES) + ((self[0x2A] & 0x0F) << 8 | self[0x2C])
+        lines += self[0x2D] | self[0x2E] << 8
+        night = {0: 1, 1: 2, 2: 3, 3: 4}.get(self[0x15] >> 4 & 7, 8) if self[0x15] & 0x80 else 1
+        return night * max(line, 1) * lines / self.clock()
+
+    def size(self):
+        """Returns the size behind the scaler: what goes in where it is off, which is at reset."""
+        window = (self[0x18] * 4 + (self[0x16] >> 5 & 2), self[0x1A] * 2 // (2 if self[0x12] & 0x40 else 1))
+        wanted = (self.number(0xC8, 0xC9, 2), self.number(0xCA, 0xCB, 1))
+        out = (self.number(0xCC, 0xCD, 2), self.number(0xCE, 0xCF, 1))
+        sent = []
+        for axis, bit in ((0, 4), (1, 8)):
+            fed = min(window[axis], wanted[axis])
+            scaled = self[0x81] & bit and out[axis] <= wanted[axis]
+            # The scaler's factor follows from the two sizes; it stops where its input does.
+            sent.append(fed * out[axis] // max(1, wanted[axis]) if scaled else fed)
+        return max(4, sent[0] & ~1), max(1, sent[1])
+
+    def format(self):
+        """Returns the format: 0x12 bits 5-0 with 0x82, and the order of 0x0C bit 4."""
+        kind = self[0x12] & 3
+        if self[0x82] & 3 != 3 or self[0x12] & 0x30 or kind in (1, 3):
+            return "RAW"
+        if kind == 2:
+            return "RGB"
+        return "YUYV" if self[0x0C] & 0x10 else "UYVY"
+
+    def bytes_per_line(self):
+        """Returns the bytes of a line: half of them are lost if PCLK is not doubled."""
+        return super().bytes_per_line() // (1 if self._is_doubled() or self.format() == "RAW" else 2)
+
+    def _is_doubled(self):
+        return bool(self[0x3E] & 0x10)
+
+    def chroma(self):
+        """Returns U and V if special effects fix them."""
+        return (self[0xDA], self[0xDB]) if self[0x81] & 0x20 and self[0xD2] & 0x18 == 0x18 else None
+
+    def light(self):
+        """Returns the table of exposure, gains and gamma."""
+        lines = min(self.number(0x0F, 0x10, 8), self.LINES - 4)
+        gain = doublings(self[0x00]) * (1, 2, 2, 4)[self[0x15] & 3]
+        white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x40
+        # Contrast and brightness at their defaults are a guess: half of the light.
+        effect = 0.5 if self[0x81] & 0x20 and self[0xD2] & 4 else 1
+        knots = tuple(self[0xA3 + k] for k in range(15))
+        return curve(round(lines / NOMINAL_LINES * gain * white * effect, 6), knots, self[0xB2])
+
+    def view(self):
+        """Returns how the picture lies. 0x17 and 0x19 shift it, and how far is a guess."""
+        right, down = self[0x17] - 0x69, self[0x19] - 0x0C
+        return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
+
+    def bars(self):
+        """Returns whether color bars hide the picture."""
+        return bool(self[0x0C] & 1 or self[0x82] & 8)
+
+
+class Ov7692(Ov7690):
+    """OV7692: a MIPI sensor with a parallel port, whose registers have two banks."""
+
+    ADDRESS, IDENTITY = 0x3C, {0x0A: 0x76, 0x0B: 0x92, 0x1C: 0x7F, 0x1D: 0xA2}
+    DEFAULTS = {
+        **Ov7690.DEFAULTS, 0x13: 0xE5, 0x31: 0x83, 0x37: 0x0C, 0x5E: 0x00, 0x64: 0x11, 0x1B5: 0x70, 0x0FF: 0x00,
+    }  # fmt: skip
+
+    def _place(self, register):
+        """Returns the place of a register: those of bank 1 are 0x100 higher, and 0xFF is in both."""
+        return register + 0x100 if register != 0xFF and self.registers.get(0xFF) == 1 else register
+
+    def drives(self):
+        """Returns whether the parallel port is driven: MIPI must be off, and the registers at bank 0."""
+        return super().drives() and not self[0x1B5] & 0x40
+
+    def _is_doubled(self):
+        """Returns whether PCLK has room for two bytes: 0x37 bits 3-2 divide it, and 0 does not."""
+        return self[0x37] & 0x0C in (0, 4)
+
+    def clock(self):
+        """Returns pixels per second. 0x31 bits 1-0 divide the PLL's loop; what 3 and 2 differ in is a guess."""
+        return super().clock() * (2 if self[0x31] & 3 < 2 else 1)
+
+
+class Ov7725(Sensor):
+    """OV7725."""
+
+    ADDRESS, IDENTITY = 0x21, {0x0A: 0x77, 0x0B: 0x21, 0x1C: 0x7F, 0x1D: 0xA2}
+    DEFAULTS = {
+        0x01: 0x80, 0x02: 0x80, 0x03: 0x80, 0x08: 0x00, 0x0C: 0x10, 0x0D: 0x41, 0x0E: 0x01, 0x10: 0x40, 0x11: 0x80,
+        0x12: 0x00, 0x13: 0x8F, 0x17: 0x26, 0x18: 0xA0, 0x19: 0x07, 0x1A: 0xF0, 0x29: 0xA0, 0x2C: 0xF0, 0x46: 0x00,
+        0x60: 0x80, 0x61: 0x80, 0x64: 0x1F, 0x65: 0x20, 0xA6: 0x00, 0xAC: 0xFF,
+    }  # fmt: skip
+    AUTOMATIC = ((1, 0x08, 0x10), (2, 0, 0x02), (4, 0, 0x00))
+
+    def drives(self):
+        """Returns whether the port is driven: 0x09 bit 4 is sleep. Its pins are tri-stated only in power-down."""
+        return self.present and not self[0x09] & 0x10
+
+    def period(self):
+        """Returns the seconds of a frame: 784 x 510 pixels for VGA, 576 x 278 for QVGA, each two clocks."""
+        multiplier = (1, 4, 6, 8)[self[0x0D] >> 6]
+        divider = 1 if self[0x11] & 0x40 else 2 * ((self[0x11] & 0x3F) + 1)
+        pixels, lines = (576, 278) if self[0x12] & 0x40 else (784, 510)
+        pixels += self[0x2B] | (self[0x2A] & 0xF0) << 4
+        lines += self[0x2D] | self[0x2E] << 8 | 0
+        lines += self[0x33] | self[0x34] << 8
+        night = {0: 1, 1: 2, 2: 4, 3: 8}[self[0x0E] >> 4 & 3] if self[0x0E] & 0x80 else 1
+        return night * pixels * lines * 2 * divider / (XCLK * multiplier)
+
+    def size(self):
+        """Returns the size behind the scaler."""
+        half = 2 if self[0x12] & 0x40 else 1
+        window = (self[0x18] * 4 + (self[0x32] & 3), self[0x1A] * 2 + (self[0x32] >> 2 & 1))
+        array = (640 // half, 480 // half)
+        out = (self[0x29] * 4 + (self[0x2A] & 3), self[0x2C] * 2 + (self[0x2A] >> 2 & 1))
+        sent = []
+        # Whole factors and zoom each have a switch, and both follow the sizes only where 0xAC says so.
+        for axis, whole, zoom in ((0, 4, 1), (1, 8, 2)):
+            fed = min(window[axis], array[axis])
+            ratio = out[axis] / array[axis]
+            fits = self[0x65] & whole and self[0xAC] & 8 and ratio in (0.5, 0.25, 0.125)
+            fits = fits or (self[0x65] & whole and self[0x65] & zoom and self[0xAC] & 0x0C == 0x0C and ratio <= 1)
+            sent.append(int(fed * ratio) if fits else min(fed, out[axis]) if ratio == 1 else fed)
+        return max(4, sent[0] & ~1), max(1, sent[1])
+
+    def format(self):
+        """Returns the format: 0x12 bits 1-0, and the order of 0x0C bit 4."""
+        kind = self[0x12] & 3
+        if kind in (1, 3) or self[0x12] & 0x10 or self[0x67] & 2:
+            return "RAW"
+        if kind == 2:
+            return "RGB"
+        return "YUYV" if self[0x0C] & 0x10 else "UYVY"
+
+    def chroma(self):
+        """Returns U and V if special effects fix them."""
+        return (self[0x60], self[0x61]) if self[0x64] & 0x20 and self[0xA6] & 0x18 == 0x18 else None
+
+    def light(self):
+        """Returns the table of exposure, gains and gamma."""
+        lines = min(self.number(0x08, 0x10, 8), 506)
+        white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x80
+        effect = 0.5 if self[0x64] & 0x20 and self[0xA6] & 0x64 else 1
+        lens = 1.1 if self[0x46] & 1 else 1
+        knots, slope = (GAMMA_AT_RESET, 0x06) if self[0x64] & 4 else (STRAIGHT, 64)
+        return curve(round(lines / NOMINAL_LINES * doublings(self[0x00]) * white * effect * lens, 6), knots, slope)
+
+    def view(self):
+        """Returns how the picture lies. How far 0x17, 0x19 and 0x32 shift it is a guess."""
+        right = (self[0x17] - 0x22) * 4 + (self[0x32] >> 4 & 3)
+        down = (self[0x19] - 0x07) * 2 + (self[0x32] >> 6 & 1)
+        return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
+
+    def bars(self):
+        """Returns whether color bars hide the picture."""
+        return bool(self[0x0C] & 1 or self[0x66] & 0x20)

@@ -1,0 +1,217 @@
+//! Judges what a sensor really sends: the size and format of a whole frame, and the rate.
+//!
+//! A table of settings can be wrong in ways that nothing on the bus shows. So after each setup, whole frames are
+//! measured without a window: their syncs, lines and words, and the last bytes of them. The sensors are told to fix
+//! chroma at [`FIXED_CHROMA`], so the bytes tell which of two is luma, in any light.
+
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+
+use crate::sensor::FIXED_CHROMA;
+use crate::stripes::Ticks;
+
+/// The number of frames after which the rate is judged again.
+pub const RATE_FRAMES: u32 = 30;
+/// The largest difference of a rate, as a fraction of the nominal one: 1/50 is 2 %.
+const RATE_TOLERANCE: u64 = 50;
+/// The largest difference of a chroma byte from its fixed value.
+const CHROMA_TOLERANCE: u8 = 2;
+/// Of 16 bytes of one kind, those that must be near chroma's value for chroma, and no more than that for luma.
+const MOST_OF_16: usize = 15;
+
+/// The measurements of whole frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Probe {
+    /// The frame times that were measured.
+    pub frames: u32,
+    /// The ticks that they took.
+    pub ticks: u32,
+    /// The lines of the last frame.
+    pub lines: u32,
+    /// The words of four bytes of the last frame.
+    pub words: u32,
+}
+
+/// A way in which a sensor does not send what it was set to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "h743", derive(defmt::Format))]
+pub enum Defect {
+    /// There are no whole frames.
+    NoFrames,
+    /// The frames have another size.
+    Size {
+        /// The lines of a frame.
+        lines: u32,
+        /// The words of a frame.
+        words: u32,
+    },
+    /// Neither of two bytes is the fixed chroma.
+    Format,
+    /// The frames come at another rate.
+    Rate {
+        /// Frames per second, times 1000.
+        millihertz: u32,
+    },
+}
+
+/// Judges frames that should have this size and rate at two bytes per pixel.
+///
+/// `tail` has the last bytes of frames, in pairs. Returns whether luma is the first of two bytes, or `None` if the
+/// picture leaves that open because luma and chroma look the same.
+///
+/// # Errors
+/// Returns the first [`Defect`] that is found.
+pub fn judge(
+    probe: Probe,
+    tail: &[u8],
+    size: FrameSize,
+    rate: FrameRate,
+    tick_hz: Ticks,
+) -> Result<Option<bool>, Defect> {
+    if probe.frames == 0 || probe.lines == 0 {
+        return Err(Defect::NoFrames);
+    }
+    let (lines, words) = (probe.lines, probe.words);
+    if lines != u32::from(size.height()) || words != u32::from(size.width()) * lines / 2 {
+        return Err(Defect::Size { lines, words });
+    }
+    let luma_first = luma_is_first(tail)?;
+    judge_rate(probe.frames, probe.ticks, rate, tick_hz)?;
+    Ok(luma_first)
+}
+
+/// Judges the rate of frames that took these ticks.
+///
+/// # Errors
+/// Returns [`Defect::Rate`] if the rate differs by more than 2 %.
+pub fn judge_rate(frames: u32, ticks: u32, rate: FrameRate, tick_hz: Ticks) -> Result<(), Defect> {
+    let (numerator, denominator) = (u64::from(rate.numerator()), u64::from(rate.denominator()));
+    // Both sides are frame times, times the numerator.
+    let expected = u64::from(frames).saturating_mul(tick_hz).saturating_mul(denominator);
+    let found = u64::from(ticks).saturating_mul(numerator);
+    if found.abs_diff(expected).saturating_mul(RATE_TOLERANCE) <= expected {
+        return Ok(());
+    }
+    let millihertz = (u64::from(frames).saturating_mul(1000).saturating_mul(tick_hz)).checked_div(u64::from(ticks));
+    Err(Defect::Rate { millihertz: millihertz.and_then(|rate| u32::try_from(rate).ok()).unwrap_or(u32::MAX) })
+}
+
+fn luma_is_first(tail: &[u8]) -> Result<Option<bool>, Defect> {
+    let is_chroma = |byte: &u8| byte.abs_diff(FIXED_CHROMA) <= CHROMA_TOLERANCE;
+    let of = |first: usize| {
+        let near = tail.iter().skip(first).step_by(2).filter(|byte| is_chroma(byte)).count();
+        16 * near > MOST_OF_16 * (tail.len() / 2)
+    };
+    match (of(0), of(1)) {
+        (false, true) => Ok(Some(true)),
+        (true, false) => Ok(Some(false)),
+        (true, true) => Ok(None),
+        (false, false) => Err(Defect::Format),
+    }
+}
+
+/// Measures the rate while frames are used.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RateMeter {
+    from: Option<(u32, u32)>,
+}
+
+impl RateMeter {
+    /// Begins a new measurement, because syncs may be missing or too many.
+    pub fn restart(&mut self) {
+        self.from = None;
+    }
+
+    /// Takes the number of syncs so far and the ticks at the last one, both modulo 2^32. Every [`RATE_FRAMES`] frames,
+    /// returns their number and ticks.
+    pub fn push(&mut self, syncs: u32, ticks: u32) -> Option<(u32, u32)> {
+        let (first, began) = *self.from.get_or_insert((syncs, ticks));
+        let frames = syncs.wrapping_sub(first);
+        if frames < RATE_FRAMES {
+            return None;
+        }
+        self.from = Some((syncs, ticks));
+        Some((frames, ticks.wrapping_sub(began)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    const HZ: Ticks = 32_768;
+
+    fn size() -> FrameSize {
+        FrameSize::new(320, 240).unwrap()
+    }
+
+    /// Ten frames of the right size at this rate, times 100.
+    fn probe(rate: u32) -> Probe {
+        Probe { frames: 10, ticks: 1000 * 32_768 / rate, lines: 240, words: 38_400 }
+    }
+
+    fn of(probe: Probe, tail: &[u8]) -> Result<Option<bool>, Defect> {
+        judge(probe, tail, size(), FrameRate::NOMINAL, HZ)
+    }
+
+    /// Pairs of bytes, with luma that changes.
+    fn pairs(luma_first: bool, chroma: u8) -> Vec<u8> {
+        let pair = |luma| if luma_first { [luma, chroma] } else { [chroma, luma] };
+        (0..100).flat_map(|luma| pair(luma * 2)).collect()
+    }
+
+    #[test]
+    fn the_right_frames_pass_in_any_light() {
+        for chroma in [126, 128, 130] {
+            assert_eq!(of(probe(3000), &pairs(true, chroma)), Ok(Some(true)));
+            assert_eq!(of(probe(3000), &pairs(false, chroma)), Ok(Some(false)));
+        }
+        // In the dark, and so bright that nothing is left.
+        assert_eq!(of(probe(3000), &[0, 128].repeat(50)), Ok(Some(true)));
+        assert_eq!(of(probe(3000), &[128, 255].repeat(50)), Ok(Some(false)));
+        // A picture that is as gray as chroma.
+        assert_eq!(of(probe(3000), &[128, 128].repeat(50)), Ok(None));
+    }
+
+    #[test]
+    fn another_format_is_refused() {
+        for chroma in [125, 131, 0] {
+            assert_eq!(of(probe(3000), &pairs(true, chroma)), Err(Defect::Format));
+        }
+    }
+
+    #[test]
+    fn another_size_is_refused() {
+        for (lines, words) in [(240, 38_399), (239, 38_240), (480, 38_400), (240, 76_800), (240, 0)] {
+            let found = Probe { lines, words, ..probe(3000) };
+            assert_eq!(of(found, &pairs(true, 128)), Err(Defect::Size { lines, words }));
+        }
+        assert_eq!(of(Probe { lines: 0, ..probe(3000) }, &[]), Err(Defect::NoFrames));
+        assert_eq!(of(Probe::default(), &[]), Err(Defect::NoFrames));
+    }
+
+    #[test]
+    fn a_rate_may_differ_by_two_percent() {
+        for (rate, right) in [(3000, true), (3057, true), (2945, true), (3070, false), (2930, false), (6000, false)] {
+            assert_eq!(of(probe(rate), &pairs(true, 128)).is_ok(), right, "{rate}");
+        }
+        let Err(Defect::Rate { millihertz }) = of(probe(6000), &pairs(true, 128)) else { panic!("60 passes") };
+        assert!((59_900..60_100).contains(&millihertz), "{millihertz}");
+        assert_eq!(judge_rate(30, 0, FrameRate::NOMINAL, HZ), Err(Defect::Rate { millihertz: u32::MAX }));
+    }
+
+    #[test]
+    fn the_meter_measures_30_frames_over_the_turn_of_its_counters() {
+        let mut meter = RateMeter::default();
+        let (first, began) = (u32::MAX - 10, u32::MAX - 5000);
+        let at = |frame: u32| (first.wrapping_add(frame), began.wrapping_add(frame * 1092));
+        for frame in 0..30 {
+            assert_eq!(meter.push(at(frame).0, at(frame).1), None);
+        }
+        assert_eq!(meter.push(at(30).0, at(30).1), Some((30, 30 * 1092)));
+        meter.restart();
+        assert_eq!(meter.push(at(60).0, at(60).1), None);
+    }
+}

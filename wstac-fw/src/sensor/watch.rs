@@ -1,0 +1,41 @@
+//! Watches a sensor while its frames are used: a brown-out makes it forget its settings, and automatic controls change
+//! registers by themselves.
+
+use embedded_hal::i2c::I2c;
+
+use super::{Port, Sensor, SensorError};
+use crate::sccb::Sccb;
+
+/// The register that switches the automatic controls of all supported sensors. A reset sets it.
+const SWITCHES: u8 = 0x13;
+/// The settings that are read back per frame, in turn. All of a table are read within a second.
+const PER_FRAME: usize = 2;
+
+/// The position in a table whose settings are read back.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Watch {
+    next: usize,
+}
+
+impl Watch {
+    /// Reads back the switches of automatic controls, and the next two settings.
+    ///
+    /// # Errors
+    /// Returns [`SensorError::NotTaken`] if the sensor has another value, or [`SensorError::Bus`].
+    pub fn check<B: I2c>(&mut self, sensor: &Sensor, bus: &mut B) -> Result<(), SensorError<B::Error>> {
+        let mut port = Port(Sccb::new(bus, sensor.address));
+        let settings = || sensor.settings.iter().copied().flatten().copied();
+        for setting in settings().filter(|setting| setting.register == SWITCHES) {
+            port.verify(setting)?;
+        }
+        for _ in 0..PER_FRAME {
+            let Some(setting) = settings().nth(self.next) else {
+                self.next = 0;
+                break;
+            };
+            self.next += 1;
+            port.verify(setting)?;
+        }
+        Ok(())
+    }
+}
