@@ -14,3 +14,4 @@ mod recording;
 mod scene;
 mod signals;
 mod texture;
+mod train;

@@ -8,6 +8,7 @@ mod extremes_in_time;
 mod extremes_of_answers;
 mod extremes_page;
 mod golden_vectors;
+mod learn;
 mod ln;
 mod path_models;
 mod properties;

@@ -524,8 +524,10 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> CheckedBuilder<G,
     #[inline(always)]
     pub fn build(self) -> Pipeline<G, L, B, T> {
         let Self { stream, trigger, baseline, first_frame, .. } = self;
-        let taxels = T::of(stream.camera());
-        Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline), taxels }
+        let trigger = Trigger::with(trigger, first_frame, baseline);
+        let mut pipeline = Pipeline { stream, trigger, taxels: T::EMPTY };
+        pipeline.taxels.start(pipeline.stream.camera());
+        pipeline
     }
 }
 

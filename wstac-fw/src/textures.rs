@@ -69,8 +69,9 @@ impl ModelSample for AlongPath {
         motion: MotionConfig,
         model: &'static Kind,
     ) -> Option<TextureAnswer<'static>> {
-        let path = PathSample::of_sums(event, &answers.velocity()?, motion, model.frames())?;
-        path.covers(model.frames()).then(|| texture::texture(path.numbers(), model).into())
+        let mut path = PathSample::DARK;
+        let is_there = path.fill_from_sums(event, &answers.velocity()?, motion, model.frames());
+        (is_there && path.covers(model.frames())).then(|| texture::texture(path.numbers(), model).into())
     }
 }
 
@@ -91,7 +92,8 @@ impl ModelSample for AlongTaxels {
         motion: MotionConfig,
         model: &'static Kind,
     ) -> Option<TextureAnswer<'static>> {
-        let path = PathSample::of_taxels(taxels?, &answers.velocity()?, motion, model.frames())?;
-        path.covers(model.frames()).then(|| texture::texture(path.numbers(), model).into())
+        let mut path = PathSample::DARK;
+        let is_there = path.fill_from_taxels(taxels?, &answers.velocity()?, motion, model.frames());
+        (is_there && path.covers(model.frames())).then(|| texture::texture(path.numbers(), model).into())
     }
 }

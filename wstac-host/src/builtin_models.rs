@@ -15,7 +15,9 @@ macro_rules! models {
 models! {
     // Of the sample along the path: any speed, direction and length.
     "path-svm" "path-forest" "path-boosted"
-    "taxel-path-svm" "taxel-path-forest" "taxel-path-boosted";
+    "taxel-path-svm" "taxel-path-forest" "taxel-path-boosted"
+    // For `wstac model learn`.
+    "embedding" "taxel-embedding";
     // Of the sample over time, as published: 100 to 200 mm/s in four directions.
     "svm" "forest" "boosted";
     // These are others, which the study of speed against accuracy weighs.

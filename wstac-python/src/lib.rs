@@ -11,6 +11,7 @@ mod outputs;
 mod pipeline;
 mod source;
 mod stream;
+mod train;
 
 use std::ffi::OsStr;
 use std::fmt::Display;
@@ -65,6 +66,8 @@ mod _wstac {
     use super::pipeline::{Pipeline, row_bytes};
     #[pymodule_export]
     use super::source::{Source, is_camera, open_scene, open_source};
+    #[pymodule_export]
+    use super::train::train;
 }
 
 /// The kinds of sources that this library has besides files, one per line.

@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_host::model_file::{ModelFile, OwnedModel};
 use wstac_host::texture::Textures;
 
+use crate::outputs::shaped;
 use crate::{refused, waiting};
 
 /// Samples between two looks for Ctrl-C.
@@ -75,6 +77,39 @@ impl Model {
             }));
         }
         Ok(PyArray1::from_vec(py, classes))
+    }
+
+    /// Returns the sample that it takes: `frames`, `path` or `taxel_path`.
+    #[getter]
+    fn input(&self) -> &'static str {
+        self.model.get().input().name()
+    }
+
+    /// Returns the probability of each class for each sample, (n, classes); `None` for a model without a calibration.
+    fn probabilities<'py>(
+        &self,
+        py: Python<'py>,
+        samples: PyReadonlyArray2<'py, i16>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let classes = self.model.get().labels().len();
+        if !self.model.get().is_calibrated() {
+            return Ok(None);
+        }
+        let mut all = Vec::new();
+        for samples in samples.as_slice()?.chunks(AT_A_TIME * INPUTS) {
+            py.check_signals()?;
+            // Without the lock, other threads may write to the array: the samples are copied.
+            let samples = samples.to_vec();
+            all.extend(py.detach(|| {
+                let model = self.model.get();
+                let samples = samples.as_chunks::<INPUTS>().0.iter();
+                let each = samples.filter_map(|sample| model.probabilities(&frame_by_frame(sample)));
+                let real = |units: u16| f64::from(units) / f64::from(CONFIDENCE_ONE);
+                each.flat_map(|units| units.into_iter().take(classes).map(real).collect::<Vec<_>>()).collect::<Vec<_>>()
+            }));
+        }
+        let shape = [all.len() / classes.max(1), classes];
+        shaped(PyArray1::from_vec(py, all), shape).map(Some)
     }
 
     fn __repr__(&self) -> String {

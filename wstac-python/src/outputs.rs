@@ -13,7 +13,7 @@ use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread};
-use wstac_host::output::{Output, SampleFrames, TactileEvent};
+use wstac_host::output::{MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
 use wstac_host::texture::Texture;
@@ -191,6 +191,7 @@ impl<'py> Classes<'py> {
                 self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?))
             }
             Output::Interrupted(sample) => self.incomplete(sample),
+            Output::Motion(report) => self.motion(&report),
             Output::ContactEnd(end) => self.make("ContactEnd", (end.frame, end.event_frame, end.time_s.map(seconds))),
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
             Output::Fault(report) => {
@@ -241,6 +242,14 @@ impl<'py> Classes<'py> {
             ("sample", event.sample.map(|sample| over_time(py, &sample)).transpose()?.into_bound_py_any(py)?),
         ];
         self.0.getattr("Event")?.call((), Some(&fields.into_py_dict(py)?))
+    }
+
+    fn motion(&self, report: &MotionReport) -> PyResult<Bound<'py, PyAny>> {
+        let velocity = report.velocity;
+        let speed = self.speed(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd))?;
+        let degrees = angle(velocity.degrees).into_bound_py_any(self.0.py())?;
+        let direction = self.make("Direction", (degrees, Some(spread(velocity.degrees_sd)), None::<f64>))?;
+        self.make("Motion", (report.frame, report.time_s.map(seconds), speed, direction))
     }
 
     fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {

@@ -39,7 +39,7 @@ type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 #[pymethods]
 impl Pipeline {
     #[new]
-    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models))]
+    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion))]
     #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
     fn new(
         format: &str,
@@ -50,6 +50,7 @@ impl Pipeline {
         range: Option<&str>,
         config: &Config,
         models: Vec<Model>,
+        motion: bool,
     ) -> PyResult<Self> {
         let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
         let info = stream::info(format, size, bytes_per_row, rate, color)?;
@@ -57,7 +58,7 @@ impl Pipeline {
         let session = Session::of_frames(info)
             .config(config.0.clone())
             .textures(textures(&models)?)
-            .outputs(OutputOptions { features: true, samples: true, ..OutputOptions::default() })
+            .outputs(OutputOptions { features: true, samples: true, motion })
             .build()
             .map_err(refused)?;
         let frame_bytes = whole_frame(session.processor());

@@ -40,6 +40,7 @@ pub(crate) struct SourceOptions {
     controls: BTreeMap<String, i32>,
     config: Option<Config>,
     models: Vec<Model>,
+    motion: bool,
 }
 
 impl SourceOptions {
@@ -235,7 +236,7 @@ impl Source {
             .info(info.clone())
             .config(config.clone())
             .textures(textures(&options.models)?)
-            .outputs(OutputOptions { features, samples: true, ..OutputOptions::default() })
+            .outputs(OutputOptions { features, samples: true, motion: options.motion })
             .build()
             .map_err(refused)?;
         let (width, height) = info.size.into();

@@ -16,8 +16,8 @@ natural logarithm, and a model gives the same answer here as on a board.
 [ContactEnd(frame=75, event_frame=35, time_s=2.5)]
 
 Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
-command, such as a camera, as they come; `read` reads all of a recording. `dataset` simulates training sets, `Model` names
-textures, and `Config` configures everything. What cannot be used raises `Error`, a `ValueError` with the words of the command;
+command, such as a camera, as they come; `read` reads all of a recording. `dataset` simulates training sets, `train` trains a
+`Model`, which names textures, and `Config` configures everything. What cannot be used raises `Error`, a `ValueError` with the words of the command;
 that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """
 
@@ -32,6 +32,7 @@ from ._answers import (
     Fault,
     Incomplete,
     Lost,
+    Motion,
     Speed,
     Texture,
 )
@@ -41,6 +42,7 @@ from ._models import Config, Model
 from ._pipeline import Pipeline, features
 from ._recording import Recording, Truth, read, simulate
 from ._stream import Stream, open
+from ._train import Training, train
 from ._wstac import Error
 
 __all__ = [
@@ -55,16 +57,19 @@ __all__ = [
     "Incomplete",
     "Lost",
     "Model",
+    "Motion",
     "NotFoundError",
     "Pipeline",
     "Recording",
     "Speed",
     "Stream",
     "Texture",
+    "Training",
     "Truth",
     "dataset",
     "features",
     "open",
     "read",
     "simulate",
+    "train",
 ]

@@ -149,6 +149,28 @@ class ContactEnd:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """Speed and direction in the newest frame, while something slides."""
+
+    frame: int
+    """Number of the feature frame."""
+    time_s: Optional[float]
+    """Its time in seconds from the first frame."""
+    speed: Speed
+    """Sliding speed."""
+    direction: Direction
+    """Sliding direction."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The object that `wstac run --json --motion` prints."""
+        found: dict[str, Any] = {"kind": "motion", "contact": "slide", **asdict(self)}
+        for answer in ("speed", "direction"):
+            _leave_out(found[answer], "sd", "extrapolated", "confidence")
+        return found
+
+
+@dataclass(frozen=True)
 class EarlyTexture:
     """The answer of a model that needs fewer than 70 frames, before the event is complete."""
 
@@ -208,7 +230,7 @@ class End:
     """The sample that the end interrupted."""
 
 
-Record = Union[Event, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]
+Record = Union[Event, Motion, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]
 
 
 MOST = 10_000
@@ -220,6 +242,7 @@ class Records:
     """Records by kind."""
 
     events: list[Event] = field(default_factory=list)
+    motions: list[Motion] = field(default_factory=list)
     early_textures: list[EarlyTexture] = field(default_factory=list)
     incomplete: list[Incomplete] = field(default_factory=list)
     contact_ends: list[ContactEnd] = field(default_factory=list)
@@ -232,6 +255,7 @@ class Records:
         events: list[Event] = []
         kinds: dict[type, list[Any]] = {
             Event: events,
+            Motion: self.motions,
             EarlyTexture: self.early_textures,
             Incomplete: self.incomplete,
             ContactEnd: self.contact_ends,
@@ -251,7 +275,7 @@ class Records:
         weeks.
         """
         self.events.clear()
-        for records in (self.early_textures, self.incomplete, self.contact_ends, self.faults, self.lost):
+        for records in (self.motions, self.early_textures, self.incomplete, self.contact_ends, self.faults, self.lost):
             del records[:-MOST]
 
 
@@ -266,6 +290,11 @@ class Recorded:
         events = self._records.take(records)
         self._records.forget()
         return events
+
+    @property
+    def motions(self) -> list[Motion]:
+        """Speed and direction of the frames in which something slid, so far; the last 10 000. Only with `motion`."""
+        return self._records.motions
 
     @property
     def early_textures(self) -> list[EarlyTexture]:

@@ -127,17 +127,52 @@ class Model:
         """Returns the label of each sample, (n,).
 
         X is int16 (n, 10, 70), or (n, 700) feature by feature, in units of 1/2048. The answers are those of a board for the same
-        samples. Of a data set, give X, not X * scale.
+        samples. Of a data set, give X (X_path or X_taxel_path, by `input`), not X * scale.
         """
+        labels: NDArray[np.str_] = np.array(self.labels)[self._native.classes(self._flat(X))]
+        return labels
+
+    @staticmethod
+    def _flat(X: NDArray[np.int16]) -> NDArray[np.int16]:
+        """Returns samples of either shape as (n, 700)."""
         if not isinstance(X, np.ndarray):
             raise TypeError(f"X is a {type(X).__name__}, expected a NumPy array")
         if X.ndim not in (2, 3) or X.shape[1:] not in ((10, 70), (700,)):
             raise Error(f"X: shape {X.shape}, expected (n, 10, 70) or (n, 700)")
         if X.dtype != np.int16:
             raise Error(f"X: type {X.dtype}, expected int16 in units of 1/2048, as wstac.dataset gives")
-        flat = np.ascontiguousarray(X.reshape(len(X), 700))
-        labels: NDArray[np.str_] = np.array(self.labels)[self._native.classes(flat)]
-        return labels
+        return np.ascontiguousarray(X.reshape(len(X), 700))
+
+    @property
+    def input(self) -> str:
+        """The sample that it takes: "frames" (the array X), "path" (X_path) or "taxel_path" (X_taxel_path)."""
+        return self._native.input
+
+    @property
+    def classes_(self) -> NDArray[np.str_]:
+        """Names of its classes, as scikit-learn has them."""
+        return np.array(self.labels)
+
+    def predict_proba(self, X: NDArray[np.int16]) -> NDArray[np.float64]:
+        """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`.
+
+        X is that of `predict`. Raises `Error` for a model without a calibration. Probabilities are multiples of 2^-15, and each
+        is rounded. They hold for textures that the model knows.
+        """
+        found = self._native.probabilities(self._flat(X))
+        if found is None:
+            raise Error(f"{self.name}: has no calibration, expected a model of wstac train or wstac model calibrate")
+        return found
+
+    def score(self, X: NDArray[np.int16], y: Sequence[str]) -> float:
+        """Returns the fraction of samples whose label is that in y."""
+        if len(y) != len(X):
+            raise Error(f"y: {len(y)} labels, expected {len(X)} as of X")
+        return float(np.mean(self.predict(X) == np.asarray(y)))
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Returns what the model was made of, as scikit-learn's estimators do: its name."""
+        return {"name": self.name}
 
     def __repr__(self) -> str:
         return repr(self._native)

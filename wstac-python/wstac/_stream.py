@@ -75,7 +75,7 @@ class Stream(Recorded):
         raise StopIteration
 
     def records(self) -> Iterator[Record]:
-        """Yields every record as it comes: events, ends of contacts, early textures, faults, lost frames, and the end.
+        """Yields every record as it comes: events, motions, ends of contacts, early textures, faults, lost frames, and the end.
 
         Raises `Error` if the source fails, after all records before that.
 
@@ -127,6 +127,7 @@ def open(
     every: bool = False,
     keep_controls: bool = False,
     controls: Optional[Mapping[str, int]] = None,
+    motion: bool = False,
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
@@ -135,7 +136,7 @@ def open(
 
     The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
     or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
-    `every` hands out all frames of a camera, even if the program is slower. Raises `Error` if the source cannot be used.
+    `motion` gives a `Motion` of every frame while something slides, among the records. `every` hands out all frames of a camera, even if the program is slower. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
@@ -157,6 +158,7 @@ def open(
         every=every,
         keep_controls=keep_controls,
         controls=controls,
+        motion=motion,
     )
     return Stream(_wstac.open_source(os.fsdecode(source), options, False))
 
@@ -173,6 +175,7 @@ def source_options(
     every: bool = True,
     keep_controls: bool = False,
     controls: Optional[Mapping[str, int]] = None,
+    motion: bool = False,
 ) -> dict[str, Any]:
     """Returns the options of a source as the extension takes them."""
     least, most = -(1 << 31), (1 << 31) - 1
@@ -188,4 +191,5 @@ def source_options(
         "controls": values,
         "config": native_config(config),
         "models": native_models(models),
+        "motion": bool(motion),
     }

@@ -19,6 +19,7 @@ __all__ = [
     "open_scene",
     "open_source",
     "row_bytes",
+    "train",
 ]
 
 class Error(ValueError):
@@ -46,7 +47,10 @@ class Model:
     def task(self) -> str: ...
     @property
     def frames(self) -> int: ...
+    @property
+    def input(self) -> str: ...
     def classes(self, samples: NDArray[np.int16]) -> NDArray[np.uint8]: ...
+    def probabilities(self, samples: NDArray[np.int16]) -> Optional[NDArray[np.float64]]: ...
 
 @final
 class Pipeline:
@@ -60,6 +64,7 @@ class Pipeline:
         range: Optional[str],
         config: Config,
         models: list[Model],
+        motion: bool,
     ) -> Pipeline: ...
     def push(self, frames: NDArray[np.uint8]) -> tuple[list[Record], NDArray[np.int16]]: ...
     def lose(self, frames: int) -> tuple[list[Record], NDArray[np.int16]]: ...
@@ -92,3 +97,14 @@ def open_scene(
     scene: str, is_table: bool, options: dict[str, Any]
 ) -> tuple[Source, list[tuple[str, str | None, float | None, float | None, int, float, float]]]: ...
 def dataset(sweep: str, is_table: bool, config: Optional[Config], threads: Optional[int]) -> dict[str, Any]: ...
+def train(
+    sets: list[str],
+    output: str,
+    input: str,
+    task: str,
+    test: float,
+    note: Optional[str],
+    config: Optional[Config],
+    threads: Optional[int],
+    force: bool,
+) -> dict[str, Any]: ...

@@ -32,16 +32,17 @@ use wstac_train::dataset::{arrays, check, each_sample};
 pub(super) struct Arguments {
     /// A sweep of simulated slides, or recordings
     ///
-    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any,
-    /// path and taxel-path samples are of the empty sweep.
-    #[arg(value_name = "SWEEP|RECORDING", required_if_eq("input", "frames"))]
+    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any, the
+    /// slides are those of the empty sweep.
+    #[arg(value_name = "SWEEP|RECORDING")]
     sources: Vec<PathBuf>,
 
     /// The samples: over time, or along the path of a touch
     ///
     /// For models of any speed, direction and length, use path. Then a sweep is of random slides, with keys of its own.
-    #[arg(long, value_enum, default_value = "frames")]
-    input: Sample,
+    /// The default is frames, and without a source path.
+    #[arg(long, value_enum)]
+    input: Option<Sample>,
 
     /// Write the samples to this new file
     #[arg(short, long, value_name = "FILE.npz")]
@@ -68,6 +69,13 @@ pub(super) struct Arguments {
     /// It also starts anew if FILE.npz.part is of another sweep.
     #[arg(long)]
     force: bool,
+}
+
+impl Arguments {
+    /// Returns the wanted samples.
+    fn sample(&self) -> Sample {
+        self.input.unwrap_or(if self.sources.is_empty() { Sample::Path } else { Sample::Frames })
+    }
 }
 
 const HELP: &str = r#"Recordings:
@@ -161,7 +169,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 let message = "is no sweep, expected a .toml file, recordings (.mcap) or a folder of them";
                 return Err(Error::new(ErrorKind::Usage, one.display(), message).into());
             }
-            if arguments.input == Sample::Frames { simulated(arguments, one) } else { random::run(arguments) }
+            if arguments.sample() == Sample::Frames { simulated(arguments, one) } else { random::run(arguments) }
         }
         _ => recorded::run(arguments),
     }

@@ -66,9 +66,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             writeln!(out, "  no event")?;
             continue;
         };
+        let without = match &event.texture {
+            Ok(texture) if texture.known == Some(false) => "unknown",
+            _ => "none",
+        };
         let texture = event.texture.ok().and_then(|texture| told(task, texture));
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
-        write!(out, "    {:8}", OneLine(texture.as_deref().unwrap_or("none")))?;
+        write!(out, "    {:8}", OneLine(texture.as_deref().unwrap_or(without)))?;
         match event.speed {
             Ok(answer) => {
                 let mm_s = rounded(answer.mm_s);

@@ -73,7 +73,7 @@ Texture models of your own:
       train on simulated slides of many sensors, and test on others
   wstac train recordings/ -o my.wsm
       train on your own recordings
-  wstac dataset --input path -o set.npz
+  wstac dataset -o set.npz
       make a data set for other trainers; --help lists the keys
   wstac model import forest.onnx -o forest.wsm
       turn a trained model into a file; wstac model --help trains one

@@ -61,7 +61,7 @@ pub(super) struct Arguments {
     /// Print one JSON object instead of text
     ///
     /// Its keys are labels, slides, groups, left_out, and test: null, or an object of slides, groups, right, accuracy,
-    /// interval and counts (a row for each label, its last number is of slides without a sample).
+    /// interval and counts (a row for each label, its last number is of slides without an answer), and calibration: null, or an object of slides, error and known.
     #[arg(long)]
     json: bool,
 
@@ -103,8 +103,11 @@ From your own recordings:
 The answer:
   Accuracy is that of the model file on slides that were not trained on,
   with Wilson's interval of 95 %, and for each label. A slide without a
-  velocity, or with too little of the path, counts as wrong. The figure
-  has a row for each label and a column for each answer.
+  velocity, with too little of the path, or taken for unknown, counts as
+  wrong. The figure has a row for each label, a column for each answer.
+  If each label has three sensors or recordings to train on, 15 % of
+  them are kept aside for a calibration: then events have a confidence,
+  and unknown textures are said to be unknown.
   The model needs no calibration of its inputs: their means and scales
   are part of its weights, which are int16.
   Exit code: 0, 1 if a set cannot be used or has one group only, 2 for
@@ -145,8 +148,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         text(&mut out, &trained)?;
     }
     out.flush()?;
-    let (path, classes) = (output.display(), counted(trained.labels.len(), "class").replace("classs", "classes"));
-    note(format_args!("{path}: {} bytes, {classes}, trained on {}", bytes.len(), trained.words()));
+    let (path, classes) = (output.display(), trained.labels.len());
+    note(format_args!("{path}: {} bytes, {classes} classes, trained on {}", bytes.len(), trained.words()));
+    if let Some(why) = &trained.why_uncalibrated {
+        note(format_args!("not calibrated, so the model gives no confidence: {why}"));
+    }
     if trained.trial.is_some() {
         note(format_args!("{}: the confusions", confusion.display()));
     } else {
@@ -219,9 +225,12 @@ fn text(out: &mut impl Write, trained: &TrainedModel) -> Result<(), Stop> {
             if of == 0 { "no slide".into() } else { percent(right, of) }
         )?;
     }
-    if trial.without_sample() > 0 {
-        let slides = counted(trial.without_sample(), "slide");
-        writeln!(out, "{slides} without a sample: no velocity, or too little of the path; they count as wrong")?;
+    if trial.without_answer() > 0 {
+        let slides = counted(trial.without_answer(), "slide");
+        writeln!(
+            out,
+            "{slides} without an answer: no velocity, too little of the path, or taken for unknown; they count as wrong"
+        )?;
     }
     writeln!(out, "A group is a sensor or a recording; intervals are Wilson's, 95 %.")?;
     Ok(())
@@ -239,12 +248,20 @@ fn as_json(trained: &TrainedModel) -> serde_json::Value {
             "counts": trial.counts,
         })
     });
+    let calibration = trained.calibration.map(|quality| {
+        serde_json::json!({
+            "slides": quality.samples,
+            "error": quality.calibration_error,
+            "known": quality.known,
+        })
+    });
     serde_json::json!({
         "labels": trained.labels,
         "slides": trained.slides,
         "groups": trained.groups,
         "left_out": trained.left_out,
         "test": test,
+        "calibration": calibration,
     })
 }
 

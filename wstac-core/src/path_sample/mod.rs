@@ -43,6 +43,9 @@ pub struct PathSample {
 }
 
 impl PathSample {
+    /// A sample that covers nothing, to be filled.
+    pub const DARK: Self = Self { numbers: [0; INPUTS], covered: 0 };
+
     /// Creates the sample of an event from its ten features.
     ///
     /// It holds the numbers that a model of `frames` frames reads, in tens; all others are 0. Returns `None` for a
@@ -71,6 +74,18 @@ impl PathSample {
     /// # Ok::<(), wstac_core::error::Error>(())
     /// ```
     pub fn of_sums(event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
+        let mut sample = Self::DARK;
+        sample.fill_from_sums(event, velocity, config, frames).then_some(sample)
+    }
+
+    /// Fills this sample with that of [`PathSample::of_sums`]. Returns whether there is one.
+    ///
+    /// A board with little stack has one sample then, and no copies.
+    pub fn fill_from_sums(&mut self, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
+        self.try_sums(event, velocity, config, frames).is_some()
+    }
+
+    fn try_sums(&mut self, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<()> {
         let way = Way::new(velocity, config)?;
         let mut light = SumLight::DARK;
         light.fill(event);
@@ -80,7 +95,7 @@ impl PathSample {
             if line < ROWS { way.up * (2 - line as i32) } else { way.right * (line as i32 - (ROWS + 2) as i32) }
         });
         let weights = core::array::from_fn(|line| if line < ROWS { way.rows } else { ONE - way.rows });
-        way.sample(&light, plan, delays, weights, frames)
+        way.sample(&light, plan, delays, weights, frames, self)
     }
 
     /// Creates the sample of an event from 25 taxels. The ring's last frame must be that of the event.
@@ -93,12 +108,30 @@ impl PathSample {
     ///
     /// The first four frames count as dark: a trigger must begin its sample that long before the touch.
     pub fn of_taxels(ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
+        let mut sample = Self::DARK;
+        sample.fill_from_taxels(ring, velocity, config, frames).then_some(sample)
+    }
+
+    /// Fills this sample with that of [`PathSample::of_taxels`]. Returns whether there is one.
+    ///
+    /// A board with little stack has one sample then, and no copies.
+    pub fn fill_from_taxels(
+        &mut self,
+        ring: &TaxelRing,
+        velocity: &Velocity,
+        config: MotionConfig,
+        frames: u8,
+    ) -> bool {
+        self.try_taxels(ring, velocity, config, frames).is_some()
+    }
+
+    fn try_taxels(&mut self, ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<()> {
         let way = Way::new(velocity, config)?;
         let delays = core::array::from_fn(|taxel| {
             let (row, column) = ((taxel / COLUMNS) as i32, (taxel % COLUMNS) as i32);
             way.up * (2 - row) + way.right * (column - 2)
         });
-        way.sample(&ring::TaxelLight::new(ring), &BY_TAXELS, delays, [1; TAXELS], frames)
+        way.sample(&ring::TaxelLight::new(ring), &BY_TAXELS, delays, [1; TAXELS], frames, self)
     }
 
     /// Returns the numbers, as a texture model takes them.
@@ -172,13 +205,15 @@ impl Way {
         delays: [i32; LINES],
         weights: [i32; LINES],
         frames: u8,
-    ) -> Option<PathSample> {
+        to: &mut PathSample,
+    ) -> Option<()> {
+        *to = PathSample::DARK;
         let step = nearest(self.per_mm * plan.step_mm * (1 << FRAME_BITS) as f32).max(1);
         let track = Track::new(light, plan, delays, weights, step)?;
         let wanted = (usize::from(frames) * FEATURES).min(INPUTS);
-        let mut numbers = [0; INPUTS];
-        track.fill(light, plan, self.factors, numbers.get_mut(..wanted)?)?;
-        Some(PathSample { numbers, covered: track.covered(plan) as u16 })
+        track.fill(light, plan, self.factors, to.numbers.get_mut(..wanted)?)?;
+        to.covered = track.covered(plan) as u16;
+        Some(())
     }
 }
 

@@ -13,9 +13,12 @@ const DARK_SHIFT: u32 = 2;
 ///
 /// A [`Pipeline`](crate::pipeline::Pipeline) has one of these types as its parameter. So a program without a model of
 /// 25 taxels has no memory for them. A host that chooses at run time uses `Option<`[`TaxelRing`]`>`.
-pub trait TaxelStore {
-    /// Creates a store for the sums of this geometry.
-    fn of<G: GreenChannel>(geometry: &FrameGeometry<G>) -> Self;
+pub trait TaxelStore: Sized {
+    /// A store before [`TaxelStore::start`]. It is a constant, so that a board makes it in its place, without a copy.
+    const EMPTY: Self;
+
+    /// Prepares an empty store for the sums of this geometry.
+    fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>);
 
     /// Adds the sums of a camera frame. `is_first` says whether it is the first of its feature frame.
     fn add(&mut self, sums: &[u32; TAXELS], is_first: bool);
@@ -35,10 +38,10 @@ pub trait TaxelStore {
 pub struct NoTaxels;
 
 impl TaxelStore for NoTaxels {
+    const EMPTY: Self = Self;
+
     #[inline(always)]
-    fn of<G: GreenChannel>(_: &FrameGeometry<G>) -> Self {
-        Self
-    }
+    fn start<G: GreenChannel>(&mut self, _: &FrameGeometry<G>) {}
 
     #[inline(always)]
     fn add(&mut self, _: &[u32; TAXELS], _: bool) {}
@@ -57,8 +60,12 @@ impl TaxelStore for NoTaxels {
 
 /// Starts without a ring.
 impl TaxelStore for Option<TaxelRing> {
-    fn of<G: GreenChannel>(_: &FrameGeometry<G>) -> Self {
-        None
+    const EMPTY: Self = None;
+
+    fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>) {
+        if let Some(ring) = self {
+            ring.start(geometry);
+        }
     }
 
     fn add(&mut self, sums: &[u32; TAXELS], is_first: bool) {
@@ -100,21 +107,23 @@ pub struct TaxelRing {
 const MOST_BYTES: usize = 3584;
 const _: () = assert!(size_of::<TaxelRing>() <= MOST_BYTES);
 
+/// Returns the bits that a frame has no room for, of sums of at most `full_scale`.
+const fn shift_of(full_scale: u32) -> u8 {
+    let bits = u32::BITS - full_scale.leading_zeros();
+    bits.saturating_sub(u16::BITS) as u8
+}
+
 impl TaxelRing {
     /// Creates a dark ring for sums of at most `full_scale`.
-    // Both are inlined, so that a ring is made in its place. A copy would be 3.5 KiB of stack.
-    #[inline(always)]
     pub const fn new(full_scale: u32) -> Self {
-        let bits = u32::BITS - full_scale.leading_zeros();
-        let shift = bits.saturating_sub(u16::BITS) as u8;
-        Self { frames: [[0; TAXELS]; SAMPLE_FRAMES], oldest: 0, shift, unbroken: 0 }
+        Self { shift: shift_of(full_scale), ..Self::EMPTY }
     }
 
     /// Creates a dark ring for the sums of this geometry, over the camera frames that one feature frame adds up.
-    #[inline(always)]
     pub fn of<G: GreenChannel>(geometry: &FrameGeometry<G>) -> Self {
-        let frames = geometry.rate().frames_added();
-        Self::new(geometry.pixels().saturating_mul(geometry.full_scale()).saturating_mul(frames))
+        let mut ring = Self::EMPTY;
+        ring.start(geometry);
+        ring
     }
 
     /// Adds a frame's sums in place of the oldest frame's.
@@ -156,9 +165,11 @@ impl TaxelRing {
 }
 
 impl TaxelStore for TaxelRing {
-    #[inline(always)]
-    fn of<G: GreenChannel>(geometry: &FrameGeometry<G>) -> Self {
-        Self::of(geometry)
+    const EMPTY: Self = Self { frames: [[0; TAXELS]; SAMPLE_FRAMES], oldest: 0, shift: 0, unbroken: 0 };
+
+    fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>) {
+        let frames = geometry.rate().frames_added();
+        self.shift = shift_of(geometry.pixels().saturating_mul(geometry.full_scale()).saturating_mul(frames));
     }
 
     // A feature frame under way is in the place of the oldest frame, which its last camera frame makes the newest.

@@ -24,7 +24,8 @@ struct Frame<'b> {
     crc: u32,
 }
 
-const _: () = assert!(LONGEST <= 257, "a code of 255, which stands for no zero, must not be needed");
+/// The code of the longest block, which stands for no zero.
+const LONGEST_BLOCK: usize = u8::MAX as usize;
 
 impl Frame<'_> {
     fn set(&mut self, at: usize, byte: u8) -> Result<()> {
@@ -39,11 +40,12 @@ impl Frame<'_> {
         } else {
             self.set(self.end, byte)?;
             self.end += 1;
-            Ok(())
+            // A block of 254 bytes ends without a zero.
+            if self.end - self.code == LONGEST_BLOCK { self.close() } else { Ok(()) }
         }
     }
 
-    /// Ends the block with a zero.
+    /// Ends the block with a zero, or without one if it is the longest.
     fn close(&mut self) -> Result<()> {
         self.set(self.code, (self.end - self.code) as u8)?;
         self.code = self.end;
@@ -73,5 +75,46 @@ impl Flavor for Frame<'_> {
         self.set(0, 0)?;
         self.set(self.code, 0)?;
         Ok(self.end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    /// Decodes COBS as its paper describes it.
+    fn decoded(mut bytes: &[u8]) -> Vec<u8> {
+        let mut content = Vec::new();
+        while let [code, rest @ ..] = bytes {
+            let (block, rest) = rest.split_at(usize::from(*code) - 1);
+            content.extend(block);
+            if *code < u8::MAX && !rest.is_empty() {
+                content.push(0);
+            }
+            bytes = rest;
+        }
+        content
+    }
+
+    #[test]
+    fn blocks_of_any_length_are_decoded_as_they_were_put() {
+        for length in 0..275 {
+            for zero in [None, Some(0), Some(7), Some(length / 2), Some(253), Some(254), Some(length)] {
+                let mut content: Vec<u8> = (0..length).map(|at| (at % 255 + 1) as u8).collect();
+                if let Some(place) = zero.and_then(|at| content.get_mut(at)) {
+                    *place = 0;
+                }
+                let mut buffer = [0xAA; LONGEST];
+                let mut frame = Frame { buffer: &mut buffer, code: 1, end: 2, crc: u32::MAX };
+                frame.try_extend(&content).unwrap();
+                content.extend((!frame.crc).to_le_bytes());
+                let end = frame.finalize().unwrap();
+                assert_eq!((buffer[0], buffer[end - 1]), (0, 0));
+                assert!(!buffer[1..end - 1].contains(&0), "{length} {zero:?}");
+                assert_eq!(decoded(&buffer[1..end - 1]), content, "{length} {zero:?}");
+            }
+        }
     }
 }

@@ -22,7 +22,7 @@
 #define WSTAC_FW_SAMPLE_NUMBERS 700
 
 // The number of bytes of a model.
-#define WSTAC_FW_MODEL_SIZE 128
+#define WSTAC_FW_MODEL_SIZE 136
 
 // The number of bytes of a class's name, with the 0 behind it.
 #define WSTAC_FW_LABEL_BYTES 64
@@ -300,7 +300,7 @@ typedef struct WstacFwEnd {
 // wstac_fw_model_init sets it up. It reads the file's bytes where they lie. Nothing has to be freed.
 typedef struct WstacFwModel {
   // Private to the library.
-  uint64_t opaque[16];
+  uint64_t opaque[17];
 } WstacFwModel;
 
 // The answer of a model for a sample.

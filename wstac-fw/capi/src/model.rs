@@ -11,7 +11,7 @@ use crate::memory::{Memory, borrowed, bytes, fits, give, place, set_up, value};
 use crate::status::{WstacFwStatus, status};
 
 /// The number of bytes of a model.
-pub const WSTAC_FW_MODEL_SIZE: usize = 128;
+pub const WSTAC_FW_MODEL_SIZE: usize = 136;
 /// The number of bytes of a class's name, with the 0 behind it.
 pub const WSTAC_FW_LABEL_BYTES: usize = 64;
 
@@ -23,11 +23,11 @@ const _: () = assert!(WSTAC_FW_LABEL_BYTES == LONGEST_LABEL + 1);
 #[repr(C)]
 pub struct WstacFwModel {
     /// Private to the library.
-    opaque: [u64; 16],
+    opaque: [u64; 17],
 }
 
 const _: () = assert!(size_of::<WstacFwModel>() == WSTAC_FW_MODEL_SIZE);
-const _: () = assert!(fits::<WstacFwModel, Model<'static>>(if cfg!(target_pointer_width = "32") { 64 } else { 0 }));
+const _: () = assert!(fits::<WstacFwModel, Model<'static>>(if cfg!(target_pointer_width = "32") { 68 } else { 0 }));
 
 // SAFETY: it consists of numbers, as large and aligned as asserted above.
 unsafe impl Memory for WstacFwModel {

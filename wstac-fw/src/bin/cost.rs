@@ -67,7 +67,9 @@ fn run() -> Result<(), Error> {
     let (frames, features) = (File::open(b"frames\0"), File::create(b"features\0"));
     let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
     let camera = FrameGeometry::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
-    let mut pipeline = setup::pipeline(camera)?;
+    // It stays in its result: taken out, it would be a second one on the stack.
+    let mut pipeline = pipeline_of(camera);
+    let pipeline = pipeline.as_mut().map_err(|error| *error)?;
     // The pipeline's own work cannot be timed separately.
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
     let speed = setup::durations(FrameRate::NOMINAL)?;
@@ -75,7 +77,8 @@ fn run() -> Result<(), Error> {
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
-    let mut live = LiveMotion::new(motion);
+    // It is measured without a model, which may leave no room for it.
+    let mut live = if setup::MODEL.is_none() { Some(LiveMotion::new(motion)) } else { None };
     let mut longest_live = 0;
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
@@ -97,7 +100,7 @@ fn run() -> Result<(), Error> {
                 to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
             }
         }
-        if let Some(baseline) = pipeline.baseline() {
+        if let (Some(live), Some(baseline)) = (&mut live, pipeline.baseline()) {
             let (next_frame, recent) = pipeline.recent();
             longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
         }
@@ -121,6 +124,11 @@ fn run() -> Result<(), Error> {
         stack,
     );
     Ok(())
+}
+
+#[inline(never)]
+fn pipeline_of(camera: FrameGeometry<setup::GreenChannel>) -> Result<setup::BoardPipeline, ConfigError> {
+    setup::pipeline(camera)
 }
 
 /// Returns the ticks of the texture model's answer to an event, from the sample that it takes to its class.

@@ -10,7 +10,6 @@ use wstac_core::motion;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::rate::FrameRate;
-use wstac_core::taxels::TaxelSums;
 use wstac_core::trigger::Event;
 
 use super::path::frames_of;
@@ -154,47 +153,40 @@ pub fn read_paths(path: &Path, config: Option<&Config>) -> Result<Recording, Err
     let law = config.law(info.rate).map_err(|error| wrong(&error))?;
     let motion = config.motion(info.rate).map_err(|error| wrong(&error))?;
     let mut pipeline = config.pipeline(&info)?;
-    let mut ring = TaxelRing::of(pipeline.geometry());
+    pipeline.keep_taxels();
     let mut paths = Vec::new();
-    let mut sums_of = TaxelSums::new(*pipeline.geometry());
-    // The ring holds camera frames, so it has those of the sample only if a feature frame is one of them.
-    let is_single = info.rate.frames_added() == 1;
-    let mut take = |event: Option<Event<'_>>, ring: &TaxelRing| {
+    // The taxels are `None` if a frame of the sample was lost.
+    let mut take = |event: Option<Event<'_>>, taxels: Option<&TaxelRing>| {
         let Some(event) = event else { return };
         let answer = law.answer(&event);
         let slides = answer.has_texture();
         let velocity = answer.velocity().or_else(|| motion::by_coherence(&event, motion).velocity).filter(|_| slides);
         let whole = SAMPLE_FRAMES as u8;
-        let taxels = velocity.filter(|_| is_single && event.frames_filled == 0);
         paths.push(RecordedPath {
             path: velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, motion, whole)),
-            taxel_path: taxels.and_then(|velocity| PathSample::of_taxels(ring, &velocity, motion, whole)),
+            taxel_path: velocity
+                .zip(taxels)
+                .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, motion, whole)),
         });
     };
     loop {
-        match source.next_event()? {
+        let update = match source.next_event()? {
             SourceEvent::End => break,
-            SourceEvent::Taxels(frame) => {
-                ring.push(&frame.sums);
-                take(pipeline.push_taxels(&frame.sums).event(), &ring);
-            }
-            SourceEvent::Lost { frames, .. } => {
-                ring.fill(frames.min(SAMPLE_FRAMES as u64) as u32);
-                take(pipeline.push_lost(frames).event(), &ring);
-            }
-            SourceEvent::Frame(frame) => {
-                if let Ok(sums) = sums_of.push_frame(frame.bytes) {
-                    ring.push(&sums);
-                    take(pipeline.push_taxels(&sums).event(), &ring);
-                } else {
-                    ring.fill(1);
-                    take(pipeline.push_lost(1).event(), &ring);
+            SourceEvent::Taxels(frame) => pipeline.push_taxels(&frame.sums),
+            SourceEvent::Lost { frames, .. } => pipeline.push_lost(frames),
+            SourceEvent::Frame(frame) => match pipeline.push_frame(frame.bytes) {
+                Ok(update) => {
+                    take(update.event(), update.taxels());
+                    continue;
                 }
-            }
-            _ => {}
-        }
+                // Nothing of the frame was taken, but its time has passed.
+                Err(_) => pipeline.push_lost(1),
+            },
+            _ => continue,
+        };
+        take(update.event(), update.taxels());
     }
-    take(pipeline.finish().event(), &ring);
+    take(pipeline.finish().event(), None);
     // An event at the end of the stream may have no sample along its path; every other one has its place here.
     paths.resize_with(recording.samples.len(), || RecordedPath { path: None, taxel_path: None });
     recording.paths = paths;

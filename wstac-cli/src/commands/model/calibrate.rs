@@ -12,27 +12,27 @@ use super::super::output::{Stop, note};
 /// Add to a model how sure its answers are, and what it knows
 ///
 /// Answers stay what they are. A calibrated model gives the probability of an answer ("confidence"), and says whether
-/// a texture is like those of the training ("known"). Data sets are those of model eval. No sensor of HELD.npz should
-/// have been in the training.
+/// a texture is like those of the training ("known"). Data sets are those of model eval. No sensor of HELD should have
+/// been in the training.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The model: a file, or builtin:NAME
-    #[arg(value_name = "FILE.wsm")]
+    #[arg(value_name = "MODEL")]
     model: PathBuf,
 
-    /// The data set that the model was trained on
-    #[arg(value_name = "TRAIN.npz")]
+    /// The data set (.npz) that the model was trained on
+    #[arg(value_name = "TRAIN")]
     train: PathBuf,
 
-    /// A data set that was held out of the training
-    #[arg(value_name = "HELD.npz")]
+    /// A data set (.npz) that was held out of the training
+    #[arg(value_name = "HELD")]
     held: PathBuf,
 
     /// Write the calibrated model to this file
-    #[arg(short, long, value_name = "OUT.wsm")]
+    #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
-    /// Textures whose differences the projection shows: those of TRAIN.npz by default
+    /// Textures whose differences the projection shows: those of TRAIN by default
     ///
     /// Many other textures make an embedding, from which wstac model learn makes models of new textures.
     #[arg(long, value_name = "DATA.npz")]
@@ -44,11 +44,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=32))]
     dimensions: Option<u8>,
 
-    /// Part of HELD.npz that may be taken for unknown: 0.02 by default
+    /// Part of HELD that may be taken for unknown: 0.02 by default
     #[arg(long, value_name = "PART", value_parser = part)]
     rejected: Option<f64>,
 
-    /// Overwrite OUT.wsm
+    /// Overwrite OUT
     #[arg(long)]
     force: bool,
 }

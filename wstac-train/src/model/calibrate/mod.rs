@@ -265,13 +265,13 @@ fn finished(words: Vec<u32>, dimensions: usize, held_out: &LabeledSamples) -> Re
     Ok(Calibrated { words, dimensions, held_out })
 }
 
-/// What a model file tells about known samples: its projection, and the largest squared distance of a known sample.
+/// Returns the projection of a model file.
 ///
 /// The numbers are those of the file, so they are rounded.
 ///
 /// # Errors
 /// The file is no model, or does not tell what is unknown.
-pub fn projection_of(words: &[u32]) -> Result<(Projection, f64), String> {
+pub fn projection_of(words: &[u32]) -> Result<Projection, String> {
     let model = Model::from_words(words).map_err(|error| error.to_string())?;
     if !model.tells_unknown() {
         return Err("has no projection, expected a calibrated model, such as builtin:embedding".into());
@@ -282,7 +282,6 @@ pub fn projection_of(words: &[u32]) -> Result<(Projection, f64), String> {
     let start = 2 * (words[labels - 1] as usize).div_ceil(2);
     let dimensions = usize::from(half(start + 3));
     let unit = 1.0 / (UNIT * f64::from(half(start + 4)).exp2());
-    let threshold = f64::from(words[start / 2 + 3]) / (UNIT * UNIT);
     let rows = start + 8;
     let bias = |row: usize| {
         let halves = (0..4).map(|k| u64::from(half(rows + 4 * row + k)) << (16 * k));
@@ -296,7 +295,7 @@ pub fn projection_of(words: &[u32]) -> Result<(Projection, f64), String> {
         f64::from(half(at).cast_signed()) * unit * f64::from(FEATURE_ONE)
     };
     let weights = (0..dimensions).map(|row| (0..inputs).map(|input| weight(row, input)).collect()).collect();
-    Ok((Projection { weights, biases: (0..dimensions).map(bias).collect() }, threshold))
+    Ok(Projection { weights, biases: (0..dimensions).map(bias).collect() })
 }
 
 /// Returns the number of inputs that a model reads.

@@ -387,6 +387,9 @@ fn a_file_says_which_sample_its_model_takes() {
         words[1] = crc(&words);
         let error = Model::from_words(&words).unwrap_err();
         assert_eq!(error, ModelError::Header { half: 15, found: 3 });
-        assert!(error.to_string().ends_with("(half 15 is 3, expected 0 to 2)"), "{error}");
+        assert!(
+            error.to_string().ends_with("(half 15 is 3, expected 0 to 2, or 256 to 258 with a calibration)"),
+            "{error}"
+        );
     }
 }

@@ -1,0 +1,108 @@
+//! Tests `wstac train`: from nothing, from data sets and from recordings to a model that names textures.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use wstac_tests::command::{good, printed, refusal, run, said};
+use wstac_tests::folder::Folder;
+
+/// Trains with these arguments, and returns the printed object.
+fn trained(arguments: &[&str]) -> Value {
+    serde_json::from_str(&good(&[&["train"], arguments, &["--json"]].concat())).unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A sweep that takes seconds.
+const SMALL: &str = "specimens = [\"Fla0\", \"Saw4\", \"Sin3\"]\nslides = 360\nsensors = 40\n";
+
+#[test]
+fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
+    let folder = Folder::new("train");
+    let (sweep, model) = (folder.0.join("sweep.toml"), folder.0.join("my.wsm"));
+    fs::write(&sweep, SMALL).unwrap();
+    let done = run(&["train", text(&sweep), "-o", text(&model)]);
+    let (out, messages) = (printed(&done), said(&done));
+    let first = out.lines().next().unwrap();
+    assert!(first.contains(" slides of 8 groups that were not trained on"), "{out}");
+    assert!(first.split(" %").next().unwrap().parse::<f64>().unwrap() >= 90.0, "{out}");
+    assert!(out.lines().any(|line| line.starts_with("  Saw4 ") && line.contains(" … ")), "{out}");
+    assert!(messages.contains("3 classes, trained on") && messages.contains("of 32 groups"), "{messages}");
+    let figure = fs::read_to_string(folder.0.join("my.confusion.svg")).unwrap();
+    assert!(figure.starts_with("<svg") && figure.contains(">Saw4<") && figure.contains("answer"));
+    // Sensor 900000 is none of the sweep's.
+    let mut right = 0;
+    for (specimen, slide) in [("Saw4", "75,200deg,90mm"), ("Sin3", "240,10deg,70mm"), ("Fla0", "120,135deg,110mm")] {
+        let scene = folder.0.join(format!("{specimen}.toml"));
+        let [mm_s, degrees, length] = slide.split(',').collect::<Vec<_>>()[..] else { unreachable!() };
+        let (degrees, length) = (degrees.trim_end_matches("deg"), length.trim_end_matches("mm"));
+        let lines = format!(
+            "specimen = \"{specimen}\"\nspeed = {mm_s}\ndirection = {degrees}\nlength = {length}\nfidelity = \"taxel\"\n[light]\nunit = 900000\n"
+        );
+        fs::write(&scene, lines).unwrap();
+        let records = good(&["run", &format!("scene:{}", text(&scene)), "--json", "--model", text(&model)]);
+        let event: Value = serde_json::from_str(records.lines().next().unwrap()).unwrap();
+        right += usize::from(event["texture"]["specimen"] == specimen);
+        assert!(event["texture"]["known"].is_boolean(), "{event}");
+    }
+    assert!(right >= 2, "{right} of 3");
+    // The same sweep gives the same bytes, with any number of threads.
+    let again = folder.0.join("again.wsm");
+    trained(&[text(&sweep), "-o", text(&again), "--threads", "1"]);
+    assert_eq!(fs::read(&model).unwrap(), fs::read(&again).unwrap());
+    let inspected = good(&["model", "inspect", text(&model)]);
+    assert!(inspected.contains("multinomial logistic regression"), "{inspected}");
+}
+
+#[test]
+fn a_data_set_along_the_path_says_which_sensors_test() {
+    let folder = Folder::new("train-set");
+    let (sweep, set, model) = (folder.0.join("sweep.toml"), folder.0.join("set.npz"), folder.0.join("my.wsm"));
+    fs::write(&sweep, SMALL).unwrap();
+    let done = run(&["dataset", "--input", "path", text(&sweep), "-o", text(&set)]);
+    printed(&done);
+    assert!(said(&done).contains("360 slides, "), "{}", said(&done));
+    let report = trained(&[text(&set), "-o", text(&model), "--confusion", text(&folder.0.join("figure.svg"))]);
+    assert_eq!(report["labels"], serde_json::json!(["Fla0", "Saw4", "Sin3"]));
+    assert_eq!((&report["groups"], &report["test"]["groups"]), (&32.into(), &8.into()));
+    assert!(report["test"]["accuracy"].as_f64().unwrap() >= 0.9, "{report}");
+    assert!(report["calibration"]["slides"].as_u64().unwrap() > 20, "{report}");
+    // model eval reads the same file, and its answers to all slides are as good.
+    let all: Value = serde_json::from_str(&good(&["model", "eval", text(&model), text(&set), "--json"])).unwrap();
+    assert!(all["accuracy"].as_f64().unwrap() >= 0.9, "{all}");
+    let other = refusal(&["train", text(&set), "-o", text(&folder.0.join("b.wsm")), "--input", "frames"]);
+    assert!(other.contains("array X: is missing") && other.contains("--input path"), "{other}");
+    let over = refusal(&["train", text(&set), "-o", text(&set)]);
+    assert!(over.contains("is an input of the command"), "{over}");
+    let there = refusal(&["train", text(&set), "-o", text(&model)]);
+    assert!(there.contains("my.wsm"), "{there}");
+}
+
+#[test]
+fn recordings_are_split_and_one_of_them_is_refused() {
+    let folder = Folder::new("train-recordings");
+    let recordings = folder.0.join("recordings");
+    fs::create_dir(&recordings).unwrap();
+    let record = |specimen: &str, number: u32, degrees: u32| {
+        let path = recordings.join(format!("{specimen}-{number}.mcap"));
+        let scene = format!("scene:{specimen}@{},{degrees}deg,seed={number}", 90 + 20 * number);
+        let label = format!("specimen={specimen}");
+        good(&["record", &scene, "-o", text(&path), "--label", &label, "--size", "320x180"]);
+        path
+    };
+    let first = record("Saw4", 1, 20);
+    let alone = refusal(&["train", text(&first), "-o", text(&folder.0.join("a.wsm"))]);
+    assert!(alone.contains("expected at least 2 groups of each texture: record each texture"), "{alone}");
+    for number in 2..5 {
+        record("Saw4", number, 70 * number);
+    }
+    (1..5).for_each(|number| drop(record("Fla0", number, 50 * number)));
+    let model = folder.0.join("my.wsm");
+    let report = trained(&[text(&recordings), "-o", text(&model)]);
+    assert_eq!((&report["slides"], &report["test"]["slides"]), (&6.into(), &2.into()), "{report}");
+    assert_eq!((&report["groups"], &report["test"]["groups"]), (&6.into(), &2.into()), "{report}");
+    assert!(!folder.0.join("a.wsm").exists());
+}

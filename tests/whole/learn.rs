@@ -1,0 +1,85 @@
+//! Tests that new textures are learned from a few slides, with the embedding that is shipped.
+
+use wstac_core::model::Model;
+use wstac_core::model::file::{INPUTS, Task};
+use wstac_host::model_file::ModelFile;
+use wstac_scene::specimen::Specimen;
+use wstac_train::dataset::path::{PathSlide, RandomSlides};
+use wstac_train::dataset::textures::NEW;
+use wstac_train::model::calibrate::{LabeledSamples, Quality};
+use wstac_train::model::learn::learn;
+
+/// Returns slides of the ten new textures on one sensor.
+fn slides(seed: u64, count: u32) -> LabeledSamples {
+    let wanted =
+        RandomSlides { specimens: NEW.to_vec(), slides: count, seed, sensors: [700_000, 1], ..RandomSlides::default() };
+    let mut samples =
+        LabeledSamples { names: (0..10).map(|k| format!("new {k}")).collect(), ..LabeledSamples::default() };
+    for PathSlide { slide, path, .. } in wanted.all().unwrap() {
+        let is_it = |new: &Specimen| Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen;
+        let label = NEW.iter().position(is_it).unwrap() as u16;
+        if let Some(path) = path {
+            samples.numbers.push(*path.numbers());
+            samples.labels.push(label);
+        }
+    }
+    samples
+}
+
+/// Returns five samples of each label, and all others.
+fn five(samples: &LabeledSamples) -> (LabeledSamples, LabeledSamples) {
+    let (mut few, mut rest) =
+        (LabeledSamples { names: samples.names.clone(), ..LabeledSamples::default() }, LabeledSamples::default());
+    for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
+        let is_few = few.labels.iter().filter(|&&other| other == label).count() < 5;
+        let to = if is_few { &mut few } else { &mut rest };
+        to.numbers.push(*numbers);
+        to.labels.push(label);
+    }
+    (few, rest)
+}
+
+#[test]
+fn ten_new_textures_are_learned_from_five_slides_of_each() {
+    let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
+    let (few, rest) = five(&slides(41, 300));
+    assert_eq!(few.labels.len(), 50);
+    let learned = learn(file.words(), &few, "{}").unwrap();
+    assert!(learned.is_calibrated && learned.slides == [5; 10] && learned.left_out.unwrap() > 0.9);
+    let model = Model::from_words(&learned.words).unwrap();
+    assert!(model.tells_unknown() && model.task() == Task::Other);
+    let found = Quality::of(&model, &rest);
+    assert!(found.accuracy >= 0.9 && found.calibration_error < 0.08 && found.known.unwrap() > 0.9, "{found:?}");
+    // A flat block is none of them.
+    let flat = RandomSlides { specimens: vec![Specimen::ALL[0]], slides: 20, seed: 43, ..RandomSlides::default() };
+    let known = |slide: &PathSlide| model.classification(slide.path.unwrap().numbers()).known.unwrap();
+    assert!(flat.all().unwrap().iter().filter(|slide| known(slide)).count() <= 4);
+    // What was learned is not what the base knows.
+    let base = file.model().unwrap();
+    assert!(Quality::of(&base, &rest).accuracy < 0.3);
+    // Two slides tell the mean, but not how sure an answer is.
+    let two = LabeledSamples {
+        numbers: few
+            .numbers
+            .iter()
+            .zip(&few.labels)
+            .filter(|(_, label)| **label < 2)
+            .map(|(x, _)| *x)
+            .take(4)
+            .collect(),
+        labels: few.labels.iter().copied().filter(|label| *label < 2).take(4).collect(),
+        names: few.names.clone(),
+    };
+    let plain = learn(file.words(), &two, "{}").unwrap();
+    assert!(!plain.is_calibrated && !Model::from_words(&plain.words).unwrap().is_calibrated());
+}
+
+#[test]
+fn what_cannot_be_learned_is_refused() {
+    let svm = ModelFile::open("builtin:svm".as_ref()).unwrap();
+    let error = learn(svm.words(), &LabeledSamples::default(), "").unwrap_err();
+    assert!(error.contains("has no projection, expected a calibrated model"), "{error}");
+    let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
+    let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
+    assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 textures, expected at least 2");
+}
