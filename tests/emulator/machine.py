@@ -119,11 +119,14 @@ class Machine:
     def correct_errors(self, name):
         """Lets the memory of a variable have error correction, and arbitrary bytes as after power was off.
 
+        The variable with the highest address is not protected, because its writes serve to empty the buffer.
+
         It writes whole words of 64 bits. A part of one stays in a buffer until a part of another one is written, and a
         reset loses it.
         """
         places = [address for symbol, address in self.symbols.items() if name in symbol and address >= RAM]
         start = min(places)
+        self.record, self.losses = range(start, max(places)), []
         self.partial, self.writing = None, None
         self.uc.mem_write(start, b"\x5a" * 256)
         self.uc.hook_add(UC_HOOK_MEM_WRITE, self._written, begin=start, end=start + 255)
@@ -145,6 +148,7 @@ class Machine:
         """Restarts the core; memory stays as it is, but for a part of a word that was not written yet."""
         lost = self.writing or self.partial
         if lost:
+            self.losses += [lost[0]] if lost[0] in self.record else []
             self.uc.mem_write(lost[0], lost[1])
         self.partial = self.writing = None
         self.enabled, self.exception, self.saved = set(), None, []
