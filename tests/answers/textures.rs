@@ -44,7 +44,7 @@ struct Said {
 /// Returns the sample of a slide that a model takes, if the slide shows enough of the path.
 fn sample<'s>(model: &Model, slide: &'s PathSlide) -> Option<&'s [i16; INPUTS]> {
     let path = if model.input() == Input::Path { &slide.path } else { &slide.taxel_path };
-    path.as_ref().filter(|path| path.covers(model.frames())).map(|path| path.numbers())
+    path.as_ref().filter(|path| path.covers(model.frames())).map(wstac_core::path_sample::PathSample::numbers)
 }
 
 /// Returns what a model says about each slide; `None` without a sample.
@@ -184,7 +184,7 @@ pub(crate) fn section() -> String {
         tens.push((name.to_owned(), ten));
         unknown_ones.push(other);
     }
-    let names: String = MODELS.iter().map(|(name, _)| format!(" `{name}` |")).collect();
+    let names = MODELS.map(|(name, _)| format!(" `{name}` |")).concat();
     let mut head = |what: &str, about: &str| {
         let _ =
             write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));

@@ -204,7 +204,7 @@ class Check:
         self.say(name, problems)
 
     def drift(self, name):
-        """The rate changes by 4 % while frames are used: this is reported, and frames are used again when it is right."""
+        """The rate changes by 4 % while frames are used: this is reported, and they are used again when it is right."""
         board = Board(self.elf, self.host.frames)
         board.camera.faults[30] = lambda: board.sensor.slips.update({0x2B: 32})
         board.camera.faults[70] = lambda: board.sensor.slips.clear()
@@ -268,6 +268,18 @@ class Check:
             problems.append(f"the host is told {self.host.notes!r}")
         self.say(name, problems)
 
+    def order(self, name):
+        """The camera interface drops bytes before it crops: the window is right all the same."""
+        board = Board(self.elf, self.host.frames[:5])
+        board.dcmi.selects_first = True
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        problems = [] if lines == self.features[:5] else [f"features are {lines}"]
+        log = [line.split(": ", 1)[1] for _, line in board.log.lines]
+        if log != [FOUND, DROPS_FIRST]:
+            problems.append(f"the log says {log}")
+        self.say(name, problems)
+
     def pulls(self, name):
         """Every input of the camera interface is pulled down, so that a wire that is off does not float."""
         board = Board(self.elf, self.host.frames[:1])
@@ -285,7 +297,8 @@ SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor se
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
 FORGETS = "the sensor does not keep register {=u8:#04x}"
 SIZE, FORMAT = "frames have {=u32} lines and {=u32} words", "bytes are not luma and fixed chroma in turn"
-RATE = "{=u32} frames in 1000 seconds"
+RATE, DIVIDED = "{=u32} frames in 1000 seconds", "{=u32} times the rate: the clock is divided"
+DROPS_FIRST = "the camera interface drops bytes before it crops"
 HELD = "the sensor held its bus"
 CHROMA_FIRST = "chroma comes first, which is not as it was set: it is left out all the same"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
@@ -306,6 +319,16 @@ def plug_in(board):
 def hold(board):
     """The sensor holds the data line, as after a reset in the middle of a read."""
     board.sensor.holds = 4
+
+
+def deafen(board):
+    """The sensor does not answer any more, but sends frames."""
+    board.sensor.deaf = True
+
+
+def cure(board):
+    """It answers again."""
+    board.sensor.deaf = False
 
 
 def brown_out(board):
@@ -353,8 +376,8 @@ def main():
         check.faulty("late after them", {40: idle}, [], [])
         check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
         check.faulty("sync inside a frame", {60: "sync inside"}, [60], [(60, LOST_SYNC)])
-        check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 83), [(70, SILENT), (None, BACK)])
-        check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 118), [(90, SILENT), (90, GONE), (None, BACK)])
+        check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 85), [(70, SILENT), (None, BACK)])
+        check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 120), [(90, SILENT), (90, GONE), (None, BACK)])
         # While the program looks for an OV7690: twice in the identity, at the reset, and in the settings; in a write,
         # an address and a read.
         for at in (0, 4, 9, 12, 13, 14, 15):
@@ -367,17 +390,20 @@ def main():
         check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)
         # What only the frames show: the firmware reads back what it wrote.
         for name, slips, said, register in (
-            ("60 frames per second", {0x11: 0x00}, RATE, "0x11"),
-            ("640 pixels per line", {0x65: 0x20}, SIZE, "0x29"),
-            ("RGB", {0x12: 0x06}, FORMAT, "0x0c"),
+            ("60 frames per second whatever the divider", {0x11: 0x00}, [DIVIDED, RATE], "0x11"),
+            ("45 frames per second", {0x0D: 0x81}, [RATE], "0x11"),
+            ("640 pixels per line", {0x65: 0x20}, [SIZE], "0x29"),
+            ("RGB", {0x12: 0x06}, [FORMAT], "0x0c"),
         ):
             told = f"does not keep what register {register} is set to"
-            check.never(name, [FORGETS], told, first=[FOUND, said], slips=slips)
+            check.never(name, [FORGETS], told, first=[FOUND, *said], slips=slips)
+        check.start("60 frames per second", [FOUND, DIVIDED], slips={0x0D: 0xC1})
         check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
-        check.faulty("brown-out", {60: brown_out}, range(60, 73), [(60, FORGETS), (None, BACK)])
+        check.faulty("brown-out", {60: brown_out}, range(60, 75), [(60, FORGETS), (None, BACK)])
         check.drift("the rate changes by 4 %")
         check.start("data line held low", [HELD, FOUND], holds=5)
         check.faulty("data line held low for a while", {40: hold}, [], [(40, HELD)])
+        check.faulty("frames without an answer", {40: deafen, 75: cure}, range(69, 91), [(69, GONE), (None, BACK)])
         hard_fault = r"hard fault at 0x20000100, called from 0x\w+, fault status 0x\w+"
         check.crash("hard fault", Machine.crash, hard_fault)
         check.crash("hard fault, and a reset before it is reported", Machine.crash, hard_fault, again=FRAME // 4)
@@ -385,9 +411,10 @@ def main():
         unknown = "an interrupt without a handler: 3"
         check.crash("interrupt without a handler", lambda machine: machine.interrupt(3), unknown)
         hung = "the program hung, and the watchdog ended it"
-        check.crash("the program hangs", lambda machine: machine.stall(90 * FRAME), hung, frames=120)
+        check.crash("the program hangs", lambda machine: machine.stall(150 * FRAME), hung, frames=180)
         check.quiet("a debugger that reads no log")
         check.own_clock("no clock from the debugger")
+        check.order("bytes dropped before the crop")
         check.pulls("pulled inputs")
         print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")

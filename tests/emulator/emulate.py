@@ -3,9 +3,9 @@
 
     emulate.py ELF CLIP.raw SERIAL     CLIP.raw: frames of 320 x 240 GREY; what comes out of the serial line goes to SERIAL
 
-Modeled: core and interrupts, clocks, timer, I2C, a sensor's registers and pins, camera interface, DMA, serial line, log. Not
-modeled: caches, electricity, and the time of anything except a byte on the serial line. So this shows that the program
-is right, and counts its instructions. It does not show that the program is fast enough.
+Modeled: core and interrupts, clocks, watchdog, timer, I2C, a sensor's registers and pins, camera interface, DMA, serial
+line, log. Not modeled: caches, electricity, and the time of anything except a byte on the serial line. So this shows
+that the program is right, and counts its instructions. It does not show that the program is fast enough.
 """
 
 import sys

@@ -1,4 +1,5 @@
-//! Tests a session's textures by 25 taxels: they are those that the core computes directly, and absent if frames are lost.
+//! Tests a session's textures by 25 taxels: they are those that the core computes directly.
+//! They are absent if frames are lost.
 
 use wstac_core::law::EventLaw;
 use wstac_core::params::TAXELS;

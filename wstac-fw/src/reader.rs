@@ -75,7 +75,9 @@ impl Reader {
     /// computes.
     ///
     /// # Errors
-    /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`](wstac_core::pipeline::Pipeline::builder) for the configuration.
+    /// Returns the errors of [`FrameGeometry::with_stride`] and [`Pipeline::builder`] for the configuration.
+    ///
+    /// [`Pipeline::builder`]: wstac_core::pipeline::Pipeline::builder
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
@@ -111,7 +113,9 @@ impl Reader {
     /// Takes the next rows of a frame.
     ///
     /// # Errors
-    /// Returns the errors of [`Pipeline::push_stripe`](wstac_core::pipeline::Pipeline::push_stripe) if the rows do not fit this layout; then nothing was taken.
+    /// Returns the errors of [`Pipeline::push_stripe`] if the rows do not fit this layout; then nothing was taken.
+    ///
+    /// [`Pipeline::push_stripe`]: wstac_core::pipeline::Pipeline::push_stripe
     pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), FrameError> {
         let update = self.pipeline.push_stripe(rows)?;
         if update.is_frame() {

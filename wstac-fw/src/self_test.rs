@@ -96,6 +96,15 @@ pub fn judge_rate(frames: u32, ticks: u32, rate: FrameRate, tick_hz: Ticks) -> R
     Err(Defect::Rate { millihertz: millihertz.and_then(|rate| u32::try_from(rate).ok()).unwrap_or(u32::MAX) })
 }
 
+/// Returns how many times the nominal rate this one is, if that is a whole number within 2 %.
+pub fn times_nominal(millihertz: u32, rate: FrameRate) -> Option<u32> {
+    let nominal = (1000 * u64::from(rate.numerator())).checked_div(u64::from(rate.denominator()))?;
+    let times = (u64::from(millihertz) + nominal / 2).checked_div(nominal)?;
+    let expected = times * nominal;
+    let is_near = u64::from(millihertz).abs_diff(expected) * RATE_TOLERANCE <= expected;
+    u32::try_from(times).ok().filter(|&times| is_near && times > 0)
+}
+
 fn luma_is_first(tail: &[u8]) -> Result<Option<bool>, Defect> {
     let is_chroma = |byte: &u8| byte.abs_diff(FIXED_CHROMA) <= CHROMA_TOLERANCE;
     let of = |first: usize| {
@@ -147,9 +156,9 @@ mod tests {
         FrameSize::new(320, 240).unwrap()
     }
 
-    /// Ten frames of the right size at this rate.
-    fn probe(rate: f64) -> Probe {
-        Probe { frames: 10, ticks: (10.0 * HZ as f64 / rate) as u32, lines: 240, words: 38_400 }
+    /// Ten frames of the right size at this rate, times 100.
+    fn probe(rate: u32) -> Probe {
+        Probe { frames: 10, ticks: 1000 * 32_768 / rate, lines: 240, words: 38_400 }
     }
 
     fn of(probe: Probe, tail: &[u8]) -> Result<Option<bool>, Defect> {
@@ -165,41 +174,48 @@ mod tests {
     #[test]
     fn the_right_frames_pass_in_any_light() {
         for chroma in [126, 128, 130] {
-            assert_eq!(of(probe(30.0), &pairs(true, chroma)), Ok(Some(true)));
-            assert_eq!(of(probe(30.0), &pairs(false, chroma)), Ok(Some(false)));
+            assert_eq!(of(probe(3000), &pairs(true, chroma)), Ok(Some(true)));
+            assert_eq!(of(probe(3000), &pairs(false, chroma)), Ok(Some(false)));
         }
         // In the dark, and so bright that nothing is left.
-        assert_eq!(of(probe(30.0), &[0, 128].repeat(50)), Ok(Some(true)));
-        assert_eq!(of(probe(30.0), &[128, 255].repeat(50)), Ok(Some(false)));
+        assert_eq!(of(probe(3000), &[0, 128].repeat(50)), Ok(Some(true)));
+        assert_eq!(of(probe(3000), &[128, 255].repeat(50)), Ok(Some(false)));
         // A picture that is as gray as chroma.
-        assert_eq!(of(probe(30.0), &[128, 128].repeat(50)), Ok(None));
+        assert_eq!(of(probe(3000), &[128, 128].repeat(50)), Ok(None));
     }
 
     #[test]
     fn another_format_is_refused() {
         for chroma in [125, 131, 0] {
-            assert_eq!(of(probe(30.0), &pairs(true, chroma)), Err(Defect::Format));
+            assert_eq!(of(probe(3000), &pairs(true, chroma)), Err(Defect::Format));
         }
     }
 
     #[test]
     fn another_size_is_refused() {
         for (lines, words) in [(240, 38_399), (239, 38_240), (480, 38_400), (240, 76_800), (240, 0)] {
-            let found = Probe { lines, words, ..probe(30.0) };
+            let found = Probe { lines, words, ..probe(3000) };
             assert_eq!(of(found, &pairs(true, 128)), Err(Defect::Size { lines, words }));
         }
-        assert_eq!(of(Probe { lines: 0, ..probe(30.0) }, &[]), Err(Defect::NoFrames));
+        assert_eq!(of(Probe { lines: 0, ..probe(3000) }, &[]), Err(Defect::NoFrames));
         assert_eq!(of(Probe::default(), &[]), Err(Defect::NoFrames));
     }
 
     #[test]
     fn a_rate_may_differ_by_two_percent() {
-        for (rate, right) in [(30.0, true), (30.57, true), (29.45, true), (30.7, false), (29.3, false), (60.0, false)] {
+        for (rate, right) in [(3000, true), (3057, true), (2945, true), (3070, false), (2930, false), (6000, false)] {
             assert_eq!(of(probe(rate), &pairs(true, 128)).is_ok(), right, "{rate}");
         }
-        let Err(Defect::Rate { millihertz }) = of(probe(60.0), &pairs(true, 128)) else { panic!("60 passes") };
+        let Err(Defect::Rate { millihertz }) = of(probe(6000), &pairs(true, 128)) else { panic!("60 passes") };
         assert!((59_900..60_100).contains(&millihertz), "{millihertz}");
         assert_eq!(judge_rate(30, 0, FrameRate::NOMINAL, HZ), Err(Defect::Rate { millihertz: u32::MAX }));
+    }
+
+    #[test]
+    fn multiples_of_the_rate_are_known() {
+        let times = |rate| times_nominal(rate, FrameRate::NOMINAL);
+        assert_eq!([30_000, 60_024, 118_000, 122_000].map(times), [Some(1), Some(2), Some(4), Some(4)]);
+        assert_eq!([0, 7_500, 15_000, 45_000, 58_000, 62_000].map(times), [None; 6]);
     }
 
     #[test]

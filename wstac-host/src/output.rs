@@ -186,8 +186,8 @@ impl TactileEvent {
         }
     }
 
-    /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is that of
-    /// its frames, if its rate is known.
+    /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is
+    /// that of its frames, if its rate is known.
     #[cfg(feature = "board")]
     pub(crate) fn from_answers(
         answers: &wstac_core::wire::Answers<'_>,

@@ -1,5 +1,5 @@
-//! The parameters besides the texture model: the camera's format, the pixel stride, the kernel of the logarithm, and the
-//! law from an event to its answers.
+//! The parameters besides the texture model: the camera's format, the pixel stride, the kernel of the logarithm, and
+//! the law from an event to its answers.
 
 use std::fmt;
 
@@ -165,8 +165,8 @@ impl Setting {
     /// The same setting with the published law.
     pub const PUBLISHED: Self = Self { law: AnswerLaw::Published, ..Self::DEFAULT };
 
-    /// Returns whether this is the default setting of a model of this input, or of no model: with coherence, or for models
-    /// over time with the published law.
+    /// Returns whether this is the default setting of a model of this input, or of no model: with coherence, or with
+    /// the published law for models over time.
     pub fn is_default_of(self, input: Option<Input>) -> bool {
         self == if input == Some(Input::Frames) { Self::PUBLISHED } else { Self::DEFAULT }
     }
@@ -178,7 +178,7 @@ impl Setting {
     }
 
     /// Returns a configuration with this setting's logarithm and law. Format and stride are those of the frames.
-    pub(super) fn configured(&self, base: &Config) -> Config {
+    pub(super) fn configured(self, base: &Config) -> Config {
         let mut config = base.clone();
         config.features.ln = self.kernel;
         config.speed = config.speed.with_estimator(self.law.estimator());

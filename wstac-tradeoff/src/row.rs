@@ -85,8 +85,8 @@ pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
     rows
 }
 
-/// Returns the setting that tables of these rows start from: the default, or the one with the published law if no row has
-/// arrival times.
+/// Returns the setting that tables of these rows start from: the default, or the one with the published law if no row
+/// has arrival times.
 pub fn base(rows: &[Row]) -> Setting {
     let has_default = rows.iter().any(|row| row.setting == Setting::DEFAULT);
     if has_default { Setting::DEFAULT } else { Setting::PUBLISHED }

@@ -1,7 +1,7 @@
 """A parallel sensor, the DCMI that captures its pixels, and DMA1's stream 0 that moves the DCMI's words.
 
-Each line is cropped and every second byte is dropped if the program asks for that, and the words are written to the ring. The clip's first frame is the
-first one that is captured through a window. Before that, the sensor is dark.
+Each line is cropped and every second byte is dropped if the program asks for that, and the words are written to the
+ring. The clip's first frame is the first one that is captured through a window. Before that, the sensor is dark.
 """
 
 from .registers import Registers
@@ -63,11 +63,13 @@ class Dma(Registers):
 
 
 class Dcmi(Registers):
-    """The camera interface, which captures a part of each line."""
+    """The camera interface, which captures a part of each line. The manual does not say whether it crops a line or
+    drops every second byte first: `selects_first` says so.
+    """
 
     def __init__(self, dma):
         super().__init__(DCMI)
-        self.dma, self.capturing, self.row = dma, False, 0
+        self.dma, self.capturing, self.row, self.selects_first = dma, False, 0, False
 
     def reset(self):
         """Resets the registers."""
@@ -92,7 +94,9 @@ class Dcmi(Registers):
         return bool(self.values.get(CR, 0) & ENABLE)
 
     def wants_window(self):
-        """Returns whether the next frame is captured through a window."""
+        """Returns whether the next frame is captured through a window, and not measured line by line."""
+        if self.values.get(IER, 0) & LINE:
+            return False
         return self.values.get(CR, 0) & (ENABLE | CAPTURE | CROP) == ENABLE | CAPTURE | CROP
 
     def flag(self, flag):
@@ -116,10 +120,14 @@ class Dcmi(Registers):
         if not self.capturing or control & CROP and not top <= row < top + rows:
             return
         data = bytes_of(row)
-        if control & CROP:
+        if control & CROP and not self.selects_first:
             data = data[left : left + clocks]
         if control & EVERY_SECOND_BYTE:
             data = data[1 if control & THE_SECOND else 0 :: 2]
+        if control & CROP and self.selects_first:
+            data = data[left : left + clocks]
+        # The rest of a frame that is not whole words is left out.
+        data = data[: len(data) // 4 * 4]
         if not self.dma.take(data):
             self.flag(OVERRUN)
         if control & CROP and row == top + rows - 1:
@@ -127,7 +135,7 @@ class Dcmi(Registers):
 
 
 class Camera:
-    """The pixels of a sensor that sees a clip of GREY frames. The sensor's registers decide what of it is sent, and how.
+    """The pixels of a sensor that sees a clip of GREY frames. Its registers decide what of them is sent, and how.
     """
 
     def __init__(self, machine, sensor, dcmi, clip, size, clock, faults=()):

@@ -1,8 +1,8 @@
 """The sensors: what their registers make of the pins.
 
 The registers and bits are those of public drivers and of quotes of OmniVision's data sheets, not those of the
-firmware's tables: Linux drivers of the OV7690 and OV772x, MediaTek's and Analog Devices' drivers of the OV7692, OpenMV's
-drivers of the OV7690 and OV7725. What none of them says is a guess, and the comment says so.
+firmware's tables: Linux drivers of the OV7690 and OV772x, MediaTek's and Analog Devices' drivers of the OV7692, and
+OpenMV's drivers of the OV7690 and OV7725. What none of them says is a guess, and the comment says so.
 
 A clip is what the sensor sees with the nominal exposure and gain 1. Wrong lights change its luma, wrong sizes cut or
 enlarge it, and a wrong format gives other bytes.
@@ -18,9 +18,10 @@ GREY_CHROMA = 0x80
 class Sensor:
     """A sensor behind a bus with registers of eight bits.
 
-    `holds` is the number of clocks for which it holds the data line, `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a register
-    that keeps its value. `slips` has registers that act as if another value were written, although the value that was
-    written is read back: so a table with that value in it would act.
+    `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a
+    register that keeps its value. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
+    which it holds the data line. `slips` has registers that act as if another value were written, although the value
+    that was written is read back: so a table with that value in it would act.
     """
 
     ADDRESS, IDENTITY, DEFAULTS, RESET = 0, {}, {}, (0x12, 0x80)
@@ -31,7 +32,7 @@ class Sensor:
         self.address = self.ADDRESS if address is None else address
         self.identity = self.IDENTITY if identity is None else identity
         self.present, self.resets, self.nack_after, self.stuck, self.slips = True, 0, None, None, {}
-        self.holds = 0
+        self.holds, self.deaf = 0, False
         self.pointer, self.written, self.history, self.dark = 0, [], [], None
         self.power_on()
 
@@ -47,7 +48,7 @@ class Sensor:
         if self.nack_after is not None:
             self.nack_after -= 1
         self.written = [] if not reads else self.written
-        return self.present
+        return self.present and not self.deaf
 
     def write(self, value):
         """Accepts a byte."""
@@ -307,7 +308,7 @@ class Ov7690(Sensor):
         return curve(round(lines / NOMINAL_LINES * gain * white * effect, 6), knots, self[0xB2])
 
     def view(self):
-        """Returns how the picture lies. 0x17 and 0x19 shift it: how far is a guess, and 4 at the most changes nothing."""
+        """Returns how the picture lies. 0x17 and 0x19 shift it, and how far is a guess."""
         right, down = self[0x17] - 0x69, self[0x19] - 0x0C
         return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
 

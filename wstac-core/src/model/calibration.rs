@@ -59,14 +59,14 @@ pub(super) struct Calibration<'a> {
 /// Returns the half at which the kind's part of a file with a calibration ends.
 pub(super) const fn start(words: &[u32], labels: usize) -> Result<usize, ModelError> {
     let error = Err(ModelError::Calibration(labels as u32));
-    if labels % 2 != 0 || labels < super::file::HEADER_HALVES + 2 {
+    if !labels.is_multiple_of(2) || labels < super::file::HEADER_HALVES + 2 {
         return error;
     }
     let end = long(words, labels - 2) as usize;
     if end < super::file::HEADER_HALVES || end > labels - 2 {
         return error;
     }
-    if end % 2 != 0 && half(words, end) != 0 {
+    if !end.is_multiple_of(2) && half(words, end) != 0 {
         return Err(ModelError::Calibration(end as u32));
     }
     Ok(end)

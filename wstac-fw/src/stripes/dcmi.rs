@@ -4,7 +4,8 @@
 //! 0 of DMA1 writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole
 //! frame is kept anywhere.
 //!
-//! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and words.
+//! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and
+//! words.
 //!
 //! This is the only file that knows the DMA, and it has the only unsafe code of the capture. The ring is lent for ever,
 //! no other code holds it, and the DMA is given its exact length. The DMA may overwrite rows while they are read; then
@@ -102,6 +103,21 @@ pub struct Dcmi {
     ring: *const u8,
     stripe_bytes: usize,
     signals: Signals,
+    /// First column, first row, width and height of the window.
+    window: [u16; 4],
+    /// Whether the interface counts the window's columns after it has dropped every second byte.
+    crops_selected: bool,
+}
+
+/// What is captured.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum What {
+    /// Luma of the window, to be used.
+    Frames,
+    /// All bytes of whole frames, to be measured.
+    Whole,
+    /// Luma of the window, to be measured.
+    Window,
 }
 
 impl Dcmi {
@@ -129,15 +145,6 @@ impl Dcmi {
 
         rcc::enable_and_reset::<peripherals::DCMI>();
         RCC.ahb1enr().modify(|w| w.set_dma1en(true));
-        // Columns are counted in pixel clocks, two per pixel. The register values are one less than the counts.
-        DCMI.cwstrt().write(|w| {
-            w.set_hoffcnt(2 * window.left());
-            w.set_vst(window.top());
-        });
-        DCMI.cwsize().write(|w| {
-            w.set_capcnt(2 * window.width() - 1);
-            w.set_vline(window.height() - 1);
-        });
         let stream = DMA1.st(STREAM);
         stream.cr().write(|w| w.set_en(false));
         stream.par().write_value(DCMI.dr().as_ptr() as u32);
@@ -152,7 +159,8 @@ impl Dcmi {
             typelevel::DCMI::enable();
             typelevel::DMA1_STREAM0::enable();
         }
-        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals })
+        let window = [window.left(), window.top(), window.width(), window.height()];
+        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals, window, crops_selected: false })
     }
 
     /// Says whether luma is the first of two bytes. The next restart captures it.
@@ -169,10 +177,30 @@ impl Dcmi {
 
     /// Begins to measure whole frames. It ends with [`Dcmi::probe`] and a restart.
     pub fn begin_probe(&mut self) {
-        self.start(true);
+        self.start(What::Whole);
     }
 
-    /// Returns what was measured since [`Dcmi::begin_probe`].
+    /// Begins to measure the luma of the window, which must have [`Dcmi::window_words`].
+    ///
+    /// The manual does not say whether columns are counted before or after every second byte is dropped.
+    pub fn begin_window_probe(&mut self) {
+        self.start(What::Window);
+    }
+
+    /// Returns the words of a frame's window.
+    pub fn window_words(&self) -> u32 {
+        let [_, _, width, height] = self.window;
+        u32::from(width) * u32::from(height) / 4
+    }
+
+    /// Takes the other order of cropping and dropping bytes. Returns whether columns are now counted after bytes are
+    /// dropped.
+    pub fn change_order(&mut self) -> bool {
+        self.crops_selected = !self.crops_selected;
+        self.crops_selected
+    }
+
+    /// Returns what was measured, until now or until [`Dcmi::stop`], since [`Dcmi::begin_probe`].
     pub fn probe(&self) -> Probe {
         critical_section::with(|_| Probe {
             frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
@@ -188,7 +216,12 @@ impl Dcmi {
     }
 
     /// Starts capture at the next vertical sync: of the window's luma, or of all bytes of whole frames.
-    fn start(&mut self, probe: bool) {
+    fn start(&mut self, what: What) {
+        let probe = what != What::Frames;
+        // Columns are counted in pixel clocks, two per pixel unless every second one is gone. The register values of
+        // sizes are one less than the counts.
+        let [left, top, width, height] = self.window;
+        let clocks = if self.crops_selected { 1 } else { 2 };
         critical_section::with(|_| {
             self.stop();
             let stream = DMA1.st(STREAM);
@@ -224,10 +257,18 @@ impl Dcmi {
                 w.set_vspol(self.signals.vsync_high_between_frames);
                 w.set_hspol(!self.signals.href_high_in_lines);
                 w.set_pckpol(self.signals.sample_at_rising_edge);
-                w.set_crop(!probe);
-                if !probe {
+                w.set_crop(what != What::Whole);
+                if what != What::Whole {
                     w.0 |= EVERY_SECOND_BYTE | if self.signals.luma_first { 0 } else { THE_SECOND };
                 }
+            });
+            DCMI.cwstrt().write(|w| {
+                w.set_hoffcnt(clocks * left);
+                w.set_vst(top);
+            });
+            DCMI.cwsize().write(|w| {
+                w.set_capcnt(clocks * width - 1);
+                w.set_vline(height - 1);
             });
             DCMI.ier().write(|w| {
                 w.set_ovr_ie(true);
@@ -257,7 +298,7 @@ impl Dcmi {
 
 impl Capture for Dcmi {
     fn restart(&mut self) {
-        self.start(false);
+        self.start(What::Frames);
     }
 
     fn complete(&self) -> u32 {

@@ -209,15 +209,14 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     }
     let mut written = write::write(&trained, &facts.to_string(), write::Options::default())
         .map_err(|message| wrong(&subject, message))?;
-    let (calibration, why_uncalibrated) = match calibrated {
-        Err(why) => (None, Some(why)),
-        Ok(_) => {
-            let found =
-                calibrate(&written.words, &of_file(&fitted, &labels), &of_file(&kept, &labels), Settings::default());
-            let found = found.map_err(|message| wrong(&subject, message))?;
-            written.words = found.words;
-            (Some(found.held_out), None)
-        }
+    let (calibration, why_uncalibrated) = if let Err(why) = calibrated {
+        (None, Some(why))
+    } else {
+        let found =
+            calibrate(&written.words, &of_file(&fitted, &labels), &of_file(&kept, &labels), Settings::default());
+        let found = found.map_err(|message| wrong(&subject, message))?;
+        written.words = found.words;
+        (Some(found.held_out), None)
     };
     Ok(TrainedModel {
         labels,

@@ -13,7 +13,7 @@ fn with_calibration(words: &[u32], calibration: &[u16]) -> Vec<u32> {
     let labels = words[6] as usize;
     let (before, behind) = halves.split_at(labels);
     let mut all = before.to_vec();
-    if labels % 2 != 0 {
+    if !labels.is_multiple_of(2) {
         all.push(0);
     }
     all.extend(calibration);
