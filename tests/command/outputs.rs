@@ -43,6 +43,11 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["dataset", ".", "-o", "OUT"], &["a.mcap"]),
     (&["dataset", "a.toml", "--config", "wstac.toml", "-o", "OUT"], &["a.toml", "wstac.toml"]),
     (&["model", "import", "forest.onnx", "-o", "OUT"], &["forest.onnx"]),
+    (&["train", "a.npz", "--input", "frames", "-o", "OUT"], &["a.npz"]),
+    (
+        &["train", "a.mcap", "--config", "wstac.toml", "-o", "new.wsm", "--confusion", "OUT.svg"],
+        &["a.mcap", "wstac.toml"],
+    ),
     (
         &["plot", "a.mcap", "--config", "wstac.toml", "--model", "svm.wsm", "-o", "OUT.svg"],
         &["a.mcap", "wstac.toml", "svm.wsm"],

