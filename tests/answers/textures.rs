@@ -184,7 +184,7 @@ pub(crate) fn section() -> String {
         tens.push((name.to_owned(), ten));
         unknown_ones.push(other);
     }
-    let names: String = MODELS.iter().map(|(name, _)| format!(" `{name}` |")).collect();
+    let names = MODELS.map(|(name, _)| format!(" `{name}` |")).concat();
     let mut head = |what: &str, about: &str| {
         let _ =
             write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));

@@ -96,6 +96,15 @@ pub fn judge_rate(frames: u32, ticks: u32, rate: FrameRate, tick_hz: Ticks) -> R
     Err(Defect::Rate { millihertz: millihertz.and_then(|rate| u32::try_from(rate).ok()).unwrap_or(u32::MAX) })
 }
 
+/// Returns how many times the nominal rate this one is, if that is a whole number within 2 %.
+pub fn times_nominal(millihertz: u32, rate: FrameRate) -> Option<u32> {
+    let nominal = (1000 * u64::from(rate.numerator())).checked_div(u64::from(rate.denominator()))?;
+    let times = (u64::from(millihertz) + nominal / 2).checked_div(nominal)?;
+    let expected = times * nominal;
+    let is_near = u64::from(millihertz).abs_diff(expected) * RATE_TOLERANCE <= expected;
+    u32::try_from(times).ok().filter(|&times| is_near && times > 0)
+}
+
 fn luma_is_first(tail: &[u8]) -> Result<Option<bool>, Defect> {
     let is_chroma = |byte: &u8| byte.abs_diff(FIXED_CHROMA) <= CHROMA_TOLERANCE;
     let of = |first: usize| {
@@ -200,6 +209,13 @@ mod tests {
         let Err(Defect::Rate { millihertz }) = of(probe(6000), &pairs(true, 128)) else { panic!("60 passes") };
         assert!((59_900..60_100).contains(&millihertz), "{millihertz}");
         assert_eq!(judge_rate(30, 0, FrameRate::NOMINAL, HZ), Err(Defect::Rate { millihertz: u32::MAX }));
+    }
+
+    #[test]
+    fn multiples_of_the_rate_are_known() {
+        let times = |rate| times_nominal(rate, FrameRate::NOMINAL);
+        assert_eq!([30_000, 60_024, 118_000, 122_000].map(times), [Some(1), Some(2), Some(4), Some(4)]);
+        assert_eq!([0, 7_500, 15_000, 45_000, 58_000, 62_000].map(times), [None; 6]);
     }
 
     #[test]

@@ -178,7 +178,7 @@ impl Setting {
     }
 
     /// Returns a configuration with this setting's logarithm and law. Format and stride are those of the frames.
-    pub(super) fn configured(&self, base: &Config) -> Config {
+    pub(super) fn configured(self, base: &Config) -> Config {
         let mut config = base.clone();
         config.features.ln = self.kernel;
         config.speed = config.speed.with_estimator(self.law.estimator());

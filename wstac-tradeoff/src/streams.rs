@@ -134,7 +134,7 @@ impl EvaluatedCamera {
                 sums.push((setting.format, setting.stride, own));
             }
             let sums = &mut sums[at].2;
-            sums.streams.push(stream(place, setting, taxels, sums.accumulators.camera(), config)?);
+            sums.streams.push(stream(place, *setting, taxels, sums.accumulators.camera(), config)?);
         }
         let whole = camera(&sensor, format, Stride::One, config)?;
         let (floor, threshold) = (config.features.floor_levels, config.speed.threshold);
@@ -198,7 +198,7 @@ pub(super) fn camera(
 
 fn stream(
     place: usize,
-    setting: &Setting,
+    setting: Setting,
     taxels: bool,
     geometry: &FrameGeometry<Any>,
     config: &Config,

@@ -18,8 +18,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (out, numbers, textures) = match arguments.as_slice() {
         [out, slides, seed, sensor] => (out, [slides, seed, sensor], "paper"),
-        [out, slides, seed, sensor, textures] => (out, [slides, seed, sensor], textures.as_str()),
-        [out, slides, seed, sensor, textures, _] => (out, [slides, seed, sensor], textures.as_str()),
+        [out, slides, seed, sensor, textures] | [out, slides, seed, sensor, textures, _] => {
+            (out, [slides, seed, sensor], textures.as_str())
+        }
         _ => return Err("expected OUT.npz SLIDES SEED SENSOR [paper|unknown|random|ten|new [SENSORS]]".into()),
     };
     let sensors = arguments.get(5).map_or(Ok(1000), |number| number.parse::<u32>())?;

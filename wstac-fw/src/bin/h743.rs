@@ -47,10 +47,13 @@ const BAUD: u32 = 115_200;
 /// The frames that a self-test measures, and the longest time for them.
 const SELF_TEST_FRAMES: u32 = 4;
 const SELF_TEST: Duration = Duration::from_millis(800);
+/// The longest time for a frame through the window after that.
+const WINDOW_TEST: Duration = Duration::from_millis(250);
 /// The failures of the bus in a row after which the sensor counts as gone, although frames come.
 const BUS_FAILURES: u32 = 30;
-/// The microseconds after which the watchdog restarts a program that hangs.
-const HANGS: u32 = 2_000_000;
+/// The microseconds after which the watchdog restarts a program that hangs. The longest self-test, with a second try,
+/// takes three seconds.
+const HANGS: u32 = 4_000_000;
 /// The cycles between two looks at the debugger's clock, and their number: a quarter of a second at 64 MHz.
 const HSE_CYCLES: u32 = 6400;
 const HSE_LOOKS: u32 = 2500;
@@ -126,7 +129,7 @@ async fn main(_spawner: Spawner) {
     // Three transfers are made between two stripes.
     config.timeout = Duration::from_micros(600);
     let mut i2c = I2c::new_blocking(p.I2C1, p.PB8, p.PB9, config);
-    let sensor = find(&mut i2c, reader, &mut line, &mut watchdog).await;
+    let mut sensor = *find(&mut i2c, reader, &mut line, &mut watchdog).await;
 
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
     let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, &WINDOW, ROWS, sensor.signals) else {
@@ -150,7 +153,7 @@ async fn main(_spawner: Spawner) {
         }
         while line.has_room() && reader.send_held(&mut line) {}
         if stage != Stage::Run {
-            match bring_up(sensor, stage, &mut i2c, stripes.capture_mut()).await {
+            match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
                 Ok(()) => {
                     stage = Stage::Run;
                     (watch, bus_failures) = (Watch::default(), 0);
@@ -180,12 +183,12 @@ async fn main(_spawner: Spawner) {
                 row[..later.len()].copy_from_slice(later);
                 let mut done = reader.rows(now, &mut line);
                 if stripes.release() && last {
-                    let lost = match watch.check(sensor, &mut i2c) {
+                    let lost = match watch.check(&sensor, &mut i2c) {
                         Ok(()) => {
                             bus_failures = 0;
                             wrong_rate(&mut meter, stripes.capture()).map(|defect| {
                                 log(Some(defect));
-                                Absence::of(defect, sensor)
+                                Absence::of(defect, &sensor)
                             })
                         }
                         Err(SensorError::Bus { .. }) => {
@@ -254,8 +257,26 @@ struct Failure {
     defect: Option<Defect>,
 }
 
-/// Sets the sensor up if that has to be done, and measures its frames.
+/// Sets the sensor up if that has to be done, and measures its frames. If they come at a multiple of the rate, the clock
+/// is divided.
 async fn bring_up(
+    sensor: &mut Sensor,
+    stage: Stage,
+    i2c: &mut I2c<'_, Blocking, Master>,
+    dcmi: &mut Dcmi,
+) -> Result<(), Failure> {
+    let done = try_to_bring_up(sensor, stage, i2c, dcmi).await;
+    if let Err(Failure { defect: Some(Defect::Rate { millihertz }), .. }) = done
+        && let Some(times) = self_test::times_nominal(millihertz, RATE)
+        && sensor.slow_down(times)
+    {
+        defmt::warn!("{=u32} times the rate: the clock is divided", times);
+        return try_to_bring_up(sensor, Stage::SetUp, i2c, dcmi).await;
+    }
+    done
+}
+
+async fn try_to_bring_up(
     sensor: &Sensor,
     stage: Stage,
     i2c: &mut I2c<'_, Blocking, Master>,
@@ -270,7 +291,7 @@ async fn bring_up(
     }
     Timer::after_millis(sensor.settle_ms.into()).await;
     dcmi.begin_probe();
-    measured(dcmi, SELF_TEST_FRAMES).await;
+    measured(dcmi, SELF_TEST_FRAMES, SELF_TEST).await;
     let probe = dcmi.probe();
     // The ring keeps the last bytes.
     dcmi.stop();
@@ -290,7 +311,7 @@ async fn bring_up(
     let mut words = 0;
     for _ in 0..2 {
         dcmi.begin_window_probe();
-        measured(dcmi, 1).await;
+        measured(dcmi, 1, WINDOW_TEST).await;
         words = dcmi.probe().words;
         if words == dcmi.window_words() {
             return Ok(());
@@ -304,8 +325,8 @@ async fn bring_up(
 }
 
 /// Waits until so many frames have been measured, or for the longest time.
-async fn measured(dcmi: &Dcmi, frames: u32) {
-    let until = Instant::now() + SELF_TEST;
+async fn measured(dcmi: &Dcmi, frames: u32, longest: Duration) {
+    let until = Instant::now() + longest;
     while dcmi.probe().frames < frames && Instant::now() < until {
         select(CHANGED.wait(), Timer::at(until)).await;
     }

@@ -56,6 +56,10 @@ pub struct Sensor {
     pub signals: Signals,
     /// The registers that are named when frames are wrong although every setting was kept.
     pub suspects: Suspects,
+    /// The values of the clock's register for half and for a quarter of the rate.
+    pub slower: [u8; 2],
+    /// The value of the clock's register, if it is not that of the settings because they gave another rate.
+    pub clock: Option<u8>,
 }
 
 /// The registers that decide what a sensor sends.
@@ -130,6 +134,29 @@ impl Sensor {
         u16::from_be_bytes([high.value, low.value])
     }
 
+    /// Returns the settings of format, size and rate, then the locks.
+    pub fn table(&self) -> impl Iterator<Item = Setting> + use<> {
+        let (clock, rate) = (self.clock, self.suspects.rate);
+        self.settings.iter().copied().flatten().map(move |&Setting { register, value }| match clock {
+            Some(value) if register == rate => Setting { register, value },
+            _ => Setting { register, value },
+        })
+    }
+
+    /// Divides the clock if its rate is `times` that of the settings, 2 or 4, and was not divided before. Returns whether
+    /// it does.
+    pub fn slow_down(&mut self, times: u32) -> bool {
+        let [half, quarter] = self.slower;
+        let clock = match times {
+            2 => Some(half),
+            4 => Some(quarter),
+            _ => None,
+        };
+        let is_new = self.clock.is_none() && clock.is_some();
+        self.clock = self.clock.or(clock);
+        is_new
+    }
+
     /// Checks that this sensor is there.
     ///
     /// # Errors
@@ -151,9 +178,9 @@ impl Sensor {
         let mut port = Port(Sccb::new(bus, self.address));
         port.write(self.reset)?;
         delay.delay_ms(self.reset_ms);
-        for setting in self.banked.iter().chain(self.settings.iter().copied().flatten()) {
-            port.write(*setting)?;
-            port.verify(*setting)?;
+        for setting in self.banked.iter().copied().chain(self.table()) {
+            port.write(setting)?;
+            port.verify(setting)?;
         }
         Ok(())
     }

@@ -118,6 +118,20 @@ fn automatic_controls_are_off_before_their_values_are_set() {
 }
 
 #[test]
+fn a_clock_that_is_too_fast_is_divided_once() {
+    for sensor in ALL {
+        let mut slow = sensor;
+        assert!(!slow.slow_down(1) && !slow.slow_down(3) && slow.slow_down(2) && !slow.slow_down(4), "{}", sensor.name);
+        let changed: Vec<_> = sensor.table().zip(slow.table()).filter(|(before, after)| before != after).collect();
+        let [(before, after)] = changed[..] else { panic!("{changed:?}") };
+        assert_eq!((before.register, after.register, after.value), (0x11, 0x11, sensor.slower[0]));
+        // The divider is 1 plus the register, which the OV7725 doubles.
+        assert_eq!(u32::from(after.value) + 1, 2 * (u32::from(before.value) + 1), "{}", sensor.name);
+        assert_eq!(u32::from(sensor.slower[1]) + 1, 4 * (u32::from(before.value) + 1), "{}", sensor.name);
+    }
+}
+
+#[test]
 fn every_setting_is_read_back_within_a_second() {
     for sensor in ALL {
         let table: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();

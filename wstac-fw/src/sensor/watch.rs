@@ -24,12 +24,11 @@ impl Watch {
     /// Returns [`SensorError::NotTaken`] if the sensor has another value, or [`SensorError::Bus`].
     pub fn check<B: I2c>(&mut self, sensor: &Sensor, bus: &mut B) -> Result<(), SensorError<B::Error>> {
         let mut port = Port(Sccb::new(bus, sensor.address));
-        let settings = || sensor.settings.iter().copied().flatten().copied();
-        for setting in settings().filter(|setting| setting.register == SWITCHES) {
+        for setting in sensor.table().filter(|setting| setting.register == SWITCHES) {
             port.verify(setting)?;
         }
         for _ in 0..PER_FRAME {
-            let Some(setting) = settings().nth(self.next) else {
+            let Some(setting) = sensor.table().nth(self.next) else {
                 self.next = 0;
                 break;
             };

@@ -100,11 +100,15 @@ impl Content {
     fn message(&mut self, taken: u64, frame: &Frame<'_>) -> (Topic, Vec<u8>) {
         match self {
             Self::Sums => (Topic::TaxelSums, Vec::new()),
-            Self::Pictures { shape, frame_bytes } => if let Some(jpeg) = frame.encoded { (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg)) } else {
-                // Bytes that a driver adds after a frame are no part of it.
-                let bytes = frame.bytes.get(..*frame_bytes).unwrap_or(frame.bytes);
-                (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, bytes))
-            },
+            Self::Pictures { shape, frame_bytes } => {
+                if let Some(jpeg) = frame.encoded {
+                    (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg))
+                } else {
+                    // Bytes that a driver adds after a frame are no part of it.
+                    let bytes = frame.bytes.get(..*frame_bytes).unwrap_or(frame.bytes);
+                    (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, bytes))
+                }
+            }
             Self::Part { shape, info, crop, part } => {
                 crop.cut(info, frame.bytes, part);
                 (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, part))

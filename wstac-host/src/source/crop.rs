@@ -62,7 +62,7 @@ impl Crop {
     }
 
     /// Returns the columns and the rows behind the last.
-    fn end(&self) -> [u32; 2] {
+    fn end(self) -> [u32; 2] {
         [u32::from(self.at[0]) + u32::from(self.size.width()), u32::from(self.at[1]) + u32::from(self.size.height())]
     }
 

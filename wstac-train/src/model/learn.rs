@@ -72,7 +72,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
         return Ok(Learned { words: plain, slides: counts, left_out, is_calibrated: false });
     }
     let threshold = left.far(projection.biases.len(), fewest);
-    let factor = left.scored.factor()? * left.unit(&plain, &projection, &means, &slides.numbers)?;
+    let factor = left.scored.factor()? * unit(&plain, &projection, &means, &slides.numbers)?;
     let part = calibrate::part(factor, Some((&projection, &means, threshold)));
     let words = calibrate::with_part(&plain, &part)?;
     Ok(Learned { words, slides: counts, left_out, is_calibrated: true })
@@ -84,7 +84,9 @@ fn mean(places: &[Vec<f64>], without: Option<usize>) -> Vec<f64> {
     let mut mean = vec![0.0; places[0].len()];
     used().for_each(|(_, place)| mean.iter_mut().zip(place).for_each(|(sum, x)| *sum += x));
     let count = used().count().max(1) as f64;
-    mean.iter_mut().for_each(|sum| *sum /= count);
+    for sum in &mut mean {
+        *sum /= count;
+    }
     mean
 }
 
@@ -149,28 +151,22 @@ impl LeftOut {
         let place = (0.98 * sorted.len() as f64).ceil() as usize;
         sorted.get(place.saturating_sub(1)).map_or(expected, |far| far.max(expected))
     }
+}
 
-    /// Returns the size of a unit of the model's scores in units of those that are left out.
-    fn unit(
-        &self,
-        words: &[u32],
-        projection: &Projection,
-        means: &[Vec<f64>],
-        samples: &[[i16; INPUTS]],
-    ) -> Result<f64, String> {
-        let model = Model::from_words(words).map_err(|error| error.to_string())?;
-        let (mut real, mut raw) = (0.0, 0.0);
-        for numbers in samples {
-            let place = projection.place(numbers);
-            let mut scores = Vec::new();
-            model.each_score(numbers, |_, score| scores.push(score as f64));
-            for (mean, found) in means.iter().zip(&scores).skip(1) {
-                real += ((score(&place, mean) - score(&place, &means[0])) * UNITS).abs();
-                raw += (found - scores[0]).abs();
-            }
+/// Returns the size of a unit of the model's scores in units of those that are left out.
+fn unit(words: &[u32], projection: &Projection, means: &[Vec<f64>], samples: &[[i16; INPUTS]]) -> Result<f64, String> {
+    let model = Model::from_words(words).map_err(|error| error.to_string())?;
+    let (mut real, mut raw) = (0.0, 0.0);
+    for numbers in samples {
+        let place = projection.place(numbers);
+        let mut scores = Vec::new();
+        model.each_score(numbers, |_, score| scores.push(score as f64));
+        for (mean, found) in means.iter().zip(&scores).skip(1) {
+            real += ((score(&place, mean) - score(&place, &means[0])) * UNITS).abs();
+            raw += (found - scores[0]).abs();
         }
-        if raw > 0.0 { Ok(real / raw) } else { Err("all slides are alike, expected textures that differ".into()) }
     }
+    if raw > 0.0 { Ok(real / raw) } else { Err("all slides are alike, expected textures that differ".into()) }
 }
 
 #[cfg(test)]

@@ -209,7 +209,9 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     }
     let mut written = write::write(&trained, &facts.to_string(), write::Options::default())
         .map_err(|message| wrong(&subject, message))?;
-    let (calibration, why_uncalibrated) = if let Err(why) = calibrated { (None, Some(why)) } else {
+    let (calibration, why_uncalibrated) = if let Err(why) = calibrated {
+        (None, Some(why))
+    } else {
         let found =
             calibrate(&written.words, &of_file(&fitted, &labels), &of_file(&kept, &labels), Settings::default());
         let found = found.map_err(|message| wrong(&subject, message))?;

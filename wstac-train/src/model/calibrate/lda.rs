@@ -80,7 +80,9 @@ fn means(samples: &LabeledSamples, counts: &[usize], inputs: usize) -> Vec<Vec<f
         reals(sample, inputs).zip(mean).for_each(|(x, mean)| *mean += x);
     }
     for (mean, &count) in means.iter_mut().zip(counts) {
-        mean.iter_mut().for_each(|value| *value /= count.max(1) as f64);
+        for value in mean {
+            *value /= count.max(1) as f64;
+        }
     }
     means
 }
@@ -98,14 +100,16 @@ fn within(samples: &LabeledSamples, means: &[Vec<f64>], inputs: usize, freedom: 
             row.iter_mut().zip(&residual).for_each(|(sum, other)| *sum += value * other);
         }
     }
-    sums.iter_mut().flatten().for_each(|sum| *sum /= freedom as f64);
+    for sum in sums.iter_mut().flatten() {
+        *sum /= freedom as f64;
+    }
     let mean_variance = (0..inputs).map(|k| sums[k][k]).sum::<f64>() / inputs as f64;
     let ridge = (RIDGE * mean_variance).max(f64::MIN_POSITIVE.sqrt());
-    sums.iter_mut().for_each(|row| {
+    for row in &mut sums {
         if let Some(last) = row.last_mut() {
             *last += ridge;
         }
-    });
+    }
     sums
 }
 

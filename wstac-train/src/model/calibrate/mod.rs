@@ -244,7 +244,9 @@ pub fn calibrate_with(
             let name = model.labels().get(class).map_or_else(String::new, |label| label.to_string());
             return Err(format!("no sample of class {name}, expected some of every class"));
         }
-        mean.iter_mut().for_each(|sum| *sum /= *count as f64);
+        for sum in mean {
+            *sum /= *count as f64;
+        }
     }
     let distance = |numbers: &[i16; INPUTS]| {
         let class = usize::from(model.classify(numbers));
