@@ -280,6 +280,14 @@ class Check:
             problems.append(f"the log says {log}")
         self.say(name, problems)
 
+    def halted(self, name):
+        """A debugger that halts the core does not wake the watchdog: the program has asked for that."""
+        board = Board(self.elf, self.host.frames[:1])
+        board.run()
+        registers = {p.base: p for p in board.machine.peripherals}
+        freezes = registers[0x5C00_1000].read(0x54) >> 18 & 1
+        self.say(name, [] if freezes else ["the watchdog counts while the core is halted"])
+
     def pulls(self, name):
         """Every input of the camera interface is pulled down, so that a wire that is off does not float."""
         board = Board(self.elf, self.host.frames[:1])
@@ -415,6 +423,7 @@ def main():
         check.quiet("a debugger that reads no log")
         check.own_clock("no clock from the debugger")
         check.order("bytes dropped before the crop")
+        check.halted("halted by a debugger")
         check.pulls("pulled inputs")
         print(cost(elf, check.host.frames))
     print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")

@@ -10,7 +10,7 @@ use embassy_futures::select::select;
 use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
 use embassy_stm32::i2c::{self, I2c, Master};
 use embassy_stm32::mode::Blocking;
-use embassy_stm32::pac::RCC;
+use embassy_stm32::pac::{DBGMCU, RCC};
 use embassy_stm32::rcc::{
     APBPrescaler, HSIPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource,
     Sysclk, VoltageScale,
@@ -89,6 +89,8 @@ bind_interrupts!(struct Irqs {
 async fn main(_spawner: Spawner) {
     let has_hse = has_hse();
     let p = embassy_stm32::init(clocks(has_hse));
+    // It waits while a debugger halts the core.
+    DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
     let mut watchdog = IndependentWatchdog::new(p.IWDG1, HANGS);
     watchdog.unleash();
     let hung = RCC.rsr().read().iwdg1rstf();
