@@ -66,11 +66,10 @@ fn an_unknown_texture_has_no_names() {
     let mut found = Vec::new();
     for text in texts {
         fs::write(&scene, text).unwrap();
-        let asked =
-            ["run", scene.to_str().unwrap(), "--json", "--size", "320x180", "--model", "builtin:taxel-path-svm"];
-        found.push(records(&asked)[0]["texture"].clone());
-        let text =
-            String::from_utf8(run(&[asked[0], asked[1], asked[3], asked[4], asked[5], asked[6]]).stdout).unwrap();
+        let source = format!("scene:{}", scene.display());
+        let asked = ["run", &source, "--size", "320x180", "--model", "builtin:taxel-path-svm"];
+        found.push(records(&[&asked[..], &["--json"]].concat())[0]["texture"].clone());
+        let text = String::from_utf8(run(&asked).stdout).unwrap();
         let expected = if found.len() == 1 { ", texture unknown" } else { ", texture Saw3 (confidence 0." };
         assert!(text.contains(expected), "{text}");
     }

@@ -40,7 +40,8 @@ fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
         let [mm_s, degrees, length] = slide.split(',').collect::<Vec<_>>()[..] else { unreachable!() };
         let (degrees, length) = (degrees.trim_end_matches("deg"), length.trim_end_matches("mm"));
         let lines = format!(
-            "specimen = \"{specimen}\"\nspeed = {mm_s}\ndirection = {degrees}\nlength = {length}\nfidelity = \"taxel\"\n[light]\nunit = 900000\n"
+            "specimen = \"{specimen}\"\nspeed = {mm_s}\ndirection = {degrees}\nlength = {length}\n\
+             fidelity = \"taxel\"\n[light]\nunit = 900000\n"
         );
         fs::write(&scene, lines).unwrap();
         let records = good(&["run", &format!("scene:{}", text(&scene)), "--json", "--model", text(&model)]);

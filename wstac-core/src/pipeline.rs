@@ -239,7 +239,7 @@ impl Pipeline {
 impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B, Option<TaxelRing>> {
     /// Keeps the taxels of the frames to come, for a model that needs them.
     pub fn keep_taxels(&mut self) {
-        self.taxels = Some(TaxelRing::of(self.geometry()));
+        self.taxels.insert(TaxelRing::EMPTY).start(self.stream.camera());
     }
 }
 

@@ -70,7 +70,7 @@ pub(crate) fn train<'py>(
     let options = TrainOptions { input, task, test, note };
     let config = config.map(|config| config.0.clone());
     let job = Job { sets, output, options, config, threads, force };
-    // It runs in a thread of its own, so that Ctrl-C ends the wait at once; the thread then stops soon, or writes nothing.
+    // It runs in a thread of its own, so that Ctrl-C ends the wait at once; the thread then writes nothing.
     let stop = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = channel();
     let stopped = Arc::clone(&stop);

@@ -61,7 +61,8 @@ pub(super) struct Arguments {
     /// Print one JSON object instead of text
     ///
     /// Its keys are labels, slides, groups, left_out, and test: null, or an object of slides, groups, right, accuracy,
-    /// interval and counts (a row for each label, its last number is of slides without an answer), and calibration: null, or an object of slides, error and known.
+    /// interval and counts (a row for each label, its last number is of slides without an answer), and calibration:
+    /// null, or an object of slides, error and known.
     #[arg(long)]
     json: bool,
 

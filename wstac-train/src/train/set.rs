@@ -132,8 +132,8 @@ impl TrainingSet {
 
     /// Reads a data set.
     ///
-    /// Its groups are the sensors, if the array `sensor` has at least two, or else those of the array `recording`. A set
-    /// without these is a group of its own. The array `split` says which slides are for tests.
+    /// Its groups are the sensors, if the array `sensor` has at least two, or else those of the array `recording`. A
+    /// set without these is a group of its own. The array `split` says which slides are for tests.
     ///
     /// # Errors
     /// The file cannot be used; the message names the array.

@@ -48,8 +48,8 @@ pub(super) fn aside(slides: &[&LabeledSlide], fraction: f64) -> BTreeSet<String>
 
 /// Decides for every slide whether it is for tests.
 ///
-/// Slides for which a set decided stay as they are. Of the other groups, every label gives this fraction to the test, at
-/// least one if it has two.
+/// Slides for which a set decided stay as they are. Of the other groups, every label gives this fraction to the test,
+/// at least one if it has two.
 pub(super) fn split(set: &mut TrainingSet, test: f64) -> Result<(), String> {
     if set.slides.is_empty() {
         return Err("has no slide, expected at least 1 of each texture".into());
