@@ -149,7 +149,8 @@ fn every_other_command_ends_at_once_and_leaves_nothing() {
         (&["calibrate", "scene:slow.toml", "-o", "new.toml"], true),
         (&["dataset", "sweep.toml", "-o", "new.npz"], true),
         (&["doctor", "scene:slow.toml", "--seconds", "600"], true),
-        (&["demo"], false),
+        // It may be over by then.
+        (&["demo"], true),
     ] {
         for signal in SIGNALS {
             let mut process = Command::new(wstac());

@@ -277,11 +277,11 @@ fn what_is_no_board_of_this_version_is_refused() {
     refused(&[], "has no message");
     refused(&[0x55; 100], "has no message");
     refused(b"\x05noise\0".repeat(30).as_slice(), "is it the right port");
-    // A message of version 3, and one of version 1, with arbitrary content and a correct CRC.
-    let newer = [0, 8, 3, 5, 6, 0x3B, 0x36, 0x13, 0x69, 0];
-    refused(&newer, "speaks version 3 of the link, expected 2: it is newer than this wstac");
-    let older = [0, 8, 1, 5, 6, 0x55, 0xE2, 0x97, 0x6A, 0];
-    refused(&older, "speaks version 1 of the link, expected 2: it is older than this wstac");
+    // A message of version 4, and one of version 2, with arbitrary content and a correct CRC.
+    let newer = [0, 8, 4, 5, 6, 0xBE, 0x20, 0x5C, 0x6C, 0];
+    refused(&newer, "speaks version 4 of the link, expected 3: it is newer than this wstac");
+    let older = [0, 8, 2, 5, 6, 0x0C, 0x5C, 0xD1, 0x68, 0];
+    refused(&older, "speaks version 2 of the link, expected 3: it is older than this wstac");
     for (arguments, status) in [
         (&["monitor"][..], 2),
         (&["monitor", "-", "--baud", "0"], 2),

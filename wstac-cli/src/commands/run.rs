@@ -173,8 +173,7 @@ Output with --json, one object per line (wrapped here):
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
    "duration_frames":28,"speed":{"mm_s":150.2,"sd":1.3},
    "direction":{"deg":90.5,"sd":0.5},
-   "texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0,
-   "confidence":0.97,"known":true},
+   "texture":{"specimen":"Saw3",…,"confidence":0.97,"known":true},
    "frames_filled":0,"reliable":true}
   {"kind":"contact_end","frame":75,"event_frame":35,"time_s":2.5}
   {"kind":"texture","frame":137,"frames":40,"texture":{…}}
@@ -182,6 +181,7 @@ Output with --json, one object per line (wrapped here):
   {"kind":"fault","frame":300,"fault":"disconnected","message":"…"}
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete",
    "incomplete":null}
+  A texture also has pattern ("Saw") and depth_mm (3.0).
   With cam:NAME=SOURCE, each object starts with "sensor":"NAME", and each
   sensor has its own end.
   features    "f" has five rows, then five columns: natural logarithms,

@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
-    /// Textures whose differences the projection shows: those of TRAIN by default
+    /// Textures that the projection tells apart: by default, those of TRAIN
     ///
     /// Many other textures make an embedding, from which wstac model learn makes models of new textures.
     #[arg(long, value_name = "DATA.npz")]

@@ -22,9 +22,9 @@ pub(super) struct Arguments {
     #[arg(value_name = "BASE")]
     base: PathBuf,
 
-    /// Recordings with the label specimen, folders of them, or data sets (.npz)
+    /// Recordings with the label specimen, their folders, or data sets
     ///
-    /// Record each slide with wstac record --label specimen=NAME, or take data sets as model eval takes them.
+    /// Record each slide with wstac record --label specimen=NAME, or take data sets (.npz) as model eval takes them.
     #[arg(value_name = "SLIDES", required = true)]
     slides: Vec<PathBuf>,
 

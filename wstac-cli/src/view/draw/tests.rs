@@ -16,6 +16,7 @@ use wstac_host::config::Config;
 use wstac_host::output::OutputOptions;
 use wstac_host::record;
 use wstac_host::session::Processor;
+use wstac_host::source::SourceEvent;
 use wstac_host::source::open::OpenOptions;
 
 /// Returns the state after this many items of a scene with small frames.
@@ -240,15 +241,20 @@ fn a_recording_starts_afresh_and_gives_the_same_events_again() {
 }
 
 #[test]
-fn taxels_alone_are_not_recorded() {
-    let path = std::env::temp_dir().join(format!("wstac-view-{}.toml", std::process::id()));
+fn taxels_alone_are_recorded_as_sums() {
+    let [path, file] =
+        ["toml", "mcap"].map(|end| std::env::temp_dir().join(format!("wstac-view-{}.{end}", std::process::id())));
     std::fs::write(&path, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
-    let state = play(&format!("scene:{}", path.display()), &OpenOptions::default(), None, |player, state| {
+    let named = Some(file.clone());
+    let state = play(&format!("scene:{}", path.display()), &OpenOptions::default(), named, |player, state| {
         player.record(state);
         player.step(state, false).unwrap();
+        player.end_recording(state);
     });
     std::fs::remove_file(&path).unwrap();
-    let state = locked(&state);
-    assert_eq!(state.rec, None);
-    assert!(state.entries[0].text.contains("a recording is of frames"), "{:?}", state.entries);
+    let mut recorded = open(file.to_str().unwrap(), &OpenOptions::default()).unwrap();
+    assert!(recorded.info().taxels_only);
+    assert!(matches!(recorded.next_event().unwrap(), SourceEvent::Taxels(_)));
+    std::fs::remove_file(&file).unwrap();
+    assert_eq!(locked(&state).rec, None);
 }
