@@ -143,7 +143,7 @@ fn main() {
         let cases = cases(&slides, estimator);
         let _ = writeln!(page, "## {name}\n");
         let speed = |case: &Case<'_>| case.slide.speed_mm_s;
-        let goals = [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0]];
+        let goals = [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0], [10.0, 100.0], [100.0, 600.0]];
         table(&mut page, "speed, mm/s", &cases, speed, &goals);
         let bounds = [10.0, 15.0, 20.0, 40.0, 60.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0];
         let bounds: Vec<[f64; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
