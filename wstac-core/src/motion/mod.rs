@@ -129,6 +129,8 @@ const RELIABLE: f32 = 0.97;
 struct Deviations {
     /// Points of slowness in frames per pitch and factor.
     factors: &'static [[f32; 2]],
+    /// Points of slowness, and how much smaller the deviation across the motion is than along it.
+    across: &'static [[f32; 2]],
     /// Deviation of the slowness that every slide has, in frames per pitch.
     least: f32,
     /// Largest deviation of a reliable speed, as a fraction of it.
@@ -136,12 +138,19 @@ struct Deviations {
 }
 
 /// Deviations of [`by_coherence`].
-const BY_COHERENCE: Deviations =
-    Deviations { factors: &[[0.2, 0.95], [0.27, 0.6], [4.0, 0.58], [8.0, 0.22]], least: 0.0, most: 0.06 };
+const BY_COHERENCE: Deviations = Deviations {
+    factors: &[[0.2, 0.95], [0.27, 0.6], [4.0, 0.58], [8.0, 0.22]],
+    across: &[[1.5, 0.82], [3.0, 0.71]],
+    least: 0.0,
+    most: 0.06,
+};
 /// Deviations of [`by_edges`].
-const BY_EDGES: Deviations = Deviations { factors: &[[5.0, 0.62], [10.0, 0.5]], least: 0.008, most: 0.03 };
-/// Points of slowness in frames per pitch, and how much smaller the deviation across the motion is than along it.
-const ACROSS: [[f32; 2]; 2] = [[1.5, 0.82], [3.0, 0.71]];
+const BY_EDGES: Deviations = Deviations {
+    factors: &[[5.0, 0.62], [10.0, 0.5]],
+    across: &[[1.5, 0.92], [3.0, 0.8]],
+    least: 0.008,
+    most: 0.03,
+};
 /// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the slowness,
 /// and in frames. A dead whisker moves its row or column by up to half the slowness.
 const FARTHEST: [f32; 2] = [0.16, 0.01];
@@ -275,7 +284,7 @@ fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, devi
         mm_s,
         mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
         degrees: degrees(right, up),
-        degrees_sd: length(up * right_sd, right * up_sd) * between(&ACROSS, slowness) * (180.0 / core::f32::consts::PI),
+        degrees_sd: length(up * right_sd, right * up_sd) * between(deviations.across, slowness) * (180.0 / core::f32::consts::PI),
     }
 }
 
