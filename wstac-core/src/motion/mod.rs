@@ -145,12 +145,8 @@ const BY_COHERENCE: Deviations = Deviations {
     most: 0.06,
 };
 /// Deviations of [`by_edges`].
-const BY_EDGES: Deviations = Deviations {
-    factors: &[[5.0, 0.62], [10.0, 0.5]],
-    across: &[[1.5, 0.92], [3.0, 0.8]],
-    least: 0.008,
-    most: 0.03,
-};
+const BY_EDGES: Deviations =
+    Deviations { factors: &[[5.0, 0.62], [10.0, 0.5]], across: &[[1.5, 0.92], [3.0, 0.8]], least: 0.008, most: 0.03 };
 /// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the slowness,
 /// and in frames. A dead whisker moves its row or column by up to half the slowness.
 const FARTHEST: [f32; 2] = [0.16, 0.01];
@@ -284,7 +280,9 @@ fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, devi
         mm_s,
         mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
         degrees: degrees(right, up),
-        degrees_sd: length(up * right_sd, right * up_sd) * between(deviations.across, slowness) * (180.0 / core::f32::consts::PI),
+        degrees_sd: length(up * right_sd, right * up_sd)
+            * between(deviations.across, slowness)
+            * (180.0 / core::f32::consts::PI),
     }
 }
 
