@@ -327,6 +327,19 @@ static void long_touches_are_one_event(void)
     EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_NONE);
 }
 
+/* The CRC-32 (IEEE) of a model file's bytes behind its checksum, put into its place. */
+static void check_again(uint8_t *file, size_t bytes)
+{
+    uint32_t crc = ~0u;
+    for (size_t at = 8; at < bytes; at++) {
+        crc ^= file[at];
+        for (int bit = 0; bit < 8; bit++)
+            crc = crc >> 1 ^ (crc & 1u ? 0xEDB88320u : 0u);
+    }
+    for (int byte = 0; byte < 4; byte++)
+        file[4 + byte] = (uint8_t)(~crc >> 8 * byte);
+}
+
 static void models_are_checked(size_t bytes)
 {
     uint8_t *file = (uint8_t *)model_words;
@@ -340,6 +353,14 @@ static void models_are_checked(size_t bytes)
     file[3] = '1', file[bytes / 2] ^= 1;
     EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes) == WSTAC_FW_STATUS_MODEL_CHECKSUM);
     file[bytes / 2] ^= 1;
+    /* Half 15 is the input: a sample along the path. */
+    for (uint8_t input = 1; input <= 2; input++) {
+        file[30] = input;
+        check_again(file, bytes);
+        EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes) == WSTAC_FW_STATUS_MODEL_INPUT);
+    }
+    file[30] = 0;
+    check_again(file, bytes);
     EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_classify(&model, NULL, &texture) == WSTAC_FW_STATUS_NULL);
@@ -349,9 +370,9 @@ static void models_are_checked(size_t bytes)
 static void texts_are_there(void)
 {
     const char *unknown = wstac_fw_status_text(3);
-    for (WstacFwStatus status = WSTAC_FW_STATUS_CHOICE; status <= WSTAC_FW_STATUS_NONE; status++)
+    for (WstacFwStatus status = WSTAC_FW_STATUS_MODEL_INPUT; status <= WSTAC_FW_STATUS_NONE; status++)
         EXPECT(strlen(wstac_fw_status_text(status)) > 3 && wstac_fw_status_text(status) != unknown);
-    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_CHOICE - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
+    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_MODEL_INPUT - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
 }
 
 static void print_motion(const WstacFwMotion *motion)

@@ -113,6 +113,8 @@ enum WstacFwStatus
   WSTAC_FW_STATUS_PITCH = -33,
   // A choice is neither 0 nor 1.
   WSTAC_FW_STATUS_CHOICE = -34,
+  // The model takes another sample than that over time.
+  WSTAC_FW_STATUS_MODEL_INPUT = -35,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -538,7 +540,7 @@ WstacFwStatus wstac_fw_end(const struct WstacFwPipeline *pipeline, struct WstacF
 // Checks all of a model file's bytes and sets the model up in `size` bytes of memory: sizeof(WstacFwModel).
 //
 // The bytes must be aligned to four. They are not copied: they must stay where and as they are as long as the model is
-// used, usually in flash.
+// used, usually in flash. A model of the path of a touch is refused: wstac_fw_sample is a sample over time.
 //
 // # Safety
 // `model` is null or that memory; `bytes` is null or `length` bytes.

@@ -3,7 +3,7 @@
 use core::ffi::c_char;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::model::labels::LONGEST_LABEL;
 use wstac_core::texture::texture;
 
@@ -68,7 +68,7 @@ pub struct WstacFwTexture {
 /// Checks all of a model file's bytes and sets the model up in `size` bytes of memory: sizeof(WstacFwModel).
 ///
 /// The bytes must be aligned to four. They are not copied: they must stay where and as they are as long as the model is
-/// used, usually in flash.
+/// used, usually in flash. A model of the path of a touch is refused: wstac_fw_sample is a sample over time.
 ///
 /// # Safety
 /// `model` is null or that memory; `bytes` is null or `length` bytes.
@@ -82,7 +82,9 @@ pub unsafe extern "C" fn wstac_fw_model_init(
     let make = || {
         // SAFETY: there are `length` bytes that stay (the caller).
         let bytes = unsafe { self::bytes(bytes, length) }?;
-        Ok(Model::from_bytes(bytes)?)
+        let model = Model::from_bytes(bytes)?;
+        // Other samples than that of wstac_fw_sample would get wrong answers.
+        if model.input() == Input::Frames { Ok(model) } else { Err(WstacFwStatus::ModelInput) }
     };
     // SAFETY: the caller guarantees it.
     status(unsafe { set_up(model, size, make) })
