@@ -524,6 +524,9 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> CheckedBuilder<G,
     #[inline(always)]
     pub fn build(self) -> Pipeline<G, L, B, T> {
         let Self { stream, trigger, baseline, first_frame, .. } = self;
+        if !T::NEEDS_START {
+            return Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline), taxels: T::EMPTY };
+        }
         let trigger = Trigger::with(trigger, first_frame, baseline);
         let mut pipeline = Pipeline { stream, trigger, taxels: T::EMPTY };
         pipeline.taxels.start(pipeline.stream.camera());

@@ -17,6 +17,10 @@ pub trait TaxelStore: Sized {
     /// A store before [`TaxelStore::start`]. It is a constant, so that a board makes it in its place, without a copy.
     const EMPTY: Self;
 
+    /// Whether an empty store has to be started. A pipeline without one is returned as it is built: a compiler may copy
+    /// what was changed in between.
+    const NEEDS_START: bool = true;
+
     /// Prepares an empty store for the sums of this geometry.
     fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>);
 
@@ -39,6 +43,7 @@ pub struct NoTaxels;
 
 impl TaxelStore for NoTaxels {
     const EMPTY: Self = Self;
+    const NEEDS_START: bool = false;
 
     #[inline(always)]
     fn start<G: GreenChannel>(&mut self, _: &FrameGeometry<G>) {}

@@ -113,10 +113,12 @@ impl State {
         let pitch = if options.pitch_mm == 0.0 { PITCH_MM } else { options.pitch_mm };
         let trigger = TriggerConfig::default().one_event_per_touch();
         let builder = Pipeline::builder(camera).floor(format.default_floor()).trigger(trigger).baseline(None);
+        // All that can fail comes first, so that the pipeline is built in its place.
+        let (builder, motion) = (builder.check()?, MotionConfig::new(pitch, rate)?);
         Ok(Self {
-            pipeline: builder.build()?,
+            pipeline: builder.build(),
             speed: SpeedConfig::published(rate),
-            motion: MotionConfig::new(pitch, rate)?,
+            motion,
             features: None,
             seen: None,
             interrupted: None,
