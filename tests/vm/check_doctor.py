@@ -76,10 +76,10 @@ def set_(run: Run) -> tuple[list[str], str]:
 
 
 def refused(part: str) -> Callable[[Run], tuple[list[str], str]]:
-    """The error names the control and lists the existing ones. The exit code is 1, and standard output is empty."""
+    """The error names the control and lists the existing ones. The exit code is 2, and standard output is empty."""
 
     def check(run: Run) -> tuple[list[str], str]:
-        problems = [] if run.exit == 1 and not run.stdout else [f"exit code {run.exit}, {run.stdout!r}"]
+        problems = [] if run.exit == 2 and not run.stdout else [f"exit code {run.exit}, {run.stdout!r}"]
         problems += [] if part in run.stderr and "brightness 0 to 255" in run.stderr else [run.stderr]
         return problems, part
 
