@@ -4,17 +4,11 @@
 //! mosaic of 10 bits becomes 16-bit gray, and planes are placed one below the other. The real format is in the
 //! recording's metadata.
 
-use wstac_core::green::GreenChannel;
-use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::any::PixelFormat;
 use wstac_core::green::bayer::BayerOrder;
 
 use super::foxglove::Shape;
 use crate::source::StreamInfo;
-
-/// Returns the bytes of a whole frame, with the padding of all its rows.
-pub(crate) fn frame_bytes(info: &StreamInfo) -> usize {
-    Any::new(info.format, info.color, YcbcrMethod::Exact).frame_bytes(info.size, info.bytes_per_row as usize)
-}
 
 /// Returns how a stream's frames are shown.
 pub(crate) fn shape(info: &StreamInfo) -> Shape {
@@ -39,14 +33,14 @@ pub(crate) fn shape(info: &StreamInfo) -> Shape {
             "mono8"
         }
         P::Nv12 | P::Yu12 | P::Yuv422p | P::Yuv444p => {
-            let rows = frame_bytes(info).checked_div(step as usize);
+            let rows = info.frame_bytes().checked_div(step as usize);
             height = rows.map_or(height, |rows| rows as u32);
             "mono8"
         }
         // A format that pictures have no name for is shown as its bytes.
         _ => {
             width = step;
-            let rows = frame_bytes(info).checked_div(step as usize);
+            let rows = info.frame_bytes().checked_div(step as usize);
             height = rows.map_or(height, |rows| rows as u32);
             "mono8"
         }
@@ -69,7 +63,7 @@ mod tests {
     fn of(format: PixelFormat, bytes_per_row: u32) -> (Shape, usize) {
         let size = FrameSize::new(40, 40).unwrap();
         let info = StreamInfo { bytes_per_row, ..StreamInfo::new("", size, format, FrameRate::NOMINAL) };
-        (shape(&info), frame_bytes(&info))
+        (shape(&info), info.frame_bytes())
     }
 
     #[test]

@@ -42,7 +42,7 @@ pub(super) fn lost_frames(line: &[u8]) -> u64 {
 
 /// Refuses frames that no recording has.
 pub(crate) fn check_frame_bytes(subject: &dyn std::fmt::Display, info: &StreamInfo) -> Result<(), Error> {
-    let frame_bytes = picture::frame_bytes(info);
+    let frame_bytes = info.frame_bytes();
     if info.taxels_only || (frame_bytes as u64) <= MOST_MESSAGE - MESSAGE_ROOM {
         return Ok(());
     }
@@ -92,7 +92,7 @@ impl Content {
                 let shape = picture::shape(&crop.of_stream(info));
                 Self::Part { shape, info: Box::new(info.clone()), crop, part: Vec::new() }
             }
-            None => Self::Pictures { shape: picture::shape(info), frame_bytes: picture::frame_bytes(info) },
+            None => Self::Pictures { shape: picture::shape(info), frame_bytes: info.frame_bytes() },
         }
     }
 
@@ -121,8 +121,8 @@ impl Content {
 fn stored_bytes(info: &StreamInfo) -> usize {
     match info.crop {
         _ if info.taxels_only => MESSAGE_ROOM as usize,
-        Some(crop) => picture::frame_bytes(&crop.of_stream(info)),
-        None => picture::frame_bytes(info),
+        Some(crop) => crop.of_stream(info).frame_bytes(),
+        None => info.frame_bytes(),
     }
 }
 

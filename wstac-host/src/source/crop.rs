@@ -260,7 +260,7 @@ mod tests {
             let size = FrameSize::new(width, height).unwrap();
             let mut info = StreamInfo::new("", size, format, FrameRate::NOMINAL);
             info.bytes_per_row += padding;
-            let frame_bytes = crate::record::picture::frame_bytes(&info);
+            let frame_bytes = info.frame_bytes();
             let frame: Vec<u8> = (0..frame_bytes).map(|at| (at * 37 % 251) as u8).collect();
             for (layout, margin) in layouts(size).into_iter().flat_map(|layout| [(layout, 0), (layout, 3)]) {
                 let crop = Crop::around(&layout, margin);
@@ -268,7 +268,7 @@ mod tests {
                 let (mut part, mut whole) = (Vec::new(), Vec::new());
                 crop.cut(&info, &frame, &mut part);
                 let of_part = crop.of_stream(&info);
-                assert_eq!(part.len(), crate::record::picture::frame_bytes(&of_part), "{format:?} {crop:?}");
+                assert_eq!(part.len(), of_part.frame_bytes(), "{format:?} {crop:?}");
                 crop.paste(&info, &part, &mut whole);
                 assert_eq!(whole.len(), frame_bytes, "{format:?}");
                 for (method, stride) in [(YcbcrMethod::Exact, Stride::One), (YcbcrMethod::Linear, Stride::Two)] {

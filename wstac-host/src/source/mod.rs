@@ -320,6 +320,11 @@ impl StreamInfo {
             recorded: None,
         }
     }
+
+    /// Returns the bytes of a whole frame, with the padding of all its rows.
+    pub fn frame_bytes(&self) -> usize {
+        Any::new(self.format, self.color, YcbcrMethod::Exact).frame_bytes(self.size, self.bytes_per_row as usize)
+    }
 }
 
 /// Returns the configuration for a source: the one that is given, else the source's own, else the default.
