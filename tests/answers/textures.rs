@@ -9,8 +9,9 @@ use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
 use wstac_train::dataset::path::{PathSlide, RandomSlides};
 use wstac_train::dataset::textures::{NEW, UNKNOWN_KINDS, unknown};
-use wstac_train::model::calibrate::{LabeledSamples, Quality};
+use wstac_train::model::calibrate::{LabeledSamples, Quality, calibration_error};
 use wstac_train::model::learn::learn;
+use wstac_train::train::wilson;
 
 /// Slides of the ten textures, of unknown ones, and of new ones on each sensor.
 const SLIDES: u32 = 2000;
@@ -34,7 +35,7 @@ const SPEEDS: [f64; 6] = [50.0, 80.0, 120.0, 180.0, 240.0, 301.0];
 const OFF_AXIS: [f64; 4] = [0.0, 15.0, 30.0, 46.0];
 const LENGTHS: [f64; 4] = [60.0, 80.0, 100.0, 121.0];
 
-/// What a model says about a slide: whether its class is right, its confidence, and whether the texture is known.
+/// The answer of a model about a slide: whether its class is right, its confidence, and whether the texture is known.
 struct Said {
     right: bool,
     confidence: f64,
@@ -64,11 +65,9 @@ fn said(model: &Model, slides: &[PathSlide]) -> Vec<Option<Said>> {
 
 /// Returns a fraction in percent, with Wilson's 95 % interval.
 fn interval(count: usize, of: usize) -> String {
-    let (n, z) = (of.max(1) as f64, 1.96_f64);
-    let share = count as f64 / n;
-    let middle = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
-    let half = z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-    format!("{:.1} ({:.1} … {:.1})", 100.0 * share, 100.0 * (middle - half), 100.0 * (middle + half))
+    let [low, high] = wilson(count as u32, of as u32);
+    let share = count as f64 / of.max(1) as f64;
+    format!("{:.1} ({:.1} … {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
 }
 
 /// Returns whether an answer is given and right.
@@ -77,13 +76,9 @@ fn is_right(said: Option<&Said>) -> bool {
 }
 
 /// Returns the expected calibration error of the answers that are given.
-fn calibration_error(all: &[Option<Said>]) -> f64 {
-    let mut sums = [0.0; 15];
-    let given: Vec<&Said> = all.iter().flatten().filter(|said| said.known).collect();
-    for said in &given {
-        sums[((said.confidence * 15.0) as usize).min(14)] += said.confidence - f64::from(u8::from(said.right));
-    }
-    sums.iter().map(|sum| sum.abs()).sum::<f64>() / given.len().max(1) as f64
+fn error_of_given(all: &[Option<Said>]) -> f64 {
+    let given = all.iter().flatten().filter(|said| said.known);
+    calibration_error(given.map(|said| (said.confidence, said.right)))
 }
 
 /// Returns the rows of a table of accuracies by ranges of a quantity.
@@ -177,7 +172,7 @@ pub(crate) fn section() -> String {
             "| `{name}` | {goal:.0} | {} | {} | {:.4} | {} | {} |",
             interval(right, ten.len()),
             interval(right_slow, slow().count()),
-            calibration_error(&ten),
+            error_of_given(&ten),
             interval(found, other.iter().flatten().count()),
             interval(refused, given)
         );

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
+
 use crate::error::{Error, ErrorKind};
 use crate::files;
 
@@ -37,6 +39,14 @@ pub fn file_text_of(path: &Path, most: u64) -> Result<String, Error> {
         Error::new(ErrorKind::Format, path.display(), format_args!("byte {at} is no text, expected UTF-8"))
             .caused_by(error)
     })
+}
+
+/// Reads a TOML text.
+///
+/// # Errors
+/// The text is not of this type. The message is [`toml_error`].
+pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    toml::from_str(text).map_err(|error| toml_error(text, &error))
 }
 
 /// Says in one line what is wrong with a TOML text, and where.

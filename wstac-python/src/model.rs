@@ -7,9 +7,10 @@ use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::INPUTS;
-use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::SAMPLE_FRAMES;
 use wstac_host::model_file::{ModelFile, OwnedModel};
 use wstac_host::texture::Textures;
+use wstac_train::model::trained::in_file_order;
 
 use crate::outputs::shaped;
 use crate::{refused, waiting};
@@ -73,7 +74,7 @@ impl Model {
             classes.extend(py.detach(|| {
                 let model = self.model.get();
                 let samples = samples.as_chunks::<INPUTS>().0.iter();
-                samples.map(|sample| model.classify(&frame_by_frame(sample))).collect::<Vec<u8>>()
+                samples.map(|sample| model.classify(&in_file_order(sample))).collect::<Vec<u8>>()
             }));
         }
         Ok(PyArray1::from_vec(py, classes))
@@ -103,7 +104,7 @@ impl Model {
             all.extend(py.detach(|| {
                 let model = self.model.get();
                 let samples = samples.as_chunks::<INPUTS>().0.iter();
-                let each = samples.filter_map(|sample| model.probabilities(&frame_by_frame(sample)));
+                let each = samples.filter_map(|sample| model.probabilities(&in_file_order(sample)));
                 let real = |units: u16| f64::from(units) / f64::from(CONFIDENCE_ONE);
                 each.flat_map(|units| units.into_iter().take(classes).map(real).collect::<Vec<_>>()).collect::<Vec<_>>()
             }));
@@ -116,17 +117,6 @@ impl Model {
         let labels = self.labels().len();
         format!("wstac.Model({:?}: {labels} classes, {} of {SAMPLE_FRAMES} frames)", self.name(), self.frames())
     }
-}
-
-/// Returns a sample frame by frame, as models take it, of one that is stored feature by feature.
-fn frame_by_frame(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
-    let mut frames = [0; INPUTS];
-    for (feature, values) in sample.as_chunks::<SAMPLE_FRAMES>().0.iter().enumerate() {
-        for (frame, value) in values.iter().enumerate() {
-            frames[frame * FEATURES + feature] = *value;
-        }
-    }
-    frames
 }
 
 /// Returns the models for a stream's events; each must have another task.

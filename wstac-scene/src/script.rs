@@ -152,7 +152,7 @@ impl SceneConfig {
     /// # Errors
     /// The script is not valid; the message names the key, the value found and the values expected.
     pub fn from_toml(subject: &str, text: &str) -> Result<Self, Error> {
-        let file = toml::from_str(text).map_err(|error| wstac_host::text_file::toml_error(text, &error));
+        let file = wstac_host::text_file::from_toml(text);
         file.and_then(check).map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
 

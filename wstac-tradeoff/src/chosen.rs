@@ -41,7 +41,7 @@ pub const FILES: [&str; 5] = [CONFIG, MODEL, CLAIM, PRICE, BUILD];
 /// `base` is not a configuration.
 pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
     Config::parse(base).map_err(|error| error.message().to_owned())?;
-    let mut all: toml::Table = toml::from_str(base).map_err(|error| wstac_host::text_file::toml_error(base, &error))?;
+    let mut all: toml::Table = wstac_host::text_file::from_toml(base)?;
     let yuv = if setting.format.method() == YcbcrMethod::Linear { "linear" } else { "exact" };
     let parameters: [(&str, &str, toml::Value); 3] = [
         ("green", "yuv", yuv.into()),

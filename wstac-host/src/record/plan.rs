@@ -54,7 +54,7 @@ pub fn read(path: &Path) -> Result<Vec<PlannedSlide>, Error> {
 }
 
 fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
-    let file: File = toml::from_str(text).map_err(|error| crate::text_file::toml_error(text, &error))?;
+    let file: File = crate::text_file::from_toml(text)?;
     let is_plain = |name: &String| {
         !name.is_empty() && name.chars().all(|letter| letter.is_alphanumeric() || ['_', '.'].contains(&letter))
     };

@@ -22,6 +22,7 @@ use wstac_scene::{Scene, SceneConfig, SimulatedFrame, Slide, Touch};
 
 use super::arrays::numbers_of;
 use super::npz::{Dtype, Npz};
+use crate::model::trained::in_set_order;
 
 /// Random slides.
 #[derive(Clone, Debug, PartialEq)]
@@ -257,8 +258,7 @@ fn facts(npz: &mut Npz<impl Write + Seek>, slides: &[PathSlide]) -> io::Result<(
 
 /// Returns the bytes of a sample as a data set has them: number k of every ten numbers after each other.
 pub(super) fn by_feature(numbers: &[i16; INPUTS]) -> Vec<u8> {
-    let of = |k: usize| numbers.iter().skip(k).step_by(FEATURES).flat_map(|number| number.to_le_bytes());
-    (0..FEATURES).flat_map(of).collect()
+    in_set_order(numbers).iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
 #[cfg(test)]

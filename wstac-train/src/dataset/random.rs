@@ -85,9 +85,8 @@ impl RandomSweep {
     /// # Errors
     /// The text is not valid; the message names the key, the value found and the values expected.
     pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
-        let file: File = toml::from_str(text)
-            .map_err(|error| Error::new(ErrorKind::Config, subject, wstac_host::text_file::toml_error(text, &error)))?;
-        Self::checked(&file).map_err(|message| Error::new(ErrorKind::Config, subject, message))
+        let checked = wstac_host::text_file::from_toml(text).and_then(|file| Self::checked(&file));
+        checked.map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
 
     fn checked(file: &File) -> Result<Self, String> {

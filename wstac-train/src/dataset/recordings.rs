@@ -306,14 +306,19 @@ pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
             let name = Path::new(&recordings[k].name).file_name().unwrap_or_default();
             crc32fast::hash(name.as_encoded_bytes())
         });
-        let wanted = (share * members.len() as f64).round() as usize;
-        let most = members.len().saturating_sub(1);
-        let least = usize::from(share > 0.0 && members.len() > 1);
-        for &k in members.iter().take(wanted.clamp(least, most.max(least))) {
+        for &k in members.iter().take(share_of(members.len(), share)) {
             tests[k] = true;
         }
     }
     tests
+}
+
+/// Returns how many of so many recordings or groups a share is: never all, and at least one of two if the share is above
+/// 0.
+pub(crate) fn share_of(count: usize, share: f64) -> usize {
+    let most = count.saturating_sub(1);
+    let least = usize::from(share > 0.0).min(most);
+    ((share * count as f64).round() as usize).clamp(least, most)
 }
 
 #[cfg(test)]

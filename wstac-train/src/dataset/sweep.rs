@@ -84,9 +84,9 @@ impl Sweep {
     /// # Errors
     /// The text is not valid; the message names the key, the value found and the values expected.
     pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
-        let file: File = toml::from_str(text)
-            .map_err(|error| Error::new(ErrorKind::Config, subject, wstac_host::text_file::toml_error(text, &error)))?;
-        let slides = checked(&file).map_err(|message| Error::new(ErrorKind::Config, subject, message))?;
+        let wrong = |message: String| Error::new(ErrorKind::Config, subject, message);
+        let file: File = wstac_host::text_file::from_toml(text).map_err(wrong)?;
+        let slides = checked(&file).map_err(wrong)?;
         let mut scene = file.scene;
         scene.entry("fidelity").or_insert_with(|| "taxel".into());
         scene.insert("seed".into(), file.seed.into());

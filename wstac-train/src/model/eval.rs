@@ -1,6 +1,7 @@
 //! Evaluation of a model: its answers on samples of a data set, next to the truth if that is known.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use wstac_core::model::file::{INPUTS, Input, Task};
@@ -8,6 +9,7 @@ use wstac_core::model::{Classification, Model};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
+use super::trained::in_file_order;
 use wstac_host::error::Error;
 
 /// Largest number of samples in a data set.
@@ -102,7 +104,7 @@ pub fn array_of(input: Input) -> &'static str {
 pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<[i16; INPUTS]>, Option<Truth>), Error> {
     let npz = Npz::open(path)?;
     let mut samples = Vec::new();
-    each_sample(model.input(), &npz, |sample| samples.push(*sample))?;
+    of_model(model, &npz, |sample| samples.push(*sample))?;
     let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
     Ok((samples, truth))
 }
@@ -113,13 +115,22 @@ fn labels_of(model: &Model) -> Vec<String> {
 
 fn classifications(model: &Model, npz: &Npz) -> Result<Vec<Classification>, Error> {
     let mut found = Vec::new();
-    each_sample(model.input(), npz, |sample| found.push(model.classification(sample)))?;
+    of_model(model, npz, |sample| found.push(model.classification(sample)))?;
     Ok(found)
 }
 
-/// Passes every sample to `give`, in the order of a model file.
-fn each_sample(input: Input, npz: &Npz, mut give: impl FnMut(&[i16; INPUTS])) -> Result<(), Error> {
-    let name = array_of(input);
+/// Passes every sample that a model takes to `give`, in the order of a model file.
+fn of_model(model: &Model, npz: &Npz, mut give: impl FnMut(&[i16; INPUTS])) -> Result<(), Error> {
+    each_sample(npz, array_of(model.input()), 0..=MOST_SAMPLES, |sample| give(&in_file_order(sample)))
+}
+
+/// Passes every sample of an array to `give`, in the order of the data set.
+pub(crate) fn each_sample(
+    npz: &Npz,
+    name: &str,
+    expected: RangeInclusive<u64>,
+    mut give: impl FnMut(&[i16; INPUTS]),
+) -> Result<(), Error> {
     let mut array = npz.array(name)?;
     let n = match array.shape[..] {
         [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
@@ -130,16 +141,16 @@ fn each_sample(input: Input, npz: &Npz, mut give: impl FnMut(&[i16; INPUTS])) ->
         let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);
         return Err(npz.error(name, message));
     }
-    if n > MOST_SAMPLES {
-        return Err(npz.error(name, format_args!("{n} samples, expected at most {MOST_SAMPLES}")));
+    if !expected.contains(&n) {
+        let (least, most) = expected.into_inner();
+        let range = if least == 0 { format!("at most {most}") } else { format!("{least} to {most}") };
+        return Err(npz.error(name, format_args!("{n} samples, expected {range}")));
     }
     let mut bytes = [0; 2 * INPUTS];
     let mut sample = [0; INPUTS];
     for _ in 0..n {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        for (input, bytes) in bytes.as_chunks::<2>().0.iter().enumerate() {
-            sample[super::trained::file_order(input, SAMPLE_FRAMES)] = i16::from_le_bytes(*bytes);
-        }
+        sample.iter_mut().zip(bytes.as_chunks().0).for_each(|(number, bytes)| *number = i16::from_le_bytes(*bytes));
         give(&sample);
     }
     Ok(())

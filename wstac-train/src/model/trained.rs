@@ -3,7 +3,7 @@
 //! Inputs are in the order of data sets: input n k + t is feature k of frame t, of n frames. Features are the natural
 //! logarithms that a trainer sees, so an integer x of a sample is x / 2048.
 
-use wstac_core::model::file::{Input, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 /// Largest number of nodes in all trees together: they take far more memory here than in a file.
@@ -114,6 +114,20 @@ pub fn frames(inputs: usize) -> Result<usize, String> {
 /// Returns the position of a data set's input in a model file, which is ordered frame by frame.
 pub fn file_order(input: usize, frames: usize) -> usize {
     FEATURES * (input % frames) + input / frames
+}
+
+/// Returns a sample in the order of a model file; it is in that of a data set: feature after feature, of 70 frames each.
+pub fn in_file_order(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
+    let mut ordered = [0; INPUTS];
+    for (input, &number) in sample.iter().enumerate() {
+        ordered[file_order(input, SAMPLE_FRAMES)] = number;
+    }
+    ordered
+}
+
+/// Returns a sample in the order of a data set; it is in that of a model file: frame after frame.
+pub fn in_set_order(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
+    std::array::from_fn(|input| sample[file_order(input, SAMPLE_FRAMES)])
 }
 
 /// Returns the most likely task for classes of these names.

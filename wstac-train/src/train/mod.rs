@@ -29,7 +29,7 @@ use wstac_host::plural::counted;
 
 pub use self::set::{LabeledSlide, TrainingSet};
 use crate::dataset::path::frames_of;
-use crate::model::calibrate::{Calibrated, LabeledSamples, Quality, Settings, calibrate};
+use crate::model::calibrate::{Calibrated, LabeledSamples, Quality, Settings, calibrate, with_part};
 use crate::model::trained::{Kind, Trained};
 use crate::model::write::{self, Written};
 use logistic::{Limits, Samples};
@@ -209,14 +209,13 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     }
     let mut written = write::write(&trained, &facts.to_string(), write::Options::default())
         .map_err(|message| wrong(&subject, message))?;
-    let (calibration, why_uncalibrated) = if let Err(why) = calibrated {
-        (None, Some(why))
-    } else {
-        let found =
-            calibrate(&written.words, &of_file(&fitted, &labels), &of_file(&kept, &labels), Settings::default());
-        let found = found.map_err(|message| wrong(&subject, message))?;
-        written.words = found.words;
-        (Some(found.held_out), None)
+    let (calibration, why_uncalibrated) = match calibrated {
+        Err(why) => (None, Some(why)),
+        // Facts do not change scores, so the calibration is the same.
+        Ok(Calibrated { part, held_out, .. }) => {
+            written.words = with_part(&written.words, &part).map_err(|message| wrong(&subject, message))?;
+            (Some(held_out), None)
+        }
     };
     Ok(TrainedModel {
         labels,

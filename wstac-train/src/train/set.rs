@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use wstac_core::model::file::{INPUTS, Input, Task};
-use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 
 use super::TrainOptions;
@@ -11,9 +10,9 @@ use crate::dataset::arrays::name;
 use crate::dataset::path::PathSlide;
 use crate::dataset::random::RandomSweep;
 use crate::dataset::recordings::Recording;
-use crate::model::eval::{array_of, texts};
+use crate::model::eval::{array_of, each_sample, texts};
 use crate::model::npz::Npz;
-use crate::model::trained::file_order;
+use crate::model::trained::{in_file_order, in_set_order};
 
 /// Largest number of samples in a data set, all of which are in memory.
 const MOST_SAMPLES: u64 = 1 << 20;
@@ -34,12 +33,7 @@ pub struct LabeledSlide {
 impl LabeledSlide {
     /// Returns the sample frame after frame, as a model file takes it.
     pub(super) fn in_file_order(&self) -> Option<[i16; INPUTS]> {
-        let numbers = self.numbers.as_deref()?;
-        let mut sample = [0; INPUTS];
-        for (input, number) in numbers.iter().enumerate() {
-            sample[file_order(input, SAMPLE_FRAMES)] = *number;
-        }
-        Some(sample)
+        self.numbers.as_deref().map(in_file_order)
     }
 }
 
@@ -80,7 +74,7 @@ impl TrainingSet {
         let labeled = |slide: &PathSlide| {
             let specimen = &slide.slide.specimen;
             LabeledSlide {
-                numbers: slide.sample(options.input).map(|sample| Box::new(feature_order(sample))),
+                numbers: slide.sample(options.input).map(|sample| Box::new(in_set_order(sample))),
                 label: match options.task {
                     Task::Pattern => specimen.pattern.name().to_owned(),
                     Task::Depth => specimen.depth_mm.to_string(),
@@ -121,7 +115,7 @@ impl TrainingSet {
                     sample.as_flattened().try_into().ok().map(Box::new)
                 } else {
                     let path = recording.paths.get(number).and_then(|path| path.sample(options.input));
-                    path.map(|sample| Box::new(feature_order(sample)))
+                    path.map(|sample| Box::new(in_set_order(sample)))
                 };
                 set.slides.push(LabeledSlide { numbers, label: label.clone(), group: group.clone(), is_test: None });
             }
@@ -181,33 +175,11 @@ impl TrainingSet {
     }
 }
 
-/// Returns the numbers of a sample feature after feature instead of frame after frame.
-fn feature_order(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
-    std::array::from_fn(|input| sample[file_order(input, SAMPLE_FRAMES)])
-}
-
 /// Reads the samples of a data set. One that is zero throughout is none.
 fn samples(npz: &Npz, name: &str) -> Result<Vec<Option<Box<[i16; INPUTS]>>>, Error> {
-    let mut array = npz.array(name)?;
-    let n = match array.shape[..] {
-        [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
-        [n, inputs] if inputs == INPUTS as u64 => n,
-        _ => return Err(npz.error(name, format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
-    };
-    if array.descr != "<i2" {
-        let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);
-        return Err(npz.error(name, message));
-    }
-    if !(1..=MOST_SAMPLES).contains(&n) {
-        return Err(npz.error(name, format_args!("{n} samples, expected 1 to {MOST_SAMPLES}")));
-    }
     let mut samples = Vec::new();
-    let mut bytes = [0; 2 * INPUTS];
-    for _ in 0..n {
-        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        let mut numbers = Box::new([0; INPUTS]);
-        numbers.iter_mut().zip(bytes.as_chunks().0).for_each(|(number, bytes)| *number = i16::from_le_bytes(*bytes));
-        samples.push(numbers.iter().any(|number| *number != 0).then_some(numbers));
-    }
+    each_sample(npz, name, 1..=MOST_SAMPLES, |sample| {
+        samples.push(sample.iter().any(|number| *number != 0).then(|| Box::new(*sample)));
+    })?;
     Ok(samples)
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{LabeledSlide, TrainingSet};
+use crate::dataset::recordings::share_of;
 
 /// Returns the number of different groups.
 pub(super) fn groups(slides: &[&LabeledSlide]) -> usize {
@@ -17,8 +18,7 @@ fn chosen(of_label: &BTreeMap<&str, BTreeSet<&str>>, fraction: f64) -> BTreeSet<
         let mut sorted: Vec<&str> = groups.iter().copied().collect();
         sorted.sort_by_key(|group| crc32fast::hash(group.as_bytes()));
         let there = sorted.iter().filter(|group| chosen.contains(**group)).count();
-        let most = sorted.len().saturating_sub(1);
-        let wanted = ((fraction * sorted.len() as f64).round() as usize).clamp(1.min(most), most);
+        let wanted = share_of(sorted.len(), fraction);
         let new = sorted.into_iter().filter(|group| !chosen.contains(*group)).take(wanted.saturating_sub(there));
         let new: Vec<String> = new.map(str::to_owned).collect();
         chosen.extend(new);

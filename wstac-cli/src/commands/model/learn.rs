@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_train::dataset::recordings;
 use wstac_train::model::calibrate::LabeledSamples;
 use wstac_train::model::learn::learn;
 
+use super::super::dataset::pool;
+use super::super::dataset::recorded::read_all;
 use super::super::files::Outputs;
 use super::super::output::{Stop, note};
+use super::super::signals::{Ending, finishing};
 
 /// Make a model of new textures from a few slides of each
 ///
@@ -58,12 +60,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         slides.append(LabeledSamples::read(&model, path)?);
     }
     if !recorded.is_empty() {
-        let paths = recordings::find(&recorded.into_iter().cloned().collect::<Vec<_>>())?;
-        let read = paths.iter().map(|path| recordings::read_paths(path, None)).collect::<Result<Vec<_>, _>>()?;
-        for doubt in recordings::comparable(&read)? {
-            note(doubt);
-        }
-        slides.append(LabeledSamples::of_recordings(&read, model.input()));
+        let recorded: Vec<PathBuf> = recorded.into_iter().cloned().collect();
+        let recordings = read_all(&recorded, None, model.input(), &pool(None)?)?;
+        // Nothing is written until the model is there.
+        finishing(Ending::AtOnce);
+        slides.append(LabeledSamples::of_recordings(&recordings, model.input()));
     }
     let names: Vec<String> = arguments.slides.iter().map(|path| path.display().to_string()).collect();
     let mut facts = serde_json::json!({ "learned_from": names, "base": file.about(), "slides": slides.numbers.len() });

@@ -11,12 +11,11 @@ use std::path::Path;
 use wstac_core::model::Model;
 use wstac_core::model::calibration::{CONFIDENCE_ONE, MOST_DIMENSIONS};
 use wstac_core::model::file::{INPUTS, Input, crc};
-use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
+use wstac_core::params::FEATURE_ONE;
 use wstac_host::error::{Error, ErrorKind};
 
 use super::eval;
-use super::trained::file_order;
-use crate::dataset::Sample;
+use super::trained::in_file_order;
 use crate::dataset::recordings::Recording;
 pub(super) use factor::Scored;
 pub use lda::Projection;
@@ -69,7 +68,11 @@ impl LabeledSamples {
         let mut samples = Self::default();
         for recording in recordings {
             let found: Vec<[i16; INPUTS]> = match input {
-                Input::Frames => recording.samples.iter().map(|(_, sample, _)| frame_by_frame(sample)).collect(),
+                Input::Frames => {
+                    let samples =
+                        recording.samples.iter().filter_map(|(_, sample, _)| sample.as_flattened().try_into().ok());
+                    samples.map(in_file_order).collect()
+                }
                 _ => recording.paths.iter().filter_map(|path| path.sample(input)).copied().collect(),
             };
             let labels = vec![0; found.len()];
@@ -101,15 +104,6 @@ impl LabeledSamples {
     }
 }
 
-/// Returns a sample of a data set in the order of a model file.
-fn frame_by_frame(sample: &Sample) -> [i16; INPUTS] {
-    let mut numbers = [0; INPUTS];
-    for (input, &number) in sample.as_flattened().iter().enumerate() {
-        numbers[file_order(input, SAMPLE_FRAMES)] = number;
-    }
-    numbers
-}
-
 /// The settings of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -130,6 +124,8 @@ impl Default for Settings {
 pub struct Calibrated {
     /// The file's words.
     pub words: Vec<u32>,
+    /// The calibration alone, as [`with_part`] takes it.
+    pub(crate) part: Vec<u16>,
     /// The dimensions of its projection; 0 without one.
     pub dimensions: usize,
     /// What it says about the samples that were held out.
@@ -153,16 +149,13 @@ pub struct Quality {
 impl Quality {
     /// Evaluates a model on samples of its classes; of a sample of another label, every answer is wrong.
     pub fn of(model: &Model, samples: &LabeledSamples) -> Self {
-        const RANGES: usize = 15;
-        let mut sums = [(0.0, 0.0); RANGES];
+        let mut answers = Vec::with_capacity(samples.numbers.len());
         let (mut right, mut known) = (0, 0);
         for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
             let found = model.classification(numbers);
             let is_right = u16::from(found.class) == label;
             let confidence = f64::from(found.confidence.unwrap_or(0)) / f64::from(CONFIDENCE_ONE);
-            let range = &mut sums[((confidence * RANGES as f64) as usize).min(RANGES - 1)];
-            range.0 += confidence;
-            range.1 += f64::from(u8::from(is_right));
+            answers.push((confidence, is_right));
             right += usize::from(is_right);
             known += usize::from(found.known == Some(true));
         }
@@ -170,10 +163,25 @@ impl Quality {
         Self {
             samples: samples.numbers.len(),
             accuracy: right as f64 / n,
-            calibration_error: sums.iter().map(|(confidence, right)| (confidence - right).abs()).sum::<f64>() / n,
+            calibration_error: calibration_error(answers),
             known: model.tells_unknown().then(|| known as f64 / n),
         }
     }
+}
+
+/// Returns the expected calibration error of answers, each with its confidence and whether it is right: the mean
+/// difference between confidence and accuracy, over 15 ranges of confidence. Without answers it is 0.
+pub fn calibration_error(answers: impl IntoIterator<Item = (f64, bool)>) -> f64 {
+    const RANGES: usize = 15;
+    let mut sums = [(0.0, 0.0); RANGES];
+    let mut n = 0_usize;
+    for (confidence, is_right) in answers {
+        let range = &mut sums[((confidence * RANGES as f64) as usize).min(RANGES - 1)];
+        range.0 += confidence;
+        range.1 += f64::from(u8::from(is_right));
+        n += 1;
+    }
+    sums.iter().map(|(confidence, right)| (confidence - right).abs()).sum::<f64>() / n.max(1) as f64
 }
 
 /// Calibrates a model file by samples of its training and by samples that were held out of it.
@@ -229,7 +237,7 @@ pub fn calibrate_with(
     }
     let factor = scored.factor()?;
     let Some(projection) = projection else {
-        return finished(with_part(&plain, &part(factor, None))?, 0, &held_out);
+        return finished(&plain, part(factor, None), 0, &held_out);
     };
     let mut means = vec![vec![0.0; projection.biases.len()]; classes];
     let mut counts = vec![0_usize; classes];
@@ -257,14 +265,15 @@ pub fn calibrate_with(
     let place = ((1.0 - settings.rejected) * distances.len() as f64).ceil() as usize;
     let threshold = distances[place.clamp(1, distances.len()) - 1];
     let dimensions = projection.biases.len();
-    finished(with_part(&plain, &part(factor, Some((projection, &means, threshold))))?, dimensions, &held_out)
+    finished(&plain, part(factor, Some((projection, &means, threshold))), dimensions, &held_out)
 }
 
-/// Returns a calibrated file with its quality.
-fn finished(words: Vec<u32>, dimensions: usize, held_out: &LabeledSamples) -> Result<Calibrated, String> {
+/// Returns a file with this calibration, and its quality.
+fn finished(plain: &[u32], part: Vec<u16>, dimensions: usize, held_out: &LabeledSamples) -> Result<Calibrated, String> {
+    let words = with_part(plain, &part)?;
     let model = Model::from_words(&words).map_err(|error| error.to_string())?;
     let held_out = Quality::of(&model, held_out);
-    Ok(Calibrated { words, dimensions, held_out })
+    Ok(Calibrated { words, part, dimensions, held_out })
 }
 
 /// Returns the projection of a model file.
@@ -363,7 +372,7 @@ pub fn without(words: &[u32]) -> Result<Vec<u32>, String> {
 }
 
 /// Returns a file without calibration with this one.
-pub(super) fn with_part(words: &[u32], part: &[u16]) -> Result<Vec<u32>, String> {
+pub(crate) fn with_part(words: &[u32], part: &[u16]) -> Result<Vec<u32>, String> {
     let model = Model::from_words(words).map_err(|error| error.to_string())?;
     let end = words[6];
     let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
