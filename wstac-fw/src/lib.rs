@@ -19,6 +19,8 @@ pub mod sensor;
 #[cfg(feature = "h743")]
 pub mod serial;
 pub mod setup;
+#[cfg(feature = "h743")]
+pub mod stack;
 pub mod stripes;
 pub mod textures;
 pub mod window;

@@ -17,7 +17,7 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, Peri, bind_interrupts, peripherals};
+use embassy_stm32::{Config, Peri, bind_interrupts, peripherals, uid};
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use wstac_core::layout::Layout;
 use wstac_core::rate::FrameRate;
@@ -31,6 +31,7 @@ use wstac_fw::sensor::ov7725::OV7725;
 use wstac_fw::sensor::watch::Watch;
 use wstac_fw::sensor::{Sensor, SensorError};
 use wstac_fw::serial::{self, Serial};
+use wstac_fw::stack::StackDepth;
 use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, DcmiInterrupts, Ring};
 use wstac_fw::stripes::{self, Capture, Step, Stripes};
 use wstac_fw::window::Window;
@@ -105,8 +106,12 @@ async fn main(_spawner: Spawner) {
         defmt::warn!("no clock of 8 MHz: the chip's own is used, and times are within 2 %");
         reader.set_name("wstac-fw on the chip's clock");
     }
+    reader.set_id(chip_id());
     reader.hello(&mut line);
-    let mut is_told = tell_last_run(hung, &mut line);
+    let (mut is_told, restarts) = tell_last_run(hung, &mut line);
+    let telemetry = reader.telemetry_mut();
+    (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
+    let mut depth = StackDepth::new();
 
     let pins: [Peri<'static, AnyPin>; 11] = [
         p.PC6.into(),
@@ -153,7 +158,9 @@ async fn main(_spawner: Spawner) {
                 line.absence(absent);
             }
         }
-        while line.has_room() && reader.send_held(&mut line) {}
+        reader.set_time(Instant::now().as_millis());
+        reader.telemetry_mut().stack = Some(depth.bytes());
+        while line.has_room() && (reader.send_held(&mut line) || reader.send_again(&mut line)) {}
         if stage != Stage::Run {
             match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
                 Ok(()) => {
@@ -188,7 +195,7 @@ async fn main(_spawner: Spawner) {
                     let lost = match watch.check(&sensor, &mut i2c) {
                         Ok(()) => {
                             bus_failures = 0;
-                            wrong_rate(&mut meter, stripes.capture()).map(|defect| {
+                            wrong_rate(&mut meter, stripes.capture(), reader).map(|defect| {
                                 log(Some(defect));
                                 Absence::of(defect, &sensor)
                             })
@@ -227,7 +234,11 @@ async fn main(_spawner: Spawner) {
             Step::Fault(fault) => {
                 meter.restart();
                 match fault {
-                    stripes::Fault::Overrun => line.fault(Fault::Overrun),
+                    stripes::Fault::Overrun => {
+                        let overruns = &mut reader.telemetry_mut().overruns;
+                        *overruns = overruns.map(|number| number.saturating_add(1));
+                        line.fault(Fault::Overrun);
+                    }
                     stripes::Fault::LostSync => line.fault(Fault::LostSync),
                     stripes::Fault::Silent => {
                         (stage, absent) = (Stage::SetUp, Absence::Silent);
@@ -334,10 +345,11 @@ async fn measured(dcmi: &Dcmi, frames: u32, longest: Duration) {
     }
 }
 
-/// Returns the defect if the rate of the last frames was wrong.
-fn wrong_rate(meter: &mut RateMeter, dcmi: &Dcmi) -> Option<Defect> {
+/// Returns the defect if the rate of the last frames was wrong, and reports the rate.
+fn wrong_rate(meter: &mut RateMeter, dcmi: &Dcmi, reader: &mut Reader) -> Option<Defect> {
     let (syncs, at) = dcmi.syncs();
     let (frames, ticks) = meter.push(syncs, at)?;
+    reader.telemetry_mut().millihertz = Some(self_test::millihertz(frames, ticks, TICK_HZ));
     self_test::judge_rate(frames, ticks, RATE, TICK_HZ).err()
 }
 
@@ -377,20 +389,31 @@ fn has_hse() -> bool {
     })
 }
 
-/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent.
-fn tell_last_run(hung: bool, line: &mut Link) -> bool {
+/// Returns the unique number of the chip.
+fn chip_id() -> [u32; 3] {
+    let (words, _) = uid::uid().as_chunks::<4>();
+    let mut id = [0; 3];
+    for (number, word) in id.iter_mut().zip(words) {
+        *number = u32::from_le_bytes(*word);
+    }
+    id
+}
+
+/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent, and the number of
+/// restarts.
+fn tell_last_run(hung: bool, line: &mut Link) -> (bool, u32) {
     let mut record = crash_record::begin();
+    let restarts = record.restarts();
     let is_kept = record.text().is_some();
     if hung && !is_kept {
         record.add("the program hung, and the watchdog ended it");
     }
     if record.text().is_some() {
-        let restarts = record.restarts();
         record.add("; restart ");
         record.add_number(restarts, 10);
         line.fault(Fault::LastRun(Text::new(record.text().unwrap_or_default())));
     }
-    !is_kept
+    (!is_kept, restarts)
 }
 
 /// Returns the clock configuration: 96 MHz from the debugger's 8 MHz or the chip's 64 MHz, and 24 MHz for the sensor.
@@ -447,6 +470,7 @@ async fn find(
             // A host that has just connected should know, too.
             said = if request == Request::Hello { Absence::None } else { said };
         }
+        reader.set_time(Instant::now().as_millis());
         let mut reason = Absence::Gone;
         for sensor in &SENSORS {
             match sensor.identify(i2c) {
