@@ -40,7 +40,9 @@ direction = 180
 """
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, SAMPLES = 0, 1, 2
+HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE = 0, 1, 2, 4, 5
+# The number of an event among the messages of a board.
+EVENT = 3
 
 
 class Host:
@@ -85,10 +87,29 @@ def crc(data):
 
 def request(message, *wanted):
     """Returns the frame of a request."""
-    data = bytes([3, 0, message, *wanted])
+    data = bytes([4, 0, message, *wanted])
     data += crc(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
     return b"\0" + stuffed + b"\0"
+
+
+def messages(data):
+    """Returns the numbers of the messages that a board sent, each with the bytes of its fields."""
+    found = []
+    for frame in filter(None, bytes(data).split(b"\0")):
+        content = b""
+        while frame:
+            code = frame[0]
+            content += frame[1:code] + (b"" if code == 0xFF else b"\0")
+            frame = frame[code:]
+        # The last zero is not sent. The sequence number is a varint behind the version.
+        content = content[:-1]
+        at = 1
+        while content[at] & 0x80:
+            at += 1
+        if crc(content[:-4]).to_bytes(4, "little") == content[-4:]:
+            found.append((content[at + 1], content[at + 2 : -4]))
+    return found
 
 
 def of_kind(lines, *kinds):
@@ -145,6 +166,31 @@ class Check:
         events = of_kind(self.host.of_line(board.run(), "--samples"), "event")
         expected = of_kind(self.host.of_clip("--samples"), "event")
         self.say("samples", [] if events == expected else ["events with samples are not the host's"])
+
+    def again(self, name, acknowledged):
+        """A host that acknowledges events gets them again until it does so, and prints each once."""
+        board = Board(self.elf, self.host.frames)
+        board.line.receive(request(KEEP_EVENTS, 1))
+        for number, event in enumerate(map(json.loads, self.events)):
+            if acknowledged:
+                # The event is complete 70 frames after its first one.
+                acknowledge = lambda number=number: board.line.receive(request(ACKNOWLEDGE, number))
+                board.camera.faults[event["frame"] + 80] = acknowledge
+        sent = bytes(board.run())
+        events = of_kind(self.host.of_line(sent), "event")
+        problems = [] if events == self.events else [f"events are {events}, expected {self.events}"]
+        tries = {}
+        for message, fields in messages(sent):
+            if message == EVENT:
+                # An event's first field is its frame.
+                tries[fields[:2]] = tries.get(fields[:2], 0) + 1
+        first, *_ = tries.values()
+        # Ten frames are a third of a second. The line is still read 4 seconds after the first event.
+        if first != 2 if acknowledged else not 5 <= first <= 16:
+            problems.append(f"the first event is sent {first} times")
+        if len(tries) != len(self.events):
+            problems.append(f"{len(tries)} events are sent, expected {len(self.events)}")
+        self.say(name, problems)
 
     def faulty(self, name, faults, missing, said):
         """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
@@ -378,6 +424,8 @@ def main():
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
         check.samples()
+        check.again("events that are acknowledged", acknowledged=True)
+        check.again("events that are not acknowledged", acknowledged=False)
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])

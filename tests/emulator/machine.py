@@ -41,7 +41,8 @@ MEMORIES = [
 ]
 RAM = 0x2400_0000
 NOWHERE = 0x2000_0100
-PAINT, STACK_PAINTED = b"\xa5", 0x4000
+# The byte that the program paints its stack with at its start, too.
+PAINT, STACK_PAINTED = b"\xcc", 0x4000
 PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
 SYSTEM, SYSTEM_SIZE = 0xE000_0000, 0x10_0000
 PAGE = 0x400  # peripherals are distinguished in steps of this
