@@ -5,10 +5,12 @@ pub(crate) mod board;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{Shutdown, TcpListener};
+use std::net::{Shutdown, TcpListener, TcpStream};
 use std::os::fd::AsRawFd;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
+use std::process::Child;
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 use serde_json::Value;
@@ -92,8 +94,8 @@ fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
     (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true).frames)
 }
 
-/// The starts of a board whose requests fill a connection that nobody reads.
-const STARTS: u16 = 30_000;
+/// The most starts of a board until their requests fill a connection that nobody reads.
+const MOST_STARTS: u32 = 500_000;
 
 const WANTED: [&str; 4] = ["--json", "--features", "--samples", "--motion"];
 
@@ -273,12 +275,11 @@ fn a_device_that_is_gone_is_waited_for() {
     assert_eq!(monitor.wait().unwrap().code(), Some(0));
 }
 
-/// Listens for connections whose buffers are as small as the system allows.
+/// Listens for connections with small buffers.
 fn listen_with_small_buffers() -> TcpListener {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    for (level, option, value) in
-        [(libc::SOL_SOCKET, libc::SO_RCVBUF, 1_i32), (libc::IPPROTO_TCP, libc::TCP_MAXSEG, 536)]
-    {
+    let options = [(libc::SOL_SOCKET, libc::SO_RCVBUF, 2048_i32), (libc::IPPROTO_TCP, libc::TCP_MAXSEG, 536)];
+    for (level, option, value) in options {
         let length = size_of::<i32>() as libc::socklen_t;
         // SAFETY: the descriptor is open, and the value is an integer of the stated length.
         let set = unsafe { libc::setsockopt(listener.as_raw_fd(), level, option, (&raw const value).cast(), length) };
@@ -287,57 +288,81 @@ fn listen_with_small_buffers() -> TcpListener {
     listener
 }
 
+/// A monitor of a board that starts again and again, and does not read the requests for that, until the connection has
+/// no room for more of them and the monitor says so.
+struct Unread {
+    monitor: Child,
+    /// The lines of standard error.
+    said: Receiver<String>,
+    board: TcpStream,
+    /// The next sequence number.
+    sequence: u16,
+}
+
+impl Unread {
+    fn new(arguments: &[&str]) -> Self {
+        let listener = listen_with_small_buffers();
+        let name = format!("tcp:{}", listener.local_addr().unwrap());
+        let mut monitor = start(&[&["monitor", &name, "--json"], arguments].concat());
+        let (board, _) = listener.accept().unwrap();
+        board.set_nodelay(true).unwrap();
+        board.set_write_timeout(Some(Duration::from_secs(10))).unwrap();
+        let stderr = BufReader::new(monitor.stderr.take().unwrap());
+        let (sender, said) = channel();
+        std::thread::spawn(move || stderr.lines().map(Result::unwrap).try_for_each(|line| sender.send(line)));
+        let mut unread = Self { monitor, said, board, sequence: 0 };
+        unread.send(&board::hello());
+        assert!(unread.next_line().contains("test-board 1.2.3"));
+        let expected = format!("wstac: {name} does not read requests; they are sent when it does");
+        for _ in 0..MOST_STARTS {
+            unread.send(&board::hello());
+            std::thread::yield_now();
+            match unread.said.try_recv() {
+                Ok(line) if line == expected => return unread,
+                // The sequence number wraps.
+                Ok(line) => assert_eq!(line, "wstac: the board has started again"),
+                Err(_) => {}
+            }
+        }
+        panic!("the connection has room for all requests: this shows less than it should");
+    }
+
+    fn send(&mut self, message: &Message) {
+        self.board.write_all(encode(message, self.sequence, &mut [0; LONGEST])).expect("the monitor reads");
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+
+    fn next_line(&self) -> String {
+        self.said.recv_timeout(Duration::from_secs(10)).unwrap()
+    }
+
+    /// Sends a signal that ends the monitor.
+    fn interrupt(&self) {
+        // SAFETY: sends a signal to the child, which has not been waited for.
+        assert_eq!(unsafe { libc::kill(self.monitor.id() as i32, libc::SIGINT) }, 0);
+    }
+}
+
 #[test]
 fn a_peer_that_does_not_read_is_still_read() {
-    let listener = listen_with_small_buffers();
-    let name = format!("tcp:{}", listener.local_addr().unwrap());
-    let mut monitor = start(&["monitor", &name, "--json"]);
-    let (mut board, _) = listener.accept().unwrap();
-    board.set_nodelay(true).unwrap();
-    board.set_write_timeout(Some(Duration::from_secs(10))).unwrap();
-    // A board that starts is sent requests. No byte of them is read here, so the connection has no room for more soon.
-    let hello = board::hello();
-    for sequence in 0..STARTS {
-        let sent = board.write_all(encode(&hello, sequence, &mut [0; LONGEST]));
-        sent.expect("the monitor reads");
-        std::thread::yield_now();
-    }
-    let mut stderr = BufReader::new(monitor.stderr.take().unwrap()).lines().map(Result::unwrap);
-    assert!(stderr.next().unwrap().contains("test-board 1.2.3"));
-    let reported = format!("wstac: {name} does not read requests; they are sent when it does");
-    assert_eq!(stderr.next().unwrap(), reported);
-    // What arrives is still printed.
-    let mut stdout = BufReader::new(monitor.stdout.take().unwrap()).lines().map(Result::unwrap);
-    let lost = Message::InterruptedSample(InterruptedSample::new(35, 7));
-    board.write_all(encode(&lost, STARTS, &mut [0; LONGEST])).unwrap();
-    assert_eq!(stdout.next().unwrap(), r#"{"kind":"interrupted","frame":35,"frames":7}"#);
+    let mut unread = Unread::new(&[]);
+    let mut stdout = BufReader::new(unread.monitor.stdout.take().unwrap()).lines().map(Result::unwrap);
+    unread.send(&Message::InterruptedSample(InterruptedSample::new(35, 7)));
+    assert_eq!(stdout.next().unwrap(), r#"{"kind":"incomplete","frame":35,"frames":7}"#);
     // A signal ends it, with its last record.
-    // SAFETY: sends a signal to the child, which has not been waited for.
-    assert_eq!(unsafe { libc::kill(monitor.id() as i32, libc::SIGINT) }, 0);
+    unread.interrupt();
     assert!(stdout.next().unwrap().starts_with(r#"{"kind":"end","frames":42,"#));
-    assert_eq!(monitor.wait().unwrap().code(), Some(0));
+    assert_eq!(unread.monitor.wait().unwrap().code(), Some(0));
 }
 
 #[test]
 fn a_peer_that_reads_again_gets_the_requests() {
-    let listener = listen_with_small_buffers();
-    let name = format!("tcp:{}", listener.local_addr().unwrap());
-    let mut monitor = start(&["monitor", &name, "--json", "--features"]);
-    let (mut board, _) = listener.accept().unwrap();
-    board.set_nodelay(true).unwrap();
-    board.set_write_timeout(Some(Duration::from_secs(10))).unwrap();
-    let hello = board::hello();
-    for sequence in 0..STARTS {
-        board.write_all(encode(&hello, sequence, &mut [0; LONGEST])).expect("the monitor reads");
-        std::thread::yield_now();
-    }
-    let mut stderr = BufReader::new(monitor.stderr.take().unwrap()).lines().map(Result::unwrap);
-    assert!(stderr.by_ref().any(|line| line.ends_with("does not read requests; they are sent when it does")));
+    let mut unread = Unread::new(&["--features"]);
     // Every request that arrives is whole and in its place.
-    let mut reader = board.try_clone().unwrap();
+    let mut board = unread.board.try_clone().unwrap();
     let requests = std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        reader.read_to_end(&mut bytes).unwrap();
+        board.read_to_end(&mut bytes).unwrap();
         let (mut decoder, mut found) = (Decoder::<16>::new(), Vec::new());
         for byte in bytes {
             if let Some(received) = decoder.push::<Request>(byte) {
@@ -348,10 +373,9 @@ fn a_peer_that_reads_again_gets_the_requests() {
         }
         found
     });
-    assert!(stderr.next().unwrap().ends_with("reads requests again"));
-    // SAFETY: sends a signal to the child, which has not been waited for.
-    assert_eq!(unsafe { libc::kill(monitor.id() as i32, libc::SIGINT) }, 0);
-    assert_eq!(monitor.wait().unwrap().code(), Some(0));
+    assert!(unread.next_line().ends_with("reads requests again"));
+    unread.interrupt();
+    assert_eq!(unread.monitor.wait().unwrap().code(), Some(0));
     let requests = requests.join().unwrap();
     assert_eq!(requests[..2], [Request::Hello, Request::Features(true)]);
     assert!(requests[2..].contains(&Request::Features(true)) && requests.len() > 100, "{requests:?}");
