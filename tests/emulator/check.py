@@ -192,6 +192,27 @@ class Check:
             problems.append(f"{len(tries)} events are sent, expected {len(self.events)}")
         self.say(name, problems)
 
+    def status(self, name):
+        """The host is told which chip and revision it is, and how the board does."""
+        board = Board(self.elf, self.host.frames, faults={40: "overrun"})
+        board.machine.paint_stack()
+        self.host.of_line(board.run(), "--status")
+        problems = []
+        # The lowest word is the last one.
+        if not re.search(r", revision [0-9a-f]{12}, chip 0c0b0a090807060504030201\n", self.host.notes):
+            problems.append(f"the host is told {self.host.notes!r}")
+        pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (\d) events?\n"
+        states = re.findall(pattern, self.host.notes)
+        seconds = [int(state[0]) for state in states]
+        # The clock that the frames have is 0.05 % slow, and the first second has no frames.
+        if not states or seconds != sorted(seconds) or abs(seconds[-1] - board.machine.now / (30 * FRAME)) > 2:
+            problems.append(f"the uptimes are {seconds}")
+        elif not 29.9 < float(states[-1][1] or 0) < 30.1 or [states[-1][at] for at in (2, 4)] != ["1", "2"]:
+            problems.append(f"the last state is {states[-1]}")
+        elif not abs(int(states[-1][3]) - board.machine.deepest_stack()) <= 256:
+            problems.append(f"{states[-1][3]} bytes of stack, expected {board.machine.deepest_stack()}")
+        self.say(name, problems)
+
     def faulty(self, name, faults, missing, said):
         """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
 
@@ -424,6 +445,7 @@ def main():
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
         check.samples()
+        check.status("state of the board")
         check.again("events that are acknowledged", acknowledged=True)
         check.again("events that are not acknowledged", acknowledged=False)
         check.faulty("features", {}, (), [])

@@ -111,7 +111,7 @@ async fn main(_spawner: Spawner) {
     let (mut is_told, restarts) = tell_last_run(hung, &mut line);
     let telemetry = reader.telemetry_mut();
     (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
-    let mut depth = StackDepth::new();
+    let (mut depth, mut second) = (StackDepth::new(), 0);
 
     let pins: [Peri<'static, AnyPin>; 11] = [
         p.PC6.into(),
@@ -158,8 +158,12 @@ async fn main(_spawner: Spawner) {
                 line.absence(absent);
             }
         }
-        reader.set_time(Instant::now().as_millis());
-        reader.telemetry_mut().stack = Some(depth.bytes());
+        let now = Instant::now();
+        reader.set_time(now.as_millis());
+        if second != now.as_secs() {
+            second = now.as_secs();
+            reader.telemetry_mut().stack = Some(depth.bytes());
+        }
         while line.has_room() && (reader.send_held(&mut line) || reader.send_again(&mut line)) {}
         if stage != Stage::Run {
             match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
@@ -391,9 +395,9 @@ fn has_hse() -> bool {
 
 /// Returns the unique number of the chip.
 fn chip_id() -> [u32; 3] {
-    let (words, _) = uid::uid().as_chunks::<4>();
+    let uid = uid::uid();
     let mut id = [0; 3];
-    for (number, word) in id.iter_mut().zip(words) {
+    for (number, word) in id.iter_mut().zip(uid.as_chunks::<4>().0) {
         *number = u32::from_le_bytes(*word);
     }
     id

@@ -223,7 +223,7 @@ fn rows_of_another_width_are_refused() {
 
 /// Returns the number and what is kept of each event that was sent.
 #[derive(Default)]
-struct Numbers(Vec<(u16, u8)>, Option<wstac_core::wire::Telemetry>);
+struct Numbers(Vec<(u16, u8)>, Option<Telemetry>);
 
 impl Outlet for Numbers {
     fn send(&mut self, message: &Message<'_>) {
@@ -239,7 +239,7 @@ impl Outlet for Numbers {
 fn an_event_is_sent_again_until_the_host_has_it() {
     let (mut reader, mut log) = (reader(), Numbers::default());
     reader.answer(Request::KeepEvents(true), &mut log);
-    let mut play = |reader: &mut Reader, log: &mut Numbers| {
+    let play = |reader: &mut Reader, log: &mut Numbers| {
         for t in 0..130 {
             reader.rows(&frame(t), log).unwrap();
         }
