@@ -176,9 +176,7 @@ impl Prices {
         let law = core.laws.get(setting.law.name())?;
         // Instructions of the model per frame, and what it costs with the law.
         let of_model = match model {
-            Some(name) => {
-                core.model(name).and_then(|model| Some((model.frame, *model.laws.get(setting.law.name())?)))
-            }
+            Some(name) => core.model(name).and_then(|model| Some((model.frame, *model.laws.get(setting.law.name())?))),
             None => Some((0, LawOfModel::default())),
         };
         let is_of_path = model.is_some() && setting.law != AnswerLaw::Published;
