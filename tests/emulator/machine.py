@@ -43,6 +43,7 @@ RAM = 0x2400_0000
 NOWHERE = 0x2000_0100
 # The unique number of the chip, and where it is (RM0433, section 61.1).
 UNIQUE_ID, CHIP = 0x1FF1_E800, bytes(range(1, 13))
+BOOTLOADER_STACK = 0x2000_8000  # in memory that the DMA does not reach
 # The byte that the program paints its stack with at its start, too.
 PAINT, STACK_PAINTED = b"\xcc", 0x4000
 PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
@@ -64,7 +65,9 @@ class Stopped(Exception):
 class Machine:
     """The core, its memories and its clock. Peripherals are added."""
 
-    def __init__(self, elf):
+    def __init__(self, elf, bootloader=None):
+        """`bootloader` leaves the state of one that starts the program. It sets neither stack nor vectors."""
+        self.bootloader = bootloader
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M7)
         for base, size in MEMORIES:
@@ -160,7 +163,12 @@ class Machine:
         self.vectors = FLASH
         for register in (UC_ARM_REG_PRIMASK, *STACKED):
             self.uc.reg_write(register, 0)
-        stack, self.pc = struct.unpack("<II", self.uc.mem_read(FLASH, 8))
+        stack, self.pc = struct.unpack("<II", self.uc.mem_read(self.image[0][0], 8))
+        if self.bootloader:
+            self.bootloader()
+            stack = BOOTLOADER_STACK
+        elif self.image[0][0] != FLASH:
+            raise Stopped("the program does not begin where the core starts")
         self.uc.reg_write(UC_ARM_REG_SP, stack)
         self.reset_wanted = False
 
