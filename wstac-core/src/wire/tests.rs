@@ -445,13 +445,16 @@ fn refused(message: &Message) -> Option<Quantity> {
     }
 }
 
+/// Returns the quantity for which an event with this change is refused.
+fn refused_event(change: impl Fn(&mut Answers)) -> Option<Quantity> {
+    let mut answers = answers();
+    change(&mut answers);
+    refused(&Message::Event(answers))
+}
+
 #[test]
 fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
-    let event = |change: &dyn Fn(&mut Answers)| {
-        let mut answers = answers();
-        change(&mut answers);
-        refused(&Message::Event(answers))
-    };
+    let event = |change: &dyn Fn(&mut Answers)| refused_event(change);
     let velocity = |change: &dyn Fn(&mut Velocity)| {
         let mut velocity = Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 };
         change(&mut velocity);
@@ -497,6 +500,11 @@ fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
         assert_eq!(event(&|answers| answers.textures = [None, None, Some(texture)]), expected);
         assert_eq!(refused(&Message::Texture { frame: 0, frames: 70, texture }), expected);
     }
+}
+
+#[test]
+fn impossible_counts_are_refused_and_the_last_possible_ones_are_not() {
+    let event = |change: &dyn Fn(&mut Answers)| refused_event(change);
     let too_many = Some(Quantity::SampleFrames);
     assert_eq!(event(&|answers| answers.frames_filled = 71), too_many);
     assert_eq!(event(&|answers| answers.frames_filled = 255), too_many);

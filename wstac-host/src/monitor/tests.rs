@@ -94,7 +94,7 @@ fn a_start_is_told_from_an_answer() {
     // A board without frames is asked twice, then starts again.
     let (found, _) =
         numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(0)), (2, &hello(0)), (0, &hello(0))]);
-    let expected = [&started(), &[said.clone()][..], &started(), &started(), &[again.clone()], &started()];
+    let expected = [&started(), &[said.clone()][..], &started(), &started(), std::slice::from_ref(&again), &started()];
     assert_eq!(found, expected.concat());
     // Its first message was lost with the power, and so was the note of what was lost with it.
     let (found, last) = numbered(OutputOptions::default(), [(7, &hello(90)), (1, &hello(0))]);
@@ -494,7 +494,7 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
         let which = random.below(contents.len());
         let original = contents[which].clone();
         // A number of a message takes one to four bytes. The version and the sequence stay.
-        for _ in 0..1 + random.below(3) {
+        for _ in 0..=random.below(3) {
             let at = 2 + random.below(original.len() - 2);
             let value = [0, 0x7F, 0x80, 0xC0, 0xFF, random.next() as u8][random.below(6)];
             contents[which][at] = value;
