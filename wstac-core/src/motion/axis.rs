@@ -16,6 +16,10 @@ pub(super) struct Axis {
     pub scatter: f32,
     /// The largest of these distances, in frames.
     pub farthest: f32,
+    /// How far the slowness of a part of the touch is off, at most: in frames per pitch.
+    pub change: f32,
+    /// Whether the touch crosses all lines.
+    pub is_crossed: bool,
     /// The part of the lines' energy that one shape explains, 0 to 1.
     pub coherence: f32,
     /// The number of lines that are lit.
@@ -37,7 +41,8 @@ const FARTHEST_START: i32 = 14 << 16;
 
 impl Axis {
     const fn unknown(lit: u8) -> Self {
-        Self { slowness: 0.0, sd: 0.0, scatter: 0.0, farthest: 0.0, coherence: 0.0, lit }
+        let (change, is_crossed) = (0.0, false);
+        Self { slowness: 0.0, sd: 0.0, scatter: 0.0, farthest: 0.0, change, is_crossed, coherence: 0.0, lit }
     }
 }
 
@@ -76,6 +81,8 @@ pub(super) fn by_coherence(event: &Event<'_>, first: usize) -> Axis {
         sd: step.sd,
         scatter: step.scatter,
         farthest: step.farthest,
+        change: step.change,
+        is_crossed: shapes.is_crossed,
         coherence: step.coherence,
         lit: shapes.lit(),
     }
@@ -112,7 +119,7 @@ pub(super) fn by_edges(event: &Event<'_>, first: usize) -> Axis {
         return Axis::unknown(lit);
     }
     let (slowness, scatter, farthest, coherence) = edges.fit();
-    Axis { slowness, sd: 0.0, scatter, farthest, coherence, lit }
+    Axis { slowness, sd: 0.0, scatter, farthest, change: 0.0, is_crossed: true, coherence, lit }
 }
 
 const _: () = assert!(LINES == crate::params::ROWS && LINES == crate::params::COLUMNS);

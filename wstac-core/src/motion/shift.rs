@@ -19,6 +19,8 @@ pub(super) struct Step {
     pub scatter: f32,
     /// The largest of these distances, in frames.
     pub farthest: f32,
+    /// How far the slowness of a quarter of the frames is off that of all, at most: in frames per pitch.
+    pub change: f32,
 }
 
 /// Fewest frames that all shifted lines must share.
@@ -29,6 +31,11 @@ const MOST_FRAMES: usize = SAMPLE_FRAMES - 4;
 const MARGIN: usize = 5;
 /// Largest step, in frames per pitch.
 const LARGEST_STEP: f32 = 1.5;
+/// Parts of the frames whose slowness must be that of all.
+const PARTS: usize = 4;
+/// Parts that have less than this fraction of the derivative's energy tell nothing.
+const LEAST_TOLD: f32 = 0.03;
+
 /// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
 /// lines have no shape.
 #[inline(never)]
@@ -48,10 +55,18 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         }
     }
     let sum = sum.get(..frames)?;
+    // Windows of three frames, in parts that follow each other.
+    let part = (frames - 2).div_ceil(PARTS);
+    let parts =
+        || (0..PARTS).map(|number| sum.get(number * part..frames.min((number + 1) * part + 2)).unwrap_or_default());
     let (mut mm, mut md, mut dd) = (0_i64, 0_i64, 0_i64);
-    for [before, here, after] in sum.array_windows() {
-        let (m, d) = (i64::from(*here), i64::from(after - before));
-        (mm, md, dd) = (mm + m * m, md + m * d, dd + d * d);
+    let mut of_parts = [[0_i64; 3]; PARTS];
+    for (sums, of_part) in parts().zip(&mut of_parts) {
+        for [before, here, after] in sums.array_windows() {
+            let (m, d) = (i64::from(*here), i64::from(after - before));
+            *of_part = [of_part[0] + m * m, of_part[1] + m * d, of_part[2] + d * d];
+        }
+        (mm, md, dd) = (mm + of_part[0], md + of_part[1], dd + of_part[2]);
     }
     // Twice the derivative, without its part along the shape.
     let along = md as f32 / mm as f32;
@@ -59,27 +74,48 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     if mm == 0 || dd <= 0.0 {
         return None;
     }
+    // The same of each part.
+    let of_parts = of_parts.map(|[mm, md, dd]| {
+        let [mm, md] = [mm as f32, md as f32];
+        [mm, md, dd as f32 - along * (2.0 * md - along * mm)]
+    });
     let mut lines = [[0.0_f32; 3]; LINES];
+    let mut told = [[0.0_f32; PARTS]; LINES];
     let (mut weight, mut moment) = (0.0, 0.0);
-    for ((k, line), place) in shapes.lit_lines().zip(&mut lines) {
+    for ((k, line), (place, told)) in shapes.lit_lines().zip(lines.iter_mut().zip(&mut told)) {
         let shifted = Shifted::new(line, k * slowness, from)?;
+        let mut values = shifted.behind_first();
         let (mut ym, mut yd, mut yy) = (0_i64, 0_i64, 0_i64);
-        for ([before, here, after], y) in sum.array_windows().zip(shifted.behind_first()) {
-            ym += product(y, *here);
-            yd += product(y, after - before);
-            yy += product(y, y);
+        for (sums, told) in parts().zip(told.iter_mut()) {
+            let (mut part_ym, mut part_yd) = (0_i64, 0_i64);
+            for ([before, here, after], y) in sums.array_windows().zip(values.by_ref()) {
+                part_ym += product(y, *here);
+                part_yd += product(y, after - before);
+                yy += product(y, y);
+            }
+            *told = part_yd as f32 - along * part_ym as f32;
+            (ym, yd) = (ym + part_ym, yd + part_yd);
         }
         let gain = ym as f32 / mm as f32;
+        for (told, [mm, md, _]) in told.iter_mut().zip(of_parts) {
+            *told -= gain * (md - along * mm);
+        }
         *place = [gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
         weight += gain * gain;
         moment += k as f32 * gain * gain;
     }
     let middle = moment / weight;
     let (mut numerator, mut spread, mut rest, mut energy, mut lit) = (0.0, 0.0, 0.0, 0.0, 0.0_f32);
-    for (k, &[gain, along_derivative, unlike]) in shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines) {
+    let mut numerators = [0.0; PARTS];
+    for ((k, &[gain, along_derivative, unlike]), told) in
+        shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines).zip(&told)
+    {
         if gain > 0.0 {
             let k = k - middle;
             numerator += k * gain * along_derivative;
+            for (sum, told) in numerators.iter_mut().zip(told) {
+                *sum += k * gain * told;
+            }
             spread += k * k * gain * gain;
             rest += unlike;
             energy += unlike + gain * gain * mm as f32;
@@ -103,8 +139,14 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
             farthest = farthest.max(off.abs());
         }
     }
+    let mut change = 0.0_f32;
+    for (own, [_, _, own_dd]) in numerators.into_iter().zip(of_parts) {
+        if own_dd > LEAST_TOLD * dd {
+            change = change.max((2.0 * (own / (spread * own_dd) - numerator / denominator)).abs());
+        }
+    }
     let scatter = sqrt(squares / ((lit - 2.0).max(1.0) * spread));
-    Some(Step { scatter, farthest, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
+    Some(Step { scatter, farthest, change, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
 }
 
 impl Shapes {
