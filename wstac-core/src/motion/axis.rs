@@ -16,7 +16,7 @@ pub(super) struct Axis {
     pub scatter: f32,
     /// The largest of these distances, in frames.
     pub farthest: f32,
-    /// How far the slowness of a part of the touch is off, at most: in frames per pitch.
+    /// How far the slowness of a part of the touch, or of its leading edges, is off: in frames per pitch.
     pub change: f32,
     /// Whether the touch crosses all lines.
     pub is_crossed: bool,
@@ -36,6 +36,10 @@ const SAME_START: i32 = 1 << 14;
 const ENOUGH: f32 = 0.98;
 /// Most steps from one start.
 const STEPS: u32 = 5;
+/// Slowness from which leading edges are not compared: 5 frames per pitch, in units of 2^-16.
+const SLOW: i32 = 5 << 16;
+/// Weight of the distance between the slowness of leading edges and that of all light, in units of 2^-16: 0.4 of a change.
+const RISING: f32 = 0.4 / 65_536.0;
 /// Most frames per pitch of a start.
 const FARTHEST_START: i32 = 14 << 16;
 
@@ -75,13 +79,15 @@ pub(super) fn by_coherence(event: &Event<'_>, first: usize) -> Axis {
         }
     }
     let Some((slowness, step)) = best else { return Axis::unknown(shapes.lit()) };
+    // Leading edges at a low level. A slower texture passes line by line, and has edges of its own.
+    let rising = if slowness.abs() < SLOW { start(&shapes, LEVELS[1]).abs_diff(slowness) } else { 0 };
     let slowness = slowness as f32 / 65_536.0;
     Axis {
         slowness,
         sd: step.sd,
         scatter: step.scatter,
         farthest: step.farthest,
-        change: step.change,
+        change: step.change.max(rising as f32 * RISING),
         is_crossed: shapes.is_crossed,
         coherence: step.coherence,
         lit: shapes.lit(),

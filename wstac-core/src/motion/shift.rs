@@ -19,7 +19,8 @@ pub(super) struct Step {
     pub scatter: f32,
     /// The largest of these distances, in frames.
     pub farthest: f32,
-    /// How far the slowness of a quarter of the frames is off that of all, at most: in frames per pitch.
+    /// How far the slowness of a quarter of the frames is off that of all, at most, in frames per pitch: times the fourth
+    /// root of the quarter's share of the derivative's energy.
     pub change: f32,
 }
 
@@ -141,8 +142,11 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     }
     let mut change = 0.0_f32;
     for (own, [_, _, own_dd]) in numerators.into_iter().zip(of_parts) {
-        if own_dd > LEAST_TOLD * dd {
-            change = change.max((2.0 * (own / (spread * own_dd) - numerator / denominator)).abs());
+        let share = own_dd / dd;
+        if share > LEAST_TOLD {
+            let off = 2.0 * (own / (spread * own_dd) - numerator / denominator);
+            // What tells little errs more.
+            change = change.max(off.abs() * sqrt(sqrt(share)));
         }
     }
     let scatter = sqrt(squares / ((lit - 2.0).max(1.0) * spread));
