@@ -35,8 +35,8 @@ pub struct Event<'a> {
     pub reliable: bool,
     /// The number of the first lit frame of the touch; `None` unless the trigger gives one event per touch.
     pub touch_frame: Option<u64>,
-    /// The number of the first dark frame behind the touch; `None` if the light has not left, or if the trigger gives
-    /// more than one event per touch.
+    /// The number of the first dark frame behind the touch; `None` if five dark frames have not followed it within the
+    /// sample, or if the trigger gives more than one event per touch.
     pub end_frame: Option<u64>,
 }
 
