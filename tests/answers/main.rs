@@ -186,6 +186,10 @@ fn main() {
         (Kind::Skewed, "edges at up to 15° from the right angle"),
         (Kind::Narrow, "blocks of 6 to 20 mm in width"),
         (Kind::Changing, "speed that changes; compared with that of the first 8 mm"),
+        (Kind::Stop, "a stop within the slide"),
+        (Kind::Slow, "1 to 9 mm/s"),
+        (Kind::Two, "two slides within one sample; compared with the first"),
+        (Kind::Lost, "a twentieth of the frames lost"),
     ] {
         let answered = answers(kind, OTHERS);
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));

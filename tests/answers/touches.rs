@@ -6,6 +6,7 @@ use wstac_core::motion::{self, Motion, MotionConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::TriggerConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
@@ -52,6 +53,14 @@ pub(crate) enum Kind {
     Changing,
     /// The speed changes from 80 to 200 mm/s after 40 mm.
     Step,
+    /// The slide stops for 3 mm at 1 mm/s, somewhere.
+    Stop,
+    /// Speeds below the range: 1 to 9 mm/s.
+    Slow,
+    /// Two slides of 30 mm at 60 to 400 mm/s, at most 45 frames apart; compared with the first.
+    Two,
+    /// A twentieth of the frames is lost.
+    Lost,
 }
 
 /// A touch, and the answers to its first event.
@@ -109,6 +118,17 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
             let profile = SpeedProfile::new(&[[0.0, 80.0], [40.0, 80.0], [42.0, 200.0]]);
             Touch::Slide(Slide { profile, ..Slide::new(specimen, 80.0, degrees) })
         }
+        Kind::Stop => {
+            let [speed, at] = [30.0 * 10.0_f64.powf(between(0.0, 1.0)), between(5.0, 60.0)];
+            let specimen = Specimen { length_mm: length.max(60.0), ..specimen };
+            let stop = [[0.0, speed], [at, speed], [at + 2.0, 1.0], [at + 5.0, 1.0], [at + 7.0, speed]];
+            Touch::Slide(Slide { profile: SpeedProfile::new(&stop), ..Slide::new(specimen, speed, degrees) })
+        }
+        Kind::Slow => Touch::Slide(Slide { speed_mm_s: between(1.0, 9.0), ..slide }),
+        Kind::Two => {
+            let specimen = Specimen { length_mm: 30.0, ..specimen };
+            Touch::Slide(Slide::new(specimen, 60.0 * (20.0_f64 / 3.0).powf(between(0.0, 1.0)), degrees))
+        }
         Kind::Changing => {
             let then = speed * between(0.4, 2.4);
             Touch::Slide(Slide { profile: SpeedProfile::new(&[[0.0, speed], [8.0, speed], [40.0, then]]), ..slide })
@@ -137,6 +157,15 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
         let weak = weak.map(|(row, column)| (row, column, 0.15)).to_vec();
         script.light.weak = Weak::try_from(weak).expect("rows and columns are 1 to 5");
     }
+    if kind == Kind::Two {
+        let specimen = Specimen { length_mm: 30.0, ..Specimen::ALL[between(0.0, 10.0) as usize] };
+        let speed = 60.0 * (20.0_f64 / 3.0).powf(between(0.0, 1.0));
+        script.touches.push(Touch::Slide(Slide::new(specimen, speed, between(0.0, 360.0))));
+        script.gap = between(1.0, 46.0) as u32;
+    }
+    if kind == Kind::Lost {
+        script.sensor.dropped = 0.05;
+    }
     script.sensor.size = FrameSize::new(400, 400).expect("the size is in range");
     script
 }
@@ -146,12 +175,20 @@ fn answer(kind: Kind, number: u64) -> Answered {
     let script = script(kind, number);
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
-    let mut pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
+    // A frame that is lost counts if it is one of the touch.
+    let trigger = TriggerConfig::default();
+    let trigger = if kind == Kind::Lost { trigger.one_event_per_touch() } else { trigger };
+    let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().expect("all parameters are defaults");
     let config = MotionConfig::published(FrameRate::NOMINAL);
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let (mut events, mut motions) = (0, None);
-    while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
-        if let Some(event) = pipeline.push_taxels(&sums).event() {
+    while let Some(shot) = scene.next_shot() {
+        let update = match shot {
+            SimulatedFrame::Taxels(sums) => pipeline.push_taxels(&sums),
+            SimulatedFrame::Lost(frames, _) => pipeline.push_lost(frames.into()),
+            _ => unreachable!("the scene has taxels"),
+        };
+        if let Some(event) = update.event() {
             events += 1;
             if motions.is_none() {
                 motions = Some([motion::by_coherence(&event, config), motion::by_edges(&event, config)]);
