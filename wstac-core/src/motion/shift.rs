@@ -36,6 +36,8 @@ const LARGEST_STEP: f32 = 1.5;
 const PARTS: usize = 4;
 /// Parts that have less than this fraction of the derivative's energy tell nothing.
 const LEAST_TOLD: f32 = 0.03;
+/// Unit of the sums of parts.
+const TOLD: f32 = 256.0;
 
 /// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
 /// lines have no shape.
@@ -57,17 +59,16 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     }
     let sum = sum.get(..frames)?;
     // Windows of three frames, in parts that follow each other.
-    let part = (frames - 2).div_ceil(PARTS);
-    let parts =
-        || (0..PARTS).map(|number| sum.get(number * part..frames.min((number + 1) * part + 2)).unwrap_or_default());
+    let length = (frames - 2).div_ceil(PARTS);
     let (mut mm, mut md, mut dd) = (0_i64, 0_i64, 0_i64);
-    let mut of_parts = [[0_i64; 3]; PARTS];
-    for (sums, of_part) in parts().zip(&mut of_parts) {
-        for [before, here, after] in sums.array_windows() {
+    let mut of_shape = [[0.0_f32; 3]; PARTS];
+    for (number, of_part) in of_shape.iter_mut().enumerate() {
+        let before = [mm, md, dd];
+        for [before, here, after] in part(sum, number * length, length).array_windows() {
             let (m, d) = (i64::from(*here), i64::from(after - before));
-            *of_part = [of_part[0] + m * m, of_part[1] + m * d, of_part[2] + d * d];
+            (mm, md, dd) = (mm + m * m, md + m * d, dd + d * d);
         }
-        (mm, md, dd) = (mm + of_part[0], md + of_part[1], dd + of_part[2]);
+        *of_part = [told(mm - before[0]), told(md - before[1]), told(dd - before[2])];
     }
     // Twice the derivative, without its part along the shape.
     let along = md as f32 / mm as f32;
@@ -75,48 +76,33 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
     if mm == 0 || dd <= 0.0 {
         return None;
     }
-    // The same of each part.
-    let of_parts = of_parts.map(|[mm, md, dd]| {
-        let [mm, md] = [mm as f32, md as f32];
-        [mm, md, dd as f32 - along * (2.0 * md - along * mm)]
-    });
     let mut lines = [[0.0_f32; 3]; LINES];
-    let mut told = [[0.0_f32; PARTS]; LINES];
+    let mut of_lines = [[[0.0_f32; 2]; PARTS]; LINES];
     let (mut weight, mut moment) = (0.0, 0.0);
-    for ((k, line), (place, told)) in shapes.lit_lines().zip(lines.iter_mut().zip(&mut told)) {
+    for ((k, line), (place, of_line)) in shapes.lit_lines().zip(lines.iter_mut().zip(&mut of_lines)) {
         let shifted = Shifted::new(line, k * slowness, from)?;
-        let mut values = shifted.behind_first();
         let (mut ym, mut yd, mut yy) = (0_i64, 0_i64, 0_i64);
-        for (sums, told) in parts().zip(told.iter_mut()) {
-            let (mut part_ym, mut part_yd) = (0_i64, 0_i64);
-            for ([before, here, after], y) in sums.array_windows().zip(values.by_ref()) {
-                part_ym += product(y, *here);
-                part_yd += product(y, after - before);
+        for (number, of_part) in of_line.iter_mut().enumerate() {
+            let before = [ym, yd];
+            let first = number * length;
+            for ([before, here, after], y) in part(sum, first, length).array_windows().zip(shifted.behind(first + 1)) {
+                ym += product(y, *here);
+                yd += product(y, after - before);
                 yy += product(y, y);
             }
-            *told = part_yd as f32 - along * part_ym as f32;
-            (ym, yd) = (ym + part_ym, yd + part_yd);
+            *of_part = [told(ym - before[0]), told(yd - before[1])];
         }
         let gain = ym as f32 / mm as f32;
-        for (told, [mm, md, _]) in told.iter_mut().zip(of_parts) {
-            *told -= gain * (md - along * mm);
-        }
         *place = [gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
         weight += gain * gain;
         moment += k as f32 * gain * gain;
     }
     let middle = moment / weight;
     let (mut numerator, mut spread, mut rest, mut energy, mut lit) = (0.0, 0.0, 0.0, 0.0, 0.0_f32);
-    let mut numerators = [0.0; PARTS];
-    for ((k, &[gain, along_derivative, unlike]), told) in
-        shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines).zip(&told)
-    {
+    for (k, &[gain, along_derivative, unlike]) in shapes.lit_lines().map(|(k, _)| k as f32).zip(&lines) {
         if gain > 0.0 {
             let k = k - middle;
             numerator += k * gain * along_derivative;
-            for (sum, told) in numerators.iter_mut().zip(told) {
-                *sum += k * gain * told;
-            }
             spread += k * k * gain * gain;
             rest += unlike;
             energy += unlike + gain * gain * mm as f32;
@@ -141,10 +127,17 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         }
     }
     let mut change = 0.0_f32;
-    for (own, [_, _, own_dd]) in numerators.into_iter().zip(of_parts) {
-        let share = own_dd / dd;
+    for (number, [mm, md, part_dd]) in of_shape.into_iter().enumerate() {
+        let part_dd = part_dd - along * (2.0 * md - along * mm);
+        let share = part_dd * TOLD / dd;
         if share > LEAST_TOLD {
-            let off = 2.0 * (own / (spread * own_dd) - numerator / denominator);
+            let mut own = 0.0;
+            for ((k, _), (&[gain, ..], of_line)) in shapes.lit_lines().zip(lines.iter().zip(&of_lines)) {
+                if let Some([ym, yd]) = of_line.get(number) {
+                    own += (k as f32 - middle) * gain * (yd - along * ym - gain * (md - along * mm));
+                }
+            }
+            let off = 2.0 * (own / (spread * part_dd) - numerator / denominator);
             // What tells little errs more.
             change = change.max(off.abs() * sqrt(sqrt(share)));
         }
@@ -159,6 +152,19 @@ impl Shapes {
         let lines = (-(LINES as i32) / 2..).zip(self.lines.iter().zip(&self.is_lit));
         lines.filter(|(_, (_, is_lit))| **is_lit).map(|(k, (line, _))| (k, line))
     }
+}
+
+// Neither is inlined: small code counts here.
+/// Returns the windows of three frames of a part of the shape, from `first` on.
+#[inline(never)]
+fn part(sum: &[i32], first: usize, length: usize) -> &[i32] {
+    sum.get(first..sum.len().min(first + length + 2)).unwrap_or_default()
+}
+
+/// Returns a sum of a part in units of [`TOLD`]: less than 2^36 fits 32 bits, which a core turns to a number at once.
+#[inline(never)]
+fn told(sum: i64) -> f32 {
+    (sum >> 8) as i32 as f32
 }
 
 /// Returns the product of a shifted line's light and a number of at most 17 bits: 31 bits hold it.
@@ -197,9 +203,9 @@ impl<'a> Shifted<'a> {
         self.of(self.values)
     }
 
-    /// Returns the values behind the first one.
-    fn behind_first(&self) -> impl Iterator<Item = i32> + use<'_> {
-        self.of(self.values.get(1..).unwrap_or_default())
+    /// Returns the values behind the first `frames`.
+    fn behind(&self, frames: usize) -> impl Iterator<Item = i32> + use<'_> {
+        self.of(self.values.get(frames..).unwrap_or_default())
     }
 
     fn of(&self, values: &'a [i16]) -> impl Iterator<Item = i32> + use<'_> {
