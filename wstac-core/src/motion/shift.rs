@@ -77,11 +77,13 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         return None;
     }
     let mut lines = [[0.0_f32; 3]; LINES];
-    let mut of_lines = [[[0.0_f32; 2]; PARTS]; LINES];
+    // Sums over lines of what their light tells of a part, and of that times the line's number.
+    let mut of_lines = [[0.0_f32; 2]; PARTS];
     let (mut weight, mut moment) = (0.0, 0.0);
-    for ((k, line), (place, of_line)) in shapes.lit_lines().zip(lines.iter_mut().zip(&mut of_lines)) {
+    for ((k, line), place) in shapes.lit_lines().zip(&mut lines) {
         let shifted = Shifted::new(line, k * slowness, from)?;
         let (mut ym, mut yd, mut yy) = (0_i64, 0_i64, 0_i64);
+        let mut of_line = [0.0; PARTS];
         for (number, of_part) in of_line.iter_mut().enumerate() {
             let before = [ym, yd];
             let first = number * length;
@@ -90,9 +92,13 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
                 yd += product(y, after - before);
                 yy += product(y, y);
             }
-            *of_part = [told(ym - before[0]), told(yd - before[1])];
+            *of_part = told(yd - before[1]) - along * told(ym - before[0]);
         }
         let gain = ym as f32 / mm as f32;
+        for (sums, of_part) in of_lines.iter_mut().zip(of_line) {
+            let told = gain * of_part;
+            *sums = [sums[0] + told, sums[1] + k as f32 * told];
+        }
         *place = [gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
         weight += gain * gain;
         moment += k as f32 * gain * gain;
@@ -127,17 +133,12 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         }
     }
     let mut change = 0.0_f32;
-    for (number, [mm, md, part_dd]) in of_shape.into_iter().enumerate() {
+    for ([mm, md, part_dd], [sum, moment]) in of_shape.into_iter().zip(of_lines) {
         let part_dd = part_dd - along * (2.0 * md - along * mm);
         let share = part_dd * TOLD / dd;
         if share > LEAST_TOLD {
-            let mut own = 0.0;
-            for ((k, _), (&[gain, ..], of_line)) in shapes.lit_lines().zip(lines.iter().zip(&of_lines)) {
-                if let Some([ym, yd]) = of_line.get(number) {
-                    own += (k as f32 - middle) * gain * (yd - along * ym - gain * (md - along * mm));
-                }
-            }
-            let off = 2.0 * (own / (spread * part_dd) - numerator / denominator);
+            // The shape itself tells nothing: the sum of (k - middle) times the square of the gain is 0.
+            let off = 2.0 * ((moment - middle * sum) / (spread * part_dd) - numerator / denominator);
             // What tells little errs more.
             change = change.max(off.abs() * sqrt(sqrt(share)));
         }
