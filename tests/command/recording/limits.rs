@@ -176,3 +176,82 @@ fn a_pipe_is_no_recording() {
     }
     assert!(start.elapsed().as_secs() < 10);
 }
+
+/// Writes a data set whose samples take little room in the file: `X` and `X_path` have this many, and `y` their labels.
+const BOMB: &str = "\
+import sys, zipfile
+path, n, descr, label = sys.argv[1], int(sys.argv[2]), sys.argv[3], bytes.fromhex(sys.argv[4])
+def npy(descr, shape):
+    text = f\"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\\n\".encode()
+    return b'\\x93NUMPY\\x01\\x00' + len(text).to_bytes(2, 'little') + text
+with zipfile.ZipFile(path, 'w', zipfile.ZIP_DEFLATED, compresslevel=1) as file:
+    for name, descr, shape, element in [(X, '<i2', (n, 10, 70), b'\\1\\0' * 700) for X in ('X', 'X_path')] + [('y', descr, (n,), label)]:
+        with file.open(name + '.npy', 'w') as out:
+            out.write(npy(descr, shape))
+            for first in range(0, n, 1000):
+                out.write(element * min(1000, n - first))
+";
+
+/// A data set of a few hundred kilobytes may have gigabytes of samples or labels.
+#[test]
+fn samples_and_labels_that_compress_well_take_little_memory() {
+    let folder = Folder::new("recording-limits-samples");
+    let bomb = |name: &str, samples: u32, descr: &str, label: &str| {
+        let arguments = [name, &samples.to_string(), descr, label];
+        let done = Command::new("python3").args(["-c", BOMB]).args(arguments).current_dir(&folder.0).output().unwrap();
+        assert!(done.status.success(), "{}", said(&done));
+        assert!(fs::metadata(folder.0.join(name)).unwrap().len() < 4 << 20);
+    };
+    bomb("many.npz", 400_000, "<i8", "0100000000000000");
+    bomb("less.npz", 100_000, "<i8", "0100000000000000");
+    for (file, part) in [("many.npz", ": 400000 samples, expected"), ("less.npz", ": 100000 samples take up to")] {
+        for arguments in [
+            &["model", "learn", "builtin:embedding", file, "-o", "new.wsm"][..],
+            &["model", "calibrate", "builtin:svm", file, file, "-o", "new.wsm"],
+            &["train", file, "--input", "frames", "-o", "new.wsm"],
+            &["model", "eval", "builtin:svm", file],
+        ] {
+            let done = limited(&folder, arguments);
+            let code = done.status.code();
+            if arguments[1] == "eval" {
+                // Of each sample, only the answer is kept.
+                assert!(matches!(code, Some(0 | 1)), "{arguments:?}: {}", said(&done));
+                continue;
+            }
+            assert_eq!(code, Some(1), "{arguments:?}: {}", said(&done));
+            assert!(said(&done).contains(&format!("{file}: array X")), "{arguments:?}: {}", said(&done));
+            assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
+            assert_eq!(said(&done).lines().filter(|line| line.starts_with("wstac: ")).count(), 1, "{}", said(&done));
+        }
+    }
+    bomb("texts.npz", 10_000, "<U1000", &"41000000".repeat(1000));
+    let done = limited(&folder, &["train", "texts.npz", "--input", "frames", "-o", "new.wsm"]);
+    assert!(said(&done).contains("array y: has more than 8 MB of text"), "{}", said(&done));
+}
+
+/// Frames of which a few take all the memory are refused, and nothing stays behind.
+#[test]
+fn large_frames_are_refused_where_there_is_little_memory() {
+    let folder = Folder::new("recording-limits-frames");
+    folder.file("s.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [8000, 8000]\n");
+    for (compression, name) in [("", "plain.mcap"), ("--compress=lz4", "lz4.mcap")] {
+        let arguments = ["record", "scene:s.toml", "--frames", "1", "-o", name, compression];
+        let arguments = &arguments[..if compression.is_empty() { 6 } else { 7 }];
+        let done = limited(&folder, arguments);
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(said(&done).contains("frames of 61 MB"), "{}", said(&done));
+        assert_eq!(folder.names(), ["peak", "s.toml"]);
+        let done = Command::new(wstac()).args(arguments).current_dir(&folder.0).output().unwrap();
+        assert!(done.status.success(), "{}", said(&done));
+        for arguments in [&["recover", name, "-o", "new.mcap"][..], &["run", name], &["dataset", name, "-o", "new.npz"]]
+        {
+            let done = limited(&folder, arguments);
+            assert!(matches!(done.status.code(), Some(0 | 1)), "{arguments:?}: {}", said(&done));
+            for new in ["new.mcap", "new.npz", "new.npz.part"] {
+                let _ = fs::remove_file(folder.0.join(new));
+            }
+            assert_eq!(folder.names(), [name, "peak", "s.toml"], "{arguments:?}");
+        }
+        fs::remove_file(folder.0.join(name)).unwrap();
+    }
+}

@@ -4,6 +4,8 @@
 //! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
 //! none; there the numbers and times of frames give the places, and the index their count.
 //!
+//! The places also say which moments are there already, so that none is copied twice, and none behind a later one.
+//!
 //! A recovery is a success only if all frames are accounted for, and if the new file was read like any recording.
 //!
 //! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
@@ -19,8 +21,9 @@ use mcap::write::Metadata;
 use mcap::{McapError, Schema};
 
 use super::about::{About, is_description};
+use super::compression::Compression;
 use super::file::{RecordingFile, Topic};
-use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING};
+use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::{lost_frames, lost_line};
 use super::reserved::give_back_of_killed;
@@ -130,6 +133,12 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     let has_sums = stated.has_sums;
     if has_sums || !description.is_empty() {
         walk.set_own();
+    }
+    if let Ok(Some(about)) = &about
+        && !about.info.taxels_only
+    {
+        let frames = if compression == Compression::None { 3 } else { 6 };
+        check_memory(&old.display(), about.info.frame_bytes(), frames)?;
     }
     // Without a description, the checksums still belong to a recording of this program.
     // The new file may have another name until it is whole.
