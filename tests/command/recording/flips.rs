@@ -138,7 +138,7 @@ pub(super) struct Outcome {
 
 /// Runs and recovers these bytes.
 pub(super) fn outcome(folder: &Folder, bytes: &[u8]) -> Outcome {
-    let [old, new] = ["damaged.mcap", "recovered.mcap"].map(|name| folder.0.join(name));
+    let [old, new] = ["x.mcap", "y.mcap"].map(|name| folder.0.join(name));
     fs::write(&old, bytes).unwrap();
     let _ = fs::remove_file(&new);
     let [old, new] = [&old, &new].map(|path| path.to_str().unwrap());
