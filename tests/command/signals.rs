@@ -291,6 +291,7 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
         let done = Command::new("bash").args(["-c", &script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
         assert_eq!(done.status.code(), Some(1), "{command}: {}", said(&done));
         assert!(said(&done).contains("new"), "{command}: {}", said(&done));
+        assert!(!said(&done).contains(".wstac-"), "{command}: {}", said(&done));
         let _ = fs::remove_dir(folder.0.join("new"));
         // The unfinished part of a data set is kept on purpose.
         let _ = fs::remove_file(folder.0.join("new.npz.part"));

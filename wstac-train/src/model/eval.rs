@@ -12,8 +12,14 @@ use super::npz::{Array, Npz};
 use super::trained::in_file_order;
 use wstac_host::error::Error;
 
-/// Largest number of samples in a data set.
+/// Largest number of samples in a data set whose samples are read one after the other.
 const MOST_SAMPLES: u64 = 1 << 24;
+/// Largest number of samples that are in memory at a time.
+pub(crate) const MOST_KEPT: u64 = 1 << 18;
+/// Bytes of memory that a sample takes at most, with what is computed of it.
+const BYTES_KEPT: usize = 8 * size_of::<[i16; INPUTS]>();
+/// Most bytes of the labels of a data set, or of its other texts.
+const MOST_TEXT: usize = 8 << 20;
 /// Largest number of different labels.
 const MOST_LABELS: usize = 1024;
 /// Longest label, in code points.
@@ -103,8 +109,9 @@ pub fn array_of(input: Input) -> &'static str {
 /// The file cannot be used; the message names the part.
 pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<[i16; INPUTS]>, Option<Truth>), Error> {
     let npz = Npz::open(path)?;
-    let mut samples = Vec::new();
-    of_model(model, &npz, |sample| samples.push(*sample))?;
+    let array = array_of(model.input());
+    let mut samples = Vec::with_capacity(kept(&npz, array, 0)?);
+    each_sample(&npz, array, 0..=MOST_KEPT, |sample| samples.push(in_file_order(sample)))?;
     let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
     Ok((samples, truth))
 }
@@ -114,14 +121,25 @@ fn labels_of(model: &Model) -> Vec<String> {
 }
 
 fn classifications(model: &Model, npz: &Npz) -> Result<Vec<Classification>, Error> {
+    let array = array_of(model.input());
     let mut found = Vec::new();
-    of_model(model, npz, |sample| found.push(model.classification(sample)))?;
+    let n = opened(npz, array, &(0..=MOST_SAMPLES))?.1 as usize;
+    found.try_reserve_exact(n).map_err(|_| npz.error(array, format_args!("not enough memory for {n} answers")))?;
+    each_sample(npz, array, 0..=MOST_SAMPLES, |sample| found.push(model.classification(&in_file_order(sample))))?;
     Ok(found)
 }
 
-/// Passes every sample that a model takes to `give`, in the order of a model file.
-fn of_model(model: &Model, npz: &Npz, mut give: impl FnMut(&[i16; INPUTS])) -> Result<(), Error> {
-    each_sample(npz, array_of(model.input()), 0..=MOST_SAMPLES, |sample| give(&in_file_order(sample)))
+/// Returns the number of samples of an array that are all kept in memory, of which there is enough.
+pub(crate) fn kept(npz: &Npz, name: &str, least: u64) -> Result<usize, Error> {
+    let n = opened(npz, name, &(least..=MOST_KEPT))?.1 as usize;
+    let bytes = n.saturating_mul(BYTES_KEPT);
+    let mut room = Vec::<u8>::new();
+    // The room is asked for, although nothing is written to it.
+    std::hint::black_box(&mut room).try_reserve_exact(bytes).map_err(|_| {
+        let mb = bytes.div_ceil(1 << 20);
+        npz.error(name, format_args!("{n} samples take up to {mb} MB of memory, expected at most what there is"))
+    })?;
+    Ok(n)
 }
 
 /// Passes every sample of an array to `give`, in the order of the data set.
@@ -131,7 +149,20 @@ pub(crate) fn each_sample(
     expected: RangeInclusive<u64>,
     mut give: impl FnMut(&[i16; INPUTS]),
 ) -> Result<(), Error> {
-    let mut array = npz.array(name)?;
+    let (mut array, n) = opened(npz, name, &expected)?;
+    let mut bytes = [0; 2 * INPUTS];
+    let mut sample = [0; INPUTS];
+    for _ in 0..n {
+        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
+        sample.iter_mut().zip(bytes.as_chunks().0).for_each(|(number, bytes)| *number = i16::from_le_bytes(*bytes));
+        give(&sample);
+    }
+    Ok(())
+}
+
+/// Opens an array of samples, and returns their number, too.
+fn opened(npz: &Npz, name: &str, expected: &RangeInclusive<u64>) -> Result<(Array, u64), Error> {
+    let array = npz.array(name)?;
     let n = match array.shape[..] {
         [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
         [n, inputs] if inputs == INPUTS as u64 => n,
@@ -142,18 +173,11 @@ pub(crate) fn each_sample(
         return Err(npz.error(name, message));
     }
     if !expected.contains(&n) {
-        let (least, most) = expected.into_inner();
-        let range = if least == 0 { format!("at most {most}") } else { format!("{least} to {most}") };
+        let (least, most) = (expected.start(), expected.end());
+        let range = if *least == 0 { format!("at most {most}") } else { format!("{least} to {most}") };
         return Err(npz.error(name, format_args!("{n} samples, expected {range}")));
     }
-    let mut bytes = [0; 2 * INPUTS];
-    let mut sample = [0; INPUTS];
-    for _ in 0..n {
-        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        sample.iter_mut().zip(bytes.as_chunks().0).for_each(|(number, bytes)| *number = i16::from_le_bytes(*bytes));
-        give(&sample);
-    }
-    Ok(())
+    Ok((array, n))
 }
 
 /// Returns the names of arrays that may have the labels of a task, the first that is there first.
@@ -228,9 +252,14 @@ pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Erro
         npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
     })?;
     let mut bytes = vec![0; text.bytes()];
+    let mut left = MOST_TEXT;
     let read = (0..n).map(|_| {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        Ok(text.read(&bytes))
+        let text = text.read(&bytes);
+        left = left.checked_sub(text.len()).ok_or_else(|| {
+            npz.error(name, format_args!("has more than {} MB of text, expected less", MOST_TEXT >> 20))
+        })?;
+        Ok(text)
     });
     read.collect()
 }

@@ -172,7 +172,9 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         read.map(|number| f32::from(*number) / FEATURE_ONE as f32).collect()
     };
     let classes: Vec<u8> = fitted.iter().map(|slide| class_of(slide) as u8).collect();
-    let all: Vec<f32> = fitted.iter().filter_map(|slide| slide.numbers.as_deref()).flat_map(numbers).collect();
+    // Not more memory than they take.
+    let mut all: Vec<f32> = Vec::with_capacity(fitted.len() * INPUTS);
+    all.extend(fitted.iter().filter_map(|slide| slide.numbers.as_deref()).flat_map(numbers));
     let inputs = frames * SAMPLE_FEATURES;
     let samples = Samples { inputs, numbers: &all, classes: &classes, count: labels.len() };
     let linear = logistic::fit(&samples, LIMITS).map_err(|message| wrong(&subject, message))?;
@@ -242,6 +244,7 @@ fn calibrated(words: &[u32], fitted: &LabeledSamples, kept: &LabeledSamples) -> 
 /// Returns slides as a model file takes them.
 fn of_file(slides: &[&LabeledSlide], labels: &[String]) -> LabeledSamples {
     let mut samples = LabeledSamples { names: labels.to_vec(), ..LabeledSamples::default() };
+    samples.numbers.reserve_exact(slides.len());
     for slide in slides {
         let label = labels.iter().position(|label| *label == slide.label);
         if let (Some(numbers), Some(label)) = (slide.in_file_order(), label) {

@@ -10,12 +10,9 @@ use crate::dataset::arrays::name;
 use crate::dataset::path::PathSlide;
 use crate::dataset::random::RandomSweep;
 use crate::dataset::recordings::Recording;
-use crate::model::eval::{array_of, each_sample, label_arrays, texts};
+use crate::model::eval::{MOST_KEPT, array_of, each_sample, kept, label_arrays, texts};
 use crate::model::npz::Npz;
 use crate::model::trained::{in_file_order, in_set_order};
-
-/// Largest number of samples in a data set, all of which are in memory.
-const MOST_SAMPLES: u64 = 1 << 20;
 
 /// A slide with its label.
 #[derive(Clone, Debug)]
@@ -172,8 +169,8 @@ impl TrainingSet {
 
 /// Reads the samples of a data set. One that is zero throughout is none.
 fn samples(npz: &Npz, name: &str) -> Result<Vec<Option<Box<[i16; INPUTS]>>>, Error> {
-    let mut samples = Vec::new();
-    each_sample(npz, name, 1..=MOST_SAMPLES, |sample| {
+    let mut samples = Vec::with_capacity(kept(npz, name, 1)?);
+    each_sample(npz, name, 1..=MOST_KEPT, |sample| {
         samples.push(sample.iter().any(|number| *number != 0).then(|| Box::new(*sample)));
     })?;
     Ok(samples)

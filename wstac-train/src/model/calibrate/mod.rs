@@ -45,19 +45,17 @@ impl LabeledSamples {
     /// # Errors
     /// The data set cannot be read, or has no labels.
     pub fn read(model: &Model, path: &Path) -> Result<Self, Error> {
-        let (numbers, truth) = eval::labeled(model, path)?;
-        let Some(truth) = truth else {
+        let (mut numbers, truth) = eval::labeled(model, path)?;
+        let Some(eval::Truth { labels: names, numbers: mut labels, .. }) = truth else {
             let message = "has no labels, expected the array y, y_specimen, y_pattern or y_depth";
             return Err(Error::new(ErrorKind::Data, path.display(), message));
         };
-        let mut samples = Self { names: truth.labels.clone(), ..Self::default() };
-        for (numbers, label) in numbers.into_iter().zip(truth.numbers) {
-            if numbers.iter().any(|&number| number != 0) {
-                samples.numbers.push(numbers);
-                samples.labels.push(label);
-            }
-        }
-        Ok(samples)
+        // No second list of them: they may take most of the memory.
+        let is_sample = |numbers: &[i16; INPUTS]| numbers.iter().any(|&number| number != 0);
+        let mut there = numbers.iter().map(is_sample);
+        labels.retain(|_| there.next() == Some(true));
+        numbers.retain(is_sample);
+        Ok(Self { numbers, labels, names })
     }
 
     /// Returns the samples of recordings that a model of this input takes, with their specimens.
@@ -90,7 +88,11 @@ impl LabeledSamples {
             }) as u16
         };
         let numbers: Vec<u16> = other.names.into_iter().map(number).collect();
-        self.numbers.extend(other.numbers);
+        if self.numbers.is_empty() {
+            self.numbers = other.numbers;
+        } else {
+            self.numbers.extend(other.numbers);
+        }
         self.labels.extend(other.labels.iter().filter_map(|&label| numbers.get(usize::from(label))));
     }
 
