@@ -125,7 +125,7 @@ impl Job {
         Err(Error::new(ErrorKind::AlreadyExists, self.output.display(), message))
     }
 
-    /// Reads all sets, or simulates the empty sweep.
+    /// Reads all sets; without any, simulates slides by default.
     fn gathered(&self, stop: &AtomicBool) -> Result<TrainingSet, Error> {
         let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
         let options = &self.options;

@@ -64,9 +64,9 @@ pub struct RandomSweep {
 }
 
 impl Default for RandomSweep {
-    /// Returns the empty sweep: ten specimens at any speed, direction and length, on many sensors.
+    /// Returns the default: ten specimens at any speed, direction and length, on many sensors.
     fn default() -> Self {
-        Self::checked(&File::default()).unwrap_or_else(|message| unreachable!("the empty sweep: {message}"))
+        Self::checked(&File::default()).unwrap_or_else(|message| unreachable!("the defaults: {message}"))
     }
 }
 
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_empty_sweep_covers_what_models_promise() {
+    fn the_defaults_cover_what_models_promise() {
         let sweep = RandomSweep::parse("s", "").unwrap();
         assert_eq!(sweep, RandomSweep::default());
         assert_eq!((sweep.slides.speeds_mm_s, sweep.slides.directions_deg), ([50.0, 300.0], [0.0, 360.0]));

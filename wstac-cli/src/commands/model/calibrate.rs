@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::plural::counted;
 use wstac_train::model::calibrate::{LabeledSamples, Projection, Settings, calibrate_with, inputs_of, without};
 
 use super::super::files::Outputs;
@@ -91,13 +92,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let quality = found.held_out;
     let known = quality.known.map_or_else(
         || "does not tell what is unknown".to_owned(),
-        |known| format!("{:.1} % of them are known in {} dimensions", 100.0 * known, found.dimensions),
+        |known| format!("{:.1} % of them are known in {}", 100.0 * known, counted(found.dimensions, "dimension")),
     );
     note(format_args!(
-        "{}: {} bytes; {} samples held out: {:.1} % right, confidence off by {:.4} on average; {known}",
+        "{}: {} bytes; {} held out: {:.1} % right, confidence off by {:.4} on average; {known}",
         output.display(),
         bytes.len(),
-        quality.samples,
+        counted(quality.samples, "sample"),
         100.0 * quality.accuracy,
         quality.calibration_error
     ));

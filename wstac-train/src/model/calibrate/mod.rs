@@ -13,6 +13,7 @@ use wstac_core::model::calibration::{CONFIDENCE_ONE, MOST_DIMENSIONS};
 use wstac_core::model::file::{INPUTS, Input, crc};
 use wstac_core::params::FEATURE_ONE;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::plural::counted;
 
 use super::eval;
 use super::trained::in_file_order;
@@ -52,7 +53,7 @@ impl LabeledSamples {
         };
         let mut samples = Self { names: truth.labels.clone(), ..Self::default() };
         for (numbers, label) in numbers.into_iter().zip(truth.numbers) {
-            if numbers.iter().any(|&number| number != 0) {
+            if eval::is_sample(&numbers) {
                 samples.numbers.push(numbers);
                 samples.labels.push(label);
             }
@@ -137,7 +138,7 @@ pub struct Calibrated {
 pub struct Quality {
     /// The number of samples.
     pub samples: usize,
-    /// The fraction of right answers.
+    /// The fraction of samples with a right answer. One that is said to be unknown has none.
     pub accuracy: f64,
     /// The expected calibration error: the mean difference between confidence and accuracy, over 15 ranges of
     /// confidence.
@@ -156,7 +157,7 @@ impl Quality {
             let is_right = u16::from(found.class) == label;
             let confidence = f64::from(found.confidence.unwrap_or(0)) / f64::from(CONFIDENCE_ONE);
             answers.push((confidence, is_right));
-            right += usize::from(is_right);
+            right += usize::from(is_right && found.known != Some(false));
             known += usize::from(found.known == Some(true));
         }
         let n = samples.numbers.len().max(1) as f64;
@@ -222,11 +223,8 @@ pub fn calibrate_with(
     let classes = model.labels().len();
     let held_out = held_out.of_classes(classes);
     if held_out.numbers.len() < 2 * classes {
-        return Err(format!(
-            "{} samples of its classes are held out, expected at least {}",
-            held_out.numbers.len(),
-            2 * classes
-        ));
+        let found = counted(held_out.numbers.len(), "sample");
+        return Err(format!("has {found} of the model's classes, expected at least {}", 2 * classes));
     }
     let mut scored = Scored::default();
     for (numbers, &label) in held_out.numbers.iter().zip(&held_out.labels) {
