@@ -44,8 +44,8 @@ MIXED = (
 
 
 def models():
-    """Returns the models by name."""
-    files = [file for folder in ("path", ".", "tradeoff") for file in sorted(ROOT.glob(f"wstac-host/models/{folder}/*.wsm"))]
+    """Returns the models by name: all but embeddings, which say nothing about specimens."""
+    files = [file for folder in ("path", ".", "tradeoff") for file in sorted(ROOT.glob(f"wstac-host/models/{folder}/*.wsm")) if "embedding" not in file.name]
     return {file.name: file for file in files}
 
 
