@@ -53,7 +53,15 @@ fn from_a_trainers_file_to_answers() {
     let data = folder.file("data.npz", &data);
     let all = good(&["eval", out, text(&data), "--json"]);
     let found: serde_json::Value = serde_json::from_str(&all).unwrap();
-    assert_eq!(found, serde_json::json!({"n": 4, "accuracy": 0.75, "predictions": ["Fla", "Saw", "Fla", "Saw"]}));
+    let expected = serde_json::json!({
+        "n": 4,
+        "right": 3,
+        "accuracy": 0.75,
+        "answered": 4,
+        "accuracy_of_answered": 0.75,
+        "predictions": ["Fla", "Saw", "Fla", "Saw"],
+    });
+    assert_eq!(found, expected);
     assert!(good(&["eval", out, text(&data)]).contains("75.00 % right: 3 of 4 samples, by y_pattern"));
     let large = zip64(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
     assert_eq!(good(&["eval", out, text(&folder.file("large.npz", &large)), "--json"]), all);

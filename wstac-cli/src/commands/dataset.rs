@@ -141,6 +141,7 @@ With --input path or taxel-path:
     directions = [0, 360]     # degrees, from and to
     lengths = [60, 120]       # mm, from and to
     sensors = 500             # different simulated sensors
+    first_sensor = 0          # the first; 1000 has none of the others
     seed = 1
     test = 0.2                # fraction of the sensors for tests
   Without a file the defaults hold, which takes about a minute on two

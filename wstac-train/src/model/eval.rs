@@ -29,7 +29,7 @@ pub struct Answers {
     pub predictions: Vec<u8>,
     /// The confidence of each answer in units of 2^-15; `None` for a model without a calibration.
     pub confidences: Option<Vec<u16>>,
-    /// Whether each sample is known; `None` if the model does not tell.
+    /// Whether each sample is known; `None` if the model does not tell. A row without a sample is not.
     pub known: Option<Vec<bool>>,
     /// Whether each row holds a sample: a row of zeros holds none, such as that of a slide without a velocity.
     pub has_sample: Vec<bool>,
@@ -98,7 +98,7 @@ pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let labels = labels_of(model);
     let truth = truth(&npz, model.task(), &labels, predictions.len())?;
     let confidences = found.iter().map(|answer| answer.confidence).collect();
-    let known = found.iter().map(|answer| answer.known).collect();
+    let known = found.iter().zip(&has_sample).map(|(answer, has)| answer.known.map(|known| known && *has)).collect();
     Ok(Answers { labels, predictions, confidences, known, has_sample, truth })
 }
 
@@ -172,7 +172,8 @@ pub(crate) fn each_sample(
         return Err(npz.error(name, format_args!("{}, expected {range}", counted(n, "sample"))));
     }
     check_scale(npz)?;
-    for beside in ["sensor", "recording", "split"].into_iter().filter(|beside| npz.names().any(|name| name == *beside)) {
+    for beside in ["sensor", "recording", "split"].into_iter().filter(|beside| npz.names().any(|name| name == *beside))
+    {
         let shape = npz.array(beside)?.shape;
         if shape != [n] {
             return Err(npz.error(beside, format_args!("shape {shape:?}, expected ({n},) as of {name}")));
@@ -196,9 +197,12 @@ fn check_scale(npz: &Npz) -> Result<(), Error> {
     }
     let mut array = npz.array(NAME)?;
     let mut bytes = [0; 8];
-    let found = match (array.shape.iter().product::<u64>(), array.descr.as_str()) {
-        (1, "<f8") => array.read(&mut bytes).map(|()| f64::from_le_bytes(bytes)),
-        (1, "<f4") => array.read(&mut bytes[..4]).map(|()| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]).into()),
+    let found = match (array.shape.iter().all(|side| *side == 1), array.descr.as_str()) {
+        (true, "<f8") => array.read(&mut bytes).map(|()| f64::from_le_bytes(bytes)),
+        (true, "<f4") => {
+            let mut bytes = [0; 4];
+            array.read(&mut bytes).map(|()| f32::from_le_bytes(bytes).into())
+        }
         _ => {
             let message = format_args!("type {} and shape {:?}, expected one float64", array.descr, array.shape);
             return Err(npz.error(NAME, message));
@@ -272,6 +276,16 @@ fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth,
         numbers.push(this);
     }
     Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
+}
+
+/// Reads an array with a text for each sample of another array; `None` if there is none.
+pub(crate) fn beside(path: &Path, name: &str, samples: &str) -> Result<Option<Vec<String>>, Error> {
+    let npz = Npz::open(path)?;
+    if !npz.names().any(|found| found == name) {
+        return Ok(None);
+    }
+    let n = npz.array(samples)?.shape.first().copied().unwrap_or(0).min(MOST_SAMPLES) as usize;
+    texts(&npz, name, n).map(Some)
 }
 
 /// Reads an array of `n` elements as labels.

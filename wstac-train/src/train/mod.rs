@@ -165,10 +165,8 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         set.slides.iter().partition(|slide| slide.is_test == Some(true));
     let usable: Vec<_> = trains.iter().copied().filter(|slide| slide.numbers.is_some()).collect();
     if let Some(label) = labels.iter().find(|label| !usable.iter().any(|slide| slide.label == **label)) {
-        let message = format!(
-            "label {label} has no slide with a sample to train on, expected at least 1: {}",
-            set.more_slides()
-        );
+        let message =
+            format!("label {label} has no slide with a sample to train on, expected at least 1: {}", set.more_slides());
         return Err(wrong(&subject, message));
     }
     let kept = split::aside(&usable, ASIDE);

@@ -79,7 +79,9 @@ pub(super) fn split(set: &mut TrainingSet, test: f64) -> Result<(), String> {
     if is_decided && (tests.is_empty() || trains.is_empty()) {
         let side = if tests.is_empty() { "training" } else { "tests" };
         let cause = if set.is_simulated() {
-            format!("the sweep has all slides for {side}, expected some for each: let it have more sensors, and test above 0")
+            format!(
+                "the sweep has all slides for {side}, expected some for each: let it have more sensors, and test above 0"
+            )
         } else {
             format!("the array split has all slides for {side}, expected train and test")
         };

@@ -6,6 +6,7 @@
 mod factor;
 mod lda;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use wstac_core::model::Model;
@@ -46,14 +47,34 @@ impl LabeledSamples {
     /// # Errors
     /// The data set cannot be read, or has no labels.
     pub fn read(model: &Model, path: &Path) -> Result<Self, Error> {
+        Self::read_where(model, path, |_| true)
+    }
+
+    /// Reads the samples for training and those for tests, by the array `split` of a data set, as [`LabeledSamples::read`]
+    /// does.
+    ///
+    /// # Errors
+    /// The data set cannot be read, or has no labels or no array `split`.
+    pub fn read_split(model: &Model, path: &Path) -> Result<[Self; 2], Error> {
+        let split = eval::beside(path, "split", eval::array_of(model.input()))?;
+        let split = split.ok_or_else(|| {
+            let message = "has no array split, expected one that says train and test, or a second data set";
+            Error::new(ErrorKind::Data, path.display(), message)
+        })?;
+        let of = |side: &str| Self::read_where(model, path, |row| split.get(row).is_some_and(|found| found == side));
+        Ok([of("train")?, of("test")?])
+    }
+
+    /// Reads the samples of some rows.
+    fn read_where(model: &Model, path: &Path, is_wanted: impl Fn(usize) -> bool) -> Result<Self, Error> {
         let (numbers, truth) = eval::labeled(model, path)?;
         let Some(truth) = truth else {
             let message = "has no labels, expected the array y, y_specimen, y_pattern or y_depth";
             return Err(Error::new(ErrorKind::Data, path.display(), message));
         };
         let mut samples = Self { names: truth.labels.clone(), ..Self::default() };
-        for (numbers, label) in numbers.into_iter().zip(truth.numbers) {
-            if eval::is_sample(&numbers) {
+        for (row, (numbers, label)) in numbers.into_iter().zip(truth.numbers).enumerate() {
+            if is_wanted(row) && eval::is_sample(&numbers) {
                 samples.numbers.push(numbers);
                 samples.labels.push(label);
             }
@@ -103,6 +124,16 @@ impl LabeledSamples {
         let (numbers, labels) = both.map(|(numbers, &label)| (*numbers, label)).unzip();
         Self { numbers, labels, names: self.names.iter().take(classes).cloned().collect() }
     }
+}
+
+/// Returns the sensors that two data sets have in common, by their arrays `sensor`; none if one has no such array.
+///
+/// # Errors
+/// A data set cannot be read.
+pub fn sensors_in_common(one: &Path, other: &Path, input: Input) -> Result<BTreeSet<String>, Error> {
+    let sensors = |path| Ok(eval::beside(path, "sensor", eval::array_of(input))?.unwrap_or_default());
+    let one: BTreeSet<String> = sensors(one)?.into_iter().collect();
+    Ok(sensors(other)?.into_iter().filter(|sensor| one.contains(sensor)).collect())
 }
 
 /// The settings of a calibration.
