@@ -192,7 +192,7 @@ class Model:
         It is None if there is no answer: without a velocity, for too little of the path, and for what is unknown. Raises `Error` if
         the event was made without `path_samples` and the model needs them.
         """
-        by_input = {"frames": event.sample, "path": event.path_sample, "taxel-path": event.taxel_path_sample}
+        by_input: dict[str, Optional[NDArray[np.int16]]] = {"frames": event.sample, "path": event.path_sample, "taxel-path": event.taxel_path_sample}
         sample = by_input[self.input]
         if sample is None:
             raise Error(f"event: has no samples along its path, expected some for {self.name}: open its source with path_samples=True")

@@ -1,6 +1,6 @@
 //! `wstac model calibrate` adds to a model file how sure its answers are.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use wstac_core::model::file::Input;
 use wstac_host::error::{Error, ErrorKind};
@@ -65,13 +65,18 @@ fn part(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a number from 0 to below 1, such as 0.02".into())
 }
 
-/// Refuses the same data set for both, and notes sensors that are in both.
-fn check_sensors(train: &PathBuf, held: &PathBuf, input: Input) -> Result<(), Error> {
-    let real = |path: &PathBuf| path.canonicalize().ok();
+/// Refuses the same data set for both.
+fn check_other(train: &Path, held: &Path) -> Result<(), Error> {
+    let real = |path: &Path| path.canonicalize().ok();
     if real(train).is_some() && real(train) == real(held) {
         let message = "is TRAIN and HELD, expected slides that were held out: name a data set with an array split once";
         return Err(Error::new(ErrorKind::Usage, held.display(), message));
     }
+    Ok(())
+}
+
+/// Notes sensors that are in both data sets.
+fn note_common(train: &Path, held: &Path, input: Input) -> Result<(), Error> {
     let common = sensors_in_common(train, held, input)?;
     if !common.is_empty() {
         let (train, held, sensors) = (train.display(), held.display(), counted(common.len(), "sensor"));
@@ -91,8 +96,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let [train, held] = match &arguments.held {
         None => LabeledSamples::read_split(&model, &arguments.train)?,
         Some(held) => {
-            check_sensors(&arguments.train, held, model.input())?;
-            [LabeledSamples::read(&model, &arguments.train)?, LabeledSamples::read(&model, held)?]
+            check_other(&arguments.train, held)?;
+            let both = [LabeledSamples::read(&model, &arguments.train)?, LabeledSamples::read(&model, held)?];
+            note_common(&arguments.train, held, model.input())?;
+            both
         }
     };
     let mut settings = Settings::default();
