@@ -123,9 +123,8 @@ fn quantile(errors: &[f64], fraction: f64, unit: f64) -> String {
 
 /// The goals beside what was reached.
 fn goals(page: &mut String, cases: &[Case<'_>]) {
-    let within = |low: f64, high: f64| {
-        Result::new(cases.iter().filter(|case| (low..high).contains(&case.slide.speed_mm_s)))
-    };
+    let within =
+        |low: f64, high: f64| Result::new(cases.iter().filter(|case| (low..high).contains(&case.slide.speed_mm_s)));
     let [all, main, wide, narrow, slow, fast] =
         [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0], [10.0, 100.0], [100.0, 600.0]]
             .map(|[low, high]| within(low, high));
@@ -142,7 +141,12 @@ fn goals(page: &mut String, cases: &[Case<'_>]) {
     row("reliable, %", "60 to 300", "at least 97", interval(narrow.reliable, narrow.count));
     let wrong = all.speed.iter().filter(|error| **error > 0.1).count();
     let share = interval(wrong, all.reliable);
-    row("reliable, and wrong by more than 10 %", "10 to 600", "0 of 2000", format!("{wrong} of {}: {share} %", all.reliable));
+    row(
+        "reliable, and wrong by more than 10 %",
+        "10 to 600",
+        "0 of 2000",
+        format!("{wrong} of {}: {share} %", all.reliable),
+    );
     for (name, result) in [("10 to 100", &slow), ("100 to 600", &fast)] {
         for (what, count) in ["speed", "direction"].into_iter().zip(result.within) {
             row(&format!("{what} within 1 sd, %"), name, "63 to 73", interval(count, result.reliable));
@@ -188,8 +192,10 @@ fn kinds(page: &mut String) {
         (Kind::Poke, "poke", Contact::Poke),
         (Kind::Hold, "hold", Contact::Press),
     ];
-    let _ =
-        writeln!(page, "| touch | seen | events | slide | press | poke | unclear | right, % of seen (goal: at least 99) |");
+    let _ = writeln!(
+        page,
+        "| touch | seen | events | slide | press | poke | unclear | right, % of seen (goal: at least 99) |"
+    );
     let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- |");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);

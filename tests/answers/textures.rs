@@ -271,7 +271,8 @@ At 50 to 200 mm/s the goal is an accuracy of 95 % from the first 30 mm of path; 
 | --- | ---: | ---: | ---: | ---: | ---: | ---: |
 ";
 
-const CONDITIONS: &str = "Right answers in percent under conditions that no model was trained in; a weak whisker has 15 % of its light.
+const CONDITIONS: &str =
+    "Right answers in percent under conditions that no model was trained in; a weak whisker has 15 % of its light.
 A lost frame leaves no taxels, so models of 25 taxels do not answer then:";
 
 const LEARNING: &str = "

@@ -7,8 +7,8 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyModule};
 use wstac_core::direction::{Direction, Heading, Unclear};
-use wstac_core::motion::Contact;
 use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::path_sample::PathSample;
 use wstac_core::speed::{NoSpeed, Speed};
@@ -297,11 +297,7 @@ fn over_time<'py>(py: Python<'py>, sample: &SampleFrames) -> PyResult<Bound<'py,
 
 /// Returns a sample along the path as data sets have it: zeros if there is none, or if it shows too little of the path.
 /// It is `None` if none was asked for.
-fn along_path<'py>(
-    py: Python<'py>,
-    sample: Option<Option<PathSample>>,
-    input: Input,
-) -> PyResult<Bound<'py, PyAny>> {
+fn along_path<'py>(py: Python<'py>, sample: Option<Option<PathSample>>, input: Input) -> PyResult<Bound<'py, PyAny>> {
     let Some(sample) = sample else { return Ok(py.None().into_bound(py)) };
     let whole = sample.filter(|sample| sample.covers(frames_of(input)));
     let numbers = whole.map_or([0; INPUTS], |sample| in_set_order(sample.numbers()));

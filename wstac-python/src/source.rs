@@ -257,7 +257,12 @@ impl Source {
             recorded: info.recorded.map_or_else(Recorded::default, |recorded| Recorded::clone(&recorded)),
             config,
             frame_bytes: *whole_frame(session.processor()).end(),
-            state: Mutex::new(State { session: Some(session), gathered: Gathered::default(), closed: false, failure: None }),
+            state: Mutex::new(State {
+                session: Some(session),
+                gathered: Gathered::default(),
+                closed: false,
+                failure: None,
+            }),
         })
     }
 

@@ -144,7 +144,9 @@ pub(crate) fn in_thread<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => {
                 py.check_signals().inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
             }
-            Err(RecvTimeoutError::Disconnected) => return Err(crate::refused("the computation ended without a result")),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(crate::refused("the computation ended without a result"));
+            }
         }
     }
 }

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
 from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._models import INPUTS, Model, accuracy, classifier_tags
+from ._models import INPUTS, Model, accuracy, answered, classifier_tags
 from ._wstac import Error
 
 
@@ -45,10 +46,14 @@ class TextureClassifier:
         out. Some `groups`, such as sensors or recordings, are kept aside, so that the model says how sure an answer is and what is
         unknown. Without `groups` every sample is one: then the calibration is too sure of itself on other sensors.
         """
-        flat = self._samples(X)
+        if y is None:
+            raise Error("y: is None; TextureClassifier requires y to be passed, but the target y is None")
         labels = np.asarray(y)
         if labels.ndim == 2 and labels.shape[1] == 1:
             labels = labels[:, 0]
+        if labels.dtype.kind == "f" and not (np.isfinite(labels).all() and (labels == np.rint(labels)).all()):
+            raise Error("y: Unknown label type: continuous numbers, expected names or integers")
+        flat = self._samples(X)
         if labels.ndim != 1 or len(labels) != len(flat):
             raise Error(f"y: shape {np.shape(y)}, expected ({len(flat)},) as of X")
         if not len(flat):
@@ -57,8 +62,6 @@ class TextureClassifier:
             groups = range(len(flat))
         if len(groups) != len(flat):
             raise Error(f"groups: {len(groups)} elements, expected {len(flat)} as of X")
-        if labels.dtype.kind == "f" and not (np.isfinite(labels).all() and (labels == np.rint(labels)).all()):
-            raise Error("y: Unknown label type: continuous numbers, expected names or integers")
         classes, numbers = np.unique(labels, return_inverse=True)
         if len(classes) < 2:
             raise Error(f"y: one class ({classes[0]}), expected at least 2")
@@ -76,16 +79,25 @@ class TextureClassifier:
         found: NDArray[Any] = self.classes_[order[model._native.classes(self._samples(X))]]
         return found
 
-    def predict_proba(self, X: Any) -> NDArray[np.float64]:
+    @property
+    def predict_proba(self) -> Callable[[Any], NDArray[np.float64]]:
         """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`; NaN for a row of zeros.
 
-        Raises `Error` if the training had too few groups for a calibration.
+        As in scikit-learn, there is no such method (AttributeError) if the training had too few groups for a calibration.
         """
+        if self.__sklearn_is_fitted__() and self.model_._native.probabilities(np.zeros((0, INPUTS), np.int16)) is None:
+            message = "TextureClassifier: has no calibration, expected 3 groups of each label and about 35 samples of it"
+            raise AttributeError(f"{message} for the training")
+        return self._probabilities
+
+    def _probabilities(self, X: Any) -> NDArray[np.float64]:
         model, order = self._fitted()
         found = model._native.probabilities(self._samples(X))
-        if found is None:
-            raise Error("TextureClassifier: has no calibration, expected 3 groups of each label and about 35 samples of it for the training")
-        return found[:, np.argsort(order)]
+        assert found is not None
+        # Each is rounded to a multiple of 2^-15.
+        found = found / found.sum(axis=1, keepdims=True)
+        in_order: NDArray[np.float64] = found[:, np.argsort(order)]
+        return in_order
 
     def known(self, X: Any) -> NDArray[np.bool_]:
         """Returns whether each sample is like those of the training, (n,). A row of zeros is not.
@@ -104,8 +116,8 @@ class TextureClassifier:
         compares labels alone.)
         """
         flat = self._samples(X)
-        known = self._fitted()[0]._native.known(flat)
-        return accuracy(self.predict(flat), flat.any(axis=1) if known is None else known, y, sample_weight)
+        given = answered(flat, self._fitted()[0]._native.known(flat))
+        return accuracy(self.predict(flat), given, y, sample_weight)
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Returns the arguments of the classifier."""

@@ -192,10 +192,15 @@ class Model:
         It is None if there is no answer: without a velocity, for too little of the path, and for what is unknown. Raises `Error` if
         the event was made without `path_samples` and the model needs them.
         """
-        by_input: dict[str, Optional[NDArray[np.int16]]] = {"frames": event.sample, "path": event.path_sample, "taxel-path": event.taxel_path_sample}
+        by_input: dict[str, Optional[NDArray[np.int16]]] = {
+            "frames": event.sample,
+            "path": event.path_sample,
+            "taxel-path": event.taxel_path_sample,
+        }
         sample = by_input[self.input]
         if sample is None:
-            raise Error(f"event: has no samples along its path, expected some for {self.name}: open its source with path_samples=True")
+            message = f"event: has no samples along its path, expected some for {self.name}"
+            raise Error(f"{message}: open its source with path_samples=True")
         return str(self.predict(sample[None])[0]) if self._answered(sample[None])[0] else None
 
     def known(self, X: NDArray[np.int16]) -> NDArray[np.bool_]:
@@ -230,8 +235,7 @@ class Model:
     def _answered(self, X: NDArray[np.int16]) -> NDArray[np.bool_]:
         """Returns whether each sample has an answer."""
         flat = self._samples(X)
-        known = self._native.known(flat)
-        return flat.any(axis=1) if known is None else known
+        return answered(flat, self._native.known(flat))
 
     def _samples(self, X: NDArray[np.int16]) -> NDArray[np.int16]:
         """Returns samples of either shape as (n, 700). Refuses those over time if the model takes others."""
@@ -294,6 +298,12 @@ def samples(X: Any) -> NDArray[np.int16]:
     if X.dtype != np.int16:
         raise Error(f"X: type {X.dtype}, expected int16 in units of 1/2048, as wstac.dataset gives")
     return np.ascontiguousarray(X.reshape(len(X), INPUTS))
+
+
+def answered(flat: NDArray[np.int16], known: Optional[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    """Returns whether each sample has an answer: it is not zero, and not said to be unknown."""
+    some: NDArray[np.bool_] = np.asarray(flat.any(axis=1))
+    return some if known is None else known
 
 
 def accuracy(found: NDArray[Any], answered: NDArray[np.bool_], y: Any, sample_weight: Any = None) -> float:

@@ -130,7 +130,8 @@ def simulate(
 
     `scene` is "Saw3@150", optionally with ",90deg" and ",seed=7"; or a path, FILE.toml; or the keys and tables of a scene
     (`wstac scene --help` lists them). The same scene gives the same bytes on every machine. Without `frames` pixels are made and
-    left out. With `path_samples`, events have the samples that models of the path take. The key fidelity = "taxel" makes no pixels, which is much faster.
+    left out. With `path_samples`, events have the samples that models of the path take. The key fidelity = "taxel" makes no pixels,
+    which is much faster.
 
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
