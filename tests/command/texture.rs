@@ -56,6 +56,11 @@ fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
         assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
         assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
     }
+    // Models of 16 mm answer.
+    for model in ["builtin:path-svm-16mm", "builtin:taxel-path-svm-16mm"] {
+        let slow = records(&["run", "scene:Saw3@10", "--json", "--size", "320x180", "--model", model]);
+        assert_eq!(slow[0]["texture"]["specimen"], "Saw3", "{}", slow[0]);
+    }
 }
 
 #[test]

@@ -11,7 +11,11 @@ pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
 #[cfg(feature = "h743")]
+pub mod h743;
+#[cfg(feature = "node")]
 pub mod link;
+#[cfg(feature = "node")]
+pub mod node;
 pub mod reader;
 pub mod sccb;
 pub mod self_test;

@@ -67,8 +67,9 @@ class Dcmi(Registers):
     drops every second byte first: `selects_first` says so.
     """
 
-    def __init__(self, dma):
+    def __init__(self, dma, ports):
         super().__init__(DCMI)
+        self.ports = ports
         self.dma, self.capturing, self.row, self.selects_first = dma, False, 0, False
 
     def reset(self):
@@ -106,12 +107,16 @@ class Dcmi(Registers):
 
     def sync(self):
         """Handles a vertical sync, which begins a frame."""
+        if not self.ports.has_syncs():
+            return
         self.flag(VSYNC)
         self.capturing = self.enabled() and bool(self.values.get(CR, 0) & CAPTURE)
         self.row = 0
 
     def line(self, bytes_of):
         """Handles the begin of a line, whose bytes are `bytes_of(row)`."""
+        if not self.ports.has_syncs():
+            return
         self.flag(LINE)
         start, size, control = (self.values.get(register, 0) for register in (CWSTRT, CWSIZE, CR))
         top, rows = start >> 16 & 0x1FFF, (size >> 16 & 0x3FFF) + 1
@@ -119,7 +124,9 @@ class Dcmi(Registers):
         row, self.row = self.row, self.row + 1
         if not self.capturing or control & CROP and not top <= row < top + rows:
             return
-        data = bytes_of(row)
+        data, mask = bytes_of(row), self.ports.mask()
+        if mask != 0xFF:
+            data = bytes(byte & mask for byte in data)
         if control & CROP and not self.selects_first:
             data = data[left : left + clocks]
         if control & EVERY_SECOND_BYTE:

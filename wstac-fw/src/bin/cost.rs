@@ -31,6 +31,8 @@ use wstac_fw::textures::ModelSample;
 const SIDE: usize = 400;
 /// The rows that a DMA brings at a time.
 const ROWS: usize = 8;
+/// One if live motion is measured, else none: neither a model nor stripes of three bytes a pixel leave room for it.
+const LIVE: usize = (setup::MODEL.is_none() && setup::PIXEL_BYTES < 3) as usize;
 /// The bytes of a whole frame.
 #[cfg(not(microbit))]
 const FRAME: usize = SIDE * SIDE * setup::PIXEL_BYTES;
@@ -64,26 +66,11 @@ fn main() -> ! {
 
 fn run() -> Result<(), Error> {
     let Some(clock) = Clock::start() else { return Ok(()) };
-    of_stripes(&clock)?;
-    // It has a pass of its own, without a model: a small board has no room for it beside all else.
-    let live = if setup::MODEL.is_none() { longest_live(&clock)? } else { 0 };
-    let answer = answers(&clock);
-    let whole = whole_frames(&clock, FeatureStream::with_floor(camera()?, setup::FLOOR)?)?;
-    let _ = writeln!(Console, "\"live\":{live},\"answer\":{answer},\"whole\":{whole}}}");
-    Ok(())
-}
-
-fn camera() -> Result<FrameGeometry<setup::GreenChannel>, ConfigError> {
-    let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
-    FrameGeometry::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)
-}
-
-/// Prints the costs of everything that happens between a stripe and an event's answers.
-#[inline(never)]
-fn of_stripes(clock: &Clock) -> Result<(), Error> {
     let (frames, features) = (File::open(b"frames\0"), File::create(b"features\0"));
+    let layout = setup::layout(FrameSize::new(SIDE as u32, SIDE as u32)?)?;
+    let camera = FrameGeometry::with_stride(setup::GREEN, layout, FrameRate::NOMINAL, setup::STRIDE)?;
     // It stays in its result: taken out, it would be a second one on the stack.
-    let mut pipeline = pipeline_of(camera()?);
+    let mut pipeline = pipeline_of(camera);
     let pipeline = pipeline.as_mut().map_err(|error| *error)?;
     // The pipeline's own work cannot be timed separately.
     let mut trigger = Trigger::with(setup::TRIGGER, 0, setup::FOLLOWING);
@@ -92,6 +79,8 @@ fn of_stripes(clock: &Clock) -> Result<(), Error> {
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
+    let mut live: [LiveMotion; LIVE] = core::array::from_fn(|_| LiveMotion::new(motion));
+    let mut longest_live = 0;
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
@@ -109,46 +98,33 @@ fn of_stripes(clock: &Clock) -> Result<(), Error> {
             to_edges.add(clock.ticks(|| motion::by_edges(&event, motion)).0);
             to_motion.add(clock.ticks(|| motion::by_coherence(&event, motion)).0);
             if let Some(model) = setup::MODEL {
-                to_texture.add(of_texture(clock, &event, update.taxels(), motion, model)?);
+                to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
             }
         }
+        if let ([live, ..], Some(baseline)) = (&mut live[..], pipeline.baseline()) {
+            let (next_frame, recent) = pipeline.recent();
+            longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
+        }
     }
-    let _ = write!(
+    let stack = stack::deepest() - size_of_val(&stripe);
+    let answer = answers(&clock);
+    let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
+    let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"texture\":{},\"stack\":{},",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"live\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
-        to_features.mean(clock),
-        to_trigger.mean(clock),
-        to_speed.mean(clock),
-        to_direction.mean(clock),
-        to_edges.mean(clock),
-        to_motion.mean(clock),
-        to_texture.mean(clock),
-        stack::deepest() - size_of_val(&stripe),
+        to_features.mean(&clock),
+        to_trigger.mean(&clock),
+        to_speed.mean(&clock),
+        to_direction.mean(&clock),
+        to_edges.mean(&clock),
+        to_motion.mean(&clock),
+        clock.instructions(u64::from(longest_live)),
+        to_texture.mean(&clock),
+        stack,
     );
     Ok(())
-}
-
-/// Returns the instructions of live motion in the frame that takes most.
-#[inline(never)]
-fn longest_live(clock: &Clock) -> Result<u64, Error> {
-    let frames = File::open(b"frames\0");
-    let mut pipeline = pipeline_of(camera()?);
-    let pipeline = pipeline.as_mut().map_err(|error| *error)?;
-    let mut live = LiveMotion::new(setup::motion(FrameRate::NOMINAL)?);
-    let mut longest = 0;
-    let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
-    while frames.read(&mut stripe) {
-        if pipeline.push_stripe(&stripe)?.frame().is_none() {
-            continue;
-        }
-        if let Some(baseline) = pipeline.baseline() {
-            let (next_frame, recent) = pipeline.recent();
-            longest = longest.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
-        }
-    }
-    Ok(clock.instructions(u64::from(longest)))
 }
 
 #[inline(never)]
