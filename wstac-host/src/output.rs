@@ -18,6 +18,7 @@ use crate::texture::{NoTexture, Texture, Textures};
 
 /// Chooses which outputs a stream has besides its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 pub struct OutputOptions {
     /// The features of every frame.
     pub features: bool,
