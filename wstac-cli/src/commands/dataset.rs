@@ -82,11 +82,11 @@ const HELP: &str = r#"Recordings:
   wstac dataset saw3.mcap fla0.mcap -o set.npz
   wstac dataset FOLDER -o set.npz
   Every recording needs the label specimen (wstac record --label
-  specimen=Saw3). The labels speed (mm/s) and direction (whole degrees, 0
-  to 359) are used if they are there. Each recording is read with its own configuration. If two
-  configurations make features of different meaning, the command fails.
-  Notes report cameras that were not locked, and differences of layouts
-  and formats.
+  specimen=Saw3). The labels speed (mm/s) and direction (whole degrees,
+  0 to 359) are used if they are there. Each recording is read with its
+  own configuration. If two configurations make features of different
+  meaning, the command fails. Notes report cameras that were not locked,
+  and differences of layouts and formats.
 
 The sweep, every key optional; these are the defaults:
   specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2",
@@ -103,9 +103,9 @@ The sweep, every key optional; these are the defaults:
   direction (k / n) mod m of m directions. For all combinations, have at
   least n · m slides.
   An empty file means these defaults: 1000 slides to the right at
-  150 mm/s. For a model
-  of other slides, set more speeds and directions. For a test set, use
-  the same keys with seed = 100001, so that no slide is in both.
+  150 mm/s. For a model of other slides, set more speeds and directions.
+  For a test set, use the same keys with seed = 100001, so that no slide
+  is in both.
 
 The arrays of FILE.npz, n samples in the order of their slides:
   X          int16 (n, 10, 70): features, five rows, then five columns,
@@ -149,8 +149,8 @@ With --input path or taxel-path:
   X_path or X_taxel_path takes the place of X. It is zero if there is
   no velocity or too little of the path. Further arrays: length, period
   and depth in mm, sensor, measured_speed, measured_direction, split.
-  direction is float64. Recordings keep their arrays. With the label sensor in all of them,
-  there is an array sensor, too.
+  direction is float64. Recordings keep their arrays. With the label
+  sensor in all of them, there is an array sensor, too.
 
 In Python:
   set = numpy.load("FILE.npz")

@@ -146,9 +146,9 @@ Meaning of the answers:
   direction hold within their standard deviations.
   Light that never leaves, such as a lamp that is switched on, is a touch
   that does not end: no event follows. Start again then.
-  A calibrated model says "known":false, without names, for a touch unlike
-  those of its training. Other models always answer with one of their own
-  textures. wstac model inspect says which a model is.
+  A calibrated model says "known":false, without names, for a touch that
+  is unlike those of its training. Other models always answer with one of
+  their own textures. wstac model inspect says which a model is.
   A model needs about the frame rate that it was trained at. The models
   that come with wstac were trained at 30 frames per second.
   builtin:path-… take the sample along the path of the slide: they hold

@@ -87,10 +87,10 @@ const HELP: &str = "\
 From nothing to a model:
   wstac train -o my.wsm
   wstac run scene:Saw3@220,30deg --model my.wsm
-  Without a set, it simulates 12000 slides of ten textures on 500 sensors,
-  at 50 to 300 mm/s in any direction, with lengths of 60 to 120 mm. 100
-  of the sensors are for tests. It takes about a minute on two
-  processors. wstac dataset --help lists the keys of other sweeps.
+  Without a set, it simulates 12000 slides of ten textures on 500
+  sensors, at 50 to 300 mm/s in any direction, with lengths of 60 to
+  120 mm. 100 of the sensors are for tests. It takes about a minute on
+  two processors. wstac dataset --help lists the keys of other sweeps.
 
 From your own recordings:
   wstac record /dev/video0 -o a1.mcap --label specimen=Saw3
@@ -106,7 +106,8 @@ The answer:
   with Wilson's interval of 95 %, and for each label. A slide has no
   answer if it has no velocity, shows too little of the path, or is said
   to be unknown. It counts as wrong, here and in wstac model eval. The
-  accuracy of the slides with an answer is printed beside it. The figure has a row for each label, a column for each answer.
+  accuracy of the slides with an answer is printed beside it. The figure
+  has a row for each label, and a column for each answer.
   If each label has three sensors or recordings to train on, 15 % of
   them are kept aside for a calibration: then events have a confidence,
   and unknown textures are said to be unknown.
