@@ -109,8 +109,6 @@ fn names_and_contents_of_files_never_control_the_terminal() {
         &["model", "calibrate", FORGED, "a.npz", "b.npz", "-o", "a.wsm"],
         &["model", "calibrate", "builtin:path-svm", FORGED, "b.npz", "-o", "a.wsm"],
         &["train", FORGED, "-o", "a.wsm"],
-        &["train", "a.npz", "--config", FORGED, "--note", FORGED, "-o", FORGED],
-        &["view", FORGED],
         &["plot", FORGED, "-o", "a.svg"],
         &["scene", "explain", FORGED],
         &["monitor", FORGED],
