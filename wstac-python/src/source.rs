@@ -29,6 +29,7 @@ use crate::{open, refused, waiting};
 /// The options that Python requests of a source. `None` requests nothing.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(crate) struct SourceOptions {
     rate: Option<Rate>,
     format: Option<String>,
