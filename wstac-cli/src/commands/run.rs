@@ -54,8 +54,8 @@ pub(super) struct Arguments {
 
     /// Also print speed and direction of every frame while something slides
     ///
-    /// For most slides, the first is printed at most three frames after the leading edge has crossed all whiskers
-    /// (docs/ANSWERS.md says for how many).
+    /// For most slides (docs/ANSWERS.md), the first is printed at most three frames after the leading edge has crossed
+    /// all whiskers.
     #[arg(long)]
     motion: bool,
 

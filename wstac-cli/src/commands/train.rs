@@ -22,7 +22,7 @@ use wstac_train::train::{TrainOptions, TrainedModel, TrainingSet, Trial, train, 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Data sets, recordings, or a sweep; without any, 12000 simulated slides
+    /// Data sets, recordings, or a sweep; by default, simulated slides
     ///
     /// Data sets (.npz) are those of wstac dataset with the same --input. Recordings (.mcap, or folders of them) need
     /// the label specimen. A sweep (.toml) is one of wstac dataset --input path.
