@@ -147,7 +147,9 @@ impl RandomSlides {
         let layout = Layout::paper(script.sensor.size).map_err(|error| wrong(&error))?;
         let geometry = FrameGeometry::new(Gray, layout, rate).map_err(|error| wrong(&error))?;
         let trigger = TriggerConfig::default().one_event_per_touch();
-        let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().map_err(|error| wrong(&error))?;
+        let mut pipeline =
+            Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
+        pipeline.keep_taxels();
         let mut ring = TaxelRing::of(&geometry);
         let config = MotionConfig::published(rate);
         let nothing = PathSlide {
@@ -161,30 +163,23 @@ impl RandomSlides {
         };
         let mut scene = Scene::new(&script)?;
         let mut losses = Rng::new(self.seed, 2_000_000_000 + u64::from(number));
-        // Frames since the last loss.
-        let mut whole_frames = usize::MAX;
         while let Some(frame) = scene.next_shot() {
             let SimulatedFrame::Taxels(sums) = frame else { continue };
             let is_lost = self.conditions.lost > 0.0 && losses.uniform() < self.conditions.lost;
-            whole_frames = if is_lost { 0 } else { whole_frames.saturating_add(1) };
-            let update = if is_lost {
-                ring.fill(1);
-                pipeline.push_lost(1)
-            } else {
-                ring.push(&sums);
-                pipeline.push_taxels(&sums)
-            };
+            ring.push(&sums);
+            let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
+            // The pipeline's own ring adds camera frames up, and is none if a frame was lost.
+            let taxels = if self.conditions == Conditions::default() { Some(&ring) } else { update.taxels() };
             let Some(event) = update.event() else { continue };
             let motion = motion::by_coherence(&event, config);
             let whole = SAMPLE_FRAMES as u8;
             return Ok(PathSlide {
                 frames: event.sample.flat(),
                 path: motion.velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, config, whole)),
-                // As in a session, a lost frame leaves no taxels.
                 taxel_path: motion
                     .velocity
-                    .filter(|_| whole_frames >= SAMPLE_FRAMES)
-                    .and_then(|velocity| PathSample::of_taxels(&ring, &velocity, config, whole)),
+                    .zip(taxels)
+                    .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, config, whole)),
                 measured: motion.velocity.map(|velocity| [velocity.mm_s, velocity.degrees]),
                 reliable: motion.reliable,
                 ..nothing
