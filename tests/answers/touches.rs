@@ -19,6 +19,8 @@ const LENGTHS: (f64, f64) = (20.0, 160.0);
 /// First number of the sensor units. No other part of the project uses them.
 const FIRST_UNIT: u32 = 80_000;
 const SENSORS: f64 = 1000.0;
+/// Fraction of lost frames.
+const LOST: f64 = 0.05;
 /// Seed of all touches: none was used while the estimators were built.
 const SEED: u64 = 0x0DDB_A115;
 
@@ -59,8 +61,14 @@ pub(crate) enum Kind {
     Slow,
     /// Two slides of 30 mm at 60 to 400 mm/s, at most 45 frames apart; compared with the first.
     Two,
+    /// Slides on few sensors, many on each.
+    Sensors,
     /// A twentieth of the frames is lost.
     Lost,
+    /// One whisker is dead.
+    OneDead,
+    /// One whisker has 15 % of its light.
+    OneWeak,
 }
 
 /// A touch, and the answers to its first event.
@@ -90,7 +98,10 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
     let degrees = between(0.0, 360.0);
     let length = between(LENGTHS.0, LENGTHS.1);
     let mut specimen = Specimen { length_mm: length, ..Specimen::ALL[between(0.0, 10.0) as usize] };
-    let unit = FIRST_UNIT + between(0.0, SENSORS) as u32;
+    let mut unit = FIRST_UNIT + between(0.0, SENSORS) as u32;
+    if kind == Kind::Sensors {
+        unit = FIRST_UNIT + SENSORS as u32 + (number % crate::SENSORS) as u32;
+    }
     let gain = between(0.6, 1.4);
     let press = |kind, overlap_mm, approach_mm_s, hold_s, whisker| {
         Touch::Press(Press { kind, overlap_mm, approach_mm_s, hold_s, tilt_deg: 0.0, direction_deg: 0.0, whisker })
@@ -163,8 +174,13 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
         script.touches.push(Touch::Slide(Slide::new(specimen, speed, between(0.0, 360.0))));
         script.gap = between(1.0, 46.0) as u32;
     }
-    if kind == Kind::Lost {
-        script.sensor.dropped = 0.05;
+    if matches!(kind, Kind::OneDead | Kind::OneWeak) {
+        let (row, column) = (1 + between(0.0, 5.0) as i64, 1 + between(0.0, 5.0) as i64);
+        if kind == Kind::OneDead {
+            script.light.dead = Dead::try_from(vec![[row, column]]).expect("rows and columns are 1 to 5");
+        } else {
+            script.light.weak = Weak::try_from(vec![(row, column, 0.15)]).expect("rows and columns are 1 to 5");
+        }
     }
     script.sensor.size = FrameSize::new(400, 400).expect("the size is in range");
     script
@@ -182,12 +198,10 @@ fn answer(kind: Kind, number: u64) -> Answered {
     let config = MotionConfig::published(FrameRate::NOMINAL);
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let (mut events, mut motions) = (0, None);
-    while let Some(shot) = scene.next_shot() {
-        let update = match shot {
-            SimulatedFrame::Taxels(sums) => pipeline.push_taxels(&sums),
-            SimulatedFrame::Lost(frames, _) => pipeline.push_lost(frames.into()),
-            _ => unreachable!("the scene has taxels"),
-        };
+    let mut lost = Rng::new(SEED, (kind as u64) << 48 | number);
+    while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
+        let is_lost = kind == Kind::Lost && lost.uniform() < LOST;
+        let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
         if let Some(event) = update.event() {
             events += 1;
             if motions.is_none() {

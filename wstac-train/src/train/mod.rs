@@ -109,6 +109,11 @@ impl Trial {
         self.counts.get(class).map_or([0; 2], |answers| [answers[class], answers.iter().sum()])
     }
 
+    /// Returns the number of slides with an answer.
+    pub fn answered(&self) -> u32 {
+        self.slides() - self.without_answer()
+    }
+
     /// Returns the number of slides without an answer: without a sample, or taken for unknown.
     pub fn without_answer(&self) -> u32 {
         self.counts.iter().filter_map(|answers| answers.last()).sum()
@@ -150,7 +155,8 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     if labels.len() < 2 || labels.len() > MOST_CLASSES {
         let found = labels.first().map_or_else(String::new, |label| format!(" ({label})"));
         let classes = if labels.len() < 2 { found } else { String::new() };
-        let message = format!("{} labels{classes}, expected 2 to {MOST_CLASSES} different ones", labels.len());
+        let count = counted(labels.len(), "label");
+        let message = format!("{count}{classes}, expected 2 to {MOST_CLASSES} different ones");
         return Err(wrong(&subject, message));
     }
     let class_of = |slide: &LabeledSlide| labels.iter().position(|label| *label == slide.label).unwrap_or_default();
@@ -159,9 +165,8 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         set.slides.iter().partition(|slide| slide.is_test == Some(true));
     let usable: Vec<_> = trains.iter().copied().filter(|slide| slide.numbers.is_some()).collect();
     if let Some(label) = labels.iter().find(|label| !usable.iter().any(|slide| slide.label == **label)) {
-        let message = format!(
-            "label {label} has no slide with a sample to train on, expected at least 1: record it in more recordings"
-        );
+        let message =
+            format!("label {label} has no slide with a sample to train on, expected at least 1: {}", set.more_slides());
         return Err(wrong(&subject, message));
     }
     let kept = split::aside(&usable, ASIDE);
@@ -186,7 +191,7 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         kind: Kind::Linear(linear),
         remarks: Vec::new(),
     };
-    crate::model::check_labels(&trained).map_err(|message| wrong(&subject, message))?;
+    crate::model::check_names(&trained).map_err(|message| wrong(&subject, message))?;
     let draft = write::write(&trained, "", write::Options::default()).map_err(|message| wrong(&subject, message))?;
     let calibrated = calibrated(&draft.words, &of_file(&fitted, &labels), &of_file(&kept, &labels));
     // The test is of the file's integers; the facts about it are not known before, and do not change an answer.
