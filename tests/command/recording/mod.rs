@@ -336,6 +336,45 @@ fn a_full_disk_ends_a_recording_properly() {
     assert_eq!(replayed.matches(r#""kind":"features""#).count() as u64, frames);
 }
 
+/// A recording that cannot start leaves no file, and no advice to recover one. One with little room has what fits.
+#[test]
+fn a_recording_that_cannot_start_leaves_no_file() {
+    let folder = Folder::new("recording-start");
+    let before = folder.names();
+    let limited = |blocks: u32, options: &str| {
+        let script = format!("ulimit -f {blocks}; exec \"$0\" record scene:Saw3@150 --size 60x40 -o a.mcap {options}");
+        let done = Command::new("bash").args(["-c", &script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(!said(&done).contains(".wstac-"), "{}", said(&done));
+        said(&done)
+    };
+    for options in ["", "--force", "--compress lz4"] {
+        for blocks in [0, 1] {
+            let text = limited(blocks, options);
+            assert!(text.contains("a.mcap: ") && text.contains("nothing was recorded"), "{text}");
+            assert!(!text.contains("wstac recover"), "{text}");
+            assert_eq!(folder.names(), before, "{options}");
+        }
+    }
+    let done =
+        run(&["record", "scene:Saw3@150", "--size", "9000x9000", "-o", folder.0.join("a.mcap").to_str().unwrap()]);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(said(&done).contains("frames of 77 MB"), "{}", said(&done));
+    assert_eq!(folder.names(), before);
+    // A recording of before stays.
+    let old = folder.0.join("a.mcap");
+    fs::write(&old, "old").unwrap();
+    limited(0, "--force");
+    assert_eq!((folder.names(), fs::read(&old).unwrap()), (vec!["a.mcap".to_owned()], b"old".to_vec()));
+    fs::remove_file(&old).unwrap();
+    let text = limited(200, "");
+    let (_, after) = text.split_once("the recording ends after ").unwrap();
+    let frames: u64 = after.split(' ').next().unwrap().parse().unwrap();
+    assert!((40..70).contains(&frames), "{text}");
+    let found = flips::ended(good(&["run", old.to_str().unwrap(), "--json", "--features"]).as_bytes());
+    assert_eq!(found, (frames, 0));
+}
+
 #[test]
 fn what_is_no_recording_is_said() {
     let folder = Folder::new("recording-foreign");
