@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it, the defaults |
 //! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
+//! | `WSTAC_REVISION` | the revision that the firmware reports; without it the beginning of git's commit |
 //! | `WSTAC_PIXELS` | the camera's pixel format, such as YUYV; without it GREY |
 
 // Modules of another crate and of this program.
@@ -17,7 +18,8 @@ mod pixels;
 mod setup;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::{env, fs};
 
 fn main() {
@@ -26,6 +28,7 @@ fn main() {
     println!("cargo:rerun-if-changed=../wstac-host/src/config.rs");
     println!("cargo:rerun-if-changed=../wstac-host/src/config/speed.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    println!("cargo:rustc-env=WSTAC_REVISION={}", revision());
     link::emulated(&out);
     link::h743(&out);
     let pixels = variable("WSTAC_PIXELS").map(|name| name.to_string_lossy().into_owned());
@@ -40,6 +43,22 @@ fn main() {
             println!("cargo::error={}", error.replace('\n', " "));
         }
     }
+}
+
+/// Returns the revision of the source; empty if it is not known.
+fn revision() -> String {
+    if let Some(revision) = variable("WSTAC_REVISION") {
+        return revision.to_string_lossy().into_owned();
+    }
+    let git = |arguments: &[&str]| {
+        let done = Command::new("git").args(arguments).output().ok().filter(|done| done.status.success())?;
+        String::from_utf8(done.stdout).ok().map(|text| text.trim().to_owned())
+    };
+    // The log of the head changes with every commit.
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]).filter(|log| Path::new(log).exists()) {
+        println!("cargo:rerun-if-changed={log}");
+    }
+    git(&["rev-parse", "--short=12", "HEAD"]).unwrap_or_default()
 }
 
 /// Returns the value of a variable, if it has one.

@@ -243,6 +243,19 @@ class Programs:
     def run(self, *command):
         return run(command, cwd=self.folder, env=self.environment)
 
+    def run_bytes(self, *command):
+        """Returns the bytes that a program writes."""
+        command = [str(part) for part in command]
+        done = subprocess.run(command, capture_output=True, check=False, timeout=1200, cwd=self.folder, env=self.environment)
+        if done.returncode:
+            fail(f"{' '.join(command)[:300]} ended with {done.returncode}: {done.stderr.decode(errors='replace')[-2000:]}")
+        return done.stdout
+
+    def on_board_bytes(self, elf, *arguments):
+        """Returns the bytes that a program of the board writes to the host's standard output."""
+        named = ",".join(f"arg={argument}" for argument in [elf.stem, *arguments])
+        return self.run_bytes(*QEMU, elf, "-semihosting-config", f"enable=on,target=native,{named}")
+
     def on_board(self, elf, *arguments):
         named = ",".join(f"arg={argument}" for argument in [elf.stem, *arguments])
         return self.run(*QEMU, elf, "-semihosting-config", f"enable=on,target=native,{named}")
@@ -258,7 +271,7 @@ def check_headers(host):
     includes = ["-I", host / "include", "-I", ROOT / "wstac-fw/capi/include"]
     for text in ('#include "wstac.h"\n', '#include "wstac_fw.h"\n', '#include "wstac.h"\n#include "wstac_fw.h"\n'):
         for language in (["gcc", "-x", "c", "-std=c99"], ["gcc", "-x", "c", "-std=c11"], ["g++", "-x", "c++", "-std=c++11"]):
-            run([*language, "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", *includes, "-"], input=text)
+            run([*language, "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-fsyntax-only", *includes, "-"], input=text)
     print("headers: alone and together, in C99, C11 and C++11")
 
 
@@ -338,6 +351,34 @@ def check_firmware_example(programs, wstac):
     print("firmware example: the same events, with sanitizers, in valgrind and on the emulated Cortex-M4F")
 
 
+def check_link(programs, wstac):
+    """Checks that `wstac monitor` prints what a program with the firmware library sends, as `wstac run` prints it. The
+    program is C99, C++11 and -Wconversion clean.
+    """
+    source = EXAMPLES / "link.c"
+    include = ["-I", ROOT / "wstac-fw/capi/include"]
+    for language in (["gcc", "-x", "c", "-std=c99"], ["g++", "-x", "c++", "-std=c++11"]):
+        run([*language, "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-fsyntax-only", *include, source])
+    plain, sanitized, elf = programs.build_firmware(source)
+    expected = [record for record in wstac.run("slides.mcap") if record["kind"] in ("event", "contact_end", "end")]
+    arguments = ["slides.raw", 400, 400, MODEL]
+    sent = [programs.run_bytes(*how, *arguments) for how in ([sanitized], [*VALGRIND, plain])]
+    same(sent[1], sent[0], "the bytes of link.c in valgrind")
+    monitor = subprocess.run([wstac.command, "monitor", "-", "--json", "--status"], input=sent[0], capture_output=True, check=False)
+    found = [json.loads(text) for text in monitor.stdout.splitlines()]
+    # A board knows no wall-clock time.
+    clocked = lambda record: {name: value for name, value in record.items() if name != "stamp"}
+    same([clocked(record) for record in found], [clocked(record) for record in expected], "the events of link.c")
+    said = monitor.stderr.decode()
+    for words in ("link.c 1.0: 400x400 Gray at 30 frames per second", "chip 000000030000000200000001", "model of", "0 overruns"):
+        if words not in said:
+            fail(f"wstac monitor says {said!r}, expected {words!r}")
+    if "lost" in said or "damaged" in said:
+        fail(f"wstac monitor says {said!r}")
+    same(programs.on_board_bytes(elf, *arguments), sent[0], "the bytes of link.c on the board")
+    print(f"link: {len(found)} records of link.c as wstac run prints them; the same bytes on the emulated Cortex-M4F")
+
+
 def check_firmware(programs, wstac):
     """Checks every format: features, samples and answers equal those of `wstac run` bit for bit, and speeds equal what
     it prints, by every law.
@@ -407,6 +448,7 @@ def main():
         check_page(programs)
         check_host_records(programs, wstac)
         check_firmware_example(programs, wstac)
+        check_link(programs, wstac)
         check_firmware(programs, wstac)
         check_stack(programs)
 

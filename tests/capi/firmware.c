@@ -327,6 +327,86 @@ static void long_touches_are_one_event(void)
     EXPECT(wstac_fw_take_contact_end(&pipeline, &contact_end) == WSTAC_FW_STATUS_NONE);
 }
 
+/* Checks that a call has written a message, and returns its length. */
+static size_t written(WstacFwStatus status, const uint8_t *bytes, const size_t *length)
+{
+    EXPECT(status == WSTAC_FW_STATUS_OK && *length >= 9 && *length <= WSTAC_FW_LINK_BYTES);
+    /* Only the first and the last byte are 0. */
+    for (size_t at = 0; at < *length; at++)
+        EXPECT((bytes[at] == 0) == (at == 0 || at == *length - 1));
+    return *length;
+}
+
+static void link_is_checked(void)
+{
+    static WstacFwLink line;
+    uint8_t bytes[WSTAC_FW_LINK_BYTES];
+    size_t length = 7;
+    static const uint32_t id[3] = {1, 2, 3};
+    WstacFwBoard board = {.firmware = "a", .version = "b", .revision = "c", .format = &WSTAC_FW_GREY, .id = id};
+    WstacFwMotion motion;
+    WstacFwSpeed speed;
+    WstacFwDirection direction;
+    WstacFwTexture texture = {.task = WSTAC_FW_TASK_PATTERN, .label = "Saw", .confidence = -1, .known = -1};
+    WstacFwAnswers answers = {.motion = &motion};
+    WstacFwContactEnd end = {.frame = 60, .event_frame = 30};
+    WstacFwIncomplete incomplete = {.frame = 30, .frames = 69};
+    WstacFwTelemetry telemetry = {.uptime_ms = 5, .millihertz = 29970, .overruns = -1, .restarts = 0, .stack = INT64_MAX};
+    EXPECT(wstac_fw_version() == WSTAC_FW_VERSION);
+    EXPECT(WSTAC_FW_VERSION == (WSTAC_FW_VERSION_MAJOR << 16 | WSTAC_FW_VERSION_MINOR << 8 | WSTAC_FW_VERSION_PATCH));
+    EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_link_lost(&line, 1, bytes, &length) == WSTAC_FW_STATUS_STATE && length == 7);
+    EXPECT(wstac_fw_link_init(NULL, sizeof line) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_init(&line, sizeof line - 1) == WSTAC_FW_STATUS_MEMORY);
+    EXPECT(wstac_fw_link_init(&line, sizeof line) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_link_lost(NULL, 1, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_lost(&line, 1, NULL, &length) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_lost(&line, 1, bytes, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_hello(&line, NULL, &board, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_hello(&line, &pipeline, NULL, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    size_t whole = written(wstac_fw_link_hello(&line, &pipeline, &board, bytes, &length), bytes, &length);
+    board.revision = NULL, board.id = NULL;
+    EXPECT(written(wstac_fw_link_hello(&line, &pipeline, &board, bytes, &length), bytes, &length) == whole - 4);
+    board.firmware = "a name of thirty-one bytes, which is as long as it may be";
+    EXPECT(written(wstac_fw_link_hello(&line, &pipeline, &board, bytes, &length), bytes, &length) == whole - 4 + 30);
+    board.version = "\xFF";
+    EXPECT(wstac_fw_link_hello(&line, &pipeline, &board, bytes, &length) == WSTAC_FW_STATUS_TEXT);
+    board.version = NULL;
+    EXPECT(wstac_fw_link_hello(&line, &pipeline, &board, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    board.version = "b", board.format = (const WstacFwFormat *)(const void *)model_words;
+    EXPECT(wstac_fw_link_hello(&line, &pipeline, &board, bytes, &length) == WSTAC_FW_STATUS_FORMAT);
+    EXPECT(wstac_fw_link_features(&line, &pipeline, bytes, &length) == WSTAC_FW_STATUS_NONE);
+    EXPECT(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length) == WSTAC_FW_STATUS_STATE);
+    EXPECT(event_at(0, 40, dark) < 0);
+    written(wstac_fw_link_features(&line, &pipeline, bytes, &length), bytes, &length);
+    EXPECT(event_at(40, 60, bright) < 0 && event_at(60, 100, dark) == 99);
+    EXPECT(wstac_fw_link_event(&line, &pipeline, NULL, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_motion(&pipeline, &motion) == WSTAC_FW_STATUS_OK);
+    whole = written(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length), bytes, &length);
+    /* A texture takes its task, its name with a length, and two bytes for what the model does not tell. */
+    answers.texture = &texture;
+    EXPECT(written(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length), bytes, &length) == whole + 7);
+    memset(texture.label, 'a', sizeof texture.label);
+    EXPECT(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length) == WSTAC_FW_STATUS_TEXT);
+    texture.label[1] = 0, texture.label[0] = (char)0xFF;
+    EXPECT(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length) == WSTAC_FW_STATUS_TEXT);
+    answers.motion = NULL, answers.texture = NULL;
+    EXPECT(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_direction(&pipeline, &direction) == WSTAC_FW_STATUS_OK);
+    answers.speed = &speed, answers.direction = &direction;
+    written(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length), bytes, &length);
+    written(wstac_fw_link_contact_end(&line, &end, bytes, &length), bytes, &length);
+    written(wstac_fw_link_interrupted(&line, &incomplete, bytes, &length), bytes, &length);
+    written(wstac_fw_link_lost(&line, 3, bytes, &length), bytes, &length);
+    written(wstac_fw_link_status(&line, &pipeline, bytes, &length), bytes, &length);
+    written(wstac_fw_link_telemetry(&line, &telemetry, bytes, &length), bytes, &length);
+    written(wstac_fw_link_end(&line, &pipeline, bytes, &length), bytes, &length);
+    EXPECT(wstac_fw_link_contact_end(&line, NULL, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_interrupted(&line, NULL, bytes, &length) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_telemetry(&line, NULL, bytes, &length) == WSTAC_FW_STATUS_NULL);
+}
+
 /* The CRC-32 (IEEE) of a model file's bytes behind its checksum, put into its place. */
 static void check_again(uint8_t *file, size_t bytes)
 {
@@ -370,9 +450,9 @@ static void models_are_checked(size_t bytes)
 static void texts_are_there(void)
 {
     const char *unknown = wstac_fw_status_text(3);
-    for (WstacFwStatus status = WSTAC_FW_STATUS_MODEL_INPUT; status <= WSTAC_FW_STATUS_NONE; status++)
+    for (WstacFwStatus status = WSTAC_FW_STATUS_TEXT; status <= WSTAC_FW_STATUS_NONE; status++)
         EXPECT(strlen(wstac_fw_status_text(status)) > 3 && wstac_fw_status_text(status) != unknown);
-    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_MODEL_INPUT - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
+    EXPECT(wstac_fw_status_text(WSTAC_FW_STATUS_TEXT - 1) == unknown && wstac_fw_status_text(INT32_MIN) == unknown);
 }
 
 static void print_motion(const WstacFwMotion *motion)
@@ -449,6 +529,7 @@ int main(int argc, char **argv)
     choices_are_checked();
     streams_are_checked();
     long_touches_are_one_event();
+    link_is_checked();
     texts_are_there();
     FILE *file = fopen(argv[5], "rb");
     EXPECT(file != NULL);

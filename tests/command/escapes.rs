@@ -205,6 +205,8 @@ fn names_and_crashes_of_a_board_never_control_the_terminal() {
         trigger: TriggerConfig::default(),
         models: [None; 3],
         frame: 0,
+        revision: Text::new("\x1b[2J"),
+        id: None,
     }));
     board.push(&Message::Fault(Fault::LastRun(Text::new(FORGED))));
     folder.file("board.bin", board.frames.concat());

@@ -42,7 +42,9 @@ direction = 180
 """
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, SAMPLES = 0, 1, 2
+HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE = 0, 1, 2, 4, 5
+# The number of an event among the messages of a board.
+EVENT = 3
 
 
 class Host:
@@ -87,10 +89,29 @@ def crc(data):
 
 def request(message, *wanted):
     """Returns the frame of a request."""
-    data = bytes([3, 0, message, *wanted])
+    data = bytes([4, 0, message, *wanted])
     data += crc(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
     return b"\0" + stuffed + b"\0"
+
+
+def messages(data):
+    """Returns the numbers of the messages that a board sent, each with the bytes of its fields."""
+    found = []
+    for frame in filter(None, bytes(data).split(b"\0")):
+        content = b""
+        while frame:
+            code = frame[0]
+            content += frame[1:code] + (b"" if code == 0xFF else b"\0")
+            frame = frame[code:]
+        # The last zero is not sent. The sequence number is a varint behind the version.
+        content = content[:-1]
+        at = 1
+        while content[at] & 0x80:
+            at += 1
+        if crc(content[:-4]).to_bytes(4, "little") == content[-4:]:
+            found.append((content[at + 1], content[at + 2 : -4]))
+    return found
 
 
 def of_kind(lines, *kinds):
@@ -153,6 +174,52 @@ class Check:
         events = of_kind(self.host.of_line(board.run(), "--samples"), "event")
         expected = of_kind(self.host.of_clip("--samples"), "event")
         self.say("samples", [] if events == expected else ["events with samples are not the host's"])
+
+    def again(self, name, acknowledged):
+        """A host that acknowledges events gets them again until it does so, and prints each once."""
+        board = Board(self.elf, self.host.frames)
+        board.line.receive(request(KEEP_EVENTS, 1))
+        for number, event in enumerate(map(json.loads, self.events)):
+            if acknowledged:
+                # The event is complete 70 frames after its first one.
+                acknowledge = lambda number=number: board.line.receive(request(ACKNOWLEDGE, number))
+                board.camera.faults[event["frame"] + 80] = acknowledge
+        sent = bytes(board.run())
+        events = of_kind(self.host.of_line(sent), "event")
+        problems = [] if events == self.events else [f"events are {events}, expected {self.events}"]
+        tries = {}
+        for message, fields in messages(sent):
+            if message == EVENT:
+                # An event's first field is its frame.
+                tries[fields[:2]] = tries.get(fields[:2], 0) + 1
+        first, *_ = tries.values()
+        # Ten frames are a third of a second. The line is still read 4 seconds after the first event.
+        if first != 2 if acknowledged else not 5 <= first <= 16:
+            problems.append(f"the first event is sent {first} times")
+        if len(tries) != len(self.events):
+            problems.append(f"{len(tries)} events are sent, expected {len(self.events)}")
+        self.say(name, problems)
+
+    def status(self, name):
+        """The host is told which chip and revision it is, and how the board does."""
+        board = Board(self.elf, self.host.frames, faults={40: "overrun"})
+        board.machine.paint_stack()
+        self.host.of_line(board.run(), "--status")
+        problems = []
+        # The lowest word is the last one.
+        if not re.search(r", revision [0-9a-f]{12}, chip 0c0b0a090807060504030201\n", self.host.notes):
+            problems.append(f"the host is told {self.host.notes!r}")
+        pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (\d) events?\n"
+        states = re.findall(pattern, self.host.notes)
+        seconds = [int(state[0]) for state in states]
+        # The clock that the frames have is 0.05 % slow, and the first second has no frames.
+        if not states or seconds != sorted(seconds) or abs(seconds[-1] - board.machine.now / (30 * FRAME)) > 2:
+            problems.append(f"the uptimes are {seconds}")
+        elif not 29.9 < float(states[-1][1] or 0) < 30.1 or [states[-1][at] for at in (2, 4)] != ["1", "2"]:
+            problems.append(f"the last state is {states[-1]}")
+        elif not abs(int(states[-1][3]) - board.machine.deepest_stack()) <= 256:
+            problems.append(f"{states[-1][3]} bytes of stack, expected {board.machine.deepest_stack()}")
+        self.say(name, problems)
 
     def faulty(self, name, faults, missing, said):
         """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
@@ -408,6 +475,9 @@ def main():
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
         check.samples()
+        check.status("state of the board")
+        check.again("events that are acknowledged", acknowledged=True)
+        check.again("events that are not acknowledged", acknowledged=False)
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])

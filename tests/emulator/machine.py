@@ -41,8 +41,11 @@ MEMORIES = [
 ]
 RAM = 0x2400_0000
 NOWHERE = 0x2000_0100
+# The unique number of the chip, and where it is (RM0433, section 61.1).
+UNIQUE_ID, CHIP = 0x1FF1_E800, bytes(range(1, 13))
 BOOTLOADER_STACK = 0x2000_8000  # in memory that the DMA does not reach
-PAINT, STACK_PAINTED = b"\xa5", 0x4000
+# The byte that the program paints its stack with at its start, too.
+PAINT, STACK_PAINTED = b"\xcc", 0x4000
 PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
 SYSTEM, SYSTEM_SIZE = 0xE000_0000, 0x10_0000
 PAGE = 0x400  # peripherals are distinguished in steps of this
@@ -69,6 +72,7 @@ class Machine:
         self.uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M7)
         for base, size in MEMORIES:
             self.uc.mem_map(base, size)
+        self.uc.mem_write(UNIQUE_ID, CHIP)
         with open(elf, "rb") as file:
             image = ELFFile(file)
             self.image = [(s["p_paddr"], s.data()) for s in image.iter_segments() if s["p_type"] == "PT_LOAD"]

@@ -23,6 +23,8 @@ pub mod sensor;
 #[cfg(feature = "h743")]
 pub mod serial;
 pub mod setup;
+#[cfg(feature = "node")]
+pub mod stack;
 pub mod stripes;
 pub mod textures;
 pub mod window;

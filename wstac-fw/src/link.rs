@@ -147,7 +147,10 @@ impl<S: Line, T: OutputPin> Link<S, T> {
 
 impl<S: Line, T: OutputPin> Outlet for Link<S, T> {
     fn send(&mut self, message: &Message<'_>) {
-        if let Message::Event(answers) = message {
+        // An event that is sent again is none.
+        if let Message::Event(answers) = message
+            && answers.number == self.events as u16
+        {
             defmt::info!("event at frame {=u64}", answers.frame);
             self.events = self.events.wrapping_add(1);
             let _ = self.trouble.set_low();

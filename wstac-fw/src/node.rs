@@ -21,6 +21,7 @@ use crate::reader::Reader;
 use crate::self_test::{self, Defect, Probe, RateMeter};
 use crate::sensor::watch::Watch;
 use crate::sensor::{Sensor, SensorError, Signals};
+use crate::stack::StackDepth;
 use crate::stripes::{self, Capture, Step, Stripes};
 use crate::{crash_record, setup};
 
@@ -128,6 +129,8 @@ pub struct Node<B: Board, const WIDTH: usize> {
     pub hung: bool,
     /// Whether the clock is the chip's own, because that of the board is missing.
     pub is_own_clock: bool,
+    /// The unique number of the chip, its lowest word first.
+    pub id: Option<[u32; 3]>,
 }
 
 /// Answers for ever.
@@ -135,8 +138,19 @@ pub struct Node<B: Board, const WIDTH: usize> {
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
-    let Node { sensors, layout, camera, stripes, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock } =
-        node;
+    let Node {
+        sensors,
+        layout,
+        camera,
+        stripes,
+        bus: mut i2c,
+        mut line,
+        mut events,
+        mut watchdog,
+        hung,
+        is_own_clock,
+        id,
+    } = node;
     let size = sensors.first().map(|sensor| sensor.size);
     let Some(reader) = size.and_then(|size| reader(layout, size)) else {
         panic!("the configuration does not fit the camera")
@@ -145,8 +159,14 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
         defmt::warn!("no clock from the board: the chip's own is used, and times are within 2 %");
         reader.set_name("wstac-fw on the chip's clock");
     }
+    if let Some(id) = id {
+        reader.set_id(id);
+    }
     reader.hello(&mut line);
-    let mut is_told = tell_last_run(hung, &mut line);
+    let (mut is_told, restarts) = tell_last_run(hung, &mut line);
+    let telemetry = reader.telemetry_mut();
+    (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
+    let (mut depth, mut second) = (StackDepth::new(), 0);
     let mut sensor = *find(sensors, &mut i2c, reader, &mut line, &mut watchdog).await;
 
     let mut stripes = Stripes::new(camera, stripes, PERIOD);
@@ -166,7 +186,13 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
                 line.absence(absent);
             }
         }
-        while line.has_room() && reader.send_held(&mut line) {}
+        let now = Instant::now();
+        reader.set_time(now.as_millis());
+        if second != now.as_secs() {
+            second = now.as_secs();
+            reader.telemetry_mut().stack = Some(depth.bytes());
+        }
+        while line.has_room() && (reader.send_held(&mut line) || reader.send_again(&mut line)) {}
         if stage != Stage::Run {
             match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
                 Ok(()) => {
@@ -201,7 +227,7 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
                     let lost = match watch.check(&sensor, &mut i2c) {
                         Ok(()) => {
                             bus_failures = 0;
-                            wrong_rate(&mut meter, stripes.capture()).map(|defect| {
+                            wrong_rate(&mut meter, stripes.capture(), reader).map(|defect| {
                                 log(Some(defect));
                                 Absence::of(defect, &sensor)
                             })
@@ -240,7 +266,11 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
             Step::Fault(fault) => {
                 meter.restart();
                 match fault {
-                    stripes::Fault::Overrun => line.fault(Fault::Overrun),
+                    stripes::Fault::Overrun => {
+                        let overruns = &mut reader.telemetry_mut().overruns;
+                        *overruns = overruns.map(|number| number.saturating_add(1));
+                        line.fault(Fault::Overrun);
+                    }
                     stripes::Fault::LostSync => line.fault(Fault::LostSync),
                     stripes::Fault::Silent => {
                         (stage, absent) = (Stage::SetUp, Absence::Silent);
@@ -346,10 +376,11 @@ async fn measured(dcmi: &impl Camera, frames: u32, longest: Duration) {
     }
 }
 
-/// Returns the defect if the rate of the last frames was wrong.
-fn wrong_rate(meter: &mut RateMeter, dcmi: &impl Camera) -> Option<Defect> {
+/// Returns the defect if the rate of the last frames was wrong, and reports the rate.
+fn wrong_rate(meter: &mut RateMeter, dcmi: &impl Camera, reader: &mut Reader) -> Option<Defect> {
     let (syncs, at) = dcmi.syncs();
     let (frames, ticks) = meter.push(syncs, at)?;
+    reader.telemetry_mut().millihertz = Some(self_test::millihertz(frames, ticks, TICK_HZ));
     self_test::judge_rate(frames, ticks, RATE, TICK_HZ).err()
 }
 
@@ -376,20 +407,21 @@ fn reader(layout: &Layout, size: FrameSize) -> Option<&'static mut Reader> {
     }
 }
 
-/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent.
-fn tell_last_run(hung: bool, line: &mut Link<impl Line, impl OutputPin>) -> bool {
+/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent, and the number of
+/// restarts.
+fn tell_last_run(hung: bool, line: &mut Link<impl Line, impl OutputPin>) -> (bool, u32) {
     let mut record = crash_record::begin();
+    let restarts = record.restarts();
     let is_kept = record.text().is_some();
     if hung && !is_kept {
         record.add("the program hung, and the watchdog ended it");
     }
     if record.text().is_some() {
-        let restarts = record.restarts();
         record.add("; restart ");
         record.add_number(restarts, 10);
         line.fault(Fault::LastRun(Text::new(record.text().unwrap_or_default())));
     }
-    !is_kept
+    (!is_kept, restarts)
 }
 
 /// Looks for a sensor until one is found, and sets it up.
@@ -412,6 +444,7 @@ async fn find(
             // A host that has just connected should know, too.
             said = if request == Request::Hello { Absence::None } else { said };
         }
+        reader.set_time(Instant::now().as_millis());
         let mut reason = Absence::Gone;
         for sensor in sensors {
             match sensor.identify(i2c) {

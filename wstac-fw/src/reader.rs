@@ -16,7 +16,7 @@ use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::trigger::{ContactEnd, Event};
-use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Request, SAMPLE_PART, Text};
+use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 use crate::setup;
 use crate::textures::ModelSample;
@@ -39,6 +39,10 @@ pub struct Reader {
     size: FrameSize,
     /// The name of the firmware, for hosts that ask.
     name: &'static str,
+    /// The unique number of the chip.
+    id: Option<[u32; 3]>,
+    /// The state of the board, as far as the caller and the requests set it.
+    telemetry: Telemetry,
     dropped: u64,
     status_at: u64,
 }
@@ -48,9 +52,12 @@ pub struct Reader {
 struct Sender {
     law: setup::Law,
     motion: MotionConfig,
+    /// The events that were sent and not acknowledged.
+    outbox: Outbox<'static>,
+    /// The time in milliseconds, which wraps.
+    now: u32,
     wants_features: bool,
     wants_samples: bool,
-    #[cfg(feature = "motion")]
     wants_motion: bool,
     /// Follows what slides, frame by frame.
     #[cfg(feature = "motion")]
@@ -90,16 +97,19 @@ impl Reader {
             sender: Sender {
                 law,
                 motion,
+                outbox: Outbox::new(),
+                now: 0,
                 wants_features: false,
                 wants_samples: false,
-                held: None,
-                #[cfg(feature = "motion")]
                 wants_motion: false,
+                held: None,
                 #[cfg(feature = "motion")]
                 live: LiveMotion::new(motion),
             },
             size,
             name: env!("CARGO_PKG_NAME"),
+            id: None,
+            telemetry: Telemetry::default(),
             dropped: 0,
             status_at: STATUS_EVERY,
         })
@@ -108,6 +118,23 @@ impl Reader {
     /// Gives the firmware another name, which says in what it differs.
     pub fn set_name(&mut self, name: &'static str) {
         self.name = name;
+    }
+
+    /// Sets the unique number of the chip, which the description of the board has.
+    pub fn set_id(&mut self, id: [u32; 3]) {
+        self.id = Some(id);
+    }
+
+    /// Sets the milliseconds since the start. Events that are not acknowledged are sent again by this time.
+    pub fn set_time(&mut self, uptime_ms: u64) {
+        self.telemetry.uptime_ms = uptime_ms;
+        self.sender.now = uptime_ms as u32;
+    }
+
+    /// Returns what the caller knows of the board's state: its rate, overruns, restarts, stack and temperature. The
+    /// reader sets all other fields.
+    pub fn telemetry_mut(&mut self) -> &mut Telemetry {
+        &mut self.telemetry
     }
 
     /// Takes the next rows of a frame.
@@ -157,10 +184,10 @@ impl Reader {
             Request::Hello => self.hello(out),
             Request::Features(wanted) => self.sender.wants_features = wanted,
             Request::Samples(wanted) => self.sender.wants_samples = wanted,
-            #[cfg(feature = "motion")]
+            // Without the feature `motion`, none is sent.
             Request::Motion(wanted) => self.sender.wants_motion = wanted,
-            // The request is from a newer host, or for what is not compiled in.
-            _ => {}
+            // Others are about events, or from a newer host.
+            request => self.sender.outbox.answer(request),
         }
     }
 
@@ -168,6 +195,16 @@ impl Reader {
     pub fn status(&mut self, out: &mut impl Outlet) {
         self.status_at = self.pipeline.next_frame().saturating_add(STATUS_EVERY);
         out.send(&Message::Status { stream: self.pipeline.end(), dropped: self.dropped });
+        self.send_telemetry(out);
+    }
+
+    fn send_telemetry(&mut self, out: &mut impl Outlet) {
+        let Sender { outbox, wants_features, wants_samples, wants_motion, .. } = &self.sender;
+        (self.telemetry.events, self.telemetry.kept) = (outbox.next_event(), outbox.kept());
+        let wanted = &mut self.telemetry.wanted;
+        (wanted.features, wanted.samples, wanted.motion) = (*wants_features, *wants_samples, *wants_motion);
+        wanted.kept_events = outbox.is_heard();
+        out.send(&Message::Telemetry(self.telemetry));
     }
 
     /// Sends the description of the board.
@@ -183,6 +220,8 @@ impl Reader {
             trigger: setup::TRIGGER,
             models,
             frame: self.pipeline.next_frame(),
+            revision: Text::new(env!("WSTAC_REVISION")),
+            id: self.id,
         }));
     }
 
@@ -195,6 +234,19 @@ impl Reader {
     /// on a slow line the remaining parts are left out, which the host can see.
     pub fn send_held(&mut self, out: &mut impl Outlet) -> bool {
         self.sender.send_held(self.pipeline.recent(), out)
+    }
+
+    /// Sends an event again that the host has not acknowledged in time. Returns false if there was nothing to send.
+    ///
+    /// Call it when there is room for a message.
+    // It is not inlined, so that the message does not lie on the stack of a function that runs for ever.
+    #[inline(never)]
+    pub fn send_again(&mut self, out: &mut impl Outlet) -> bool {
+        let due = self.sender.outbox.due(self.sender.now);
+        if let Some(answers) = due {
+            out.send(&Message::Event(answers));
+        }
+        due.is_some()
     }
 
     /// Ends a stream that has an end: fills or ends a gap of lost frames, and sends how the stream ended.
@@ -281,7 +333,7 @@ impl Sender {
     #[inline(never)]
     fn send_held_event(&mut self, out: &mut impl Outlet) {
         if let Some(held) = self.held.take() {
-            out.send(&Message::Event(held.answers));
+            out.send(&Message::Event(self.outbox.push(held.answers, self.now)));
             if let Some(end) = held.end {
                 out.send(&Message::ContactEnd(ContactEnd::new(end, held.answers.frame)));
             }

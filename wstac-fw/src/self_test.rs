@@ -92,8 +92,13 @@ pub fn judge_rate(frames: u32, ticks: u32, rate: FrameRate, tick_hz: Ticks) -> R
     if found.abs_diff(expected).saturating_mul(RATE_TOLERANCE) <= expected {
         return Ok(());
     }
-    let millihertz = (u64::from(frames).saturating_mul(1000).saturating_mul(tick_hz)).checked_div(u64::from(ticks));
-    Err(Defect::Rate { millihertz: millihertz.and_then(|rate| u32::try_from(rate).ok()).unwrap_or(u32::MAX) })
+    Err(Defect::Rate { millihertz: millihertz(frames, ticks, tick_hz) })
+}
+
+/// Returns the rate of frames that took these ticks, in frames per 1000 seconds.
+pub fn millihertz(frames: u32, ticks: u32, tick_hz: Ticks) -> u32 {
+    let rate = (u64::from(frames).saturating_mul(1000).saturating_mul(tick_hz)).checked_div(u64::from(ticks));
+    rate.and_then(|rate| u32::try_from(rate).ok()).unwrap_or(u32::MAX)
 }
 
 /// Returns how many times the nominal rate this one is, if that is a whole number within 2 %.

@@ -1,11 +1,12 @@
 //! A simulated board: it runs a scene through the core and sends messages as firmware does.
 
-use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::law::ByCoherence;
-use wstac_core::layout::Layout;
+use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::Model;
 use wstac_core::motion::{LiveMotion, MotionConfig};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
+use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
 use wstac_core::trigger::{Event, TriggerConfig};
@@ -27,11 +28,29 @@ impl Sent {
     }
 }
 
+/// Returns the first message of a board.
+pub(crate) fn hello() -> Message<'static> {
+    Message::Hello(Hello {
+        firmware: Text::new("test-board"),
+        version: Text::new("1.2.3"),
+        size: FrameSize::new(320, 240).unwrap(),
+        format: PixelFormat::Gray,
+        rate: FrameRate::NOMINAL,
+        trigger: TriggerConfig::default(),
+        models: [None; 3],
+        frame: 0,
+        revision: Text::new("0123abc"),
+        id: Some([1, 2, 0xA3]),
+    })
+}
+
 struct Board<'m> {
     law: ByCoherence,
     models: Vec<Model<'m>>,
     dropped: u64,
     live: LiveMotion,
+    /// The number of the next event.
+    events: u16,
     /// Whether features, samples and motion are sent, too.
     all: bool,
     sent: Sent,
@@ -51,6 +70,7 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
         models: models.iter().map(|file| file.model().unwrap()).collect(),
         dropped: 0,
         live: LiveMotion::new(MotionConfig::published(info.rate)),
+        events: 0,
         all,
         sent: Sent { frames: Vec::new() },
     };
@@ -93,6 +113,8 @@ impl Board<'_> {
             trigger: *trigger,
             models,
             frame: 0,
+            revision: Text::new(""),
+            id: None,
         }));
     }
 
@@ -138,6 +160,7 @@ impl Board<'_> {
         if self.all {
             sample_parts(event.frame, event.sample).for_each(|part| self.sent.push(&part));
         }
+        (answers.number, self.events) = (self.events, self.events + 1);
         self.sent.push(&Message::Event(answers));
     }
 

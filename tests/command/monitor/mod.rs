@@ -5,14 +5,17 @@ pub(crate) mod board;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpListener;
+use std::net::{Shutdown, TcpListener, TcpStream};
 use std::os::fd::AsRawFd;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
+use std::process::Child;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
 
 use serde_json::Value;
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
-use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text};
+use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text, encode};
 use wstac_host::model_file::ModelFile;
 use wstac_tests::command::{good, printed, refusal, run, said, start};
 use wstac_tests::folder::Folder;
@@ -81,7 +84,8 @@ fn wait_for(board: &mut impl Read, expected: &[Request]) {
     }
 }
 
-const ALL: [Request; 4] = [Request::Hello, Request::Features(true), Request::Samples(true), Request::Motion(true)];
+const ALL: [Request; 5] =
+    [Request::Hello, Request::Features(true), Request::Samples(true), Request::Motion(true), Request::KeepEvents(true)];
 
 /// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features,
 /// samples and motion.
@@ -89,6 +93,9 @@ fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
     let lines = good(&[&["run", scene][..], &WANTED].concat());
     (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true).frames)
 }
+
+/// The most starts of a board until their requests fill a connection that nobody reads.
+const MOST_STARTS: u32 = 500_000;
 
 const WANTED: [&str; 4] = ["--json", "--features", "--samples", "--motion"];
 
@@ -153,9 +160,10 @@ fn a_tcp_connection_is_asked_and_read_to_its_end() {
     // The board's own end is left out: the last status before it covers all frames.
     frames.pop();
     board.write_all(&frames.concat()).unwrap();
-    // The host repeats its requests when a board starts. If they stayed unread, the connection would end as broken.
+    // The host repeats its requests when a board starts. If they or acknowledgments stayed unread, the connection would
+    // end as broken.
     wait_for(&mut board, &ALL[1..]);
-    drop(board);
+    board.shutdown(Shutdown::Write).unwrap();
     let done = monitor.wait_with_output().unwrap();
     let out = printed(&done);
     let end = lines.pop().unwrap();
@@ -267,6 +275,112 @@ fn a_device_that_is_gone_is_waited_for() {
     assert_eq!(monitor.wait().unwrap().code(), Some(0));
 }
 
+/// Listens for connections with small buffers.
+fn listen_with_small_buffers() -> TcpListener {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let options = [(libc::SOL_SOCKET, libc::SO_RCVBUF, 2048_i32), (libc::IPPROTO_TCP, libc::TCP_MAXSEG, 536)];
+    for (level, option, value) in options {
+        let length = size_of::<i32>() as libc::socklen_t;
+        // SAFETY: the descriptor is open, and the value is an integer of the stated length.
+        let set = unsafe { libc::setsockopt(listener.as_raw_fd(), level, option, (&raw const value).cast(), length) };
+        assert_eq!(set, 0);
+    }
+    listener
+}
+
+/// A monitor of a board that starts again and again, and does not read the requests for that, until the connection has
+/// no room for more of them and the monitor says so.
+struct Unread {
+    monitor: Child,
+    /// The lines of standard error.
+    said: Receiver<String>,
+    board: TcpStream,
+    /// The next sequence number.
+    sequence: u16,
+}
+
+impl Unread {
+    fn new(arguments: &[&str]) -> Self {
+        let listener = listen_with_small_buffers();
+        let name = format!("tcp:{}", listener.local_addr().unwrap());
+        let mut monitor = start(&[&["monitor", &name, "--json"], arguments].concat());
+        let (board, _) = listener.accept().unwrap();
+        board.set_nodelay(true).unwrap();
+        board.set_write_timeout(Some(Duration::from_secs(10))).unwrap();
+        let stderr = BufReader::new(monitor.stderr.take().unwrap());
+        let (sender, said) = channel();
+        std::thread::spawn(move || stderr.lines().map(Result::unwrap).try_for_each(|line| sender.send(line)));
+        let mut unread = Self { monitor, said, board, sequence: 0 };
+        unread.send(&board::hello());
+        assert!(unread.next_line().contains("test-board 1.2.3"));
+        let expected = format!("wstac: {name} does not read requests; they are sent when it does");
+        for _ in 0..MOST_STARTS {
+            unread.send(&board::hello());
+            std::thread::yield_now();
+            match unread.said.try_recv() {
+                Ok(line) if line == expected => return unread,
+                // The sequence number wraps.
+                Ok(line) => assert_eq!(line, "wstac: the board has started again"),
+                Err(_) => {}
+            }
+        }
+        panic!("the connection has room for all requests: this shows less than it should");
+    }
+
+    fn send(&mut self, message: &Message) {
+        self.board.write_all(encode(message, self.sequence, &mut [0; LONGEST])).expect("the monitor reads");
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+
+    fn next_line(&self) -> String {
+        self.said.recv_timeout(Duration::from_secs(10)).unwrap()
+    }
+
+    /// Sends a signal that ends the monitor.
+    fn interrupt(&self) {
+        // SAFETY: sends a signal to the child, which has not been waited for.
+        assert_eq!(unsafe { libc::kill(self.monitor.id() as i32, libc::SIGINT) }, 0);
+    }
+}
+
+#[test]
+fn a_peer_that_does_not_read_is_still_read() {
+    let mut unread = Unread::new(&[]);
+    let mut stdout = BufReader::new(unread.monitor.stdout.take().unwrap()).lines().map(Result::unwrap);
+    unread.send(&Message::InterruptedSample(InterruptedSample::new(35, 7)));
+    assert_eq!(stdout.next().unwrap(), r#"{"kind":"incomplete","frame":35,"frames":7}"#);
+    // A signal ends it, with its last record.
+    unread.interrupt();
+    assert!(stdout.next().unwrap().starts_with(r#"{"kind":"end","frames":42,"#));
+    assert_eq!(unread.monitor.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn a_peer_that_reads_again_gets_the_requests() {
+    let mut unread = Unread::new(&["--features"]);
+    // Every request that arrives is whole and in its place.
+    let mut board = unread.board.try_clone().unwrap();
+    let requests = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        board.read_to_end(&mut bytes).unwrap();
+        let (mut decoder, mut found) = (Decoder::<16>::new(), Vec::new());
+        for byte in bytes {
+            if let Some(received) = decoder.push::<Request>(byte) {
+                let received = received.unwrap();
+                assert_eq!(received.lost, 0);
+                found.push(received.message);
+            }
+        }
+        found
+    });
+    assert!(unread.next_line().ends_with("reads requests again"));
+    unread.interrupt();
+    assert_eq!(unread.monitor.wait().unwrap().code(), Some(0));
+    let requests = requests.join().unwrap();
+    assert_eq!(requests[..2], [Request::Hello, Request::Features(true)]);
+    assert!(requests[2..].contains(&Request::Features(true)) && requests.len() > 100, "{requests:?}");
+}
+
 #[test]
 fn what_is_no_board_of_this_version_is_refused() {
     let folder = Folder::new("monitor-refused");
@@ -277,11 +391,11 @@ fn what_is_no_board_of_this_version_is_refused() {
     refused(&[], "has no message");
     refused(&[0x55; 100], "has no message");
     refused(b"\x05noise\0".repeat(30).as_slice(), "is it the right port");
-    // A message of version 4, and one of version 2, with arbitrary content and a correct CRC.
-    let newer = [0, 8, 4, 5, 6, 0xBE, 0x20, 0x5C, 0x6C, 0];
-    refused(&newer, "speaks version 4 of the link, expected 3: it is newer than this wstac");
+    // A message of version 5, and one of version 2, with arbitrary content and a correct CRC.
+    let newer = [0, 8, 5, 5, 6, 0x89, 0x4A, 0x9E, 0x6D, 0];
+    refused(&newer, "speaks version 5 of the link, expected 4: it is newer than this wstac");
     let older = [0, 8, 2, 5, 6, 0x0C, 0x5C, 0xD1, 0x68, 0];
-    refused(&older, "speaks version 2 of the link, expected 3: it is older than this wstac");
+    refused(&older, "speaks version 2 of the link, expected 4: it is older than this wstac");
     for (arguments, status) in [
         (&["monitor"][..], 2),
         (&["monitor", "-", "--baud", "0"], 2),

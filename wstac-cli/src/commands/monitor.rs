@@ -1,6 +1,8 @@
 //! `wstac monitor` prints a board's events.
 
+use std::collections::VecDeque;
 use std::ffi::OsString;
+use std::mem;
 use std::sync::atomic::Ordering;
 
 use wstac_core::wire::{LONGEST, Request, encode};
@@ -10,8 +12,9 @@ use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::port::{self, Got, Port};
-use wstac_host::monitor::{Monitor, Report};
+use wstac_host::monitor::{Monitor, Report, telemetry};
 use wstac_host::output::OutputOptions;
+use wstac_host::plural::counted;
 
 /// The number of waits without a byte after which the board counts as silent. It sends its state about once per second.
 const SILENT: u32 = 15;
@@ -49,6 +52,13 @@ pub(super) struct Arguments {
     #[arg(long)]
     motion: bool,
 
+    /// Also report the state of the board about once per second
+    ///
+    /// Standard error says how long the board runs, its frame rate, overruns, restarts, stack and temperature, as far as
+    /// the board knows them.
+    #[arg(long)]
+    status: bool,
+
     /// Bits per second of a serial device; 115200 by default
     #[arg(long, value_name = "N", value_parser = at_least(1_u32))]
     baud: Option<u32>,
@@ -58,7 +68,8 @@ const HELP: &str = r#"Output:
   Records are exactly those of wstac run (see wstac run --help). Standard
   error reports what the board is, gaps ("3 messages lost"), damaged
   messages, silence, and the state of its camera. If a serial device
-  disappears, the program waits for it. Other ports end at their end. The
+  disappears, the program waits for it. Other ports end at their end. A
+  board that does not read requests is reported, and still read. The
   last record is "end": the board's own, or else what is known here.
   Requests for features, samples and motion need a connection that also
   sends to the board.
@@ -79,11 +90,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut records = Records::new(if arguments.json { Form::Json } else { Form::Text });
     let mut monitor = Monitor::new(wanted);
     let mut requests = Requests::default();
-    requests.send(&mut line, &[Request::Hello]);
-    requests.send(&mut line, &requests_for(wanted));
+    requests.extend(monitor.requests());
     let mut room = [0; 4096];
-    let mut waits = 0;
+    let (mut waits, mut lost_events) = (0, 0);
     while !interrupted.load(Ordering::Relaxed) {
+        requests.send(&mut line);
         let bytes = match line.read(&mut room) {
             Ok(Got::Bytes(count)) => {
                 waits = 0;
@@ -105,8 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(Got::Back) => {
                 waits = 0;
                 note(format_args!("{} is back", line.name()));
-                requests.send(&mut line, &[Request::Hello]);
-                requests.send(&mut line, &requests_for(wanted));
+                requests.extend(monitor.requests());
                 continue;
             }
             Ok(Got::Ended) => {
@@ -121,15 +131,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 return Err(error.into());
             }
         };
-        let mut started = false;
         let goes_on = monitor.take(bytes, |report| match report {
             Report::Output(output) => records.write(&output),
             Report::Note(text) => {
                 note(text);
                 Ok(())
             }
-            Report::Started => {
-                started = true;
+            Report::Request(request) => {
+                requests.push(request);
+                Ok(())
+            }
+            Report::LostEvents(lost) => {
+                lost_events += lost;
+                note(format_args!("{} lost, {lost_events} since the start", counted(lost, "event")));
+                Ok(())
+            }
+            Report::Telemetry(telemetry) => {
+                if arguments.status {
+                    note(format_args!("the board: {}", telemetry::in_words(&telemetry)));
+                }
                 Ok(())
             }
         });
@@ -141,26 +161,52 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 return Err(stop);
             }
         }
-        if started {
-            requests.send(&mut line, &requests_for(wanted));
-        }
     }
     records.write(&monitor.finish())
 }
 
-fn requests_for(wanted: OutputOptions) -> [Request; 3] {
-    [Request::Features(wanted.features), Request::Samples(wanted.samples), Request::Motion(wanted.motion)]
+/// The most requests that wait for a board that does not read.
+const MOST_WAITING: usize = 16;
+
+/// The requests that the board has not taken yet. The oldest is the first.
+#[derive(Default)]
+struct Requests {
+    sequence: u16,
+    waiting: VecDeque<Request>,
+    /// Whether it was said that the board does not read.
+    stuck: bool,
 }
 
-/// The sequence number of requests.
-#[derive(Default)]
-struct Requests(u16);
-
 impl Requests {
-    fn send(&mut self, port: &mut Port, requests: &[Request]) {
-        for request in requests {
-            port.send(encode(request, self.0, &mut [0; LONGEST]));
-            self.0 = self.0.wrapping_add(1);
+    /// Adds a request. One of the same kind that still waits is out of date.
+    fn push(&mut self, request: Request) {
+        let is_same = |waiting: &Request| match request {
+            Request::Acknowledge { .. } => *waiting == request,
+            _ => mem::discriminant(waiting) == mem::discriminant(&request),
+        };
+        self.waiting.retain(|waiting| !is_same(waiting));
+        self.waiting.truncate(MOST_WAITING - 1);
+        self.waiting.push_back(request);
+    }
+
+    fn extend(&mut self, requests: impl IntoIterator<Item = Request>) {
+        requests.into_iter().for_each(|request| self.push(request));
+    }
+
+    /// Sends as many as the board takes now.
+    fn send(&mut self, line: &mut Port) {
+        while let Some(request) = self.waiting.front() {
+            if !line.send(encode(request, self.sequence, &mut [0; LONGEST])) {
+                if !mem::replace(&mut self.stuck, true) {
+                    note(format_args!("{} does not read requests; they are sent when it does", line.name()));
+                }
+                return;
+            }
+            self.sequence = self.sequence.wrapping_add(1);
+            self.waiting.pop_front();
+        }
+        if mem::take(&mut self.stuck) {
+            note(format_args!("{} reads requests again", line.name()));
         }
     }
 }

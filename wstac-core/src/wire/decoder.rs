@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{LONGEST, Payload, VERSION};
+use super::{LONGEST, Payload, Quantity, VERSION};
 use crate::crc::crc32;
 
 /// Finds frames in the bytes of a link. `N` is the length of the longest frame that it takes. For a board, which
@@ -70,6 +70,8 @@ pub enum DecodeError {
     Version(u8),
     /// The frame arrived whole, but its message is unknown here.
     Unknown,
+    /// The frame arrived whole, but its message has a number that is impossible.
+    Impossible(Quantity),
 }
 
 impl fmt::Display for DecodeError {
@@ -78,6 +80,7 @@ impl fmt::Display for DecodeError {
             Self::Damaged => f.write_str("the frame is damaged: its bytes are not the bytes that were sent"),
             Self::Version(found) => write!(f, "version of the link is {found}, expected {VERSION}"),
             Self::Unknown => f.write_str("the message is unknown to this version of the software"),
+            Self::Impossible(quantity) => write!(f, "the message has an impossible {quantity}"),
         }
     }
 }
@@ -158,6 +161,7 @@ impl<const N: usize> Decoder<N> {
         self.next = Some(sequence.wrapping_add(1));
         self.lost = self.lost.saturating_add(lost);
         let message = message.map_err(|_| DecodeError::Unknown)?;
+        message.check().map_err(DecodeError::Impossible)?;
         let lost = core::mem::take(&mut self.lost);
         // A board that has had no frame yet answers with the same hello, but with another sequence number.
         let first = sequence == 0 && message.starts();

@@ -98,6 +98,48 @@ pub enum Message<'a> {
         /// Speed and direction with their standard deviations.
         velocity: Velocity,
     },
+    /// The state of the board itself. It is sent after each [`Message::Status`].
+    Telemetry(Telemetry),
+}
+
+/// The state of a board, as far as the board knows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Telemetry {
+    /// The milliseconds since the start.
+    #[serde(serialize_with = "super::numbers::long")]
+    pub uptime_ms: u64,
+    /// The measured frame rate in frames per 1000 seconds.
+    pub millihertz: Option<u32>,
+    /// The number of frames that were lost because pixels came faster than they were taken.
+    pub overruns: Option<u32>,
+    /// The number of starts since power was on, without the first.
+    pub restarts: Option<u32>,
+    /// The greatest depth of the stack in bytes.
+    pub stack: Option<u32>,
+    /// The temperature of the chip in tenths of a degree Celsius.
+    pub temperature: Option<i16>,
+    /// The number of the next event: [`Outbox::next_event`](super::Outbox::next_event).
+    pub events: u16,
+    /// How far the oldest event that the board keeps is behind the next one: [`Outbox::kept`](super::Outbox::kept).
+    pub kept: u8,
+    /// The requests that the board has taken. If one was lost, a host sends it again.
+    pub wanted: Wanted,
+}
+
+/// The outputs that are wanted of a board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+#[expect(clippy::struct_excessive_bools, reason = "each is a request of its own")]
+pub struct Wanted {
+    /// Every frame's features.
+    pub features: bool,
+    /// Every event's sample.
+    pub samples: bool,
+    /// Speed and direction of every frame.
+    pub motion: bool,
+    /// Events that were not acknowledged, again.
+    pub kept_events: bool,
 }
 
 /// The description of a board.
@@ -123,6 +165,11 @@ pub struct Hello<'a> {
     /// The number of the next frame: 0 if the board has just started.
     #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
+    /// The revision of the firmware's source, such as the beginning of a commit's hash; empty if it is not known.
+    #[serde(borrow)]
+    pub revision: Text<'a, 15>,
+    /// The unique number of the chip, its lowest word first; `None` if the chip has none.
+    pub id: Option<[u32; 3]>,
 }
 
 /// A texture model of a board.
@@ -173,10 +220,16 @@ pub struct Answers<'a> {
     pub frames_filled: u8,
     /// Whether the answers are reliable: see [`Answer::reliable`](crate::law::Answer::reliable).
     pub reliable: bool,
+    /// The number of the event: 0 for the first since the start, and 0 again after 65,535. An event that is sent again
+    /// has the same.
+    pub number: u16,
+    /// How far the oldest event that the board keeps is behind this one. Older ones than that are not sent again.
+    pub kept: u8,
 }
 
 impl<'a> Answers<'a> {
-    /// Computes an event's answers by a law. [`Answers::with_texture`] adds textures.
+    /// Computes an event's answers by a law. [`Answers::with_texture`] adds textures, and an
+    /// [`Outbox`](super::Outbox) the number.
     pub fn new(event: &Event<'_>, law: &impl EventLaw) -> Self {
         let answer = law.answer(event);
         Self {
@@ -194,6 +247,8 @@ impl<'a> Answers<'a> {
             textures: [None; 3],
             frames_filled: event.frames_filled,
             reliable: answer.reliable,
+            number: 0,
+            kept: 0,
         }
     }
 
@@ -300,6 +355,14 @@ pub enum Request {
     /// Says whether speed and direction of every frame are wanted. At first they are not. A board without
     /// [`LiveMotion`](crate::motion::LiveMotion) sends none.
     Motion(bool),
+    /// Says whether the host acknowledges events. Then the board sends those again that were not acknowledged. At first
+    /// the host does not.
+    KeepEvents(bool),
+    /// Acknowledges an event.
+    Acknowledge {
+        /// The number of the event: [`Answers::number`].
+        event: u16,
+    },
 }
 
 /// The number of frames of a sample in one message.

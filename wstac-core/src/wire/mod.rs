@@ -1,7 +1,7 @@
 //! The link from a board to a host. Messages are in frames whose beginning is found again after any garbage.
 //!
 //! A board sends [`Message`]s and takes [`Request`]s. Neither side waits for an answer, so a link in one direction
-//! works, too.
+//! works, too. If the host acknowledges events, an event that was lost or damaged is sent again: see [`Outbox`].
 //!
 //! ```
 //! use wstac_core::law::ByCoherence;
@@ -39,6 +39,12 @@
 //! Only features differ from postcard's numbers. They are a byte string: its length, 20 or 200, and two bytes per
 //! feature, the lower first. Features are dark most of the time, and as varints they would then take three bytes.
 //!
+//! ## Impossible numbers
+//! A whole frame may still have numbers that nothing can have, from a board that is wrong. A receiver refuses such a
+//! message ([`DecodeError::Impossible`]): a speed that is not above 0 or not finite, an angle outside 0 ≤ degrees < 360,
+//! a standard deviation below 0, a confidence above 1, more frames than a sample has, a feature above ln 5, a speed of a
+//! touch that does not slide, and a frame number or count above 2^53.
+//!
 //! ## Versions
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is. A receiver skips messages that it does
 //! not know ([`DecodeError::Unknown`]), and bytes behind the fields that it knows. Any other change increases the
@@ -47,22 +53,31 @@
 //! Version 2 added to [`Answers`]: the kind of the touch, its first lit frame and its first dark one, and standard
 //! deviations of speed and direction. Since then a direction is any angle, a [`Hello`]'s trigger says whether it gives
 //! one event per touch, and [`Message::ContactEnd`] says when the light has left.
+//!
+//! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
+//! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`].
 
 mod decoder;
 mod frame;
 mod message;
 mod numbers;
+mod outbox;
+mod possible;
 mod text;
 
 pub use decoder::{DecodeError, Decoder, Received};
 pub use frame::encode;
-pub use message::{Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, TextureAnswer, sample_parts};
+pub use message::{
+    Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
+};
+pub use outbox::{Outbox, RESEND_MS, TRIES};
+pub use possible::Quantity;
 pub use text::Text;
 
 use serde::{Deserialize, Serialize};
 
 /// The version of the bytes on the link, in the first byte of every frame.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// The number of bytes of the longest frame, its zeros included. Any message fits.
 pub const LONGEST: usize = 288;
@@ -71,17 +86,31 @@ pub const LONGEST: usize = 288;
 pub trait Payload<'a>: Serialize + Deserialize<'a> + sealed::Sealed {
     /// Returns whether a sender begins with it, if it is the sender's first message.
     fn starts(&self) -> bool;
+
+    /// Checks that all numbers are possible.
+    ///
+    /// # Errors
+    /// Returns the first quantity that is not.
+    fn check(&self) -> Result<(), Quantity>;
 }
 
 impl Payload<'_> for Request {
     fn starts(&self) -> bool {
         false
     }
+
+    fn check(&self) -> Result<(), Quantity> {
+        Ok(())
+    }
 }
 
 impl<'a> Payload<'a> for Message<'a> {
     fn starts(&self) -> bool {
         matches!(self, Self::Hello(hello) if hello.frame == 0)
+    }
+
+    fn check(&self) -> Result<(), Quantity> {
+        possible::check(self)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::green::bayer::BayerOrder;
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::model::forest::Forest;
-use crate::motion::Contact;
+use crate::motion::{Contact, Velocity};
 use crate::rate::FrameRate;
 use crate::speed::{NoSpeed, Speed};
 use crate::texture::texture;
@@ -24,6 +24,9 @@ const LONGEST_REASON: &str = concat!(
     "so long that what is said in it can only be said in part, because the rest is behind the end"
 );
 
+/// The largest number of a frame.
+const LAST: u64 = 1 << 53;
+
 fn hello(frame: u64) -> Hello<'static> {
     Hello {
         firmware: Text::new("a firmware whose name fills 31 b"),
@@ -34,34 +37,52 @@ fn hello(frame: u64) -> Hello<'static> {
         trigger: TriggerConfig::new(70, 65_535.999, 0, Rule::Signed, 65_535.999).unwrap(),
         models: [Some(ModelFacts { task: Task::Depth, classes: 64, frames: 70 }); 3],
         frame,
+        revision: Text::new("0123456789abcde"),
+        id: Some([u32::MAX; 3]),
     }
 }
 
 fn answers() -> Answers<'static> {
     Answers {
-        frame: u64::MAX,
+        frame: LAST,
         touch: Some(i16::MIN),
-        end: Some(u8::MAX),
-        contact: Some(Contact::Unclear),
+        end: Some(70),
+        contact: Some(Contact::Slide),
         duration: Some(69),
         speed: Ok(Speed::by_arrival(600.5, 3.25)),
         direction: Direction::by_arrival(Ok([359.75, 0.5])),
         textures: [Some(TextureAnswer {
             task: Task::Specimen,
             label: Text::new(LONGEST_NAME),
-            confidence: Some(u16::MAX),
+            confidence: Some(32_768),
             known: Some(true),
         }); 3],
         frames_filled: 70,
         reliable: true,
+        number: u16::MAX,
+        kept: u8::MAX,
+    }
+}
+
+fn telemetry() -> Telemetry {
+    Telemetry {
+        uptime_ms: LAST,
+        millihertz: Some(u32::MAX),
+        overruns: Some(u32::MAX),
+        restarts: Some(u32::MAX),
+        stack: Some(u32::MAX),
+        temperature: Some(2000),
+        events: u16::MAX,
+        kept: u8::MAX,
+        wanted: Wanted { features: true, samples: true, motion: true, kept_events: true },
     }
 }
 
 /// Returns every message at its longest, then some others.
 fn messages() -> Vec<Message<'static>> {
-    let incomplete = InterruptedSample { frame: u64::MAX, frames: 69 };
+    let incomplete = InterruptedSample { frame: LAST, frames: 69 };
     let stream =
-        StreamEnd { frames: u64::MAX, baseline_complete: true, baseline_quiet: true, incomplete: Some(incomplete) };
+        StreamEnd { frames: LAST, baseline_complete: true, baseline_quiet: true, incomplete: Some(incomplete) };
     let short = Answers {
         frame: 0,
         touch: None,
@@ -73,18 +94,20 @@ fn messages() -> Vec<Message<'static>> {
         textures: [None; 3],
         frames_filled: 0,
         reliable: false,
+        number: 0,
+        kept: 0,
     };
     Vec::from([
-        Message::Hello(hello(u64::MAX)),
-        Message::Features { frame: u64::MAX, features: [i16::MIN; 10] },
-        Message::SamplePart { frame: u64::MAX, first: 60, features: [[i16::MIN; 10]; 10] },
+        Message::Hello(hello(LAST)),
+        Message::Features { frame: LAST, features: [i16::MIN; 10] },
+        Message::SamplePart { frame: LAST, first: 60, features: [[i16::MIN; 10]; 10] },
         Message::Event(answers()),
-        Message::Texture { frame: u64::MAX, frames: 69, texture: answers().textures[0].unwrap() },
+        Message::Texture { frame: LAST, frames: 69, texture: answers().textures[0].unwrap() },
         Message::InterruptedSample(incomplete),
-        Message::Lost { frames: u64::MAX },
+        Message::Lost { frames: LAST },
         Message::Fault(Fault::LastRun(Text::new(LONGEST_REASON))),
-        Message::Status { stream, dropped: u64::MAX },
-        Message::End { stream, dropped: u64::MAX },
+        Message::Status { stream, dropped: LAST },
+        Message::End { stream, dropped: LAST },
         Message::Hello(Hello { models: [None; 3], firmware: Text::new(""), ..hello(7) }),
         Message::Event(short),
         Message::Event(Answers {
@@ -98,8 +121,11 @@ fn messages() -> Vec<Message<'static>> {
             direction: Direction::by_centroids(Err(Unclear::NoOrder), 32_768),
             ..short
         }),
-        Message::ContactEnd(ContactEnd::new(u64::MAX, u64::MAX)),
-        Message::Features { frame: 0, features: [0; 10] },
+        Message::ContactEnd(ContactEnd::new(LAST, LAST)),
+        Message::Features { frame: 0, features: [3297; 10] },
+        Message::Motion { frame: LAST, velocity: Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 } },
+        Message::Telemetry(telemetry()),
+        Message::Telemetry(Telemetry::default()),
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
         Message::Fault(Fault::SensorRefuses { register: u8::MAX }),
@@ -150,10 +176,10 @@ fn every_message_is_read_as_it_was_written() {
 
 #[test]
 fn the_bytes_of_a_frame_are_these() {
-    // Version 1, sequence 300, message 1 (features), frame 130, 20 bytes; CRC-32; no zero among them.
+    // Version 4, sequence 300, message 1 (features), frame 130, 20 bytes; CRC-32; no zero among them.
     let message = Message::Features { frame: 130, features: [257, -1, -2, -2048, 3296, 258, 259, 260, 261, -13_000] };
     let content = [
-        &[3, 0xAC, 2, 1, 0x82, 1, 20][..],
+        &[4, 0xAC, 2, 1, 0x82, 1, 20][..],
         &[1, 1, 0xFF, 0xFF, 0xFE, 0xFF, 0, 0xF8, 0xE0, 0xC, 2, 1, 3, 1, 4, 1, 5, 1, 0x38, 0xCD],
     ]
     .concat();
@@ -162,7 +188,7 @@ fn the_bytes_of_a_frame_are_these() {
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
     // An event: a slide from frame 45 to 73, 159.9 ± 1.5 mm/s in 27 frames, 90.5 ± 0.75°, one known texture of
-    // a confidence of 32000/32768, no frame filled, reliable.
+    // a confidence of 32000/32768, no frame filled, reliable, event 300, the one before it is kept.
     let texture = Some(TextureAnswer {
         confidence: Some(32_000),
         known: Some(true),
@@ -179,9 +205,11 @@ fn the_bytes_of_a_frame_are_these() {
         textures: [texture, None, None],
         frames_filled: 0,
         reliable: true,
+        number: 300,
+        kept: 1,
     };
     let content = [
-        &[3, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
+        &[4, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
         &159.9_f32.to_le_bytes(),
         &[1],
         &1.5_f32.to_le_bytes(),
@@ -193,7 +221,7 @@ fn the_bytes_of_a_frame_are_these() {
         b"Saw3",
         // 32000 in seven bits a byte.
         &[1, 0x80, 0xFA, 1, 1, 1],
-        &[0, 0, 0, 1],
+        &[0, 0, 0, 1, 0xAC, 2, 1],
     ]
     .concat();
     assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
@@ -273,7 +301,7 @@ fn a_board_that_starts_again_has_lost_nothing() {
 
 #[test]
 fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
-    let checked = with_crc(&[3, 5, 1, 1]);
+    let checked = with_crc(&[4, 5, 1, 1]);
     let push = |bytes: &[u8]| {
         let mut decoder = Decoder::<8>::new();
         bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect::<Vec<_>>()
@@ -310,27 +338,27 @@ fn cobs(content: &[u8]) -> Vec<u8> {
 #[test]
 fn other_versions_and_unknown_messages_are_told_apart_from_damage() {
     let lost = Message::Lost { frames: 9 };
-    assert_eq!(frame_of(&[3, 5, 6, 9]), frame(&lost, 5));
+    assert_eq!(frame_of(&[4, 5, 6, 9]), frame(&lost, 5));
     for (content, expected) in [
         (&[1, 5, 6, 9][..], Err(DecodeError::Version(1))),
         (&[0, 5, 6, 9], Err(DecodeError::Version(0))),
-        (&[3, 5, 99, 1, 2, 3], Err(DecodeError::Unknown)),
-        (&[3, 5, 6], Err(DecodeError::Unknown)),
-        (&[3], Err(DecodeError::Unknown)),
-        (&[2, 5, 6, 9], Err(DecodeError::Version(2))),
+        (&[4, 5, 99, 1, 2, 3], Err(DecodeError::Unknown)),
+        (&[4, 5, 6], Err(DecodeError::Unknown)),
+        (&[4], Err(DecodeError::Unknown)),
+        (&[3, 5, 6, 9], Err(DecodeError::Version(3))),
         (&[], Err(DecodeError::Damaged)),
         // A fault of another number, a direction of another kind, a name that is no UTF-8.
-        (&[3, 5, 7, 99], Err(DecodeError::Unknown)),
-        (&[3, 5, 7, 6, 1, 0xFF], Err(DecodeError::Unknown)),
+        (&[4, 5, 7, 99], Err(DecodeError::Unknown)),
+        (&[4, 5, 7, 6, 1, 0xFF], Err(DecodeError::Unknown)),
         // A field more.
-        (&[3, 5, 6, 9, 1, 2, 3], arrived(&lost, 0)),
+        (&[4, 5, 6, 9, 1, 2, 3], arrived(&lost, 0)),
     ] {
         assert_eq!(received(&mut Decoder::new(), &frame_of(content)), [expected], "{content:?}");
     }
     // Messages that were lost before an unknown message are not forgotten.
     let mut decoder = Decoder::new();
     received(&mut decoder, &frame(&lost, 0));
-    received(&mut decoder, &frame_of(&[3, 3, 99]));
+    received(&mut decoder, &frame_of(&[4, 3, 99]));
     assert_eq!(received(&mut decoder, &frame(&lost, 5)), [arrived(&lost, 3)]);
 }
 
@@ -358,8 +386,15 @@ fn any_bytes_are_borne() {
 #[test]
 fn requests_fit_a_small_decoder() {
     let mut decoder = Decoder::<16>::new();
-    let requests = [Request::Hello, Request::Features(true), Request::Features(false), Request::Samples(true)];
-    for (sequence, request) in (u16::MAX - 1..=u16::MAX).chain(0..2).zip(requests) {
+    let requests = [
+        Request::Hello,
+        Request::Features(true),
+        Request::Features(false),
+        Request::Samples(true),
+        Request::KeepEvents(true),
+        Request::Acknowledge { event: u16::MAX },
+    ];
+    for (sequence, request) in (u16::MAX - 1..=u16::MAX).chain(0..4).zip(requests) {
         let bytes = encode(&request, sequence, &mut [0; LONGEST]).to_vec();
         let found: Vec<_> = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect();
         assert_eq!(found, [Ok(Received { message: request, lost: 0, first: false })]);
@@ -386,7 +421,7 @@ fn texts_are_cut_between_characters_and_labels_are_read_where_they_lie() {
 
 #[test]
 fn reasons_are_errors_with_sentences() {
-    let reasons: [(&dyn core::error::Error, &str); 11] = [
+    let reasons: [(&dyn core::error::Error, &str); 12] = [
         (&NoSpeed::BaselineAbove, "the baseline is above the speed threshold"),
         (&NoSpeed::NeverValid, "no frame is above the speed threshold"),
         (&NoSpeed::CutOff { at_most: Some(45.5) }, "cut off: the sample starts or ends above the speed threshold"),
@@ -396,12 +431,234 @@ fn reasons_are_errors_with_sentences() {
         (&Unclear::NeverLit, "unclear: a row and a column never light up"),
         (&Unclear::NoOrder, "unclear: neither rows nor columns light up in order"),
         (&DecodeError::Damaged, "the frame is damaged: its bytes are not the bytes that were sent"),
-        (&DecodeError::Version(7), "version of the link is 7, expected 3"),
+        (&DecodeError::Version(7), "version of the link is 7, expected 4"),
         (&DecodeError::Unknown, "the message is unknown to this version of the software"),
+        (&DecodeError::Impossible(Quantity::Deviation), "the message has an impossible standard deviation"),
     ];
     for (reason, sentence) in reasons {
         assert_eq!(reason.to_string(), sentence);
     }
+}
+
+/// Returns the quantity for which a message is refused.
+fn refused(message: &Message) -> Option<Quantity> {
+    let bytes = frame(message, 7);
+    match &received(&mut Decoder::new(), &bytes)[..] {
+        [Ok(_)] => None,
+        [Err(DecodeError::Impossible(quantity))] => Some(*quantity),
+        other => panic!("{message:?}: {other:?}"),
+    }
+}
+
+/// Returns the quantity for which an event with this change is refused.
+fn refused_event(change: impl Fn(&mut Answers)) -> Option<Quantity> {
+    let mut answers = answers();
+    change(&mut answers);
+    refused(&Message::Event(answers))
+}
+
+#[test]
+fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
+    let event = |change: &dyn Fn(&mut Answers)| refused_event(change);
+    let velocity = |change: &dyn Fn(&mut Velocity)| {
+        let mut velocity = Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 };
+        change(&mut velocity);
+        refused(&Message::Motion { frame: 1, velocity })
+    };
+    let below = |number: f32| number.next_down();
+    for (mm_s, is_refused) in [
+        (f32::NAN, true),
+        (-f32::NAN, true),
+        (f32::INFINITY, true),
+        (f32::NEG_INFINITY, true),
+        (-1.0, true),
+        (-0.0, true),
+        (0.0, true),
+        (f32::MIN_POSITIVE, false),
+        (f32::MAX, false),
+    ] {
+        let expected = is_refused.then_some(Quantity::Speed);
+        assert_eq!(event(&|answers| answers.speed = Ok(Speed::new(mm_s))), expected, "{mm_s}");
+        let cut_off = Err(NoSpeed::CutOff { at_most: Some(mm_s) });
+        assert_eq!(event(&|answers| answers.speed = cut_off), expected, "{mm_s}");
+        assert_eq!(velocity(&|velocity| velocity.mm_s = mm_s), expected, "{mm_s}");
+    }
+    for (sd, is_refused) in [(f32::NAN, true), (f32::INFINITY, true), (-0.5, true), (0.0, false), (f32::MAX, false)] {
+        let expected = is_refused.then_some(Quantity::Deviation);
+        assert_eq!(event(&|answers| answers.speed = Ok(Speed::by_arrival(1.0, sd))), expected, "{sd}");
+        assert_eq!(event(&|answers| answers.direction = Direction::by_arrival(Ok([1.0, sd]))), expected, "{sd}");
+        assert_eq!(velocity(&|velocity| velocity.mm_s_sd = sd), expected, "{sd}");
+        assert_eq!(velocity(&|velocity| velocity.degrees_sd = sd), expected, "{sd}");
+    }
+    for (degrees, is_refused) in
+        [(f32::NAN, true), (f32::INFINITY, true), (-0.5, true), (360.0, true), (0.0, false), (below(360.0), false)]
+    {
+        let expected = is_refused.then_some(Quantity::Direction);
+        assert_eq!(event(&|answers| answers.direction = Direction::by_arrival(Ok([degrees, 0.5]))), expected);
+        assert_eq!(velocity(&|velocity| velocity.degrees = degrees), expected);
+    }
+    for (confidence, is_refused) in [(0, false), (32_768, false), (32_769, true), (u16::MAX, true)] {
+        let expected = is_refused.then_some(Quantity::Confidence);
+        let by_centroids = Direction::by_centroids(Ok(Heading::Up), confidence);
+        assert_eq!(event(&|answers| answers.direction = by_centroids), expected);
+        let texture = TextureAnswer { confidence: Some(confidence), ..answers().textures[0].unwrap() };
+        assert_eq!(event(&|answers| answers.textures = [None, None, Some(texture)]), expected);
+        assert_eq!(refused(&Message::Texture { frame: 0, frames: 70, texture }), expected);
+    }
+}
+
+#[test]
+fn impossible_counts_are_refused_and_the_last_possible_ones_are_not() {
+    let event = |change: &dyn Fn(&mut Answers)| refused_event(change);
+    let too_many = Some(Quantity::SampleFrames);
+    assert_eq!(event(&|answers| answers.frames_filled = 71), too_many);
+    assert_eq!(event(&|answers| answers.frames_filled = 255), too_many);
+    assert_eq!(event(&|answers| answers.duration = Some(70)), too_many);
+    assert_eq!(event(&|answers| answers.end = Some(71)), too_many);
+    assert_eq!(event(&|answers| answers.touch = Some(71)), too_many);
+    // A touch before the first frame.
+    assert_eq!(event(&|answers| (answers.frame, answers.touch) = (4, Some(-5))), Some(Quantity::FrameNumber));
+    assert_eq!(event(&|answers| (answers.frame, answers.touch) = (5, Some(-5))), None);
+    // A press has neither speed nor direction.
+    let press = |answers: &mut Answers| answers.contact = Some(Contact::Press);
+    assert_eq!(event(&press), Some(Quantity::Contact));
+    let texture = answers().textures[0].unwrap();
+    for frames in [0, 71, 255] {
+        assert_eq!(refused(&Message::Texture { frame: 0, frames, texture }), too_many);
+    }
+    for first in [1, 61, 70, 255] {
+        assert_eq!(refused(&Message::SamplePart { frame: 0, first, features: [[0; 10]; 10] }), too_many);
+    }
+    for (brightest, expected) in [(3297, None), (3298, Some(Quantity::Feature)), (i16::MAX, Some(Quantity::Feature))] {
+        let mut features = [0; 10];
+        features[9] = brightest;
+        assert_eq!(refused(&Message::Features { frame: 0, features }), expected);
+        let mut part = [[0; 10]; 10];
+        part[9] = features;
+        assert_eq!(refused(&Message::SamplePart { frame: 0, first: 60, features: part }), expected);
+    }
+    for frames in [70, 255] {
+        let incomplete = InterruptedSample::new(0, frames);
+        assert_eq!(refused(&Message::InterruptedSample(incomplete)), too_many);
+        let stream = StreamEnd { incomplete: Some(incomplete), ..StreamEnd::new(0) };
+        assert_eq!(refused(&Message::Status { stream, dropped: 0 }), too_many);
+        assert_eq!(refused(&Message::End { stream, dropped: 0 }), too_many);
+    }
+    for frame in [LAST + 1, u64::MAX] {
+        let stream = StreamEnd::new(frame);
+        let velocity = Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 };
+        for message in [
+            Message::Hello(hello(frame)),
+            Message::Features { frame, features: [0; 10] },
+            Message::SamplePart { frame, first: 0, features: [[0; 10]; 10] },
+            Message::Event(Answers { frame, ..answers() }),
+            Message::Texture { frame, frames: 1, texture },
+            Message::InterruptedSample(InterruptedSample::new(frame, 1)),
+            Message::Lost { frames: frame },
+            Message::Status { stream, dropped: 0 },
+            Message::Status { stream: StreamEnd::new(0), dropped: frame },
+            Message::End { stream, dropped: 0 },
+            Message::End { stream: StreamEnd::new(0), dropped: frame },
+            Message::ContactEnd(ContactEnd::new(frame, 0)),
+            Message::ContactEnd(ContactEnd::new(0, frame)),
+            Message::Motion { frame, velocity },
+            Message::Telemetry(Telemetry { uptime_ms: frame, ..telemetry() }),
+        ] {
+            assert_eq!(refused(&message), Some(Quantity::FrameNumber), "{message:?}");
+        }
+    }
+    let models = |classes, frames| Hello {
+        models: [None, None, Some(ModelFacts::new(Task::Depth, classes, frames))],
+        ..hello(0)
+    };
+    assert_eq!(refused(&Message::Hello(models(0, 70))), Some(Quantity::Classes));
+    assert_eq!(refused(&Message::Hello(models(1, 0))), too_many);
+    assert_eq!(refused(&Message::Hello(models(1, 71))), too_many);
+    let rate = FrameRate::new(100_001, 1).unwrap();
+    assert_eq!(refused(&Message::Hello(Hello { rate, ..hello(0) })), Some(Quantity::FrameRate));
+    for temperature in [i16::MIN, -1001, 2001] {
+        let telemetry = Telemetry { temperature: Some(temperature), ..telemetry() };
+        assert_eq!(refused(&Message::Telemetry(telemetry)), Some(Quantity::Temperature));
+    }
+}
+
+#[test]
+fn a_refused_message_has_arrived_and_the_next_one_is_read() {
+    let lost = Message::Lost { frames: 9 };
+    let mut decoder = Decoder::new();
+    received(&mut decoder, &frame(&lost, 0));
+    let bad = Message::Event(Answers { frames_filled: 255, ..answers() });
+    let refused = Err(DecodeError::Impossible(Quantity::SampleFrames));
+    assert_eq!(received(&mut decoder, &frame(&bad, 2)), [refused]);
+    assert_eq!(received(&mut decoder, &frame(&lost, 3)), [arrived(&lost, 1)]);
+}
+
+fn event(frame: u64) -> Answers<'static> {
+    Answers { frame, ..answers() }
+}
+
+/// Returns frame, number and what is kept of an event.
+fn facts(answers: Option<Answers<'static>>) -> Option<(u64, u16, u8)> {
+    answers.map(|answers| (answers.frame, answers.number, answers.kept))
+}
+
+#[test]
+fn an_event_is_sent_once_if_nobody_acknowledges_events() {
+    let mut outbox = Outbox::<2>::new();
+    for number in 0..5 {
+        assert_eq!(facts(Some(outbox.push(event(number), 0))), Some((number, number as u16, 0)));
+    }
+    assert_eq!((outbox.due(1_000_000), outbox.next_event(), outbox.kept()), (None, 5, 0));
+}
+
+#[test]
+fn an_event_is_sent_again_until_it_is_acknowledged() {
+    let mut outbox = Outbox::<2>::new();
+    outbox.answer(Request::KeepEvents(true));
+    // The clock wraps.
+    let start = u32::MAX - 300;
+    let at = |ms: u32| start.wrapping_add(ms);
+    assert_eq!(facts(Some(outbox.push(event(70), at(0)))), Some((70, 0, 0)));
+    assert_eq!(outbox.due(at(RESEND_MS - 1)), None);
+    assert_eq!(facts(outbox.due(at(RESEND_MS))), Some((70, 0, 0)));
+    assert_eq!(outbox.due(at(2 * RESEND_MS - 1)), None);
+    assert_eq!(facts(Some(outbox.push(event(170), at(400)))), Some((170, 1, 1)));
+    assert_eq!(facts(outbox.due(at(2 * RESEND_MS))), Some((70, 0, 0)));
+    assert_eq!(facts(outbox.due(at(700))), Some((170, 1, 1)));
+    // An acknowledgment of an event that is not kept, or is not yet there, changes nothing.
+    for other in [2, 3, u16::MAX] {
+        outbox.answer(Request::Acknowledge { event: other });
+    }
+    outbox.answer(Request::Acknowledge { event: 0 });
+    assert_eq!((outbox.kept(), facts(outbox.due(at(5000)))), (1, Some((170, 1, 0))));
+    outbox.answer(Request::Acknowledge { event: 1 });
+    assert_eq!((outbox.kept(), outbox.due(at(9000))), (0, None));
+    assert!(outbox.is_heard());
+}
+
+#[test]
+fn an_event_is_given_up_after_its_tries_or_for_two_newer_ones() {
+    let mut outbox = Outbox::<2>::new();
+    outbox.answer(Request::KeepEvents(true));
+    outbox.push(event(1), 0);
+    let mut sent = 1;
+    for now in 1..=60_000 {
+        sent += u8::from(outbox.due(now).is_some());
+        assert_eq!(outbox.kept(), u8::from(now < u32::from(TRIES) * RESEND_MS), "{now}");
+    }
+    // Nobody is there, so the next events are sent once.
+    assert_eq!((sent, outbox.is_heard()), (TRIES, false));
+    outbox.push(event(2), 60_000);
+    assert_eq!((outbox.due(70_000), outbox.kept()), (None, 0));
+    // Somebody is there again.
+    outbox.answer(Request::KeepEvents(true));
+    for number in 2..5 {
+        outbox.push(event(number), 70_000);
+    }
+    assert_eq!(outbox.kept(), 2);
+    assert_eq!([0; 3].map(|_| facts(outbox.due(80_000))), [Some((3, 3, 0)), Some((4, 4, 1)), None]);
+    outbox.answer(Request::KeepEvents(false));
+    assert_eq!((outbox.due(90_000), outbox.kept()), (None, 0));
 }
 
 /// Tests that the fuzzer starts with messages of this version of the link: all of [`messages`].

@@ -21,6 +21,9 @@
 // The number of numbers of a sample, frame by frame: feature k of frame t is number 10 t + k.
 #define WSTAC_FW_SAMPLE_NUMBERS 700
 
+// The number of bytes of the longest message.
+#define WSTAC_FW_LINK_BYTES 288
+
 // The number of bytes of a model.
 #define WSTAC_FW_MODEL_SIZE 136
 
@@ -32,6 +35,18 @@
 
 // The alignment of a pipeline in memory, in bytes.
 #define WSTAC_PIPELINE_ALIGN 8
+
+// The major version of the header.
+#define WSTAC_FW_VERSION_MAJOR 0
+
+// The minor version of the header.
+#define WSTAC_FW_VERSION_MINOR 3
+
+// The patch of the header's version.
+#define WSTAC_FW_VERSION_PATCH 0
+
+// The version of the header in one number: 65536 · major + 256 · minor + patch.
+#define WSTAC_FW_VERSION 768
 
 // The result of a call. Errors are below 0; then nothing has changed, and nothing was written.
 enum WstacFwStatus
@@ -115,6 +130,8 @@ enum WstacFwStatus
   WSTAC_FW_STATUS_CHOICE = -34,
   // The model takes another sample than that over time.
   WSTAC_FW_STATUS_MODEL_INPUT = -35,
+  // A text is not UTF-8, or has no 0 at its end.
+  WSTAC_FW_STATUS_TEXT = -36,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -297,6 +314,14 @@ typedef struct WstacFwEnd {
   bool baseline_quiet;
 } WstacFwEnd;
 
+// A link to a host, in memory that the program provides: `static WstacFwLink link;`. A serial line needs one.
+//
+// wstac_fw_link_init sets it up. It counts messages, events and lost frames. Nothing has to be freed.
+typedef struct WstacFwLink {
+  // Private to the library.
+  uint64_t opaque[3];
+} WstacFwLink;
+
 // A texture model, in memory that the program provides.
 //
 // wstac_fw_model_init sets it up. It reads the file's bytes where they lie. Nothing has to be freed.
@@ -304,6 +329,22 @@ typedef struct WstacFwModel {
   // Private to the library.
   uint64_t opaque[17];
 } WstacFwModel;
+
+// The description of a board. Texts are UTF-8 with a 0 at the end; longer ones than stated are cut.
+typedef struct WstacFwBoard {
+  // The name of the firmware, of at most 31 bytes.
+  const char *firmware;
+  // The version of the firmware, of at most 31 bytes.
+  const char *version;
+  // The revision of the firmware's source, of at most 15 bytes; null if it is not known.
+  const char *revision;
+  // The pixel format: the one that the pipeline was set up with.
+  const struct WstacFwFormat *format;
+  // The texture model; null without one.
+  const struct WstacFwModel *model;
+  // The unique number of the chip in three words, its lowest word first; null if it has none.
+  const uint32_t *id;
+} WstacFwBoard;
 
 // The answer of a model for a sample.
 typedef struct WstacFwTexture {
@@ -319,6 +360,32 @@ typedef struct WstacFwTexture {
   // model does not tell.
   int8_t known;
 } WstacFwTexture;
+
+// The answers of an event: a motion, or a speed and a direction as published. The others are null.
+typedef struct WstacFwAnswers {
+  // The motion, from wstac_fw_motion or wstac_fw_motion_by_edges; null by the published law.
+  const struct WstacFwMotion *motion;
+  // The speed, from wstac_fw_speed; null with a motion.
+  const struct WstacFwSpeed *speed;
+  // The direction, from wstac_fw_direction; null with a motion.
+  const struct WstacFwDirection *direction;
+  // The texture, from wstac_fw_classify; null without one. Only a slide has one.
+  const struct WstacFwTexture *texture;
+} WstacFwAnswers;
+
+// The state of a board. -1 means that a number is not known.
+typedef struct WstacFwTelemetry {
+  // The milliseconds since the start.
+  uint64_t uptime_ms;
+  // The measured frame rate in frames per 1000 seconds.
+  int64_t millihertz;
+  // The number of frames that were lost because pixels came faster than they were taken.
+  int64_t overruns;
+  // The number of starts since power was on, without the first.
+  int64_t restarts;
+  // The greatest depth of the stack in bytes.
+  int64_t stack;
+} WstacFwTelemetry;
 
 // A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
 typedef uint8_t WstacFwBool;
@@ -537,6 +604,110 @@ WstacFwStatus wstac_fw_take_contact_end(struct WstacFwPipeline *pipeline, struct
 // `pipeline` is null or a pipeline's memory; `end` is null or memory for one.
 WstacFwStatus wstac_fw_end(const struct WstacFwPipeline *pipeline, struct WstacFwEnd *end);
 
+// Sets a link up in `size` bytes of memory: sizeof(WstacFwLink).
+//
+// # Safety
+// `link` is null or that memory.
+WstacFwStatus wstac_fw_link_init(struct WstacFwLink *link, size_t size);
+
+// Writes the bytes of the message that describes the board: the first one after the start. Later ones do no harm.
+//
+// # Safety
+// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `board` is null or a board whose
+// pointers are as its comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is null or
+// memory for a number.
+WstacFwStatus wstac_fw_link_hello(struct WstacFwLink *link,
+                                  const struct WstacFwPipeline *pipeline,
+                                  const struct WstacFwBoard *board,
+                                  uint8_t *bytes,
+                                  size_t *length);
+
+// Writes the bytes of the message of the event that the last push completed, with its answers. Events are counted.
+//
+// # Safety
+// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `answers` is null or answers whose
+// pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is
+// null or memory for a number.
+WstacFwStatus wstac_fw_link_event(struct WstacFwLink *link,
+                                  const struct WstacFwPipeline *pipeline,
+                                  const struct WstacFwAnswers *answers,
+                                  uint8_t *bytes,
+                                  size_t *length);
+
+// Writes the bytes of the message of the features of the frame that the last call completed.
+//
+// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if the last call completed none.
+//
+// # Safety
+// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+// bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_features(struct WstacFwLink *link,
+                                     const struct WstacFwPipeline *pipeline,
+                                     uint8_t *bytes,
+                                     size_t *length);
+
+// Writes the bytes of the message that the touch of an event has ended, from wstac_fw_take_contact_end. It comes after
+// the event.
+//
+// # Safety
+// `link` is null or a link's memory, `end` is null or an end. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+// bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_contact_end(struct WstacFwLink *link,
+                                        const struct WstacFwContactEnd *end,
+                                        uint8_t *bytes,
+                                        size_t *length);
+
+// Writes the bytes of the message of a sample that a long gap has interrupted, from wstac_fw_take_interrupted.
+//
+// # Safety
+// `link` is null or a link's memory, `sample` is null or a sample. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+// bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_interrupted(struct WstacFwLink *link,
+                                        const struct WstacFwIncomplete *sample,
+                                        uint8_t *bytes,
+                                        size_t *length);
+
+// Writes the bytes of the message that camera frames were lost. Call it with every wstac_fw_push_lost.
+//
+// # Safety
+// `link` is null or a link's memory, and no other code uses it meanwhile. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+// bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_lost(struct WstacFwLink *link,
+                                 uint64_t frames,
+                                 uint8_t *bytes,
+                                 size_t *length);
+
+// Writes the bytes of the message of the stream's state. Send it about once per second, with and without frames: a
+// silent board is a lost board.
+//
+// # Safety
+// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+// bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_status(struct WstacFwLink *link,
+                                   const struct WstacFwPipeline *pipeline,
+                                   uint8_t *bytes,
+                                   size_t *length);
+
+// Writes the bytes of the message that the stream has ended, after wstac_fw_finish. It is the last one.
+//
+// # Safety
+// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+// bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_end(struct WstacFwLink *link,
+                                const struct WstacFwPipeline *pipeline,
+                                uint8_t *bytes,
+                                size_t *length);
+
+// Writes the bytes of the message of the board's own state.
+//
+// # Safety
+// `link` is null or a link's memory, `telemetry` is null or a state. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+// bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_telemetry(struct WstacFwLink *link,
+                                      const struct WstacFwTelemetry *telemetry,
+                                      uint8_t *bytes,
+                                      size_t *length);
+
 // Checks all of a model file's bytes and sets the model up in `size` bytes of memory: sizeof(WstacFwModel).
 //
 // The bytes must be aligned to four. They are not copied: they must stay where and as they are as long as the model is
@@ -640,6 +811,9 @@ WstacFwStatus wstac_fw_set_floor(struct WstacFwPipeline *pipeline, double levels
 // Returns the text of a status, in English, with a 0 at its end. The text stays valid. It says so if a number is not a
 // status.
 const char *wstac_fw_status_text(int32_t status);
+
+// Returns the version of the library that is linked, as WSTAC_FW_VERSION has that of the header.
+uint32_t wstac_fw_version(void);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -5,6 +5,7 @@ use core::mem::offset_of;
 use wstac_core::features::Floor;
 use wstac_core::frame::{Rows, Run};
 use wstac_core::green::GreenChannel;
+use wstac_core::green::any::PixelFormat;
 use wstac_core::green::bayer::{Bayer, BayerOrder};
 use wstac_core::green::gray::Gray;
 use wstac_core::green::packed_rgb::{Rgb24, Rgbx32, Xrgb32};
@@ -23,6 +24,7 @@ type Sum = [u32; 3];
 /// A pixel format: one of the WSTAC_FW_ constants below. A program links the code of those that it names.
 pub struct WstacFwFormat {
     mark: u32,
+    pixels: PixelFormat,
     floor: Floor,
     full_scale: fn() -> u32,
     row_bytes: fn(u16) -> usize,
@@ -46,7 +48,7 @@ const fn floor(full_scale: u32) -> Floor {
 
 /// Makes a format's table: its full scale, which numbers of the sum it uses, and the format itself for a color.
 macro_rules! format {
-    ($full_scale:literal, $numbers:tt, |$color:ident| $green:expr) => {{
+    ($pixels:expr, $full_scale:literal, $numbers:tt, |$color:ident| $green:expr) => {{
         fn full_scale() -> u32 {
             let $color = YcbcrEncoding::default();
             let _ = $color;
@@ -81,6 +83,7 @@ macro_rules! format {
         }
         WstacFwFormat {
             mark: MARK,
+            pixels: $pixels,
             floor: floor($full_scale),
             full_scale,
             row_bytes,
@@ -99,64 +102,72 @@ macro_rules! format {
 
 /// 8 bits of gray.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GREY: WstacFwFormat = format!(255, one, |_color| Gray);
+pub static WSTAC_FW_GREY: WstacFwFormat = format!(PixelFormat::Gray, 255, one, |_color| Gray);
 /// 10 bits of gray in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_Y10: WstacFwFormat = format!(1023, one, |_color| Y10::default());
+pub static WSTAC_FW_Y10: WstacFwFormat = format!(PixelFormat::Y10, 1023, one, |_color| Y10::default());
 /// 12 bits of gray in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_Y12: WstacFwFormat = format!(4095, one, |_color| Y12::default());
+pub static WSTAC_FW_Y12: WstacFwFormat = format!(PixelFormat::Y12, 4095, one, |_color| Y12::default());
 /// 16 bits of gray, little-endian.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_Y16: WstacFwFormat = format!(65535, one, |_color| Y16::default());
+pub static WSTAC_FW_Y16: WstacFwFormat = format!(PixelFormat::Y16, 65535, one, |_color| Y16::default());
 /// Three bytes, green in the middle: R G B and B G R.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGB24: WstacFwFormat = format!(255, one, |_color| Rgb24::default());
+pub static WSTAC_FW_RGB24: WstacFwFormat = format!(PixelFormat::Rgb24, 255, one, |_color| Rgb24::default());
 /// Four bytes, green second: R G B X and B G R X.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGBX32: WstacFwFormat = format!(255, one, |_color| Rgbx32::default());
+pub static WSTAC_FW_RGBX32: WstacFwFormat = format!(PixelFormat::Rgbx32, 255, one, |_color| Rgbx32::default());
 /// Four bytes, green third: X R G B and X B G R.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_XRGB32: WstacFwFormat = format!(255, one, |_color| Xrgb32::default());
+pub static WSTAC_FW_XRGB32: WstacFwFormat = format!(PixelFormat::Xrgb32, 255, one, |_color| Xrgb32::default());
 /// RGB of 5, 6 and 5 bits in 16-bit little-endian words.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGB565: WstacFwFormat = format!(255, one, |_color| Rgb565);
+pub static WSTAC_FW_RGB565: WstacFwFormat = format!(PixelFormat::Rgb565, 255, one, |_color| Rgb565);
 /// Bayer mosaic of 8 bits whose even rows have green second: RGGB and BGGR.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGGB8: WstacFwFormat = format!(255, one, |_color| Bayer::<8>::new(BayerOrder::Rggb));
+pub static WSTAC_FW_RGGB8: WstacFwFormat =
+    format!(PixelFormat::Bayer8(BayerOrder::Rggb), 255, one, |_color| Bayer::<8>::new(BayerOrder::Rggb));
 /// Bayer mosaic of 8 bits whose even rows have green first: GRBG and GBRG.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GRBG8: WstacFwFormat = format!(255, one, |_color| Bayer::<8>::new(BayerOrder::Grbg));
+pub static WSTAC_FW_GRBG8: WstacFwFormat =
+    format!(PixelFormat::Bayer8(BayerOrder::Grbg), 255, one, |_color| Bayer::<8>::new(BayerOrder::Grbg));
 /// Bayer mosaic of 10 bits in 16-bit little-endian words whose even rows have green second: RGGB and BGGR.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGGB10: WstacFwFormat = format!(1023, one, |_color| Bayer::<10>::new(BayerOrder::Rggb));
+pub static WSTAC_FW_RGGB10: WstacFwFormat =
+    format!(PixelFormat::Bayer10(BayerOrder::Rggb), 1023, one, |_color| Bayer::<10>::new(BayerOrder::Rggb));
 /// Bayer mosaic of 10 bits in 16-bit little-endian words whose even rows have green first: GRBG and GBRG.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GRBG10: WstacFwFormat = format!(1023, one, |_color| Bayer::<10>::new(BayerOrder::Grbg));
+pub static WSTAC_FW_GRBG10: WstacFwFormat =
+    format!(PixelFormat::Bayer10(BayerOrder::Grbg), 1023, one, |_color| Bayer::<10>::new(BayerOrder::Grbg));
 /// Bayer mosaic of 12 bits in 16-bit little-endian words whose even rows have green second: RGGB and BGGR.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_RGGB12: WstacFwFormat = format!(4095, one, |_color| Bayer::<12>::new(BayerOrder::Rggb));
+pub static WSTAC_FW_RGGB12: WstacFwFormat =
+    format!(PixelFormat::Bayer12(BayerOrder::Rggb), 4095, one, |_color| Bayer::<12>::new(BayerOrder::Rggb));
 /// Bayer mosaic of 12 bits in 16-bit little-endian words whose even rows have green first: GRBG and GBRG.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_GRBG12: WstacFwFormat = format!(4095, one, |_color| Bayer::<12>::new(BayerOrder::Grbg));
+pub static WSTAC_FW_GRBG12: WstacFwFormat =
+    format!(PixelFormat::Bayer12(BayerOrder::Grbg), 4095, one, |_color| Bayer::<12>::new(BayerOrder::Grbg));
 /// Y Cb Y Cr, green exact to the pixel.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_YUYV: WstacFwFormat = format!(255, one, |color| Yuyv::new(Exact::new(color)));
+pub static WSTAC_FW_YUYV: WstacFwFormat = format!(PixelFormat::Yuyv, 255, one, |color| Yuyv::new(Exact::new(color)));
 /// Y Cb Y Cr, green once per taxel, as with `[green] yuv = "linear"`. It takes fewer instructions.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_YUYV_LINEAR: WstacFwFormat = format!(255, three, |color| Yuyv::new(Linear::new(color)));
+pub static WSTAC_FW_YUYV_LINEAR: WstacFwFormat =
+    format!(PixelFormat::Yuyv, 255, three, |color| Yuyv::new(Linear::new(color)));
 /// Cb Y Cr Y, green exact to the pixel.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_UYVY: WstacFwFormat = format!(255, one, |color| Uyvy::new(Exact::new(color)));
+pub static WSTAC_FW_UYVY: WstacFwFormat = format!(PixelFormat::Uyvy, 255, one, |color| Uyvy::new(Exact::new(color)));
 /// Cb Y Cr Y, green once per taxel, as with `[green] yuv = "linear"`. It takes fewer instructions.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_UYVY_LINEAR: WstacFwFormat = format!(255, three, |color| Uyvy::new(Linear::new(color)));
+pub static WSTAC_FW_UYVY_LINEAR: WstacFwFormat =
+    format!(PixelFormat::Uyvy, 255, three, |color| Uyvy::new(Linear::new(color)));
 /// A plane of Y, then rows of Cb Cr for every 2 x 2 pixels. Whole frames only.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_NV12: WstacFwFormat = format!(255, one, |color| Nv12::new(Exact::new(color)));
+pub static WSTAC_FW_NV12: WstacFwFormat = format!(PixelFormat::Nv12, 255, one, |color| Nv12::new(Exact::new(color)));
 /// Planes of Y, of Cb and of Cr, the latter two for every 2 x 2 pixels. Whole frames only.
 #[unsafe(no_mangle)]
-pub static WSTAC_FW_YU12: WstacFwFormat = format!(255, one, |color| Yu12::new(Exact::new(color)));
+pub static WSTAC_FW_YU12: WstacFwFormat = format!(PixelFormat::Yu12, 255, one, |color| Yu12::new(Exact::new(color)));
 
 impl WstacFwFormat {
     /// Returns the format that a program names. It is one of this library's constants, which its mark confirms before
@@ -179,6 +190,11 @@ impl WstacFwFormat {
         }
         // SAFETY: its mark says that it is a constant of this library.
         Ok(unsafe { &*format })
+    }
+
+    /// Returns the format's name. Where one constant stands for several formats, it is the first of them.
+    pub(crate) fn pixels(&self) -> PixelFormat {
+        self.pixels
     }
 
     /// Returns the default floor of the format's pixels.

@@ -11,6 +11,8 @@
 //! | trigger, law of durations, floor | `settings.rs` |
 //! | events, features, motion; speed and direction as published | `answers.rs` |
 //! | texture models | `model.rs` |
+//! | messages to a host | `link.rs` |
+//! | the library's version | `version.rs` |
 //! | statuses and their texts | `status.rs` |
 #![no_std]
 
@@ -20,11 +22,13 @@ extern crate std;
 
 pub mod answers;
 pub mod format;
+pub mod link;
 mod memory;
 pub mod model;
 pub mod pipeline;
 pub mod settings;
 pub mod status;
+pub mod version;
 
 /// Stops the program. It is never reached: a linked program has no panic left, which `ci/capi` checks.
 ///

@@ -85,6 +85,8 @@ pub enum WstacFwStatus {
     Choice = -34,
     /// The model takes another sample than that over time.
     ModelInput = -35,
+    /// A text is not UTF-8, or has no 0 at its end.
+    Text = -36,
 }
 
 /// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
@@ -103,7 +105,7 @@ pub(crate) fn choice(byte: WstacFwBool) -> Result<bool, WstacFwStatus> {
 }
 
 /// The text of every status.
-const TEXTS: [(WstacFwStatus, &CStr); 38] = {
+const TEXTS: [(WstacFwStatus, &CStr); 39] = {
     use WstacFwStatus as S;
     [
         (S::Ok, c"done"),
@@ -142,6 +144,7 @@ const TEXTS: [(WstacFwStatus, &CStr); 38] = {
         (S::ModelContent, c"the model says something impossible: it was not made by wstac model import"),
         (S::Pitch, c"pitch is out of range, expected 0, or above 0 and at most 1000 mm"),
         (S::ModelInput, c"the model takes a sample along the path, which this library does not make, expected one of frames"),
+        (S::Text, c"a text is not UTF-8, or has no 0 at its end"),
         (S::Choice, c"a choice is neither 0 nor 1, expected false or true"),
         (S::Other, c"the parameters do not fit each other"),
     ]

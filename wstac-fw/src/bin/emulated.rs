@@ -19,6 +19,8 @@ use wstac_fw::setup;
 const SIDE: usize = 400;
 /// The rows that a DMA would bring at a time.
 const ROWS: usize = 8;
+const MS_PER_30_FRAMES: u64 = 1000;
+const STRIPES_PER_30_FRAMES: u64 = 30 * (SIDE / ROWS) as u64;
 
 /// The UART with the messages that are sent on it.
 struct Link {
@@ -53,14 +55,18 @@ fn run() -> Option<()> {
     let mut decoder = Decoder::<16>::new();
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     reader.hello(&mut link);
+    let mut stripes = 0_u64;
     while frames.read(&mut stripe) {
+        // The time is that of the frames, so that a run is always the same.
+        stripes += 1;
+        reader.set_time(stripes * MS_PER_30_FRAMES / STRIPES_PER_30_FRAMES);
         while let Some(byte) = link.uart.receive() {
             if let Some(Ok(Received { message, .. })) = decoder.push::<Request>(byte) {
                 reader.answer(message, &mut link);
             }
         }
         reader.rows(&stripe, &mut link).ok()?;
-        while reader.send_held(&mut link) {}
+        while reader.send_held(&mut link) || reader.send_again(&mut link) {}
     }
     reader.finish(&mut link);
     let stack = (stack::deepest() - size_of_val(&stripe)) as u32;

@@ -14,7 +14,7 @@ use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
 use embassy_stm32::pac::{DBGMCU, RCC};
 use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Peri, bind_interrupts, dcmi, peripherals};
+use embassy_stm32::{Peri, bind_interrupts, dcmi, peripherals, uid};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
@@ -126,8 +126,19 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
         watchdog,
         hung,
         is_own_clock: !has_crystal,
+        id: Some(chip_id()),
     };
     node::run(node).await
+}
+
+/// Returns the unique number of the chip, its lowest word first.
+fn chip_id() -> [u32; 3] {
+    let uid = uid::uid();
+    let mut id = [0; 3];
+    for (number, word) in id.iter_mut().zip(uid.as_chunks::<4>().0) {
+        *number = u32::from_le_bytes(*word);
+    }
+    id
 }
 
 /// The camera's pins, which are set up.

@@ -43,6 +43,8 @@ impl Outlet for Log {
                 Message::ContactEnd(end) => Sent::End(end.frame, end.event_frame),
                 Message::Lost { frames } => Sent::Lost(frames),
                 Message::Status { stream, dropped } => Sent::Status(stream.frames, dropped),
+                // It comes with every status.
+                Message::Telemetry(_) => continue,
                 other => panic!("{other:?}"),
             });
         }
@@ -217,4 +219,48 @@ fn rows_of_another_width_are_refused() {
     let (mut reader, mut log) = (reader(), Log::default());
     let error = reader.rows(&[0; SIZE as usize + 1], &mut log).unwrap_err();
     assert_eq!(error, FrameError::StripeNotWholeRows { found: 41, bytes_per_row: 40 });
+}
+
+/// Returns the number and what is kept of each event that was sent.
+#[derive(Default)]
+struct Numbers(Vec<(u16, u8)>, Option<Telemetry>);
+
+impl Outlet for Numbers {
+    fn send(&mut self, message: &Message<'_>) {
+        match message {
+            Message::Event(answers) => self.0.push((answers.number, answers.kept)),
+            Message::Telemetry(telemetry) => self.1 = Some(*telemetry),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn an_event_is_sent_again_until_the_host_has_it() {
+    let (mut reader, mut log) = (reader(), Numbers::default());
+    reader.answer(Request::KeepEvents(true), &mut log);
+    let play = |reader: &mut Reader, log: &mut Numbers| {
+        for t in 0..130 {
+            reader.rows(&frame(t), log).unwrap();
+        }
+    };
+    reader.set_time(1000);
+    play(&mut reader, &mut log);
+    assert_eq!(log.0, [(0, 0)]);
+    assert!(!reader.send_again(&mut log));
+    reader.set_time(1250);
+    assert!(reader.send_again(&mut log) && !reader.send_again(&mut log));
+    play(&mut reader, &mut log);
+    reader.set_time(1600);
+    while reader.send_again(&mut log) {}
+    assert_eq!(log.0, [(0, 0), (0, 0), (1, 1), (0, 0), (1, 1)]);
+    reader.status(&mut log);
+    let telemetry = log.1.unwrap();
+    assert_eq!((telemetry.uptime_ms, telemetry.events, telemetry.kept), (1600, 2, 2));
+    assert!(telemetry.wanted.kept_events && !telemetry.wanted.features);
+    for event in [0, 1] {
+        reader.answer(Request::Acknowledge { event }, &mut log);
+    }
+    reader.set_time(9000);
+    assert!(!reader.send_again(&mut log));
 }

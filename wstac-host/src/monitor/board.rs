@@ -5,9 +5,12 @@ use std::fmt::Write;
 use wstac_core::features::Features;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
-use wstac_core::wire::{Answers, Fault, Hello, Message, ModelFacts, SAMPLE_PART, TextureAnswer};
+use wstac_core::wire::{
+    Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
+};
 
 use super::Report;
+use super::delivery::{Arrival, Delivery};
 use crate::frame_clock::FrameClock;
 use crate::output::{
     ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, MotionReport, Output, OutputOptions,
@@ -27,14 +30,46 @@ pub(super) struct Board {
     clock: Option<FrameClock>,
     /// Whether it has named a texture model.
     has_model: bool,
+    delivery: Delivery,
+    /// The last uptime.
+    uptime_ms: u64,
+    /// How often requests were repeated that the board has not taken.
+    repeats: u8,
     baseline_said: bool,
     ended: bool,
 }
 
+/// The most times that requests are repeated in a row. A board may be unable to receive.
+const MOST_REPEATS: u8 = 10;
+
 impl Board {
     pub(super) fn new(wanted: OutputOptions) -> Self {
         let (sample, progress) = (Parts::default(), StreamSummary::default());
-        Self { wanted, sample, progress, clock: None, has_model: false, baseline_said: false, ended: false }
+        Self {
+            wanted,
+            sample,
+            progress,
+            clock: None,
+            has_model: false,
+            delivery: Delivery::default(),
+            uptime_ms: 0,
+            repeats: 0,
+            baseline_said: false,
+            ended: false,
+        }
+    }
+
+    /// Returns the requests for the outputs that are wanted. A board that starts does not know them.
+    pub(super) fn requests(&self) -> [Request; 4] {
+        let OutputOptions { features, samples, motion } = self.wanted;
+        let outputs = (Request::Features(features), Request::Samples(samples), Request::Motion(motion));
+        [outputs.0, outputs.1, outputs.2, Request::KeepEvents(true)]
+    }
+
+    /// Returns whether the board has taken all requests.
+    fn has_taken_requests(&self, taken: Wanted) -> bool {
+        let OutputOptions { features, samples, motion } = self.wanted;
+        (taken.features, taken.samples, taken.motion, taken.kept_events) == (features, samples, motion, true)
     }
 
     /// Returns whether its stream has ended.
@@ -114,6 +149,7 @@ impl Board {
                 self.ended = true;
                 give(Report::Output(self.finish()))
             }
+            Message::Telemetry(telemetry) => self.telemetry(telemetry, give),
             // The decoder does not know the messages of a newer core either, so no others arrive here.
             _ => Ok(()),
         }
@@ -138,7 +174,7 @@ impl Board {
                 give(Report::Note("the board has started again".to_owned()))?;
             }
             // It does no harm to send the request once too often.
-            give(Report::Started)?;
+            self.requests().into_iter().try_for_each(|request| give(Report::Request(request)))?;
         }
         self.has_model = hello.models.iter().any(Option::is_some);
         self.reach(hello.frame);
@@ -146,6 +182,12 @@ impl Board {
     }
 
     fn event<E>(&mut self, answers: &Answers<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
+        give(Report::Request(Request::Acknowledge { event: answers.number }))?;
+        let Arrival { is_new, lost } = self.delivery.take(answers.number, answers.frame, answers.kept);
+        lost_events(lost, give)?;
+        if !is_new {
+            return Ok(());
+        }
         self.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
         let in_words = |answer: &TextureAnswer<'_>| (answer.task, texture_of(answer));
         let texture = Texture::of_all(answers.textures.iter().flatten().map(in_words).collect());
@@ -155,6 +197,24 @@ impl Board {
         }
         let event = TactileEvent::from_answers(answers, texture, self.has_model, sample, self.clock.as_ref());
         give(Report::Output(Output::Event(Box::new(event))))
+    }
+
+    fn telemetry<E>(&mut self, telemetry: &Telemetry, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
+        if telemetry.uptime_ms < self.uptime_ms {
+            // The board has started again, and its first message was lost. The status before this message was new.
+            let (progress, clock) = (self.progress, self.clock);
+            *self = Self { progress, clock, ..Self::new(self.wanted) };
+            give(Report::Note("the board has started again".to_owned()))?;
+        }
+        self.uptime_ms = telemetry.uptime_ms;
+        lost_events(self.delivery.take_state(telemetry.events, telemetry.kept), give)?;
+        if self.has_taken_requests(telemetry.wanted) {
+            self.repeats = 0;
+        } else if self.repeats < MOST_REPEATS {
+            self.repeats += 1;
+            self.requests().into_iter().try_for_each(|request| give(Report::Request(request)))?;
+        }
+        give(Report::Telemetry(*telemetry))
     }
 
     fn status<E>(
@@ -169,6 +229,10 @@ impl Board {
         }
         give(Report::Note(DisturbedBaseline.to_string()))
     }
+}
+
+fn lost_events<E>(lost: u64, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
+    if lost == 0 { Ok(()) } else { give(Report::LostEvents(lost)) }
 }
 
 /// The parts of one sample that have arrived.
@@ -223,8 +287,14 @@ fn hello_in_words(hello: &Hello<'_>) -> String {
         hello.format,
         hello.trigger.baseline_frames(),
     );
+    // Writing to a string does not fail.
+    if !hello.revision.is_empty() {
+        let _ = write!(words, ", revision {}", hello.revision);
+    }
+    if let Some([low, middle, high]) = hello.id {
+        let _ = write!(words, ", chip {high:08x}{middle:08x}{low:08x}");
+    }
     for ModelFacts { task, classes, .. } in hello.models.iter().flatten() {
-        // Writing to a string does not fail.
         let _ = write!(words, ", model of {classes} classes ({})", task.name());
     }
     words

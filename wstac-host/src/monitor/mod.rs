@@ -1,9 +1,11 @@
 //! A board's messages as outputs, which are those that a [`Session`](crate::session::Session) gives of a source here.
 
 mod board;
+mod delivery;
 pub mod port;
+pub mod telemetry;
 
-use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
+use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, Telemetry, VERSION};
 
 use self::board::Board;
 use crate::error::{Error, ErrorKind};
@@ -21,8 +23,12 @@ pub enum Report {
     Output(Output),
     /// A message for people.
     Note(String),
-    /// The board has started, and does not know which outputs are wanted.
-    Started,
+    /// A request that should be sent to the board.
+    Request(Request),
+    /// The number of events that the board has sent and given up, and that never arrived.
+    LostEvents(u64),
+    /// The state of the board.
+    Telemetry(Telemetry),
 }
 
 /// Turns a link's bytes into reports.
@@ -36,17 +42,36 @@ pub struct Monitor {
     damaged: u64,
     /// Whether unknown messages were reported.
     unknown_said: bool,
+    /// The messages that were refused because of an impossible number.
+    refused: u64,
 }
 
 impl Monitor {
     /// Creates a monitor before the first byte.
     pub fn new(wanted: OutputOptions) -> Self {
-        Self { decoder: Decoder::new(), board: Board::new(wanted), heard: false, damaged: 0, unknown_said: false }
+        Self {
+            decoder: Decoder::new(),
+            board: Board::new(wanted),
+            heard: false,
+            damaged: 0,
+            unknown_said: false,
+            refused: 0,
+        }
+    }
+
+    /// Returns the requests to a board that has just been connected: its description, and the outputs that are wanted.
+    pub fn requests(&self) -> impl Iterator<Item = Request> + use<> {
+        std::iter::once(Request::Hello).chain(self.board.requests())
     }
 
     /// Returns whether any message has arrived.
     pub fn heard(&self) -> bool {
         self.heard
+    }
+
+    /// Returns the number of messages that were refused because of an impossible number.
+    pub fn refused(&self) -> u64 {
+        self.refused
     }
 
     /// Takes the next bytes and hands everything that follows from them to `give`.
@@ -87,6 +112,13 @@ impl Monitor {
                     }
                     self.heard = true;
                 }
+                Some(Err(DecodeError::Impossible(quantity))) => {
+                    self.heard = true;
+                    self.refused += 1;
+                    if is_reported(self.refused) {
+                        give(refusal(self.refused, quantity))?;
+                    }
+                }
                 Some(Err(_)) => {
                     // Damaged, or of a reason that is newer than this code.
                     self.damaged += 1;
@@ -104,6 +136,15 @@ impl Monitor {
     pub fn finish(&self) -> Output {
         self.board.finish()
     }
+}
+
+/// Returns whether a count of refused messages is reported at once: 1, 10, 100 and so on.
+fn is_reported(refused: u64) -> bool {
+    refused.checked_ilog10().is_some_and(|zeros| refused == 10_u64.pow(zeros))
+}
+
+fn refusal(refused: u64, quantity: Quantity) -> Report {
+    Report::Note(format!("{} of the board refused: impossible {quantity}", counted(refused, "message")))
 }
 
 fn gap(damaged: u64, lost: u16) -> Report {

@@ -31,9 +31,11 @@ pub struct Port {
     path: PathBuf,
     /// Bits per second of a serial device, which are set again after it was gone.
     baud: Option<u32>,
-    /// The open file; `None` while a device is gone.
+    /// The open file; `None` while a device is gone. Neither reads nor writes of it wait if it is writable.
     file: Option<File>,
     writable: bool,
+    /// The rest of a message of which only a part could be sent.
+    unsent: Vec<u8>,
 }
 
 /// The result of a read of a port.
@@ -75,7 +77,10 @@ impl Port {
         let (file, serial, writable) = if name == "-" {
             (File::from(io::stdin().as_fd().try_clone_to_owned().map_err(about)?), false, false)
         } else if let Some(address) = name.strip_prefix("tcp:") {
-            (File::from(OwnedFd::from(connect(address).map_err(about)?)), false, true)
+            let stream = connect(address).map_err(about)?;
+            // A peer that does not read would otherwise hold a write for ever.
+            stream.set_nonblocking(true).map_err(about)?;
+            (File::from(OwnedFd::from(stream)), false, true)
         } else {
             let kind = std::fs::metadata(path).map_err(about)?.file_type();
             if kind.is_dir() {
@@ -94,7 +99,7 @@ impl Port {
         if let Some(baud) = baud {
             set_up(&file, baud).map_err(about)?;
         }
-        Ok(Self { name: name.to_owned(), path: path.to_owned(), baud, file: Some(file), writable })
+        Ok(Self { name: name.to_owned(), path: path.to_owned(), baud, file: Some(file), writable, unsent: Vec::new() })
     }
 
     /// Returns its name.
@@ -107,6 +112,7 @@ impl Port {
     /// # Errors
     /// The port cannot be read. A serial device that cannot be read is waited for instead.
     pub fn read(&mut self, room: &mut [u8]) -> Result<Got, Error> {
+        self.send_rest();
         let Some(file) = &mut self.file else { return Ok(self.reopen()) };
         let read = wait(file).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) });
         match read {
@@ -123,17 +129,53 @@ impl Port {
         }
     }
 
-    /// Sends bytes to the board if the port can send.
+    /// Sends a message to the board if the port can send. It never waits.
+    ///
+    /// Returns false if the board does not read: then no byte of the message is sent, and the caller may try again. A
+    /// message that was begun is finished by later calls, or by [`Port::read`].
     ///
     /// Bytes that do not arrive are not sent again. A board that needs them reports that it has started.
-    pub fn send(&mut self, bytes: &[u8]) {
-        if let Some(file) = self.file.as_mut().filter(|_| self.writable) {
-            let _ = file.write_all(bytes);
+    pub fn send(&mut self, message: &[u8]) -> bool {
+        if !self.send_rest() {
+            return false;
         }
+        let sent = self.write(message);
+        let rest = message.get(sent..).unwrap_or_default();
+        if sent == 0 && !rest.is_empty() {
+            return false;
+        }
+        self.unsent.extend(rest);
+        true
+    }
+
+    /// Sends the rest of the last message, and returns whether nothing of it is left.
+    fn send_rest(&mut self) -> bool {
+        let unsent = std::mem::take(&mut self.unsent);
+        let sent = self.write(&unsent);
+        self.unsent.extend(unsent.get(sent..).unwrap_or_default());
+        self.unsent.is_empty()
+    }
+
+    /// Writes without waiting, and returns how many bytes are done with. Bytes for a port that cannot send are.
+    fn write(&mut self, mut bytes: &[u8]) -> usize {
+        let length = bytes.len();
+        let Some(file) = self.file.as_mut().filter(|_| self.writable) else { return length };
+        while !bytes.is_empty() {
+            match file.write(bytes) {
+                Ok(written) if written > 0 => bytes = bytes.get(written..).unwrap_or_default(),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Ok(_) => break,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
+                // The next read meets the same error, and says so.
+                Err(_) => return length,
+            }
+        }
+        length - bytes.len()
     }
 
     fn gone(&mut self) -> Got {
         self.file = None;
+        self.unsent.clear();
         Got::Gone
     }
 

@@ -2,14 +2,17 @@
 //! messages.
 
 use wstac_core::baseline::Baseline;
+use wstac_core::crc::crc32;
 use wstac_core::direction::{Direction, Heading};
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
+use wstac_core::motion::{Contact, Velocity};
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
+use wstac_core::speed::NoSpeed;
 use wstac_core::speed::{Speed, SpeedConfig};
-use wstac_core::trigger::{Event, InterruptedSample, TriggerConfig};
-use wstac_core::wire::{Answers, Hello, LONGEST, Text, TextureAnswer, encode};
+use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
+use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Text, TextureAnswer, Wanted, encode};
 
 use super::*;
 use crate::output::StreamSummary;
@@ -24,6 +27,8 @@ fn hello(frame: u64) -> Message<'static> {
         trigger: TriggerConfig::default(),
         models: [None; 3],
         frame,
+        revision: Text::new(""),
+        id: None,
     })
 }
 
@@ -59,6 +64,13 @@ fn numbered<'m>(
     (reports, monitor.finish())
 }
 
+/// Returns what is requested of a board that has started.
+fn started() -> Vec<Report> {
+    let outputs =
+        [Request::Features(false), Request::Samples(false), Request::Motion(false), Request::KeepEvents(true)];
+    outputs.map(Report::Request).into()
+}
+
 fn note(text: &str) -> Report {
     Report::Note(text.to_owned())
 }
@@ -71,7 +83,7 @@ fn end(frames: u64, baseline_complete: bool, incomplete: Option<InterruptedSampl
 fn a_board_that_starts_again_starts_from_nothing() {
     let said = note("board 1: 320x240 Gray at 30000/1001 frames per second, baseline of 25 frames");
     let (found, last) = numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(90)), (0, &hello(0))]);
-    assert_eq!(found, [Report::Started, said, note("the board has started again"), Report::Started]);
+    assert_eq!(found, [&started(), &[said, note("the board has started again")][..], &started()].concat());
     assert_eq!(last, end(0, false, None));
 }
 
@@ -82,13 +94,11 @@ fn a_start_is_told_from_an_answer() {
     // A board without frames is asked twice, then starts again.
     let (found, _) =
         numbered(OutputOptions::default(), [(0, &hello(0)), (1, &hello(0)), (2, &hello(0)), (0, &hello(0))]);
-    assert_eq!(
-        found,
-        [Report::Started, said.clone(), Report::Started, Report::Started, again.clone(), Report::Started]
-    );
+    let expected = [&started(), &[said.clone()][..], &started(), &started(), std::slice::from_ref(&again), &started()];
+    assert_eq!(found, expected.concat());
     // Its first message was lost with the power, and so was the note of what was lost with it.
     let (found, last) = numbered(OutputOptions::default(), [(7, &hello(90)), (1, &hello(0))]);
-    assert_eq!(found, [said, note("1 message lost"), again, Report::Started]);
+    assert_eq!(found, [&[said, note("1 message lost"), again][..], &started()].concat());
     assert_eq!(last, end(0, false, None));
 }
 
@@ -107,7 +117,7 @@ fn an_end_that_the_board_does_not_tell_is_known_from_what_it_told() {
 #[test]
 fn a_sample_is_whole_and_of_its_event_or_none() {
     let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
-    let part = |frame, first| Message::SamplePart { frame, first, features: [[i16::from(first) * 64; 10]; 10] };
+    let part = |frame, first| Message::SamplePart { frame, first, features: [[i16::from(first) * 32; 10]; 10] };
     let parts = |frame| (0..7).map(move |number| part(frame, 10 * number)).collect::<Vec<_>>();
     let sample = |messages: &[Message]| {
         let (found, _) = reports(wanted, messages);
@@ -118,7 +128,7 @@ fn a_sample_is_whole_and_of_its_event_or_none() {
     };
     let whole = sample(&[parts(7), vec![event(7)]].concat()).unwrap();
     assert_eq!((whole.len(), whole[9].len()), (70, 10));
-    assert_eq!((whole[0][9], whole[9][9], whole[10][9], whole[69][0]), (0, 0, 640, 3840));
+    assert_eq!((whole[0][9], whole[9][9], whole[10][9], whole[69][0]), (0, 0, 320, 1920));
     // A part is missing, is of another event, or does not exist.
     assert_eq!(sample(&[&parts(7)[1..], &[event(7)]].concat()), None);
     assert_eq!(sample(&[&parts(7)[..6], &[part(8, 60), event(7)]].concat()), None);
@@ -126,21 +136,30 @@ fn a_sample_is_whole_and_of_its_event_or_none() {
         assert_eq!(sample(&[&parts(7)[..6], &[part(7, first), event(7)]].concat()), None);
     }
     let (found, _) = reports(wanted, &[event(7)]);
-    assert_eq!(found[0], note("the sample of the event at frame 7 did not arrive"));
+    assert_eq!(found[1], note("the sample of the event at frame 7 did not arrive"));
 }
 
 #[test]
-fn numbers_that_cannot_be_are_borne() {
+fn the_largest_numbers_are_borne_and_impossible_ones_are_refused_and_counted() {
     let texture = TextureAnswer::new(wstac_core::model::file::Task::Depth, Text::new("inf"));
-    let last = u64::MAX;
-    let early = Message::Texture { frame: last, frames: 255, texture };
+    let last = 1 << 53;
+    let early = Message::Texture { frame: last, frames: 70, texture };
     let lost = Message::Lost { frames: last };
-    let incomplete = Message::InterruptedSample(InterruptedSample::new(last, 255));
+    let incomplete = Message::InterruptedSample(InterruptedSample::new(last, 69));
     let features = Message::Features { frame: last, features: [i16::MIN; 10] };
     let (found, record) = reports(OutputOptions::default(), &[early, event(last), lost, lost, incomplete, features]);
-    assert_eq!(found.len(), 5);
-    let all = StreamSummary { frames: last, dropped: last, baseline_complete: true, incomplete: None };
+    assert_eq!(found.len(), 6);
+    let all = StreamSummary { frames: last + 70, dropped: 2 * last, baseline_complete: true, incomplete: None };
     assert_eq!(record, Output::End(all));
+    // Eleven events of 255 filled frames, and one message with a frame number that cannot be.
+    let Message::Event(mut answers) = event(35) else { panic!("an event") };
+    answers.frames_filled = 255;
+    let mut bad = vec![Message::Event(answers); 11];
+    bad.push(Message::Lost { frames: u64::MAX });
+    let (found, record) = reports(OutputOptions::default(), &bad);
+    let refused = |count| note(&format!("{count} of the board refused: impossible number of frames"));
+    assert_eq!(found, [refused("1 message"), refused("10 messages")]);
+    assert_eq!(record, end(0, false, None));
 }
 
 #[test]
@@ -161,4 +180,338 @@ fn a_board_whose_model_has_no_answer_has_a_model() {
         let Some(Report::Output(Output::Event(event))) = found.last() else { panic!("{found:?}") };
         assert_eq!(event.texture, Err(expected));
     }
+}
+
+/// Numbers that look random: the same in every run.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as u32
+    }
+
+    /// Returns a number below `end`.
+    fn below(&mut self, end: usize) -> usize {
+        self.next() as usize % end
+    }
+
+    /// Returns whether something happens that happens so often in 10,000 times.
+    fn happens(&mut self, in_10_000: usize) -> bool {
+        self.below(10_000) < in_10_000
+    }
+}
+
+/// A line that loses and changes bytes.
+struct Line {
+    random: Random,
+    /// The bytes of 10,000 that are lost, and the same number are changed.
+    errors: usize,
+}
+
+impl Line {
+    fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut arrived = Vec::new();
+        for &byte in bytes {
+            if self.random.happens(self.errors) {
+                continue;
+            }
+            let change = if self.random.happens(self.errors) { 1 << self.random.below(8) } else { 0 };
+            arrived.push(byte ^ change);
+        }
+        arrived
+    }
+}
+
+/// A board and a host with a line between them.
+struct Linked {
+    line: Line,
+    outbox: Outbox<'static>,
+    decoder: Decoder<16>,
+    sequence: u16,
+    monitor: Monitor,
+    requests: u16,
+    /// The frames of events that arrived.
+    arrived: Vec<u64>,
+    lost: u64,
+    /// The messages that were sent, and those of them that did not arrive whole.
+    sent: u64,
+    damaged: u64,
+}
+
+impl Linked {
+    fn new(seed: u64, errors: usize) -> Self {
+        let mut linked = Self {
+            line: Line { random: Random(seed), errors },
+            outbox: Outbox::new(),
+            decoder: Decoder::new(),
+            sequence: 0,
+            monitor: Monitor::new(OutputOptions::default()),
+            requests: 0,
+            arrived: Vec::new(),
+            lost: 0,
+            sent: 0,
+            damaged: 0,
+        };
+        let requests: Vec<Request> = linked.monitor.requests().collect();
+        linked.request(&requests);
+        linked
+    }
+
+    /// Sends requests from the host.
+    fn request(&mut self, requests: &[Request]) {
+        for request in requests {
+            let bytes = self.line.carry(encode(request, self.requests, &mut [0; LONGEST]));
+            self.requests = self.requests.wrapping_add(1);
+            for byte in bytes {
+                if let Some(Ok(received)) = self.decoder.push::<Request>(byte) {
+                    self.outbox.answer(received.message);
+                }
+            }
+        }
+    }
+
+    /// Sends a message from the board.
+    fn send(&mut self, message: &Message) {
+        let mut buffer = [0; LONGEST];
+        let whole = encode(message, self.sequence, &mut buffer);
+        self.sequence = self.sequence.wrapping_add(1);
+        let bytes = self.line.carry(whole);
+        self.sent += 1;
+        self.damaged += u64::from(bytes != whole);
+        let mut requests = Vec::new();
+        let taken = self.monitor.take(&bytes, |report| {
+            match report {
+                Report::Request(request) => requests.push(request),
+                Report::LostEvents(lost) => self.lost += lost,
+                Report::Output(Output::Event(event)) => self.arrived.push(event.frame),
+                _ => {}
+            }
+            Ok::<(), Error>(())
+        });
+        assert!(taken.unwrap());
+        self.request(&requests);
+    }
+
+    /// Lets this many events happen, one every 2.4 seconds, and the time for the last ones. `is_cut` says in which
+    /// seconds the line is cut.
+    fn run(&mut self, events: u64, is_cut: impl Fn(u32) -> bool) {
+        let errors = self.line.errors;
+        let end = 10_000 + 2400 * events as u32;
+        for now in (0..end).step_by(10) {
+            self.line.errors = if is_cut(now / 1000) { 10_000 } else { errors };
+            if now >= 5000 && (now - 5000).is_multiple_of(2400) && (now - 5000) / 2400 < events as u32 {
+                let Message::Event(answers) = event(u64::from(now)) else { panic!("an event") };
+                let answers = self.outbox.push(answers, now);
+                self.send(&Message::Event(answers));
+            }
+            if let Some(answers) = self.outbox.due(now) {
+                self.send(&Message::Event(answers));
+            }
+            if now.is_multiple_of(1000) {
+                let mut telemetry = Telemetry::default();
+                telemetry.uptime_ms = now.into();
+                (telemetry.events, telemetry.kept) = (self.outbox.next_event(), self.outbox.kept());
+                telemetry.wanted.kept_events = self.outbox.is_heard();
+                self.send(&Message::Telemetry(telemetry));
+            }
+        }
+    }
+}
+
+#[test]
+fn every_event_arrives_once_over_a_line_that_loses_and_changes_bytes() {
+    for (seed, errors, least) in [(1, 0, 0.0), (2, 20, 0.1), (3, 50, 0.25), (4, 100, 0.4)] {
+        let mut linked = Linked::new(seed, errors);
+        linked.run(1000, |_| false);
+        let expected: Vec<u64> = (0..1000).map(|event| 5000 + 2400 * event).collect();
+        linked.arrived.sort_unstable();
+        assert_eq!(linked.arrived, expected, "seed {seed}");
+        assert_eq!(linked.lost, 0, "seed {seed}");
+        // The line is as bad as is meant.
+        let damaged = linked.damaged as f64 / linked.sent as f64;
+        assert!(damaged >= least && (damaged > 0.0) == (errors > 0), "seed {seed}: {damaged}");
+    }
+}
+
+#[test]
+fn events_that_are_given_up_are_counted() {
+    let mut linked = Linked::new(5, 20);
+    // The line is cut for ten seconds of every minute.
+    linked.run(500, |second| second % 60 >= 50);
+    let (arrived, lost) = (linked.arrived.len() as u64, linked.lost);
+    assert_eq!(arrived + lost, 500);
+    assert!(lost >= 20, "{lost}");
+    linked.arrived.sort_unstable();
+    linked.arrived.dedup();
+    assert_eq!(linked.arrived.len() as u64, arrived);
+}
+
+#[test]
+fn requests_that_were_lost_are_repeated_but_not_for_ever() {
+    let mut telemetry = Telemetry::default();
+    let (found, _) = reports(OutputOptions::default(), &[Message::Telemetry(telemetry); 20]);
+    assert_eq!(found.iter().filter(|&report| *report == Report::Request(Request::KeepEvents(true))).count(), 10);
+    let mut wanted = Wanted::default();
+    wanted.kept_events = true;
+    telemetry.wanted = wanted;
+    assert_eq!(reports(OutputOptions::default(), &[Message::Telemetry(telemetry)]).0, [Report::Telemetry(telemetry)]);
+}
+
+#[test]
+fn a_start_whose_first_message_was_lost_is_known_by_the_uptime() {
+    let at = |uptime_ms| {
+        let mut telemetry = Telemetry::default();
+        (telemetry.uptime_ms, telemetry.wanted.kept_events) = (uptime_ms, true);
+        Message::Telemetry(telemetry)
+    };
+    let (found, _) = reports(OutputOptions::default(), &[at(9000), event(70), at(900), event(70)]);
+    let again = found.iter().filter(|&report| *report == note("the board has started again")).count();
+    let events = found.iter().filter(|report| matches!(report, Report::Output(Output::Event(_)))).count();
+    assert_eq!((again, events), (1, 2));
+}
+
+/// Checks the numbers of an output as its documentation says.
+fn assert_possible(output: &Output) {
+    let speed_is_possible = |mm_s: f32, sd: f32| mm_s > 0.0 && mm_s.is_finite() && sd >= 0.0 && sd.is_finite();
+    match output {
+        Output::Event(event) => {
+            assert!(event.frame <= 1 << 53 && event.frames_filled <= 70, "{event:?}");
+            assert!(event.lit_frames.is_none_or(|frames| frames < 70), "{event:?}");
+            assert!(event.speed.is_err() || matches!(event.contact, None | Some(Contact::Slide)), "{event:?}");
+            if let Ok(speed) = event.speed {
+                assert!(speed_is_possible(speed.mm_s, speed.sd.unwrap_or(0.0)), "{event:?}");
+            }
+            if let Err(NoSpeed::CutOff { at_most: Some(mm_s) }) = event.speed {
+                assert!(speed_is_possible(mm_s, 0.0), "{event:?}");
+            }
+            assert!(event.direction.degrees.is_err() || (0.0..360.0).contains(&event.direction.degrees.unwrap()));
+            assert!(event.direction.sd.is_none_or(|sd| sd >= 0.0 && sd.is_finite()), "{event:?}");
+            assert!(event.direction.confidence().is_none_or(|confidence| confidence <= 1.0), "{event:?}");
+            assert!(event.time.is_none_or(|time| time.touch_s >= 0.0 && time.completed_s.is_finite()), "{event:?}");
+            if let Ok(texture) = &event.texture {
+                assert_possible_texture(texture);
+            }
+        }
+        Output::EarlyTexture(early) => {
+            assert!((1..=70).contains(&early.frames), "{early:?}");
+            assert_possible_texture(&early.texture);
+        }
+        Output::Motion(motion) => {
+            let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = motion.velocity;
+            assert!(speed_is_possible(mm_s, mm_s_sd) && degrees_sd >= 0.0 && degrees_sd.is_finite(), "{motion:?}");
+            assert!((0.0..360.0).contains(&degrees), "{motion:?}");
+        }
+        Output::Interrupted(sample) => assert!(sample.frame <= 1 << 53 && sample.frames < 70, "{sample:?}"),
+        Output::Features(features) => assert!(features.features.iter().all(|&feature| feature < 3300)),
+        Output::ContactEnd(end) => assert!(end.frame.max(end.event_frame) <= 1 << 53, "{end:?}"),
+        _ => {}
+    }
+}
+
+fn assert_possible_texture(texture: &crate::texture::Texture) {
+    assert!(texture.confidence.is_none_or(|confidence| (0.0..=1.0).contains(&confidence)), "{texture:?}");
+    assert!(texture.depth_mm.is_none_or(f64::is_finite), "{texture:?}");
+}
+
+/// Returns the content of a message's frame, from its sequence number to the message's end.
+fn content(message: &Message) -> Vec<u8> {
+    let mut buffer = [0; LONGEST];
+    let frame = encode(message, 0, &mut buffer);
+    let mut content = Vec::new();
+    let mut rest = &frame[1..frame.len() - 1];
+    while let [code, bytes @ ..] = rest {
+        let (block, next) = bytes.split_at(usize::from(*code) - 1);
+        content.extend(block);
+        if *code < u8::MAX && !next.is_empty() {
+            content.push(0);
+        }
+        rest = next;
+    }
+    content.truncate(content.len() - 4);
+    content
+}
+
+/// Returns the frame of any content, with its checksum.
+fn frame_of(content: &[u8]) -> Vec<u8> {
+    let sum = crc32(content.iter().copied());
+    let mut frame = vec![0];
+    for block in [content, &sum.to_le_bytes()].concat().split(|&byte| byte == 0) {
+        // Blocks of more than 254 bytes have a code of their own.
+        let mut rest = block;
+        while rest.len() > 253 {
+            frame.push(255);
+            frame.extend(&rest[..254.min(rest.len())]);
+            rest = &rest[254.min(rest.len())..];
+        }
+        frame.push(rest.len() as u8 + 1);
+        frame.extend(rest);
+    }
+    frame.push(0);
+    frame
+}
+
+#[test]
+fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
+    let Message::Event(answers) = event(200) else { panic!("an event") };
+    let mut by_arrival = answers;
+    (by_arrival.contact, by_arrival.touch, by_arrival.end) = (Some(Contact::Slide), Some(9), Some(40));
+    by_arrival.speed = Ok(Speed::by_arrival(150.5, 2.5));
+    by_arrival.direction = Direction::by_arrival(Ok([90.25, 1.5]));
+    let mut texture = TextureAnswer::new(wstac_core::model::file::Task::Specimen, Text::new("Saw3"));
+    (texture.confidence, texture.known) = (Some(32_000), Some(true));
+    let mut cut_off = answers;
+    cut_off.speed = Err(NoSpeed::CutOff { at_most: Some(45.5) });
+    let mut stream = StreamEnd::new(207);
+    stream.incomplete = Some(InterruptedSample::new(200, 7));
+    let mut velocity = Velocity::default();
+    (velocity.mm_s, velocity.mm_s_sd, velocity.degrees, velocity.degrees_sd) = (120.5, 3.5, 350.5, 1.25);
+    let messages = [
+        hello(0),
+        Message::Event(answers),
+        Message::Event(by_arrival.with_texture(texture)),
+        Message::Event(cut_off),
+        Message::Texture { frame: 200, frames: 40, texture },
+        Message::Motion { frame: 9, velocity },
+        Message::InterruptedSample(InterruptedSample::new(200, 7)),
+        Message::Status { stream, dropped: 3 },
+        Message::ContactEnd(ContactEnd::new(240, 200)),
+        Message::Features { frame: 9, features: [-2048; 10] },
+        Message::Lost { frames: 3 },
+    ];
+    let mut contents = messages.map(|message| content(&message)).to_vec();
+    // What is not changed arrives.
+    assert!(
+        contents
+            .iter()
+            .zip(&messages)
+            .all(|(content, message)| { frame_of(content) == encode(message, 0, &mut [0; LONGEST]) })
+    );
+    let wanted = OutputOptions { features: true, samples: false, motion: true };
+    let mut random = Random(7);
+    let (mut outputs, mut refused) = (0, 0);
+    for round in 0..200_000 {
+        let which = random.below(contents.len());
+        let original = contents[which].clone();
+        // A number of a message takes one to four bytes. The version and the sequence stay.
+        for _ in 0..=random.below(3) {
+            let at = 2 + random.below(original.len() - 2);
+            let value = [0, 0x7F, 0x80, 0xC0, 0xFF, random.next() as u8][random.below(6)];
+            contents[which][at] = value;
+        }
+        let mut monitor = Monitor::new(wanted);
+        let stream = [frame_of(&contents[0]), frame_of(&contents[which])].concat();
+        let taken = monitor.take(&stream, |report| {
+            if let Report::Output(output) = &report {
+                assert_possible(output);
+                outputs += 1;
+            }
+            Ok::<(), Error>(())
+        });
+        assert!(taken.is_ok(), "round {round}");
+        refused += monitor.refused();
+        contents[which] = original;
+    }
+    // Both happen often, so that something was tested.
+    assert!(outputs > 20_000 && refused > 5_000, "{outputs} {refused}");
 }

@@ -7,7 +7,7 @@ use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::texture;
 use wstac_core::trigger::Event;
-use wstac_core::wire::{self, Answers, Decoder, Message, Received, DecodeError, Request, Text};
+use wstac_core::wire::{self, Answers, Decoder, Message, Outbox, Received, DecodeError, Request, Text};
 
 entries! {
     wire:
@@ -33,6 +33,15 @@ entries! {
     end_frame(answers: &Answers<'_>) -> Option<u64> { answers.end_frame() }
     texture<'a>(answers: Answers<'a>, sample: &[i16; 700], model: &Model<'a>) -> Answers<'a> {
         answers.with_texture(texture::texture(sample, model))
+    }
+    new_outbox() -> Outbox<'static> { Outbox::new() }
+    outbox_push(outbox: &mut Outbox<'static>, answers: Answers<'static>, now: u32) -> Answers<'static> {
+        outbox.push(answers, now)
+    }
+    outbox_due(outbox: &mut Outbox<'static>, now: u32) -> Option<Answers<'static>> { outbox.due(now) }
+    outbox_answer(outbox: &mut Outbox<'static>, request: Request) { outbox.answer(request); }
+    outbox_state(outbox: &Outbox<'static>) -> (u16, u8, bool) {
+        (outbox.next_event(), outbox.kept(), outbox.is_heard())
     }
     sample<'b>(sample: Sample<'_>, part: usize, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
         wire::sample_parts(0, sample).nth(part).map_or(&[], |part| wire::encode(&part, 0, buffer))

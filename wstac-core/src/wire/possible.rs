@@ -1,0 +1,191 @@
+//! Checks the numbers of a message: a value that nothing can have is no answer, whatever its checksum says.
+
+use core::fmt;
+use core::ops::RangeInclusive;
+
+use super::{Answers, Hello, Message, SAMPLE_PART, TextureAnswer};
+use crate::direction::Direction;
+use crate::features::Features;
+use crate::motion::{Contact, Velocity};
+use crate::params::SAMPLE_FRAMES;
+use crate::speed::{NoSpeed, Speed};
+use crate::trigger::{InterruptedSample, StreamEnd};
+
+/// The largest frame number and count: 2^53, the last up to which JSON's numbers are exact. At 1000 frames per second
+/// it is reached after 285,000 years.
+const MOST: u64 = 1 << 53;
+/// The largest feature in units of 2^-11: ln 5, and one unit for rounding.
+const BRIGHTEST: i16 = 3297;
+/// The confidence 1 in units of 2^-15.
+const CERTAIN: u16 = 1 << 15;
+/// The highest frame rate, in frames per second.
+const FASTEST: f64 = 100_000.0;
+
+/// The temperatures of a chip in tenths of a degree Celsius, wider than any runs at.
+const TEMPERATURES: RangeInclusive<i16> = -1000..=2000;
+
+/// A quantity of a message whose value is impossible.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Quantity {
+    /// The number of a frame, a count of frames of the stream, or a time.
+    FrameNumber,
+    /// A number of frames of a sample or a touch.
+    SampleFrames,
+    /// A feature.
+    Feature,
+    /// A speed.
+    Speed,
+    /// A direction.
+    Direction,
+    /// A standard deviation.
+    Deviation,
+    /// A confidence.
+    Confidence,
+    /// The kind of a touch, which contradicts the other answers.
+    Contact,
+    /// The frame rate of a camera.
+    FrameRate,
+    /// The number of classes of a model.
+    Classes,
+    /// The temperature of a chip.
+    Temperature,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::FrameNumber => "frame number",
+            Self::SampleFrames => "number of frames",
+            Self::Feature => "feature",
+            Self::Speed => "speed",
+            Self::Direction => "direction",
+            Self::Deviation => "standard deviation",
+            Self::Confidence => "confidence",
+            Self::Contact => "kind of touch",
+            Self::FrameRate => "frame rate",
+            Self::Classes => "number of classes",
+            Self::Temperature => "temperature",
+        })
+    }
+}
+
+/// Returns the first quantity of a message that is impossible as an error.
+pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
+    match message {
+        Message::Hello(hello) => check_hello(hello),
+        Message::Features { frame, features } => number(*frame).and_then(|()| check_features(features)),
+        Message::SamplePart { frame, first, features } => {
+            number(*frame)?;
+            let is_part = usize::from(*first) < SAMPLE_FRAMES && usize::from(*first).is_multiple_of(SAMPLE_PART);
+            ensure(is_part, Quantity::SampleFrames)?;
+            features.iter().try_for_each(check_features)
+        }
+        Message::Event(answers) => check_answers(answers),
+        Message::Texture { frame, frames, texture } => {
+            number(*frame)?;
+            count(*frames, 1..=SAMPLE_FRAMES)?;
+            check_texture(texture)
+        }
+        Message::InterruptedSample(sample) => check_interrupted(sample),
+        Message::Lost { frames } => number(*frames),
+        Message::Fault(_) => Ok(()),
+        Message::Status { stream, dropped } | Message::End { stream, dropped } => {
+            number(*dropped).and_then(|()| check_stream(stream))
+        }
+        Message::ContactEnd(end) => number(end.frame).and_then(|()| number(end.event_frame)),
+        Message::Telemetry(telemetry) => {
+            number(telemetry.uptime_ms)?;
+            ensure(telemetry.temperature.is_none_or(|tenths| TEMPERATURES.contains(&tenths)), Quantity::Temperature)
+        }
+        Message::Motion { frame, velocity } => number(*frame).and_then(|()| check_velocity(velocity)),
+    }
+}
+
+fn ensure(is_possible: bool, quantity: Quantity) -> Result<(), Quantity> {
+    if is_possible { Ok(()) } else { Err(quantity) }
+}
+
+fn number(frame: u64) -> Result<(), Quantity> {
+    ensure(frame <= MOST, Quantity::FrameNumber)
+}
+
+fn count(frames: u8, possible: RangeInclusive<usize>) -> Result<(), Quantity> {
+    ensure(possible.contains(&usize::from(frames)), Quantity::SampleFrames)
+}
+
+/// Checks a speed in mm/s.
+fn speed(mm_s: f32) -> Result<(), Quantity> {
+    ensure(mm_s > 0.0 && mm_s.is_finite(), Quantity::Speed)
+}
+
+fn degrees(degrees: f32) -> Result<(), Quantity> {
+    ensure((0.0..360.0).contains(&degrees), Quantity::Direction)
+}
+
+fn deviation(sd: f32) -> Result<(), Quantity> {
+    ensure(sd >= 0.0 && sd.is_finite(), Quantity::Deviation)
+}
+
+fn confidence(confidence: u16) -> Result<(), Quantity> {
+    ensure(confidence <= CERTAIN, Quantity::Confidence)
+}
+
+fn check_hello(hello: &Hello<'_>) -> Result<(), Quantity> {
+    number(hello.frame)?;
+    ensure(hello.rate.per_second() <= FASTEST, Quantity::FrameRate)?;
+    hello.models.iter().flatten().try_for_each(|model| {
+        ensure(model.classes > 0, Quantity::Classes)?;
+        count(model.frames, 1..=SAMPLE_FRAMES)
+    })
+}
+
+fn check_features(features: &Features) -> Result<(), Quantity> {
+    ensure(features.iter().all(|&feature| feature <= BRIGHTEST), Quantity::Feature)
+}
+
+fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
+    number(answers.frame)?;
+    if let Some(touch) = answers.touch {
+        // The touch of an event that is older than an i16 can count begins at its least value.
+        ensure(answers.frame.checked_add_signed(touch.into()).is_some(), Quantity::FrameNumber)?;
+        ensure(i64::from(touch) <= SAMPLE_FRAMES as i64, Quantity::SampleFrames)?;
+    }
+    count(answers.end.unwrap_or(0), 0..=SAMPLE_FRAMES)?;
+    count(answers.duration.unwrap_or(0), 0..=SAMPLE_FRAMES - 1)?;
+    count(answers.frames_filled, 0..=SAMPLE_FRAMES)?;
+    match answers.speed {
+        Ok(Speed { mm_s, sd, .. }) => speed(mm_s).and_then(|()| deviation(sd.unwrap_or(0.0)))?,
+        Err(NoSpeed::CutOff { at_most: Some(mm_s) }) => speed(mm_s)?,
+        Err(_) => {}
+    }
+    let Direction { degrees: angle, sd, confidence: certainty } = answers.direction;
+    degrees(angle.unwrap_or(0.0))?;
+    deviation(sd.unwrap_or(0.0))?;
+    confidence(certainty.unwrap_or(0))?;
+    let slides = matches!(answers.contact, None | Some(Contact::Slide));
+    ensure(slides || answers.speed.is_err() && angle.is_err(), Quantity::Contact)?;
+    answers.textures.iter().flatten().try_for_each(check_texture)
+}
+
+fn check_texture(texture: &TextureAnswer<'_>) -> Result<(), Quantity> {
+    confidence(texture.confidence.unwrap_or(0))
+}
+
+fn check_velocity(velocity: &Velocity) -> Result<(), Quantity> {
+    speed(velocity.mm_s)?;
+    deviation(velocity.mm_s_sd)?;
+    degrees(velocity.degrees)?;
+    deviation(velocity.degrees_sd)
+}
+
+fn check_interrupted(sample: &InterruptedSample) -> Result<(), Quantity> {
+    number(sample.frame)?;
+    count(sample.frames, 0..=SAMPLE_FRAMES - 1)
+}
+
+fn check_stream(stream: &StreamEnd) -> Result<(), Quantity> {
+    number(stream.frames)?;
+    stream.incomplete.as_ref().map_or(Ok(()), check_interrupted)
+}

@@ -1,0 +1,482 @@
+//! Messages to a host, as `wstac monitor` reads them: each call writes the bytes of one message, and the program sends them.
+
+use core::ffi::{CStr, c_char};
+
+use wstac_core::direction::{Direction, Heading, Unclear};
+use wstac_core::law::{Answer, EventLaw};
+use wstac_core::model::Model;
+use wstac_core::model::file::Task;
+use wstac_core::motion::Contact;
+use wstac_core::speed::{NoSpeed, Speed};
+use wstac_core::trigger::{ContactEnd, Event, InterruptedSample};
+use wstac_core::wire::{self, Answers, Hello, Message, ModelFacts, Telemetry, Text, TextureAnswer};
+
+use crate::answers::{
+    WstacFwContact, WstacFwContactEnd, WstacFwDirection, WstacFwIncomplete, WstacFwMotion, WstacFwSpeed, WstacFwWhy,
+};
+use crate::format::WstacFwFormat;
+use crate::memory::{Memory, borrowed, fits, give, place, set_up, value, value_mut};
+use crate::model::{WSTAC_FW_LABEL_BYTES, WstacFwModel, WstacFwTask, WstacFwTexture};
+use crate::pipeline::{State, WstacFwPipeline};
+use crate::status::{WstacFwStatus, status};
+
+/// The number of bytes of the longest message.
+pub const WSTAC_FW_LINK_BYTES: usize = 288;
+
+const _: () = assert!(WSTAC_FW_LINK_BYTES == wire::LONGEST);
+
+/// A link to a host, in memory that the program provides: `static WstacFwLink link;`. A serial line needs one.
+///
+/// wstac_fw_link_init sets it up. It counts messages, events and lost frames. Nothing has to be freed.
+#[repr(C)]
+pub struct WstacFwLink {
+    /// Private to the library.
+    opaque: [u64; 3],
+}
+
+/// The numbers of the next messages.
+pub(crate) struct Sender {
+    dropped: u64,
+    sequence: u16,
+    event: u16,
+}
+
+const _: () = assert!(fits::<WstacFwLink, Sender>(4));
+
+// SAFETY: it consists of numbers, as large and aligned as asserted above.
+unsafe impl Memory for WstacFwLink {
+    type Value = Sender;
+    const MARK: u32 = u32::from_le_bytes(*b"WSln");
+}
+
+/// The description of a board. Texts are UTF-8 with a 0 at the end; longer ones than stated are cut.
+#[repr(C)]
+pub struct WstacFwBoard {
+    /// The name of the firmware, of at most 31 bytes.
+    pub firmware: *const c_char,
+    /// The version of the firmware, of at most 31 bytes.
+    pub version: *const c_char,
+    /// The revision of the firmware's source, of at most 15 bytes; null if it is not known.
+    pub revision: *const c_char,
+    /// The pixel format: the one that the pipeline was set up with.
+    pub format: *const WstacFwFormat,
+    /// The texture model; null without one.
+    pub model: *const WstacFwModel,
+    /// The unique number of the chip in three words, its lowest word first; null if it has none.
+    pub id: *const u32,
+}
+
+/// The answers of an event: a motion, or a speed and a direction as published. The others are null.
+#[repr(C)]
+pub struct WstacFwAnswers {
+    /// The motion, from wstac_fw_motion or wstac_fw_motion_by_edges; null by the published law.
+    pub motion: *const WstacFwMotion,
+    /// The speed, from wstac_fw_speed; null with a motion.
+    pub speed: *const WstacFwSpeed,
+    /// The direction, from wstac_fw_direction; null with a motion.
+    pub direction: *const WstacFwDirection,
+    /// The texture, from wstac_fw_classify; null without one. Only a slide has one.
+    pub texture: *const WstacFwTexture,
+}
+
+/// The state of a board. -1 means that a number is not known.
+#[repr(C)]
+pub struct WstacFwTelemetry {
+    /// The milliseconds since the start.
+    pub uptime_ms: u64,
+    /// The measured frame rate in frames per 1000 seconds.
+    pub millihertz: i64,
+    /// The number of frames that were lost because pixels came faster than they were taken.
+    pub overruns: i64,
+    /// The number of starts since power was on, without the first.
+    pub restarts: i64,
+    /// The greatest depth of the stack in bytes.
+    pub stack: i64,
+}
+
+/// Sets a link up in `size` bytes of memory: sizeof(WstacFwLink).
+///
+/// # Safety
+/// `link` is null or that memory.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_init(link: *mut WstacFwLink, size: usize) -> WstacFwStatus {
+    // SAFETY: the caller guarantees it.
+    status(unsafe { set_up(link, size, || Ok(Sender { dropped: 0, sequence: 0, event: 0 })) })
+}
+
+/// The place for the bytes of a message.
+struct Out {
+    bytes: *mut u8,
+    length: *mut usize,
+}
+
+/// Writes the bytes of a message of this link.
+///
+/// # Safety
+/// `link` is null or a link's memory, and `out` has null or memory for WSTAC_FW_LINK_BYTES bytes and for one number.
+unsafe fn send<'m>(
+    link: *mut WstacFwLink,
+    out: &Out,
+    message: impl FnOnce(&mut Sender) -> Result<Message<'m>, WstacFwStatus>,
+) -> WstacFwStatus {
+    let send = || {
+        let (to, length) = (place(out.bytes)?, place(out.length)?);
+        // SAFETY: the caller guarantees it.
+        let sender = unsafe { value_mut(link) }?;
+        let message = message(sender)?;
+        let mut buffer = [0; WSTAC_FW_LINK_BYTES];
+        let bytes = wire::encode(&message, sender.sequence, &mut buffer);
+        sender.sequence = sender.sequence.wrapping_add(1);
+        // SAFETY: there is memory for all of them (the caller), and none of it is in the buffer.
+        unsafe { to.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        // SAFETY: the caller guarantees it.
+        unsafe { give(length, bytes.len()) }
+    };
+    status(send())
+}
+
+/// Returns the text of a program.
+///
+/// # Safety
+/// `text` is null, or has a 0 at its end.
+unsafe fn text<'a, const MOST: usize>(text: *const c_char) -> Result<Text<'a, MOST>, WstacFwStatus> {
+    if text.is_null() {
+        return Err(WstacFwStatus::Null);
+    }
+    // SAFETY: the caller guarantees it.
+    let text = unsafe { CStr::from_ptr(text) };
+    text.to_str().map(Text::new).map_err(|_| WstacFwStatus::Text)
+}
+
+/// Writes the bytes of the message that describes the board: the first one after the start. Later ones do no harm.
+///
+/// # Safety
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `board` is null or a board whose
+/// pointers are as its comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is null or
+/// memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_hello(
+    link: *mut WstacFwLink,
+    pipeline: *const WstacFwPipeline,
+    board: *const WstacFwBoard,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let hello = |_: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let state = unsafe { value(pipeline) }?;
+        // SAFETY: the caller guarantees it.
+        let board = unsafe { borrowed(board) }?;
+        // SAFETY: the caller guarantees it.
+        let format = unsafe { WstacFwFormat::checked(board.format) }?;
+        let mut models = [None; 3];
+        if !board.model.is_null() {
+            // SAFETY: the caller guarantees it.
+            let model: &Model<'static> = unsafe { value(board.model) }?;
+            let classes = model.labels().len().min(usize::from(u8::MAX)) as u8;
+            models[0] = Some(ModelFacts::new(model.task(), classes, model.frames()));
+        }
+        let revision = if board.revision.is_null() {
+            Text::new("")
+        } else {
+            // SAFETY: the caller guarantees it.
+            unsafe { text(board.revision) }?
+        };
+        let id = if board.id.is_null() {
+            None
+        } else {
+            // SAFETY: the caller guarantees it.
+            Some(*unsafe { borrowed(board.id.cast::<[u32; 3]>()) }?)
+        };
+        let geometry = state.pipeline.geometry();
+        Ok(Message::Hello(Hello {
+            // SAFETY: the caller guarantees it.
+            firmware: unsafe { text(board.firmware) }?,
+            // SAFETY: the caller guarantees it.
+            version: unsafe { text(board.version) }?,
+            size: geometry.layout().frame(),
+            format: format.pixels(),
+            rate: geometry.rate(),
+            trigger: *state.pipeline.trigger_config(),
+            models,
+            frame: state.pipeline.next_frame(),
+            revision,
+            id,
+        }))
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, hello) }
+}
+
+/// Gives answers that were computed before.
+struct Given(Answer);
+
+impl EventLaw for Given {
+    fn answer(&self, _: &Event<'_>) -> Answer {
+        self.0
+    }
+}
+
+/// Returns the answer of a law of arrival times.
+fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Answer {
+    let contact = match motion.contact {
+        WstacFwContact::Slide => Contact::Slide,
+        WstacFwContact::Press => Contact::Press,
+        WstacFwContact::Poke => Contact::Poke,
+        WstacFwContact::Unclear => Contact::Unclear,
+    };
+    let (speed, direction) = if contact == Contact::Slide {
+        (Ok(Speed::by_arrival(motion.mm_s, motion.mm_s_sd)), Ok([motion.degrees, motion.degrees_sd]))
+    } else {
+        (Err(NoSpeed::NoSlide(contact)), Err(Unclear::NoSlide(contact)))
+    };
+    let mut answer = Answer::new(speed, Direction::by_arrival(direction), motion.reliable);
+    (answer.contact, answer.duration) = (Some(contact), event.lit_frames());
+    answer
+}
+
+/// Returns the answer of a law of durations.
+fn by_duration(speed: &WstacFwSpeed, direction: &WstacFwDirection, event: &Event<'_>) -> Answer {
+    let found = match speed.why {
+        WstacFwWhy::There => {
+            let mut found = Speed::new(speed.mm_s);
+            found.extrapolated = speed.extrapolated;
+            Ok(found)
+        }
+        WstacFwWhy::BaselineAbove => Err(NoSpeed::BaselineAbove),
+        WstacFwWhy::CutOff => Err(NoSpeed::CutOff { at_most: Some(speed.at_most_mm_s).filter(|&mm_s| mm_s > 0.0) }),
+        WstacFwWhy::OutsideLaw => Err(NoSpeed::OutsideLaw),
+        WstacFwWhy::NeverLit | WstacFwWhy::NoOrder | WstacFwWhy::Other => Err(NoSpeed::NeverValid),
+    };
+    let heading = match (direction.why, direction.degrees) {
+        (WstacFwWhy::There, 0) => Ok(Heading::Right),
+        (WstacFwWhy::There, 90) => Ok(Heading::Up),
+        (WstacFwWhy::There, 180) => Ok(Heading::Left),
+        (WstacFwWhy::There, 270) => Ok(Heading::Down),
+        (WstacFwWhy::NeverLit, _) => Err(Unclear::NeverLit),
+        _ => Err(Unclear::NoOrder),
+    };
+    let mut answer = Answer::new(found, Direction::by_centroids(heading, direction.confidence), event.reliable);
+    answer.duration = u8::try_from(speed.duration_frames).ok();
+    answer
+}
+
+/// Returns the answer of a texture model. Its name is read where it lies.
+fn in_wire(texture: &WstacFwTexture) -> Result<TextureAnswer<'_>, WstacFwStatus> {
+    // SAFETY: a character is a byte.
+    let label = unsafe { &*(&raw const texture.label).cast::<[u8; WSTAC_FW_LABEL_BYTES]>() };
+    let label = CStr::from_bytes_until_nul(label).map_err(|_| WstacFwStatus::Text)?;
+    let label = label.to_str().map_err(|_| WstacFwStatus::Text)?;
+    let task = match texture.task {
+        WstacFwTask::Specimen => Task::Specimen,
+        WstacFwTask::Pattern => Task::Pattern,
+        WstacFwTask::Depth => Task::Depth,
+        WstacFwTask::Other => Task::Other,
+    };
+    let mut answer = TextureAnswer::new(task, Text::new(label));
+    answer.confidence = u16::try_from(texture.confidence).ok();
+    answer.known = match texture.known {
+        0 => Some(false),
+        1 => Some(true),
+        _ => None,
+    };
+    Ok(answer)
+}
+
+/// Writes the bytes of the message of the event that the last push completed, with its answers. Events are counted.
+///
+/// # Safety
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `answers` is null or answers whose
+/// pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is
+/// null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_event(
+    link: *mut WstacFwLink,
+    pipeline: *const WstacFwPipeline,
+    answers: *const WstacFwAnswers,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let event = |sender: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let state: &State = unsafe { value(pipeline) }?;
+        // SAFETY: the caller guarantees it.
+        let given = unsafe { borrowed(answers) }?;
+        let event = state.event().ok_or(WstacFwStatus::State)?;
+        let answer = if given.motion.is_null() {
+            // SAFETY: the caller guarantees it.
+            let speed = unsafe { borrowed(given.speed) }?;
+            // SAFETY: the caller guarantees it.
+            by_duration(speed, unsafe { borrowed(given.direction) }?, &event)
+        } else {
+            // SAFETY: the caller guarantees it.
+            by_arrival(unsafe { borrowed(given.motion) }?, &event)
+        };
+        let mut answers = Answers::new(&event, &Given(answer));
+        if !given.texture.is_null() {
+            // SAFETY: the caller guarantees it, and the texture outlives the call.
+            answers = answers.with_texture(in_wire(unsafe { borrowed(given.texture) }?)?);
+        }
+        answers.number = sender.event;
+        sender.event = sender.event.wrapping_add(1);
+        Ok(Message::Event(answers))
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, event) }
+}
+
+/// Writes the bytes of the message of the features of the frame that the last call completed.
+///
+/// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if the last call completed none.
+///
+/// # Safety
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+/// bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_features(
+    link: *mut WstacFwLink,
+    pipeline: *const WstacFwPipeline,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |_: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let (frame, features) = unsafe { value(pipeline) }?.features.ok_or(WstacFwStatus::None)?;
+        Ok(Message::Features { frame, features })
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
+}
+
+/// Writes the bytes of the message that the touch of an event has ended, from wstac_fw_take_contact_end. It comes after
+/// the event.
+///
+/// # Safety
+/// `link` is null or a link's memory, `end` is null or an end. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+/// bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_contact_end(
+    link: *mut WstacFwLink,
+    end: *const WstacFwContactEnd,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |_: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let end = unsafe { borrowed(end) }?;
+        Ok(Message::ContactEnd(ContactEnd::new(end.frame, end.event_frame)))
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
+}
+
+/// Writes the bytes of the message of a sample that a long gap has interrupted, from wstac_fw_take_interrupted.
+///
+/// # Safety
+/// `link` is null or a link's memory, `sample` is null or a sample. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+/// bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_interrupted(
+    link: *mut WstacFwLink,
+    sample: *const WstacFwIncomplete,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |_: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let sample = unsafe { borrowed(sample) }?;
+        Ok(Message::InterruptedSample(InterruptedSample::new(sample.frame, sample.frames)))
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
+}
+
+/// Writes the bytes of the message that camera frames were lost. Call it with every wstac_fw_push_lost.
+///
+/// # Safety
+/// `link` is null or a link's memory, and no other code uses it meanwhile. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+/// bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_lost(
+    link: *mut WstacFwLink,
+    frames: u64,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |sender: &mut Sender| {
+        sender.dropped = sender.dropped.saturating_add(frames);
+        Ok(Message::Lost { frames })
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
+}
+
+/// Writes the bytes of the message of the stream's state. Send it about once per second, with and without frames: a
+/// silent board is a lost board.
+///
+/// # Safety
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+/// bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_status(
+    link: *mut WstacFwLink,
+    pipeline: *const WstacFwPipeline,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |sender: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let stream = unsafe { value(pipeline) }?.pipeline.end();
+        Ok(Message::Status { stream, dropped: sender.dropped })
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
+}
+
+/// Writes the bytes of the message that the stream has ended, after wstac_fw_finish. It is the last one.
+///
+/// # Safety
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+/// bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_end(
+    link: *mut WstacFwLink,
+    pipeline: *const WstacFwPipeline,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |sender: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let stream = unsafe { value(pipeline) }?.pipeline.end();
+        Ok(Message::End { stream, dropped: sender.dropped })
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
+}
+
+/// Writes the bytes of the message of the board's own state.
+///
+/// # Safety
+/// `link` is null or a link's memory, `telemetry` is null or a state. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
+/// bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_telemetry(
+    link: *mut WstacFwLink,
+    telemetry: *const WstacFwTelemetry,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |sender: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let given = unsafe { borrowed(telemetry) }?;
+        let known = |number: i64| u32::try_from(number).ok();
+        let mut state = Telemetry::default();
+        state.uptime_ms = given.uptime_ms;
+        (state.millihertz, state.overruns) = (known(given.millihertz), known(given.overruns));
+        (state.restarts, state.stack) = (known(given.restarts), known(given.stack));
+        state.events = sender.event;
+        Ok(Message::Telemetry(state))
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
+}

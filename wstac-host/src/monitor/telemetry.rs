@@ -1,0 +1,52 @@
+//! The state of a board in words.
+
+use wstac_core::wire::Telemetry;
+
+use crate::plural::counted;
+
+/// Returns the state of a board in words, as far as the board knows it.
+pub fn in_words(telemetry: &Telemetry) -> String {
+    let mut words = vec![format!("up for {}", duration(telemetry.uptime_ms))];
+    if let Some(millihertz) = telemetry.millihertz {
+        words.push(format!("{:.2} frames per second", f64::from(millihertz) / 1000.0));
+    }
+    words.extend(telemetry.overruns.map(|overruns| counted(overruns, "overrun")));
+    words.extend(telemetry.restarts.map(|restarts| counted(restarts, "restart")));
+    words.extend(telemetry.stack.map(|stack| format!("{stack} bytes of stack used")));
+    words.extend(telemetry.temperature.map(|tenths| format!("{:.1} °C", f64::from(tenths) / 10.0)));
+    words.push(counted(telemetry.events, "event"));
+    if telemetry.kept > 0 {
+        words.push(format!("{} not acknowledged", telemetry.kept));
+    }
+    words.join(", ")
+}
+
+/// Returns milliseconds in units that people use.
+fn duration(ms: u64) -> String {
+    let (seconds, minutes) = (ms / 1000, ms / 60_000);
+    match (minutes / 60, minutes % 60, seconds % 60) {
+        (0, 0, seconds) => format!("{seconds} s"),
+        (0, minutes, seconds) => format!("{minutes} min {seconds} s"),
+        (hours, minutes, _) => format!("{hours} h {minutes} min"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_known_is_left_out() {
+        let mut telemetry = Telemetry::default();
+        assert_eq!(in_words(&telemetry), "up for 0 s, 0 events");
+        telemetry.uptime_ms = 3_723_004;
+        telemetry.millihertz = Some(29_970);
+        (telemetry.overruns, telemetry.restarts) = (Some(1), Some(0));
+        (telemetry.stack, telemetry.temperature) = (Some(3120), Some(-5));
+        (telemetry.events, telemetry.kept) = (1, 1);
+        let expected = "up for 1 h 2 min, 29.97 frames per second, 1 overrun, 0 restarts, 3120 bytes of stack used, \
+                        -0.5 °C, 1 event, 1 not acknowledged";
+        assert_eq!(in_words(&telemetry), expected);
+        assert_eq!([59_999, 60_000, 3_599_999].map(duration), ["59 s", "1 min 0 s", "59 min 59 s"]);
+    }
+}
