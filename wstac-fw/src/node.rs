@@ -311,7 +311,8 @@ async fn try_to_bring_up(
     let probe = dcmi.probe();
     // The ring keeps the last bytes.
     dcmi.stop();
-    let judged = [0, 1].map(|half| self_test::judge(probe, dcmi.rows(half), sensor.size, RATE, TICK_HZ));
+    let judged = [0, 1]
+        .map(|half| self_test::judge(probe, dcmi.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ));
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
             return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });

@@ -27,6 +27,8 @@
 
 #[cfg(feature = "h743")]
 pub mod dcmi;
+#[cfg(feature = "rp")]
+pub mod pio;
 
 /// The ticks of a clock that does not stop or run backwards.
 pub type Ticks = u64;
@@ -65,7 +67,7 @@ pub enum Trouble {
 
 /// The fault that interrupted the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "h743", derive(defmt::Format))]
+#[cfg_attr(feature = "node", derive(defmt::Format))]
 pub enum Fault {
     /// Rows were lost or overwritten: the DMA or the core was too late.
     Overrun,

@@ -102,7 +102,7 @@ fn messages() -> Vec<Message<'static>> {
         Message::Features { frame: 0, features: [0; 10] },
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
-        Message::Fault(Fault::SensorRefuses { register: u8::MAX }),
+        Message::Fault(Fault::SensorRefuses { register: u16::MAX }),
     ])
 }
 

@@ -76,6 +76,7 @@ const DEFAULT_SIGNALS: Signals = Signals {
     vsync_high_between_frames: true,
     href_high_in_lines: true,
     sample_at_rising_edge: true,
+    has_chroma: true,
     luma_first: true,
 };
 
