@@ -11,6 +11,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, SimulatedFrame, Slide};
 
+use crate::interval;
 use crate::touches::{Kind, each, script};
 
 /// Touches of a table.
@@ -142,13 +143,13 @@ const COLUMNS: &str = "speed error, %: median | p95 | direction error, °: media
 
 /// A table of the first answers of slides, then one of all.
 fn both(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
-    let _ = writeln!(page, "| first velocity: {property} | slides | in time, % | {COLUMNS} |");
+    let _ = writeln!(page, "| first velocity: {property} | slides | in time (goal: all), % | {COLUMNS} |");
     let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for (name, slides) in rows {
         let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
         let in_time = first.iter().filter(|said| said.delay <= 3.0).count();
         let _ =
-            writeln!(page, "| {name} | {} | {} | {} |", slides.len(), share(in_time, slides.len()), columns(&first));
+            writeln!(page, "| {name} | {} | {} | {} |", slides.len(), interval(in_time, slides.len()), columns(&first));
     }
     let _ = writeln!(page, "\n| all velocities: {property} | frames | answered, % | {COLUMNS} |");
     let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");

@@ -11,12 +11,16 @@ use std::fmt::Write as _;
 use wstac_core::motion::{Contact, Motion};
 use wstac_host::statistics::percentile;
 use wstac_scene::Slide;
+use wstac_train::train::wilson;
 
 use touches::{Answered, Kind, answers};
 
 /// Slides of the main table, and touches of the others.
 const SLIDES: u64 = 4000;
 const OTHERS: u64 = 1000;
+/// Sensors of the table by sensor, and slides of each.
+const SENSORS: u64 = 40;
+const OF_SENSOR: u64 = 50;
 
 /// The slide of a touch, and one estimator's motion.
 struct Case<'a> {
@@ -102,6 +106,84 @@ fn table(page: &mut String, property: &str, cases: &[Case<'_>], of: impl Fn(&Cas
     page.push('\n');
 }
 
+/// Returns a share in percent with Wilson's interval of 95 %.
+pub(crate) fn interval(count: usize, of: usize) -> String {
+    let [low, high] = wilson(count as u32, of as u32);
+    let share = count as f64 / of.max(1) as f64;
+    format!("{:.1} ({:.1} … {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+}
+
+/// Returns a percentile with its interval of 95 %, by the ranks that a percentile may have by chance.
+fn quantile(errors: &[f64], fraction: f64, unit: f64) -> String {
+    let n = errors.len() as f64;
+    let half = 1.96 * (fraction * (1.0 - fraction) / n.max(1.0)).sqrt();
+    let at = |fraction: f64| percentile(errors.to_vec(), fraction.clamp(0.0, 1.0)).map_or(f64::NAN, |x| unit * x);
+    format!("{:.2} ({:.2} … {:.2})", at(fraction), at(fraction - half), at(fraction + half))
+}
+
+/// The goals beside what was reached.
+fn goals(page: &mut String, cases: &[Case<'_>]) {
+    let within =
+        |low: f64, high: f64| Result::new(cases.iter().filter(|case| (low..high).contains(&case.slide.speed_mm_s)));
+    let [all, main, wide, narrow, slow, fast] =
+        [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0], [10.0, 100.0], [100.0, 600.0]]
+            .map(|[low, high]| within(low, high));
+    let _ = writeln!(page, "| goal | speed, mm/s | wanted | reached |\n| --- | --- | --- | --- |");
+    let mut row = |goal: &str, speed: &str, wanted: &str, reached: String| {
+        let _ = writeln!(page, "| {goal} | {speed} | {wanted} | {reached} |");
+    };
+    row("speed error, %: median", "20 to 400", "at most 0.5", quantile(&main.speed, 0.5, 100.0));
+    row("speed error, %: p95", "20 to 400", "at most 2.5", quantile(&main.speed, 0.95, 100.0));
+    row("speed error, %: p95", "10 to 600", "at most 10", quantile(&all.speed, 0.95, 100.0));
+    row("direction error, °: median", "10 to 600", "at most 0.5", quantile(&all.degrees, 0.5, 1.0));
+    row("direction error, °: p95", "10 to 600", "at most 2", quantile(&all.degrees, 0.95, 1.0));
+    row("reliable, %", "15 to 600", "at least 90", interval(wide.reliable, wide.count));
+    row("reliable, %", "60 to 300", "at least 97", interval(narrow.reliable, narrow.count));
+    let wrong = all.speed.iter().filter(|error| **error > 0.1).count();
+    let share = interval(wrong, all.reliable);
+    row(
+        "reliable, and wrong by more than 10 %",
+        "10 to 600",
+        "0 of 2000",
+        format!("{wrong} of {}: {share} %", all.reliable),
+    );
+    for (name, result) in [("10 to 100", &slow), ("100 to 600", &fast)] {
+        for (what, count) in ["speed", "direction"].into_iter().zip(result.within) {
+            row(&format!("{what} within 1 sd, %"), name, "63 to 73", interval(count, result.reliable));
+        }
+    }
+    page.push('\n');
+}
+
+/// What the estimator reaches on single sensors: the best, the median and the worst of them, each column by itself.
+fn sensors(page: &mut String) {
+    let answered = answers(Kind::Sensors, SENSORS * OF_SENSOR);
+    let cases = cases(&answered, 0);
+    let of_sensor = |sensor: u64| Result::new(cases.iter().filter(|case| u64::from(case.unit) % SENSORS == sensor));
+    let results: Vec<Result> = (0..SENSORS).map(of_sensor).collect();
+    let column = |of: &dyn Fn(&Result) -> Option<f64>| -> Vec<f64> { results.iter().filter_map(of).collect() };
+    let reliable = column(&|result| Some(-100.0 * result.reliable as f64 / result.count.max(1) as f64));
+    let speed = |fraction| column(&move |result| percentile(result.speed.clone(), fraction).map(|error| 100.0 * error));
+    let degrees = |fraction| column(&move |result| percentile(result.degrees.clone(), fraction));
+    let columns = [reliable, speed(0.5), speed(0.95), degrees(0.5), degrees(0.95)];
+    let _ = writeln!(
+        page,
+        "The same by sensor: {OF_SENSOR} slides on each of {SENSORS} sensors. Each column has its own best and worst sensor.\n\n\
+         | sensor | reliable, % | speed error, %: median | p95 | direction error, °: median | p95 |\n\
+         | --- | --- | --- | --- | --- | --- |"
+    );
+    for (name, fraction) in [("best", 0.0), ("median", 0.5), ("tenth worst of a hundred", 0.9), ("worst", 1.0)] {
+        let _ = write!(page, "| {name} |");
+        for (number, column) in columns.iter().enumerate() {
+            let digits = if number == 0 { 1 } else { 2 };
+            let value = percentile(column.clone(), fraction).map_or(f64::NAN, f64::abs);
+            let _ = write!(page, " {value:.digits$} |");
+        }
+        page.push('\n');
+    }
+    page.push('\n');
+}
+
 /// The share of touches of a kind that have each answer.
 fn kinds(page: &mut String) {
     let expected = [
@@ -110,7 +192,10 @@ fn kinds(page: &mut String) {
         (Kind::Poke, "poke", Contact::Poke),
         (Kind::Hold, "hold", Contact::Press),
     ];
-    let _ = writeln!(page, "| touch | seen | events | slide | press | poke | unclear | right, % of seen |");
+    let _ = writeln!(
+        page,
+        "| touch | seen | events | slide | press | poke | unclear | right, % of seen (goal: at least 99) |"
+    );
     let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- |");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);
@@ -118,7 +203,7 @@ fn kinds(page: &mut String) {
         let count = |contact| contacts.iter().filter(|found| **found == contact).count();
         let _ = writeln!(
             page,
-            "| {name} | {} of {} | {} | {} | {} | {} | {} | {:.1} |",
+            "| {name} | {} of {} | {} | {} | {} | {} | {} | {} |",
             contacts.len(),
             answered.len(),
             answered.iter().map(|one| one.events).sum::<usize>(),
@@ -126,7 +211,7 @@ fn kinds(page: &mut String) {
             count(Contact::Press),
             count(Contact::Poke),
             count(Contact::Unclear),
-            100.0 * count(right) as f64 / contacts.len().max(1) as f64,
+            interval(count(right), contacts.len()),
         );
     }
     page.push('\n');
@@ -142,6 +227,7 @@ fn main() {
     for (estimator, name) in ["By coherence", "By edges"].into_iter().enumerate() {
         let cases = cases(&slides, estimator);
         let _ = writeln!(page, "## {name}\n");
+        goals(&mut page, &cases);
         let speed = |case: &Case<'_>| case.slide.speed_mm_s;
         let goals = [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0], [10.0, 100.0], [100.0, 600.0]];
         table(&mut page, "speed, mm/s", &cases, speed, &goals);
@@ -171,6 +257,7 @@ fn main() {
         units.sort_unstable();
         units.dedup();
         let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
+        sensors(&mut page);
     }
     page.push_str(include_str!("kinds.txt"));
     kinds(&mut page);
@@ -182,10 +269,16 @@ fn main() {
         (Kind::Bright, "four times the light"),
         (Kind::Noisy, "2.5 times the noise, 3 times the spread of gains"),
         (Kind::Pitch, "texture period equal to the pitch"),
+        (Kind::OneDead, "one dead whisker"),
+        (Kind::OneWeak, "one weak whisker"),
         (Kind::Dead, "one dead whisker, three weak ones"),
+        (Kind::Lost, "5 % of the frames lost"),
         (Kind::Skewed, "edges at up to 15° from the right angle"),
         (Kind::Narrow, "blocks of 6 to 20 mm in width"),
         (Kind::Changing, "speed that changes; compared with that of the first 8 mm"),
+        (Kind::Stop, "a stop within the slide"),
+        (Kind::Slow, "1 to 9 mm/s"),
+        (Kind::Two, "two slides within one sample; compared with the first"),
     ] {
         let answered = answers(kind, OTHERS);
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));

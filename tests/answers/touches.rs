@@ -6,6 +6,7 @@ use wstac_core::motion::{self, Motion, MotionConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::trigger::TriggerConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
@@ -18,6 +19,8 @@ const LENGTHS: (f64, f64) = (20.0, 160.0);
 /// First number of the sensor units. No other part of the project uses them.
 const FIRST_UNIT: u32 = 80_000;
 const SENSORS: f64 = 1000.0;
+/// Fraction of lost frames.
+const LOST: f64 = 0.05;
 /// Seed of all touches: none was used while the estimators were built.
 const SEED: u64 = 0x0DDB_A115;
 
@@ -52,6 +55,20 @@ pub(crate) enum Kind {
     Changing,
     /// The speed changes from 80 to 200 mm/s after 40 mm.
     Step,
+    /// The slide stops for 3 mm at 1 mm/s, somewhere.
+    Stop,
+    /// Speeds below the range: 1 to 9 mm/s.
+    Slow,
+    /// Two slides of 30 mm at 60 to 400 mm/s, at most 45 frames apart; compared with the first.
+    Two,
+    /// Slides on few sensors, many on each.
+    Sensors,
+    /// A twentieth of the frames is lost.
+    Lost,
+    /// One whisker is dead.
+    OneDead,
+    /// One whisker has 15 % of its light.
+    OneWeak,
 }
 
 /// A touch, and the answers to its first event.
@@ -81,7 +98,10 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
     let degrees = between(0.0, 360.0);
     let length = between(LENGTHS.0, LENGTHS.1);
     let mut specimen = Specimen { length_mm: length, ..Specimen::ALL[between(0.0, 10.0) as usize] };
-    let unit = FIRST_UNIT + between(0.0, SENSORS) as u32;
+    let mut unit = FIRST_UNIT + between(0.0, SENSORS) as u32;
+    if kind == Kind::Sensors {
+        unit = FIRST_UNIT + SENSORS as u32 + (number % crate::SENSORS) as u32;
+    }
     let gain = between(0.6, 1.4);
     let press = |kind, overlap_mm, approach_mm_s, hold_s, whisker| {
         Touch::Press(Press { kind, overlap_mm, approach_mm_s, hold_s, tilt_deg: 0.0, direction_deg: 0.0, whisker })
@@ -108,6 +128,17 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
             let specimen = Specimen { length_mm: 105.0, ..specimen };
             let profile = SpeedProfile::new(&[[0.0, 80.0], [40.0, 80.0], [42.0, 200.0]]);
             Touch::Slide(Slide { profile, ..Slide::new(specimen, 80.0, degrees) })
+        }
+        Kind::Stop => {
+            let [speed, at] = [30.0 * 10.0_f64.powf(between(0.0, 1.0)), between(5.0, 60.0)];
+            let specimen = Specimen { length_mm: length.max(60.0), ..specimen };
+            let stop = [[0.0, speed], [at, speed], [at + 2.0, 1.0], [at + 5.0, 1.0], [at + 7.0, speed]];
+            Touch::Slide(Slide { profile: SpeedProfile::new(&stop), ..Slide::new(specimen, speed, degrees) })
+        }
+        Kind::Slow => Touch::Slide(Slide { speed_mm_s: between(1.0, 9.0), ..slide }),
+        Kind::Two => {
+            let specimen = Specimen { length_mm: 30.0, ..specimen };
+            Touch::Slide(Slide::new(specimen, 60.0 * (20.0_f64 / 3.0).powf(between(0.0, 1.0)), degrees))
         }
         Kind::Changing => {
             let then = speed * between(0.4, 2.4);
@@ -137,6 +168,20 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
         let weak = weak.map(|(row, column)| (row, column, 0.15)).to_vec();
         script.light.weak = Weak::try_from(weak).expect("rows and columns are 1 to 5");
     }
+    if kind == Kind::Two {
+        let specimen = Specimen { length_mm: 30.0, ..Specimen::ALL[between(0.0, 10.0) as usize] };
+        let speed = 60.0 * (20.0_f64 / 3.0).powf(between(0.0, 1.0));
+        script.touches.push(Touch::Slide(Slide::new(specimen, speed, between(0.0, 360.0))));
+        script.gap = between(1.0, 46.0) as u32;
+    }
+    if matches!(kind, Kind::OneDead | Kind::OneWeak) {
+        let (row, column) = (1 + between(0.0, 5.0) as i64, 1 + between(0.0, 5.0) as i64);
+        if kind == Kind::OneDead {
+            script.light.dead = Dead::try_from(vec![[row, column]]).expect("rows and columns are 1 to 5");
+        } else {
+            script.light.weak = Weak::try_from(vec![(row, column, 0.15)]).expect("rows and columns are 1 to 5");
+        }
+    }
     script.sensor.size = FrameSize::new(400, 400).expect("the size is in range");
     script
 }
@@ -146,12 +191,18 @@ fn answer(kind: Kind, number: u64) -> Answered {
     let script = script(kind, number);
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
-    let mut pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
+    // A frame that is lost counts if it is one of the touch.
+    let trigger = TriggerConfig::default();
+    let trigger = if kind == Kind::Lost { trigger.one_event_per_touch() } else { trigger };
+    let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().expect("all parameters are defaults");
     let config = MotionConfig::published(FrameRate::NOMINAL);
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let (mut events, mut motions) = (0, None);
+    let mut lost = Rng::new(SEED, (kind as u64) << 48 | number);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
-        if let Some(event) = pipeline.push_taxels(&sums).event() {
+        let is_lost = kind == Kind::Lost && lost.uniform() < LOST;
+        let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
+        if let Some(event) = update.event() {
             events += 1;
             if motions.is_none() {
                 motions = Some([motion::by_coherence(&event, config), motion::by_edges(&event, config)]);

@@ -104,6 +104,11 @@ fn names_and_contents_of_files_never_control_the_terminal() {
         &["model", "import", FORGED, "-o", "a.wsm"],
         &["model", "inspect", FORGED],
         &["model", "eval", FORGED, "a.npz"],
+        &["model", "learn", FORGED, "a.npz", "-o", "a.wsm"],
+        &["model", "learn", "builtin:embedding", FORGED, "-o", "a.wsm"],
+        &["model", "calibrate", FORGED, "a.npz", "b.npz", "-o", "a.wsm"],
+        &["model", "calibrate", "builtin:path-svm", FORGED, "b.npz", "-o", "a.wsm"],
+        &["train", FORGED, "-o", "a.wsm"],
         &["plot", FORGED, "-o", "a.svg"],
         &["scene", "explain", FORGED],
         &["monitor", FORGED],
@@ -146,6 +151,8 @@ fn names_and_contents_of_files_never_control_the_terminal() {
     folder.file("a.npz", archive(&format!("{FORGED}.npy")));
     check(&["fit-speed", "a.npz"], r"\u001b]52");
     check(&["model", "eval", "builtin:svm", "a.npz"], r"\u001b]52");
+    check(&["train", "a.npz", "-o", "a.wsm"], "a.npz");
+    check(&["model", "learn", "builtin:embedding", "a.npz", "-o", "a.wsm"], r"\u001b]52");
     let node = [field(1, b"X"), field(2, b"Y"), field(4, FORGED.as_bytes())].concat();
     let output = field(12, &field(1, b"Y"));
     folder.file("a.onnx", [vec![8, 8], field(7, &[field(1, &node), output].concat())].concat());
@@ -171,7 +178,13 @@ fn names_and_contents_of_files_never_control_the_terminal() {
     check(&["run", "a.mcap", "--json"], r#""kind":"end""#);
     check(&["recover", "a.mcap", "-o", "b.mcap"], "b.mcap");
     let _ = fs::rename(folder.0.join("b.mcap"), folder.0.join(format!("{FORGED}.mcap")));
-    for arguments in [&["run"][..], &["doctor"], &["calibrate", "-o", "b.toml"], &["dataset", "-o", "b.npz"]] {
+    for arguments in [
+        &["run"][..],
+        &["doctor"],
+        &["calibrate", "-o", "b.toml"],
+        &["dataset", "-o", "b.npz"],
+        &["train", "-o", "b.wsm"],
+    ] {
         check(&[arguments, &[&format!("{FORGED}.mcap")]].concat(), ESCAPED);
     }
     assert!(found.is_empty(), "{} wrong:\n{}", found.len(), found.join("\n"));

@@ -12,6 +12,7 @@ mod outputs;
 mod program;
 mod recording;
 mod scene;
+mod sets;
 mod signals;
 mod texture;
 mod train;

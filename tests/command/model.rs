@@ -53,7 +53,15 @@ fn from_a_trainers_file_to_answers() {
     let data = folder.file("data.npz", &data);
     let all = good(&["eval", out, text(&data), "--json"]);
     let found: serde_json::Value = serde_json::from_str(&all).unwrap();
-    assert_eq!(found, serde_json::json!({"n": 4, "accuracy": 0.75, "predictions": ["Fla", "Saw", "Fla", "Saw"]}));
+    let expected = serde_json::json!({
+        "n": 4,
+        "right": 3,
+        "accuracy": 0.75,
+        "answered": 4,
+        "accuracy_of_answered": 0.75,
+        "predictions": ["Fla", "Saw", "Fla", "Saw"],
+    });
+    assert_eq!(found, expected);
     assert!(good(&["eval", out, text(&data)]).contains("75.00 % right: 3 of 4 samples, by y_pattern"));
     let large = zip64(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
     assert_eq!(good(&["eval", out, text(&folder.file("large.npz", &large)), "--json"]), all);
@@ -282,12 +290,14 @@ fn one_class_is_the_answer_whatever_its_score() {
     );
     let (file, out) = (folder.file("one.json", one.as_bytes()), folder.0.join("one.wsm"));
     good(&["import", text(&file), "-o", text(&out), "--labels", "Saw3"]);
-    let samples = vec![0; 2 * 2 * 700];
+    // Not zeros, which would be no samples.
+    let samples = vec![1; 2 * 2 * 700];
     let truth: Vec<u8> = "Saw3Saw3".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
     let arrays = [("X", &header("<i2", "(2, 700)")[..], samples), ("y", &header("<U4", "(2,)")[..], truth)];
     let data = folder.file("data.npz", npz(&arrays));
     let found: serde_json::Value = serde_json::from_str(&good(&["eval", text(&out), text(&data), "--json"])).unwrap();
-    assert_eq!(found, serde_json::json!({"n": 2, "accuracy": 1.0, "predictions": ["Saw3", "Saw3"]}));
+    assert_eq!((&found["n"], &found["right"], &found["answered"]), (&2.into(), &2.into(), &2.into()), "{found}");
+    assert_eq!((&found["accuracy"], &found["predictions"]), (&1.0.into(), &serde_json::json!(["Saw3", "Saw3"])));
 }
 
 #[test]

@@ -40,6 +40,7 @@ fn names_of_files_need_not_be_utf_8() {
     put(".toml", b"[trigger]\nwindow = 5\n");
     put(".scene.toml", b"specimen = \"Saw3\"\nspeed = 150\n");
     put(".sweep.toml", b"specimens = [\"Saw3\", \"Fla0\"]\nspeeds = [100, 150, 200]\nslides = 6\n");
+    put(".random.toml", b"specimens = [\"Saw3\", \"Fla0\"]\nslides = 40\nsensors = 8\n");
     put(".plan.toml", b"specimens = [\"Saw3\"]\ncount = 1\n");
     put(".onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
     put(".wsm", include_bytes!("../../wstac-host/models/svm.wsm"));
@@ -60,6 +61,10 @@ fn names_of_files_need_not_be_utf_8() {
         ("model import @.onnx -o @.forest.wsm", 0),
         ("model inspect @.wsm", 0),
         ("model eval @.wsm @.slides.npz", 0),
+        ("dataset --input path @.random.toml -o @.path.npz", 0),
+        ("train @.path.npz -o @.trained.wsm --confusion @.png", 0),
+        ("model learn builtin:embedding @.path.npz -o @.learned.wsm", 0),
+        ("model calibrate @.trained.wsm @.path.npz -o @.again.wsm", 0),
         ("plot @.y4m -o @.event.svg", 0),
         ("calibrate @.y4m -o @.calibrated.toml", 0),
         ("doctor @.y4m", 0),
@@ -77,7 +82,18 @@ fn names_of_files_need_not_be_utf_8() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    for ending in [".y4m", ".raw", ".mcap", ".npz", ".event.svg", ".forest.wsm", ".calibrated.toml", ".speed.toml"] {
+    for ending in [
+        ".y4m",
+        ".raw",
+        ".mcap",
+        ".npz",
+        ".event.svg",
+        ".forest.wsm",
+        ".trained.wsm",
+        ".png",
+        ".calibrated.toml",
+        ".speed.toml",
+    ] {
         let found = fs::metadata(folder.0.join(name(ending)));
         assert!(found.is_ok_and(|found| found.len() > 0), "{ending}");
     }

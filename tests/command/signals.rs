@@ -148,6 +148,8 @@ fn every_other_command_ends_at_once_and_leaves_nothing() {
         (&["scene", "render", "slow.toml", "-o", "new.y4m"], true),
         (&["calibrate", "scene:slow.toml", "-o", "new.toml"], true),
         (&["dataset", "sweep.toml", "-o", "new.npz"], true),
+        (&["dataset", "--input", "path", "-o", "new.npz"], true),
+        (&["train", "-o", "new.wsm"], true),
         (&["doctor", "scene:slow.toml", "--seconds", "600"], true),
         // It may be over by then.
         (&["demo"], true),
@@ -220,6 +222,10 @@ fn opening_a_pipe_never_blocks_for_good() {
         &["dataset", toml, "-o", &path("new.npz")],
         &["model", "import", onnx, "-o", &path("new.wsm")],
         &["model", "inspect", wsm],
+        &["model", "eval", wsm, "a.npz"],
+        &["model", "learn", wsm, "a.npz", "-o", &path("new.wsm")],
+        &["model", "calibrate", wsm, "a.npz", "b.npz", "-o", &path("new.wsm")],
+        &["train", toml, "-o", &path("new.wsm")],
         &["trade", "--map", toml],
         &["trade", "--map", "kept", "--prices", toml],
         &["trade", "--config", toml, "--slides", "1"],
@@ -291,6 +297,7 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
         let done = Command::new("bash").args(["-c", &script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
         assert_eq!(done.status.code(), Some(1), "{command}: {}", said(&done));
         assert!(said(&done).contains("new"), "{command}: {}", said(&done));
+        assert!(!said(&done).contains(".wstac-"), "{command}: {}", said(&done));
         let _ = fs::remove_dir(folder.0.join("new"));
         // The unfinished part of a data set is kept on purpose.
         let _ = fs::remove_file(folder.0.join("new.npz.part"));

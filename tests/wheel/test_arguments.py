@@ -16,6 +16,8 @@ import wstac
 
 GREY = np.zeros((2, 80, 80), np.uint8)
 SAMPLE = np.zeros((1, 10, 70), np.int16)
+SAMPLES = np.arange(4 * 700, dtype=np.int16).reshape(4, 700)
+LABELS = ["a", "b", "a", "b"]
 WRONG = [
     (lambda: wstac.features([[1, 2]]), TypeError, "frames is a list, expected a NumPy array"),
     (lambda: wstac.features(GREY.astype(float)), wstac.Error, "type float64, expected uint8, or uint16"),
@@ -54,6 +56,22 @@ WRONG = [
     (lambda: wstac.Model.load("builtin:svm").predict(SAMPLE.astype(float)), wstac.Error, "type float64, expected int16"),
     (lambda: wstac.Model.load("builtin:svm").predict(SAMPLE[0]), wstac.Error, "shape (10, 70), expected (n, 10, 70)"),
     (lambda: wstac.Model.load("builtin:svm").predict([1]), TypeError, "X is a list"),
+    (lambda: wstac.Model.load("builtin:svm").predict(np.ma.masked_array(SAMPLE)), wstac.Error, "X: a masked array"),
+    (lambda: wstac.features(np.ma.masked_array(np.zeros((2, 9, 9), "u1"))), wstac.Error, "frames: a masked array"),
+    (lambda: wstac.Model.load("builtin:svm").known(SAMPLE), wstac.Error, "builtin:svm: does not tell what is unknown"),
+    (lambda: wstac.Model.load("builtin:svm").score(SAMPLE[:0], []), wstac.Error, "X: no sample, expected at least 1"),
+    (lambda: wstac.Model.load("builtin:svm").set_params(name="a"), wstac.Error, "name: cannot be set"),
+    (lambda: wstac.Model.from_bytes(b"none"), wstac.Error, "expected a model file"),
+    (lambda: wstac.dataset({}, input="time"), wstac.Error, 'input is "time", expected "frames", "path" or "taxel-path"'),
+    (lambda: wstac.dataset({}, input="path", config="[trigger]"), wstac.Error, "config: is given for the input 'path'"),
+    (lambda: wstac.TextureClassifier(input="time").fit(SAMPLES, LABELS), wstac.Error, 'input is "time"'),
+    (lambda: wstac.TextureClassifier(task="time").fit(SAMPLES, LABELS), wstac.Error, 'task is "time"'),
+    (lambda: wstac.TextureClassifier().fit(SAMPLES, LABELS[:3]), wstac.Error, "y: shape (3,), expected (4,)"),
+    (lambda: wstac.TextureClassifier().fit(SAMPLES, LABELS, groups=[1]), wstac.Error, "groups: 1 elements, expected 4"),
+    (lambda: wstac.TextureClassifier().fit(SAMPLES, ["a"] * 4), wstac.Error, "y: one class (a), expected at least 2"),
+    (lambda: wstac.TextureClassifier().fit(SAMPLES / 3, LABELS), wstac.Error, "X: has numbers that are no int16"),
+    (lambda: wstac.TextureClassifier().predict(SAMPLES), ValueError, "is not trained"),
+    (lambda: wstac.TextureClassifier().set_params(C=1), wstac.Error, "C: is no parameter, expected input, task, threads"),
     (lambda: wstac.Model(), TypeError, "wstac.Model.load"),
     (lambda: wstac.simulate({"specimen": "Saw3"}), wstac.Error, "scene: speed is missing"),
     (lambda: wstac.simulate({"specimen": "Saw3", "speed": 9, "a": 1}), wstac.Error, "unknown field `a`"),

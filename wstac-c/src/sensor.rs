@@ -116,7 +116,8 @@ impl Sensor {
 /// Builds a session with a program's options.
 fn session(builder: SessionBuilder, config: Config, options: &Options) -> Result<Session, Failure> {
     let textures = Textures::new(&options.models).map_err(|error| failed(WstacStatus::Model, error))?;
-    let outputs = OutputOptions { features: options.features, samples: true, motion: options.motion };
+    let (features, motion) = (options.features, options.motion);
+    let outputs = OutputOptions { features, samples: true, motion, ..OutputOptions::default() };
     let built = builder.config(config).textures(textures).outputs(outputs).build();
     built.map_err(|error| failed(WstacStatus::Config, error))
 }

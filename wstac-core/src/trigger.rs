@@ -27,13 +27,16 @@ pub struct Event<'a> {
     pub baseline: &'a Baseline,
     /// The number of frames of the sample that were lost, in whole or in part, and filled: 0..=70.
     pub frames_filled: u8,
+    /// The number of these that hold light of the touch, or of its edges.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) touch_filled: u8,
     /// Whether the event is reliable: the baseline was quiet and without a long gap, and at most a tenth of the sample
     /// was filled.
     pub reliable: bool,
     /// The number of the first lit frame of the touch; `None` unless the trigger gives one event per touch.
     pub touch_frame: Option<u64>,
-    /// The number of the first dark frame behind the touch; `None` if the light has not left, or if the trigger gives
-    /// more than one event per touch.
+    /// The number of the first dark frame behind the touch; `None` if five dark frames have not followed it within the
+    /// sample, or if the trigger gives more than one event per touch.
     pub end_frame: Option<u64>,
 }
 
@@ -43,7 +46,8 @@ impl<'a> Event<'a> {
     /// A pipeline makes events by itself. This is for samples from elsewhere, such as a file.
     #[inline]
     pub const fn new(frame: u64, sample: Sample<'a>, baseline: &'a Baseline) -> Self {
-        Self { frame, sample, baseline, frames_filled: 0, reliable: true, touch_frame: None, end_frame: None }
+        let (touch_frame, end_frame) = (None, None);
+        Self { frame, sample, baseline, frames_filled: 0, touch_filled: 0, reliable: true, touch_frame, end_frame }
     }
 
     /// Returns the duration from the first lit frame of the sample to the last, 0..=69 frames; `None` unless the trigger
@@ -147,6 +151,8 @@ pub(crate) struct TriggerState {
     touch: TouchState,
 }
 
+/// Frames before a touch and behind it that belong to its edges.
+const EDGE_FRAMES: u64 = 2;
 /// The lowest and highest of no window sums.
 const NO_BOUNDS: [[i32; FEATURES]; 2] = [[i32::MAX; FEATURES], [i32::MIN; FEATURES]];
 
@@ -501,18 +507,33 @@ impl TriggerState {
 
     /// Returns the event whose sample the ring holds.
     pub(crate) fn event(&self, frame: u64) -> Event<'_> {
-        let [low, high] = self.filled;
-        let in_sample = (1 << (SAMPLE_FRAMES - 64)) - 1;
-        let frames_filled = low.count_ones() + (high & in_sample).count_ones();
+        let is_per_touch = self.config.is_per_touch();
+        let touch_frame = is_per_touch.then(|| self.touch.first());
+        let end_frame = if is_per_touch { self.touch.end() } else { None };
+        let frames_filled = self.filled_in(0, u64::MAX);
+        // A filled frame next to an edge moves it, too.
+        let first = touch_frame.unwrap_or(0).saturating_sub(frame).saturating_sub(EDGE_FRAMES);
+        let end = end_frame.map_or(u64::MAX, |end| end.saturating_sub(frame).saturating_add(EDGE_FRAMES));
+        let touch_filled = self.filled_in(first, end);
         Event {
             frame,
             sample: Sample::new(self.ring.as_slices()),
             baseline: &self.baseline,
-            frames_filled: frames_filled as u8,
-            reliable: self.quiet && frames_filled <= LONGEST_FILLED_GAP,
-            touch_frame: self.config.is_per_touch().then(|| self.touch.first()),
-            end_frame: if self.config.is_per_touch() { self.touch.end() } else { None },
+            frames_filled,
+            touch_filled,
+            reliable: self.quiet && u32::from(frames_filled) <= LONGEST_FILLED_GAP,
+            touch_frame,
+            end_frame,
         }
+    }
+
+    /// Returns how many of the frames `first..end` of the sample that the ring holds were filled.
+    // It is not inlined: small code counts here.
+    #[inline(never)]
+    fn filled_in(&self, first: u64, end: u64) -> u8 {
+        let [low, high] = self.filled;
+        let bits = (0..SAMPLE_FRAMES as u32).rev().map(|bit| if bit < 64 { low >> bit } else { high >> (bit - 64) });
+        (0..).zip(bits).filter(|(number, bits)| bits & 1 == 1 && (first..end).contains(number)).count() as u8
     }
 
     /// Returns the end of an event's touch that the last push brought.

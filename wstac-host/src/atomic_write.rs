@@ -3,39 +3,74 @@
 use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tempfile::NamedTempFile;
+use tempfile::TempPath;
 
 use crate::error::{Error, ErrorKind};
 
-/// The random names of the files of this process that are not whole yet.
-static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// The files of this process that are not whole yet.
+static UNFINISHED: Names = Names::new();
 
-/// Removes every file of this process that is not whole yet.
+/// Removes every file of this process that is not whole yet, and lets none be created any more.
 ///
 /// A process that is about to end at once, because of a signal, leaves nothing half-written this way.
 pub fn remove_unfinished() {
-    for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-        // It may have been removed already.
-        let _ = std::fs::remove_file(path);
+    UNFINISHED.remove_all();
+}
+
+/// The random names of files that are not whole yet.
+#[derive(Debug)]
+struct Names(Mutex<NameList>);
+
+#[derive(Debug)]
+struct NameList {
+    paths: Vec<PathBuf>,
+    /// Whether the process is about to end.
+    is_closed: bool,
+}
+
+impl Names {
+    const fn new() -> Self {
+        Self(Mutex::new(NameList { paths: Vec::new(), is_closed: false }))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, NameList> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Creates a file and notes its name. Nothing can come between the two.
+    fn create(&'static self, path: &Path) -> io::Result<(File, Unfinished)> {
+        let mut list = self.lock();
+        if list.is_closed {
+            return Err(io::Error::other("the program is about to end"));
+        }
+        // `create_new` follows no symbolic link, and gives the mode of any new file: 0o666 less the umask.
+        let file = File::create_new(path)?;
+        list.paths.push(path.to_owned());
+        Ok((file, Unfinished { path: path.to_owned(), names: self }))
+    }
+
+    fn remove_all(&self) {
+        let mut list = self.lock();
+        list.is_closed = true;
+        for path in list.paths.drain(..) {
+            // It may have been removed already.
+            let _ = std::fs::remove_file(path);
+        }
     }
 }
 
 /// Keeps the random name of a file in the list of unfinished ones.
 #[derive(Debug)]
-struct Unfinished(PathBuf);
-
-impl Unfinished {
-    fn new(path: &Path) -> Self {
-        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
-        Self(path.to_owned())
-    }
+struct Unfinished {
+    path: PathBuf,
+    names: &'static Names,
 }
 
 impl Drop for Unfinished {
     fn drop(&mut self) {
-        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| *path != self.0);
+        self.names.lock().paths.retain(|path| *path != self.path);
     }
 }
 
@@ -91,7 +126,9 @@ pub fn lock_existing(path: &Path) -> Result<Option<File>, Error> {
 /// ```
 #[derive(Debug)]
 pub struct AtomicFile {
-    file: BufWriter<NamedTempFile<File>>,
+    // Errors of a file that knows its temporary name would show that name.
+    file: BufWriter<File>,
+    temporary: TempPath,
     path: PathBuf,
     unfinished: Unfinished,
 }
@@ -103,12 +140,10 @@ impl AtomicFile {
     /// The folder does not exist, or no file can be created in it. The error names `path`.
     pub fn create(path: &Path) -> Result<Self, Error> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        // `create_new` follows no symbolic link, and gives the mode of any new file: 0o666 less the umask.
         let mut name = tempfile::Builder::new();
-        let file = name.prefix(".wstac-").suffix(".part").make_in(folder, |path| File::create_new(path));
-        let file = file.map_err(|error| Error::io(path.display(), error))?;
-        let unfinished = Unfinished::new(file.path());
-        Ok(Self { file: BufWriter::new(file), path: path.to_owned(), unfinished })
+        let file = name.prefix(".wstac-").suffix(".part").make_in(folder, |path| UNFINISHED.create(path));
+        let ((file, unfinished), temporary) = file.map_err(|error| Error::io(path.display(), error))?.into_parts();
+        Ok(Self { file: BufWriter::new(file), temporary, path: path.to_owned(), unfinished })
     }
 
     /// Returns the open file, for a writer of its own.
@@ -116,7 +151,7 @@ impl AtomicFile {
     /// # Errors
     /// The system has no descriptor left.
     pub fn file(&self) -> Result<File, Error> {
-        self.file.get_ref().as_file().try_clone().map_err(|error| Error::io(self.path.display(), error))
+        self.file.get_ref().try_clone().map_err(|error| Error::io(self.path.display(), error))
     }
 
     /// Gives the file its name, and replaces a file that has it.
@@ -137,14 +172,14 @@ impl AtomicFile {
         self.finish(|file, path| file.persist_noclobber(path).map_err(|error| error.error))
     }
 
-    fn finish(self, give: impl FnOnce(NamedTempFile<File>, &Path) -> io::Result<File>) -> Result<(), Error> {
-        let Self { file, path, unfinished } = self;
+    fn finish(self, give: impl FnOnce(TempPath, &Path) -> io::Result<()>) -> Result<(), Error> {
+        let Self { file, temporary, path, unfinished } = self;
         let file = file.into_inner().map_err(io::IntoInnerError::into_error);
         // Without `sync_all`, a power failure could leave a name without its content.
-        let whole = file.and_then(|file| file.as_file().sync_all().map(|()| file));
-        let renamed = whole.and_then(|file| give(file, &path));
+        let whole = file.and_then(|file| file.sync_all());
+        let renamed = whole.and_then(|()| give(temporary, &path));
         drop(unfinished);
-        renamed.map(drop).map_err(|error| match error.kind() {
+        renamed.map_err(|error| match error.kind() {
             io::ErrorKind::AlreadyExists => {
                 let message = "exists already: it was made in the meantime";
                 Error::new(ErrorKind::AlreadyExists, path.display(), message).caused_by(error)
@@ -258,10 +293,30 @@ mod tests {
         let file = AtomicFile::create(&folder.path().join("a.svg")).unwrap();
         assert_eq!(names(folder.path()).len(), 1);
         // Other tests of this process may have files, too: only this one's list is looked at.
-        let own = file.unfinished.0.clone();
-        assert!(UNFINISHED.lock().unwrap().contains(&own));
+        let own = file.unfinished.path.clone();
+        assert!(UNFINISHED.lock().paths.contains(&own));
         drop(file);
-        assert!(!UNFINISHED.lock().unwrap().contains(&own) && names(folder.path()).is_empty());
+        assert!(!UNFINISHED.lock().paths.contains(&own) && names(folder.path()).is_empty());
+    }
+
+    /// A signal may come at any time: before a file is created, while it is, or after.
+    #[test]
+    fn nothing_is_created_once_the_process_is_about_to_end() {
+        static LISTS: [Names; 50] = [const { Names::new() }; 50];
+        for list in &LISTS {
+            let folder = tempfile::tempdir().unwrap();
+            let create = |number: u32| {
+                let created = list.create(&folder.path().join(number.to_string()));
+                created.ok().map(|(_, unfinished)| unfinished)
+            };
+            std::thread::scope(|scope| {
+                let creating = scope.spawn(|| (0..1000).map_while(create).collect::<Vec<_>>().len());
+                while list.lock().paths.is_empty() && !creating.is_finished() {}
+                list.remove_all();
+                assert!(creating.join().unwrap() > 0);
+            });
+            assert!(create(1000).is_none() && names(folder.path()).is_empty());
+        }
     }
 
     #[test]

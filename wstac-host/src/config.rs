@@ -348,7 +348,8 @@ multiplier = 1.2        # a window fires this far above the
 backtrack = 10          # frames of an event before the window
                         # that fired
 rule = "signed"         # or "literal": multiplier times baseline,
-                        # as it was published
+                        # as it was published; a multiplier
+                        # above 1 takes dark frames for lit
 margin = 0.2            # signed: least distance per frame, in
                         # units of a natural logarithm
 follow = 0              # time constant with which the baseline

@@ -96,7 +96,11 @@ impl ModelFile {
         MODELS.iter().map(|&(name, _)| name)
     }
 
-    fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
+    /// Takes the bytes of a model file; `about` is its name for messages. [`ModelFile::model`] checks the content.
+    ///
+    /// # Errors
+    /// The bytes are no model file.
+    pub fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
         // This check comes before that of the length, which says little of a file of another kind.
         match bytes.first_chunk() {
             Some(b"WSM1") => {}

@@ -5,10 +5,10 @@ use std::time::SystemTime;
 
 use wstac_core::direction::Direction;
 use wstac_core::features::Features;
-use wstac_core::law::{AnyLaw, EventLaw};
-use wstac_core::motion::{Contact, MotionConfig, Velocity};
+use wstac_core::law::{Answer, AnyLaw, EventLaw};
+use wstac_core::motion::{self, Contact, MotionConfig, Velocity};
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::path_sample::TaxelRing;
+use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
 
@@ -18,6 +18,7 @@ use crate::texture::{NoTexture, Texture, Textures};
 
 /// Chooses which outputs a stream has besides its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 pub struct OutputOptions {
     /// The features of every frame.
     pub features: bool,
@@ -25,6 +26,8 @@ pub struct OutputOptions {
     pub samples: bool,
     /// Speed and direction of every frame while something slides.
     pub motion: bool,
+    /// The samples along the path in the event of every slide, of ten sums and of 25 taxels.
+    pub paths: bool,
 }
 
 /// A sample in units of 2^-11: 70 frames of ten features, five rows, then five columns.
@@ -158,6 +161,17 @@ pub struct TactileEvent {
     pub sample_reliable: bool,
     /// The sample, if it was asked for.
     pub sample: Option<Box<SampleFrames>>,
+    /// The samples along the path, if they were asked for.
+    pub paths: Option<Box<Paths>>,
+}
+
+/// The samples of an event along the path of its touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paths {
+    /// Of ten sums; `None` for a touch that is no slide, and without a velocity.
+    pub sums: Option<PathSample>,
+    /// Of 25 taxels; also `None` if a frame of the sample was lost.
+    pub taxels: Option<PathSample>,
 }
 
 impl TactileEvent {
@@ -183,6 +197,7 @@ impl TactileEvent {
             reliable: answer.reliable,
             sample_reliable: event.reliable,
             sample: sample.copied().map(Box::new),
+            paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, taxels, &answer, answering.motion))),
         }
     }
 
@@ -218,12 +233,29 @@ impl TactileEvent {
             reliable: answers.reliable,
             sample_reliable: answers.reliable,
             sample: sample.copied().map(Box::new),
+            paths: None,
         }
     }
 
     /// Returns whether the sample starts or ends in the light, so that the slide lasted longer than was seen.
     pub fn is_cut_off(&self) -> bool {
         matches!(self.speed, Err(NoSpeed::CutOff { .. }))
+    }
+}
+
+impl Paths {
+    /// Returns the samples of an event of this answer, with all numbers that models read. If the law gives no velocity,
+    /// it is that by coherence.
+    fn of_event(event: &Event<'_>, taxels: Option<&TaxelRing>, answer: &Answer, config: MotionConfig) -> Self {
+        let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
+        let velocity = if answer.has_texture() { by_law() } else { None };
+        let whole = SAMPLE_FRAMES as u8;
+        Self {
+            sums: velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, whole)),
+            taxels: velocity
+                .zip(taxels)
+                .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, config, whole)),
+        }
     }
 }
 
@@ -256,6 +288,7 @@ pub(crate) struct Answering<'p> {
     pub(crate) motion: MotionConfig,
     pub(crate) clock: &'p FrameClock,
     pub(crate) with_sample: bool,
+    pub(crate) with_paths: bool,
 }
 
 /// The end of the touch of an event.

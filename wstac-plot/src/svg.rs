@@ -160,6 +160,7 @@ fn path(points: &[[f64; 2]]) -> String {
 
 /// Escapes text for XML, and drops control characters, which XML does not permit.
 fn escaped(text: &str) -> String {
-    let text = text.replace(char::is_control, "\u{fffd}");
+    // XML has no control characters, nor these two, not even as references.
+    let text = text.replace(|c: char| c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}'), "\u{fffd}");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -1,23 +1,28 @@
 //! Data sets of simulated slides, as `wstac dataset` makes them.
 
 use std::ffi::OsString;
+use std::io::Cursor;
 use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
 use wstac_scene::Touch;
 use wstac_scene::specimen::{Pattern, Specimen};
+use wstac_train::dataset::path::write_split;
+use wstac_train::dataset::random::RandomSweep;
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{Outcome, each_sample};
 
 use crate::config::{Config, table};
 use crate::outputs::shaped;
+use crate::train::{in_thread, input_of, pool, stopped};
 use crate::{refused, waiting};
 
 /// Time between two looks for Ctrl-C, and most slides between them.
@@ -73,6 +78,33 @@ pub(crate) fn dataset<'py>(
     }
     outcomes.sort_by_key(|(number, _)| *number);
     arrays(py, &sweep, &outcomes)
+}
+
+/// The data set of a sweep of random slides along the path, as the bytes of the file that `wstac dataset --input` writes.
+#[pyfunction]
+pub(crate) fn path_dataset<'py>(
+    py: Python<'py>,
+    sweep: OsString,
+    is_table: bool,
+    input: &str,
+    threads: Option<u16>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let input = input_of(input)?;
+    let sweep = if is_table {
+        let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
+        let text = text.map_err(|error| refused(format_args!("sweep: {error}")))?;
+        RandomSweep::parse("sweep", &text).map_err(refused)?
+    } else {
+        waiting(py, || RandomSweep::read(Path::new(&sweep)))?
+    };
+    let bytes = in_thread(py, move |stop| {
+        let slides = pool(threads)?.install(|| sweep.slides.all_while(|| !stop.load(Ordering::Relaxed)))?;
+        let mut file = Cursor::new(Vec::new());
+        let written = write_split(&mut file, &slides.ok_or_else(stopped)?, input, |sensor| sweep.is_for_tests(sensor));
+        written.map_err(|error| Error::io("sweep", error))?;
+        Ok(file.into_inner())
+    })?;
+    Ok(PyBytes::new(py, &bytes))
 }
 
 /// The arrays of what became of slides, in their order.

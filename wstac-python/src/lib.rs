@@ -59,7 +59,7 @@ mod _wstac {
     #[pymodule_export]
     use super::config::Config;
     #[pymodule_export]
-    use super::dataset::dataset;
+    use super::dataset::{dataset, path_dataset};
     #[pymodule_export]
     use super::model::Model;
     #[pymodule_export]
@@ -67,7 +67,7 @@ mod _wstac {
     #[pymodule_export]
     use super::source::{Source, is_camera, open_scene, open_source};
     #[pymodule_export]
-    use super::train::train;
+    use super::train::{fit, train};
 }
 
 /// The kinds of sources that this library has besides files, one per line.

@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_host::model_file::{ModelFile, OwnedModel};
 use wstac_host::texture::Textures;
+use wstac_train::model::eval::is_sample;
 use wstac_train::model::trained::in_file_order;
 
 use crate::outputs::shaped;
@@ -28,8 +30,7 @@ pub(crate) struct Model {
 
 #[pymethods]
 impl Model {
-    /// Reads and checks a model file (`wstac model import` makes one), or one that comes with wstac: `builtin:path-svm`,
-    /// `builtin:taxel-path-svm`, `builtin:svm`, and the same with `forest` and `boosted`. Raises `wstac.Error` if it cannot be read or used.
+    /// Reads and checks a model file, or one that comes with wstac. Raises `wstac.Error` if it cannot be read or used.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         waiting(py, || {
@@ -37,6 +38,20 @@ impl Model {
             let model = file.owned()?;
             Ok(Self { file, model })
         })
+    }
+
+    /// Checks the bytes of a model file; `name` is its name for messages.
+    #[staticmethod]
+    fn from_bytes(name: String, content: &[u8]) -> PyResult<Self> {
+        let file = ModelFile::of_bytes(name, content).map_err(refused)?;
+        let model = file.owned().map_err(refused)?;
+        Ok(Self { file, model })
+    }
+
+    /// Returns the bytes of its file.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        let bytes: Vec<u8> = self.file.words().iter().flat_map(|word| word.to_le_bytes()).collect();
+        PyBytes::new(py, &bytes)
     }
 
     /// Returns what it was loaded from.
@@ -66,27 +81,33 @@ impl Model {
 
     /// Returns the number of the class of each sample: int16 (n, 700), feature by feature, in units of 1/2048.
     fn classes<'py>(&self, py: Python<'py>, samples: PyReadonlyArray2<'py, i16>) -> PyResult<Bound<'py, PyArray1<u8>>> {
-        let mut classes = Vec::new();
-        for samples in samples.as_slice()?.chunks(AT_A_TIME * INPUTS) {
-            py.check_signals()?;
-            // Without the lock, other threads may write to the array: the samples are copied.
-            let samples = samples.to_vec();
-            classes.extend(py.detach(|| {
-                let model = self.model.get();
-                let samples = samples.as_chunks::<INPUTS>().0.iter();
-                samples.map(|sample| model.classify(&in_file_order(sample))).collect::<Vec<u8>>()
-            }));
-        }
+        let classes = self.of_each(py, &samples, |model, sample| model.classify(&in_file_order(sample)))?;
         Ok(PyArray1::from_vec(py, classes))
     }
 
-    /// Returns the sample that it takes: `frames`, `path` or `taxel_path`.
-    #[getter]
-    fn input(&self) -> &'static str {
-        self.model.get().input().name()
+    /// Returns whether each sample is known; a row of zeros is not. `None` for a model that does not tell.
+    fn known<'py>(
+        &self,
+        py: Python<'py>,
+        samples: PyReadonlyArray2<'py, i16>,
+    ) -> PyResult<Option<Bound<'py, PyArray1<bool>>>> {
+        if !self.model.get().tells_unknown() {
+            return Ok(None);
+        }
+        let is_known = |model: &wstac_core::model::Model<'_>, sample: &[i16; INPUTS]| {
+            is_sample(sample) && model.classification(&in_file_order(sample)).known == Some(true)
+        };
+        Ok(Some(PyArray1::from_vec(py, self.of_each(py, &samples, is_known)?)))
     }
 
-    /// Returns the probability of each class for each sample, (n, classes); `None` for a model without a calibration.
+    /// Returns the sample that it takes: `frames`, `path` or `taxel-path`.
+    #[getter]
+    fn input(&self) -> String {
+        self.model.get().input().name().replace('_', "-")
+    }
+
+    /// Returns the probability of each class for each sample, (n, classes); NaN for a row of zeros. It is `None` for a
+    /// model without a calibration.
     fn probabilities<'py>(
         &self,
         py: Python<'py>,
@@ -96,6 +117,30 @@ impl Model {
         if !self.model.get().is_calibrated() {
             return Ok(None);
         }
+        let each = self.of_each(py, &samples, |model, sample| {
+            let found = model.probabilities(&in_file_order(sample)).filter(|_| is_sample(sample));
+            let real = |units: u16| f64::from(units) / f64::from(CONFIDENCE_ONE);
+            found.map_or_else(|| vec![f64::NAN; classes], |units| units.into_iter().take(classes).map(real).collect())
+        })?;
+        let shape = [each.len(), classes];
+        let all: Vec<f64> = each.into_iter().flatten().collect();
+        shaped(PyArray1::from_vec(py, all), shape).map(Some)
+    }
+
+    fn __repr__(&self) -> String {
+        let labels = self.labels().len();
+        format!("wstac.Model({:?}: {labels} classes, {} of {SAMPLE_FRAMES} frames)", self.name(), self.frames())
+    }
+}
+
+impl Model {
+    /// Returns what a function returns for each sample.
+    fn of_each<T: Send>(
+        &self,
+        py: Python<'_>,
+        samples: &PyReadonlyArray2<'_, i16>,
+        of: impl Fn(&wstac_core::model::Model<'_>, &[i16; INPUTS]) -> T + Sync,
+    ) -> PyResult<Vec<T>> {
         let mut all = Vec::new();
         for samples in samples.as_slice()?.chunks(AT_A_TIME * INPUTS) {
             py.check_signals()?;
@@ -103,19 +148,10 @@ impl Model {
             let samples = samples.to_vec();
             all.extend(py.detach(|| {
                 let model = self.model.get();
-                let samples = samples.as_chunks::<INPUTS>().0.iter();
-                let each = samples.filter_map(|sample| model.probabilities(&in_file_order(sample)));
-                let real = |units: u16| f64::from(units) / f64::from(CONFIDENCE_ONE);
-                each.flat_map(|units| units.into_iter().take(classes).map(real).collect::<Vec<_>>()).collect::<Vec<_>>()
+                samples.as_chunks::<INPUTS>().0.iter().map(|sample| of(model, sample)).collect::<Vec<T>>()
             }));
         }
-        let shape = [all.len() / classes.max(1), classes];
-        shaped(PyArray1::from_vec(py, all), shape).map(Some)
-    }
-
-    fn __repr__(&self) -> String {
-        let labels = self.labels().len();
-        format!("wstac.Model({:?}: {labels} classes, {} of {SAMPLE_FRAMES} frames)", self.name(), self.frames())
+        Ok(all)
     }
 }
 

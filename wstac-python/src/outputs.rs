@@ -7,16 +7,19 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyModule};
 use wstac_core::direction::{Direction, Heading, Unclear};
+use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread};
-use wstac_host::output::{MotionReport, Output, SampleFrames, TactileEvent};
+use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
 use wstac_host::texture::Texture;
+use wstac_train::dataset::path::frames_of;
+use wstac_train::model::trained::in_set_order;
 
 use crate::{failed, refused};
 
@@ -209,7 +212,7 @@ impl<'py> Classes<'py> {
     fn event(&self, event: TactileEvent) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let why = PyDict::new(py);
-        let direction = event.direction;
+        let (direction, paths) = (event.direction, event.paths.as_deref());
         let missing = [
             ("speed", event.speed.err().map(NoSpeed::as_str)),
             ("direction", direction.degrees.err().map(Unclear::as_str)),
@@ -240,6 +243,8 @@ impl<'py> Classes<'py> {
             ("reliable", event.reliable.into_bound_py_any(py)?),
             ("why", why.into_any()),
             ("sample", event.sample.map(|sample| over_time(py, &sample)).transpose()?.into_bound_py_any(py)?),
+            ("path_sample", along_path(py, paths, Input::Path)?),
+            ("taxel_path_sample", along_path(py, paths, Input::TaxelPath)?),
         ];
         self.0.getattr("Event")?.call((), Some(&fields.into_py_dict(py)?))
     }
@@ -287,6 +292,16 @@ impl<'py> Classes<'py> {
 fn over_time<'py>(py: Python<'py>, sample: &SampleFrames) -> PyResult<Bound<'py, PyAny>> {
     let values = (0..FEATURES).flat_map(|feature| sample.iter().map(move |frame| frame[feature]));
     shaped(PyArray1::from_vec(py, values.collect()), [FEATURES, SAMPLE_FRAMES])
+}
+
+/// Returns a sample along the path as data sets have it: zeros if there is none, or if it shows too little of the path.
+/// It is `None` if none was asked for.
+fn along_path<'py>(py: Python<'py>, paths: Option<&Paths>, input: Input) -> PyResult<Bound<'py, PyAny>> {
+    let Some(paths) = paths else { return Ok(py.None().into_bound(py)) };
+    let sample = if input == Input::TaxelPath { &paths.taxels } else { &paths.sums };
+    let whole = sample.as_ref().filter(|sample| sample.covers(frames_of(input)));
+    let numbers = whole.map_or([0; INPUTS], |sample| in_set_order(sample.numbers()));
+    shaped(PyArray1::from_slice(py, &numbers), [FEATURES, SAMPLE_FRAMES])
 }
 
 /// Returns an array of another shape with as many numbers.

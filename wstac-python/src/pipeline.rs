@@ -39,7 +39,7 @@ type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 #[pymethods]
 impl Pipeline {
     #[new]
-    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion))]
+    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths))]
     #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
     fn new(
         format: &str,
@@ -51,6 +51,7 @@ impl Pipeline {
         config: &Config,
         models: Vec<Model>,
         motion: bool,
+        paths: bool,
     ) -> PyResult<Self> {
         let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
         let info = stream::info(format, size, bytes_per_row, rate, color)?;
@@ -58,7 +59,7 @@ impl Pipeline {
         let session = Session::of_frames(info)
             .config(config.0.clone())
             .textures(textures(&models)?)
-            .outputs(OutputOptions { features: true, samples: true, motion })
+            .outputs(OutputOptions { features: true, samples: true, motion, paths })
             .build()
             .map_err(refused)?;
         let frame_bytes = whole_frame(session.processor());

@@ -29,6 +29,7 @@ use crate::{open, refused, waiting};
 /// The options that Python requests of a source. `None` requests nothing.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(crate) struct SourceOptions {
     rate: Option<Rate>,
     format: Option<String>,
@@ -41,6 +42,7 @@ pub(crate) struct SourceOptions {
     config: Option<Config>,
     models: Vec<Model>,
     motion: bool,
+    paths: bool,
 }
 
 impl SourceOptions {
@@ -84,6 +86,8 @@ struct State {
     /// `None` after the end: the file or camera is released.
     session: Option<Session>,
     gathered: Gathered,
+    /// Whether it was closed before its end.
+    closed: bool,
     /// Why reading stopped, until it is raised.
     failure: Option<Failure>,
 }
@@ -172,14 +176,17 @@ impl Source {
     fn next<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         loop {
             py.check_signals()?;
-            let (goes_on, outputs, failure) = self.locked(py, |state| {
+            let (goes_on, outputs, failure, closed) = self.locked(py, |state| {
                 let goes_on = state.step();
                 let outputs = state.gathered.take_all().outputs;
                 let failure = if outputs.is_empty() { state.failure.take() } else { None };
-                (goes_on, outputs, failure)
+                (goes_on, outputs, failure, state.closed)
             });
             if let Some(failure) = failure {
                 return Err(failure.into());
+            }
+            if closed && outputs.is_empty() {
+                return Err(self.is_closed());
             }
             if !goes_on || !outputs.is_empty() {
                 return objects(py, outputs);
@@ -195,7 +202,11 @@ impl Source {
         while self.locked(py, State::step) {
             py.check_signals()?;
         }
-        let (gathered, failure) = self.locked(py, |state| (state.gathered.take_all(), state.failure.take()));
+        let (gathered, failure, closed) =
+            self.locked(py, |state| (state.gathered.take_all(), state.failure.take(), state.closed));
+        if closed {
+            return Err(self.is_closed());
+        }
         if let Some(failure) = failure {
             return Err(failure.into());
         }
@@ -218,7 +229,7 @@ impl Source {
 
     /// Releases the file or camera.
     fn close(&self, py: Python<'_>) {
-        self.locked(py, |state| state.session = None);
+        self.locked(py, |state| state.closed |= state.session.take().is_some());
     }
 }
 
@@ -236,7 +247,7 @@ impl Source {
             .info(info.clone())
             .config(config.clone())
             .textures(textures(&options.models)?)
-            .outputs(OutputOptions { features, samples: true, motion: options.motion })
+            .outputs(OutputOptions { features, samples: true, motion: options.motion, paths: options.paths })
             .build()
             .map_err(refused)?;
         let (width, height) = info.size.into();
@@ -247,8 +258,18 @@ impl Source {
             recorded: info.recorded.map_or_else(Recorded::default, |recorded| Recorded::clone(&recorded)),
             config,
             frame_bytes: *whole_frame(session.processor()).end(),
-            state: Mutex::new(State { session: Some(session), gathered: Gathered::default(), failure: None }),
+            state: Mutex::new(State {
+                session: Some(session),
+                gathered: Gathered::default(),
+                closed: false,
+                failure: None,
+            }),
         })
+    }
+
+    /// Returns the error of a read after `close`.
+    fn is_closed(&self) -> PyErr {
+        refused(format_args!("{}: the stream is closed, expected one that is open", self.about))
     }
 
     /// Uses the state without the interpreter's lock: another thread that has the state may wait for that lock.

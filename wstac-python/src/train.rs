@@ -7,15 +7,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
+use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use wstac_core::model::file::{Input, Task};
+use pyo3::types::{PyBytes, PyDict};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_train::dataset::random::RandomSweep;
 use wstac_train::dataset::recordings::{comparable, find, read, read_paths};
-use wstac_train::train::{TrainOptions, TrainedModel, TrainingSet, wilson};
+use wstac_train::model::eval::is_sample;
+use wstac_train::model::trained::guess_task;
+use wstac_train::train::{LabeledSlide, TrainOptions, TrainedModel, TrainingSet, wilson};
 
 use crate::config::Config;
 use crate::failed;
@@ -48,34 +51,87 @@ pub(crate) fn train<'py>(
     threads: Option<u16>,
     force: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let choice = |what: &str, found: &str, expected: &str| {
-        crate::refused(format_args!("{what} is {found:?}, expected {expected}"))
-    };
-    let input = match input {
-        "frames" => Input::Frames,
-        "path" => Input::Path,
-        "taxel-path" | "taxel_path" => Input::TaxelPath,
-        _ => return Err(choice("input", input, "frames, path or taxel-path")),
-    };
-    let task = match task {
-        "specimen" => Task::Specimen,
-        "pattern" => Task::Pattern,
-        "depth" => Task::Depth,
-        "other" => Task::Other,
-        _ => return Err(choice("task", task, "specimen, pattern, depth or other")),
-    };
+    let (input, task) = (input_of(input)?, task_of(task)?);
     if !(0.0..1.0).contains(&test) {
         return Err(choice("test", &test.to_string(), "a fraction: at least 0 and below 1"));
     }
     let options = TrainOptions { input, task, test, note };
     let config = config.map(|config| config.0.clone());
     let job = Job { sets, output, options, config, threads, force };
-    // It runs in a thread of its own, so that Ctrl-C ends the wait at once; the thread then writes nothing.
+    facts(py, &in_thread(py, move |stop| job.run(stop))?)
+}
+
+fn choice(what: &str, found: &str, expected: &str) -> PyErr {
+    crate::refused(format_args!("{what} is {found:?}, expected {expected}"))
+}
+
+/// Returns the input of this name.
+pub(crate) fn input_of(name: &str) -> PyResult<Input> {
+    match name {
+        "frames" => Ok(Input::Frames),
+        "path" => Ok(Input::Path),
+        "taxel-path" | "taxel_path" => Ok(Input::TaxelPath),
+        _ => Err(choice("input", name, "\"frames\", \"path\" or \"taxel-path\" (also \"taxel_path\")")),
+    }
+}
+
+/// Returns the task of this name.
+fn task_of(name: &str) -> PyResult<Task> {
+    match name {
+        "specimen" => Ok(Task::Specimen),
+        "pattern" => Ok(Task::Pattern),
+        "depth" => Ok(Task::Depth),
+        "other" => Ok(Task::Other),
+        _ => Err(choice("task", name, "specimen, pattern, depth or other")),
+    }
+}
+
+/// Trains a model on samples (n, 700) with their labels and groups, without a test. Returns the bytes of its file.
+#[pyfunction]
+pub(crate) fn fit<'py>(
+    py: Python<'py>,
+    samples: PyReadonlyArray2<'py, i16>,
+    labels: Vec<String>,
+    groups: Vec<String>,
+    input: &str,
+    task: Option<&str>,
+    threads: Option<u16>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let input = input_of(input)?;
+    let task = match task {
+        None => guess_task(&labels),
+        Some(name) => task_of(name)?,
+    };
+    let options = TrainOptions { input, task, test: 0.0, note: None };
+    let samples = samples.as_slice()?.as_chunks::<INPUTS>().0.iter();
+    let slides = samples.zip(labels).zip(groups).map(|((sample, label), group)| LabeledSlide {
+        numbers: is_sample(sample).then(|| Box::new(*sample)),
+        label,
+        group,
+        is_test: None,
+    });
+    let set = TrainingSet { slides: slides.collect(), sources: vec!["arrays".into()], simulated: 0 };
+    let trained = in_thread(py, move |_| pool(threads)?.install(|| wstac_train::train::train(set, &options)))?;
+    Ok(PyBytes::new(py, &trained.written.bytes()))
+}
+
+/// Creates the threads that compute.
+pub(crate) fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
+    pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "threads", error))
+}
+
+/// Runs a job in a thread of its own, so that Ctrl-C ends the wait at once. The job then hears that it is to stop, and
+/// writes nothing.
+pub(crate) fn in_thread<T: Send + 'static>(
+    py: Python<'_>,
+    job: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send + 'static,
+) -> PyResult<T> {
     let stop = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = channel();
     let stopped = Arc::clone(&stop);
     std::thread::spawn(move || {
-        let result = job.run(&stopped);
+        let result = job(&stopped);
         // Nobody waits for it after Ctrl-C.
         let _ = sender.send(result);
     });
@@ -84,20 +140,20 @@ pub(crate) fn train<'py>(
     let next = || receiver.lock().map_or(Err(RecvTimeoutError::Disconnected), |from| from.recv_timeout(BETWEEN_LOOKS));
     loop {
         match py.detach(next) {
-            Ok(result) => return facts(py, &result.map_err(|error| failed(py, &error))?),
+            Ok(result) => return result.map_err(|error| failed(py, &error)),
             Err(RecvTimeoutError::Timeout) => {
                 py.check_signals().inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
             }
-            Err(RecvTimeoutError::Disconnected) => return Err(crate::refused("train: ended without a result")),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(crate::refused("the computation ended without a result"));
+            }
         }
     }
 }
 
 impl Job {
     fn run(&self, stop: &AtomicBool) -> Result<TrainedModel, Error> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
-        let pool = pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "threads", error))?;
-        pool.install(|| {
+        pool(self.threads)?.install(|| {
             self.check_output()?;
             let trained = wstac_train::train::train(self.gathered(stop)?, &self.options)?;
             if stop.load(Ordering::Relaxed) {
@@ -125,7 +181,7 @@ impl Job {
         Err(Error::new(ErrorKind::AlreadyExists, self.output.display(), message))
     }
 
-    /// Reads all sets, or simulates the empty sweep.
+    /// Reads all sets; without any, simulates slides by default.
     fn gathered(&self, stop: &AtomicBool) -> Result<TrainingSet, Error> {
         let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
         let options = &self.options;
@@ -165,8 +221,8 @@ impl Job {
 }
 
 /// The error after Ctrl-C, which nobody sees.
-fn stopped() -> Error {
-    Error::new(ErrorKind::Usage, "train", "was stopped")
+pub(crate) fn stopped() -> Error {
+    Error::new(ErrorKind::Usage, "the computation", "was stopped")
 }
 
 /// Returns the facts about a trained model.
@@ -181,6 +237,7 @@ fn facts<'py>(py: Python<'py>, trained: &TrainedModel) -> PyResult<Bound<'py, Py
         all.set_item("test_slides", trial.slides())?;
         all.set_item("test_groups", trial.groups)?;
         all.set_item("right", trial.right())?;
+        all.set_item("answered", trial.answered())?;
         all.set_item("interval", wilson(trial.right(), trial.slides()).to_vec())?;
         all.set_item("confusion", &trial.counts)?;
     }

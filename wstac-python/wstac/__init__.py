@@ -17,7 +17,8 @@ natural logarithm, and a model gives the same answer here as on a board.
 
 Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
 command, such as a camera, as they come; `read` reads all of a recording. `dataset` simulates training sets, `train` trains a
-`Model`, which names textures, and `Config` configures everything. What cannot be used raises `Error`, a `ValueError` with the words of the command;
+`Model`, which names textures, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
+What cannot be used raises `Error`, a `ValueError` with the words of the command;
 that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """
 
@@ -36,6 +37,7 @@ from ._answers import (
     Speed,
     Texture,
 )
+from ._classifier import TextureClassifier
 from ._dataset import dataset
 from ._errors import NotFoundError
 from ._models import Config, Model
@@ -64,6 +66,7 @@ __all__ = [
     "Speed",
     "Stream",
     "Texture",
+    "TextureClassifier",
     "Training",
     "Truth",
     "dataset",

@@ -99,13 +99,25 @@ class Event:
     why: dict[str, str]
     """Reasons of missing answers, by answer: "speed", "direction", "texture"."""
     sample: NDArray[np.int16] = field(repr=False, compare=False)
-    """The sample X: int16 (10, 70), five rows and five columns over 70 frames, in units of 1/2048 of a natural logarithm."""
+    """The sample over time: int16 (10, 70), five rows and five columns over 70 frames, in units of 1/2048 of a natural logarithm.
+
+    It is a row of the array X of a data set, for models whose `input` is "frames".
+    """
+    path_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
+    """The sample along the path, of ten sums: int16 (10, 70), a row of the array X_path, for models whose `input` is "path".
+
+    It is zero if there is no velocity, or if the sample shows too little of the path. It is None without the argument
+    `path_samples` of what gave the event.
+    """
+    taxel_path_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
+    """The same of 25 taxels, a row of X_taxel_path, for models whose `input` is "taxel-path". A lost frame makes it zero."""
 
     @property
     def record(self) -> dict[str, Any]:
         """The object that `wstac run --json` prints, without the sample."""
         found: dict[str, Any] = {"kind": "event", **asdict(self)}
-        del found["sample"]
+        for name in ("sample", "path_sample", "taxel_path_sample"):
+            del found[name]
         if self.contact is None:
             for name in ("touch_frame", "end_frame", "time_s", "completed_s", "stamp", "contact"):
                 del found[name]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Mapping
 from typing import Any, Optional, Union
@@ -17,6 +18,7 @@ from ._wstac import Error
 def dataset(
     sweep: Union[Path, Mapping[str, Any]],
     *,
+    input: str = "frames",
     config: Configuration = None,
     threads: Optional[int] = None,
 ) -> dict[str, NDArray[Any]]:
@@ -28,15 +30,26 @@ def dataset(
     time, by default the number of processors. The same sweep gives the same arrays. Slides without a complete sample
     are left out.
 
+    With `input` "path" or "taxel-path", the arrays are those of `wstac dataset --input`: a sweep is of random slides, and
+    X_path or X_taxel_path takes the place of X. `split` says which slides are for tests.
+
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 3})
     >>> data["X"].shape, data["X"].dtype, data["y_specimen"].tolist()
     ((6, 10, 70), dtype('int16'), ['Saw3', 'Saw3', 'Saw3', 'Fla0', 'Fla0', 'Fla0'])
+    >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 8, "sensors": 4}, input="path")
+    >>> data["X_path"].shape, sorted(set(data["split"].tolist()))
+    ((8, 10, 70), ['test', 'train'])
     """
     is_table = isinstance(sweep, Mapping)
     text = as_json("sweep", sweep) if isinstance(sweep, Mapping) else os.fsdecode(sweep)
     if threads is not None:
         threads = _frames.count("threads", threads, 1, 1024)
+    if input != "frames":
+        if config is not None:
+            raise Error(f"config: is given for the input {input!r}, expected none: such a sweep has the default")
+        with np.load(io.BytesIO(_wstac.path_dataset(text, is_table, input, threads))) as arrays:
+            return dict(arrays)
     made = _wstac.dataset(text, is_table, native_config(config), threads)
     if not len(made["X"]):
         counts = f"{made['no_event']} had no event and {made['incomplete']} an incomplete sample"

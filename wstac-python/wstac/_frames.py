@@ -43,10 +43,17 @@ def guess(frames: Frames, single: bool) -> str:
     raise Error(f"frames: {frames.dtype} {frames.shape} has no format of its own, expected format = {hint}")
 
 
+def without_mask(name: str, array: NDArray[Any]) -> None:
+    """Refuses a masked array: its mask would be lost."""
+    if isinstance(array, np.ma.MaskedArray):
+        raise Error(f"{name}: a masked array, expected one without a mask, such as array.filled(…)")
+
+
 def array(frames: Any) -> Frames:
     """Returns frames that are an array of bytes or of words."""
     if not isinstance(frames, np.ndarray):
         raise TypeError(f"frames is a {type(frames).__name__}, expected a NumPy array")
+    without_mask("frames", frames)
     if frames.dtype not in (np.dtype("u1"), np.dtype("<u2")):
         raise Error(f"frames: type {frames.dtype}, expected uint8, or uint16 for formats of 10 to 16 bits")
     return frames

@@ -10,7 +10,8 @@ from typing import Any, Optional, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _wstac
+from . import _frames, _wstac
+from ._answers import Event
 from ._wstac import Error
 
 Path = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
@@ -72,6 +73,9 @@ class Config:
     def __hash__(self) -> int:
         return hash(self.toml)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Config, (self.toml,)
+
     def __repr__(self) -> str:
         return f"wstac.Config({self.toml!r})"
 
@@ -79,14 +83,19 @@ class Config:
 class Model:
     """A texture model: names what slid, from the sample of an event.
 
+    Give it the sample that it takes (`input`); `predict_event` chooses it. It behaves as a fitted classifier of scikit-learn:
+    `fit` leaves it as it is, and `sklearn.base.clone` copies it. `TextureClassifier` is one that trains.
+
     >>> import wstac
-    >>> model = wstac.Model.load("builtin:svm")
-    >>> model.labels[:3], model.task, model.frames
-    (['Fla0', 'Saw2', 'Saw3'], 'specimen', 70)
-    >>> [event] = wstac.simulate("Saw3@150", frames=False).events
-    >>> model.predict(event.sample[None])
-    array(['Saw3'], dtype='<U4')
+    >>> model = wstac.Model.load("builtin:path-svm")
+    >>> model.labels[:3], model.task, model.input
+    (['Fla0', 'Saw2', 'Saw3'], 'specimen', 'path')
+    >>> [event] = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
+    >>> model.predict_event(event), model.predict(event.path_sample[None])
+    ('Saw3', array(['Saw3'], dtype='<U4'))
     """
+
+    _estimator_type = "classifier"
 
     def __init__(self) -> None:
         raise TypeError("a model is made by wstac.Model.load")
@@ -95,12 +104,35 @@ class Model:
 
     @classmethod
     def load(cls, path: Path) -> Model:
-        """Loads a model file, or a model that comes with wstac: "builtin:svm", "builtin:forest", "builtin:boosted".
+        """Loads a model file, or a model that comes with wstac.
 
-        `wstac model import` makes a model file of what scikit-learn or XGBoost trained.
+        Those are, for any speed, direction and length:
+
+        - "builtin:path-svm", "builtin:path-forest" and "builtin:path-boosted", of ten sums;
+        - "builtin:taxel-path-svm", "builtin:taxel-path-forest" and "builtin:taxel-path-boosted", of 25 taxels;
+        - "builtin:path-svm-16mm" and "builtin:taxel-path-svm-16mm", which read 16 mm of the path instead of 28 mm;
+        - "builtin:embedding" and "builtin:taxel-embedding", from which `wstac model learn` makes models of new textures;
+
+        and for the slides of the publication "builtin:svm", "builtin:forest" and "builtin:boosted".
+
+        `wstac train` and `wstac.train` make a model file, and `wstac model import` makes one of what scikit-learn or XGBoost
+        trained.
         """
+        return cls._of(_wstac.Model.load(os.fsdecode(path)))
+
+    @classmethod
+    def from_bytes(cls, content: bytes, name: str = "model") -> Model:
+        """Returns the model of a file's bytes, such as `to_bytes` gives; `name` is its name for messages."""
+        return cls._of(_wstac.Model.from_bytes(name, content))
+
+    def to_bytes(self) -> bytes:
+        """Returns the bytes of the model's file."""
+        return self._native.to_bytes()
+
+    @classmethod
+    def _of(cls, native: _wstac.Model) -> Model:
         model = cls.__new__(cls)
-        model._native = _wstac.Model.load(os.fsdecode(path))
+        model._native = native
         return model
 
     @property
@@ -120,32 +152,17 @@ class Model:
 
     @property
     def frames(self) -> int:
-        """Number of frames of a sample that it reads, from the first on: 1 to 70."""
+        """Number of frames of a sample that it reads, from the first on: 1 to 70. Along the path they are tens of numbers."""
         return self._native.frames
-
-    def predict(self, X: NDArray[np.int16]) -> NDArray[np.str_]:
-        """Returns the label of each sample, (n,).
-
-        X is int16 (n, 10, 70), or (n, 700) feature by feature, in units of 1/2048. The answers are those of a board for the same
-        samples. Of a data set, give X (X_path or X_taxel_path, by `input`), not X * scale.
-        """
-        labels: NDArray[np.str_] = np.array(self.labels)[self._native.classes(self._flat(X))]
-        return labels
-
-    @staticmethod
-    def _flat(X: NDArray[np.int16]) -> NDArray[np.int16]:
-        """Returns samples of either shape as (n, 700)."""
-        if not isinstance(X, np.ndarray):
-            raise TypeError(f"X is a {type(X).__name__}, expected a NumPy array")
-        if X.ndim not in (2, 3) or X.shape[1:] not in ((10, 70), (700,)):
-            raise Error(f"X: shape {X.shape}, expected (n, 10, 70) or (n, 700)")
-        if X.dtype != np.int16:
-            raise Error(f"X: type {X.dtype}, expected int16 in units of 1/2048, as wstac.dataset gives")
-        return np.ascontiguousarray(X.reshape(len(X), 700))
 
     @property
     def input(self) -> str:
-        """The sample that it takes: "frames" (the array X), "path" (X_path) or "taxel_path" (X_taxel_path)."""
+        """The sample that it takes.
+
+        - "frames": the array X of a data set, and `Event.sample`;
+        - "path": X_path, and `Event.path_sample`;
+        - "taxel-path": X_taxel_path, and `Event.taxel_path_sample`.
+        """
         return self._native.input
 
     @property
@@ -153,29 +170,162 @@ class Model:
         """Names of its classes, as scikit-learn has them."""
         return np.array(self.labels)
 
+    @property
+    def n_features_in_(self) -> int:
+        """Numbers of a sample: 700."""
+        return INPUTS
+
+    def predict(self, X: NDArray[np.int16]) -> NDArray[np.str_]:
+        """Returns the label of each sample, (n,).
+
+        X is int16 (n, 10, 70), or (n, 700) feature by feature, in units of 1/2048. The answers are those of a board for the same
+        samples. Of a data set, give the array that `input` names, not times its scale. Raises `Error` for samples over time if the
+        model takes those along a path.
+
+        Also a row of zeros has a label, and a sample that is unknown: `known` tells them.
+        """
+        labels: NDArray[np.str_] = self.classes_[self._native.classes(self._samples(X))]
+        return labels
+
+    def predict_event(self, event: Event) -> Optional[str]:
+        """Returns the label of an event by the sample that the model takes.
+
+        It is None if there is no answer: without a velocity, for too little of the path, and for what is unknown. Raises `Error` if
+        the event was made without `path_samples` and the model needs them.
+        """
+        by_input: dict[str, Optional[NDArray[np.int16]]] = {
+            "frames": event.sample,
+            "path": event.path_sample,
+            "taxel-path": event.taxel_path_sample,
+        }
+        sample = by_input[self.input]
+        if sample is None:
+            message = f"event: has no samples along its path, expected some for {self.name}"
+            raise Error(f"{message}: open its source with path_samples=True")
+        return str(self.predict(sample[None])[0]) if self._answered(sample[None])[0] else None
+
+    def known(self, X: NDArray[np.int16]) -> NDArray[np.bool_]:
+        """Returns whether each sample is like those of the training, (n,): `known` of `wstac model eval --json`.
+
+        A row of zeros is not: it has no sample. Raises `Error` for a model that does not tell.
+        """
+        found = self._native.known(self._samples(X))
+        if found is None:
+            raise Error(f"{self.name}: does not tell what is unknown, expected a model of wstac train or wstac model calibrate")
+        return found
+
     def predict_proba(self, X: NDArray[np.int16]) -> NDArray[np.float64]:
         """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`.
 
         X is that of `predict`. Raises `Error` for a model without a calibration. Probabilities are multiples of 2^-15, and each
-        is rounded. They hold for textures that the model knows.
+        is rounded. They hold for textures that the model knows. A row of zeros has none: NaN.
         """
-        found = self._native.probabilities(self._flat(X))
+        found = self._native.probabilities(self._samples(X))
         if found is None:
             raise Error(f"{self.name}: has no calibration, expected a model of wstac train or wstac model calibrate")
         return found
 
-    def score(self, X: NDArray[np.int16], y: Sequence[str]) -> float:
-        """Returns the fraction of samples whose label is that in y."""
-        if len(y) != len(X):
-            raise Error(f"y: {len(y)} labels, expected {len(X)} as of X")
-        return float(np.mean(self.predict(X) == np.asarray(y)))
+    def score(self, X: NDArray[np.int16], y: Sequence[str], sample_weight: Optional[Sequence[float]] = None) -> float:
+        """Returns the fraction of samples whose answer is that in y: the accuracy of `wstac model eval`.
+
+        A row of zeros, and a sample that is unknown, has no answer and counts as wrong. (The accuracy of scikit-learn's metrics
+        compares labels alone.)
+        """
+        return accuracy(self.predict(X), self._answered(X), y, sample_weight)
+
+    def _answered(self, X: NDArray[np.int16]) -> NDArray[np.bool_]:
+        """Returns whether each sample has an answer."""
+        flat = self._samples(X)
+        return answered(flat, self._native.known(flat))
+
+    def _samples(self, X: NDArray[np.int16]) -> NDArray[np.int16]:
+        """Returns samples of either shape as (n, 700). Refuses those over time if the model takes others."""
+        flat = samples(X)
+        # The first numbers along a path are a speed, a direction and products of them, all of which are from -1 to 1.
+        facts = flat.reshape(-1, 10, 70)[:, :4, 0]
+        if self.input != "frames" and ((facts < -2048) | (facts > 2048)).any():
+            row = int(((facts < -2048) | (facts > 2048)).any(axis=1).argmax())
+            array = {"path": "X_path", "taxel-path": "X_taxel_path"}[self.input]
+            event = {"path": "path_sample", "taxel-path": "taxel_path_sample"}[self.input]
+            raise Error(f"X: row {row} is no sample along a path, expected those of the array {array}, or of Event.{event}")
+        return flat
+
+    def fit(self, X: Any = None, y: Any = None, **_: Any) -> Model:
+        """Returns the model as it is, like `sklearn.frozen.FrozenEstimator`: it is trained already."""
+        return self
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Returns what the model was made of, as scikit-learn's estimators do: its name."""
         return {"name": self.name}
 
+    def set_params(self, **params: Any) -> Model:
+        """Returns the model; nothing of it can be set."""
+        if params:
+            raise Error(f"{next(iter(params))}: cannot be set, expected no parameter: the model is trained already")
+        return self
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return True
+
+    def __sklearn_clone__(self) -> Model:
+        return self._of(self._native)
+
+    def __sklearn_tags__(self) -> Any:
+        return classifier_tags()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _model_of, (self.to_bytes(), self.name)
+
     def __repr__(self) -> str:
         return repr(self._native)
+
+
+INPUTS = 700
+"""Numbers of a sample."""
+
+
+def _model_of(content: bytes, name: str) -> Model:
+    """Returns the model of a file's bytes; what pickle calls."""
+    return Model.from_bytes(content, name)
+
+
+def samples(X: Any) -> NDArray[np.int16]:
+    """Returns samples (n, 10, 70) or (n, 700) of int16 as (n, 700)."""
+    if not isinstance(X, np.ndarray):
+        raise TypeError(f"X is a {type(X).__name__}, expected a NumPy array")
+    _frames.without_mask("X", X)
+    if X.ndim not in (2, 3) or X.shape[1:] not in ((10, 70), (INPUTS,)):
+        raise Error(f"X: shape {X.shape}, expected (n, 10, 70) or (n, 700)")
+    if X.dtype != np.int16:
+        raise Error(f"X: type {X.dtype}, expected int16 in units of 1/2048, as wstac.dataset gives")
+    return np.ascontiguousarray(X.reshape(len(X), INPUTS))
+
+
+def answered(flat: NDArray[np.int16], known: Optional[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    """Returns whether each sample has an answer: it is not zero, and not said to be unknown."""
+    some: NDArray[np.bool_] = np.asarray(flat.any(axis=1))
+    return some if known is None else known
+
+
+def accuracy(found: NDArray[Any], answered: NDArray[np.bool_], y: Any, sample_weight: Any = None) -> float:
+    """Returns the fraction of samples that are answered and right."""
+    if len(y) != len(found):
+        raise Error(f"y: {len(y)} labels, expected {len(found)} as of X")
+    if not len(found):
+        raise Error("X: no sample, expected at least 1")
+    return float(np.average((found == np.asarray(y)) & answered, weights=sample_weight))
+
+
+def classifier_tags() -> Any:
+    """Returns what scikit-learn asks of a classifier of samples. Only scikit-learn calls it."""
+    from sklearn.utils import ClassifierTags, InputTags, Tags, TargetTags  # type: ignore[import-untyped,import-not-found,unused-ignore]
+
+    return Tags(
+        estimator_type="classifier",
+        target_tags=TargetTags(required=True),
+        classifier_tags=ClassifierTags(),
+        input_tags=InputTags(two_d_array=True, three_d_array=True),
+    )
 
 
 Models = Union[Path, Model, Sequence[Union[Path, Model]]]

@@ -54,7 +54,7 @@ def features(
     code = format or _frames.guess(stack, single=False)
     found = _frames.sides(size) if size is not None else _frames.size_of(stack, code)
     rows = _frames.rows(stack, code, found)
-    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range, False)
+    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range, False, False)
     if not len(rows):
         return np.zeros((0, 10), np.int16)
     _, values = native.push(rows)
@@ -80,6 +80,7 @@ class Pipeline(Recorded):
     (75, 141)
 
     With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in it.
+    With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
     """
 
     def __init__(
@@ -94,11 +95,13 @@ class Pipeline(Recorded):
         matrix: Optional[str] = None,
         range: Optional[str] = None,
         motion: bool = False,
+        path_samples: bool = False,
     ) -> None:
         super().__init__()
         self._format = format
         self._size = None if size is None else _frames.sides(size)
-        self._made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range, bool(motion))
+        made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
+        self._made = (*made, bool(motion), bool(path_samples))
         self._native: Optional[_wstac.Pipeline] = None
         self._features: Optional[NDArray[np.int16]] = None
         if format is not None and self._size is not None:
@@ -171,8 +174,10 @@ def _native(
     matrix: Optional[str],
     range: Optional[str],
     motion: bool,
+    path_samples: bool,
 ) -> _wstac.Pipeline:
     """Returns a pipeline of the extension."""
     if bytes_per_row is not None:
         bytes_per_row = _frames.count("bytes_per_row", bytes_per_row, 1, (1 << 32) - 1)
-    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, config or _wstac.Config(), models, motion)
+    given = config or _wstac.Config()
+    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, given, models, motion, path_samples)

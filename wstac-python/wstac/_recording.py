@@ -99,17 +99,19 @@ def read(
     matrix: Optional[str] = None,
     range: Optional[str] = None,
     frames: bool = True,
+    path_samples: bool = False,
 ) -> Recording:
     """Reads all of a recording (FILE.mcap), or of any other source that ends, as arrays.
 
     Features and events are computed again from the frames, with the recording's own configuration unless `config` gives another.
     They are those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
-    they are all in memory. Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
+    they are all in memory. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
+    Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
     """
     name = os.fsdecode(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
-    options = source_options(config, models, fps=fps, matrix=matrix, range=range)
+    options = source_options(config, models, fps=fps, matrix=matrix, range=range, path_samples=path_samples)
     return _recording(_wstac.open_source(name, options, True), frames, [])
 
 
@@ -122,19 +124,21 @@ def simulate(
     format: Optional[str] = None,
     size: Optional[tuple[int, int]] = None,
     frames: bool = True,
+    path_samples: bool = False,
 ) -> Recording:
     """Simulates a scene: frames, features, events, and the truth about them.
 
     `scene` is "Saw3@150", optionally with ",90deg" and ",seed=7"; or a path, FILE.toml; or the keys and tables of a scene
     (`wstac scene --help` lists them). The same scene gives the same bytes on every machine. Without `frames` pixels are made and
-    left out. The key fidelity = "taxel" makes no pixels, which is much faster.
+    left out. With `path_samples`, events have the samples that models of the path take. The key fidelity = "taxel" makes no pixels,
+    which is much faster.
 
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
     (120.0, 120.0, True)
     """
-    options = source_options(config, models, fps=fps, format=format, size=size)
+    options = source_options(config, models, fps=fps, format=format, size=size, path_samples=path_samples)
     if isinstance(scene, Mapping):
         for name, value in (("fps", fps), ("format", format), ("size", size)):
             if value is not None:

@@ -68,7 +68,7 @@ class Stream(Recorded):
         return self
 
     def __next__(self) -> Event:
-        """Returns the next event. Raises `Error` if the source fails, after all events before that."""
+        """Returns the next event. Raises `Error` if the source fails, after all events before that, and after `close`."""
         for record in self.records():
             if isinstance(record, Event):
                 return record
@@ -99,7 +99,7 @@ class Stream(Recorded):
         return bool(given)
 
     def close(self) -> None:
-        """Releases the file or camera, and ends the stream."""
+        """Releases the file or camera. Reading on raises `Error`, unless the stream had ended."""
         self._native.close()
 
     def __enter__(self) -> Stream:
@@ -128,6 +128,7 @@ def open(
     keep_controls: bool = False,
     controls: Optional[Mapping[str, int]] = None,
     motion: bool = False,
+    path_samples: bool = False,
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
@@ -136,7 +137,9 @@ def open(
 
     The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
     or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
-    `motion` gives a `Motion` of every frame while something slides, among the records. `every` hands out all frames of a camera, even if the program is slower. Raises `Error` if the source cannot be used.
+    `motion` gives a `Motion` of every frame while something slides, among the records. With `path_samples`, events have the
+    samples that models of the path take (`Event.path_sample`). `every` hands out all frames of a camera, even if the program is
+    slower. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
@@ -159,6 +162,7 @@ def open(
         keep_controls=keep_controls,
         controls=controls,
         motion=motion,
+        path_samples=path_samples,
     )
     return Stream(_wstac.open_source(os.fsdecode(source), options, False))
 
@@ -176,6 +180,7 @@ def source_options(
     keep_controls: bool = False,
     controls: Optional[Mapping[str, int]] = None,
     motion: bool = False,
+    path_samples: bool = False,
 ) -> dict[str, Any]:
     """Returns the options of a source as the extension takes them."""
     least, most = -(1 << 31), (1 << 31) - 1
@@ -192,4 +197,5 @@ def source_options(
         "config": native_config(config),
         "models": native_models(models),
         "motion": bool(motion),
+        "paths": bool(path_samples),
     }

@@ -33,9 +33,11 @@ class Training:
     test_groups: int
     """Sensors or recordings of the test."""
     accuracy: Optional[float]
-    """Fraction of right answers in the test, 0 to 1; None without a test."""
+    """Fraction of slides with a right answer in the test, 0 to 1; None without a test. A slide without an answer counts as wrong."""
     interval: Optional[tuple[float, float]]
     """Wilson's interval of 95 % of `accuracy`."""
+    accuracy_of_answered: Optional[float]
+    """Fraction of right answers among the slides with an answer: neither without a sample, nor said to be unknown."""
     confusion: Optional[NDArray[np.int64]] = field(repr=False, compare=False)
     """Slides by label and answer, in the order of `model.labels`. The last column is that of slides without an answer."""
 
@@ -81,6 +83,7 @@ def train(
         test_slides=made.get("test_slides", 0),
         test_groups=made.get("test_groups", 0),
         accuracy=made["right"] / made["test_slides"] if tested else None,
+        accuracy_of_answered=made["right"] / max(made["answered"], 1) if tested else None,
         interval=(made["interval"][0], made["interval"][1]) if tested else None,
         confusion=np.array(made["confusion"], dtype=np.int64) if tested else None,
     )

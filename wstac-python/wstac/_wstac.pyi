@@ -15,9 +15,11 @@ __all__ = [
     "Pipeline",
     "Source",
     "dataset",
+    "fit",
     "is_camera",
     "open_scene",
     "open_source",
+    "path_dataset",
     "row_bytes",
     "train",
 ]
@@ -39,6 +41,9 @@ class Config:
 class Model:
     @staticmethod
     def load(path: Union[str, os.PathLike[str]]) -> Model: ...
+    @staticmethod
+    def from_bytes(name: str, content: bytes) -> Model: ...
+    def to_bytes(self) -> bytes: ...
     @property
     def name(self) -> str: ...
     @property
@@ -50,6 +55,7 @@ class Model:
     @property
     def input(self) -> str: ...
     def classes(self, samples: NDArray[np.int16]) -> NDArray[np.uint8]: ...
+    def known(self, samples: NDArray[np.int16]) -> Optional[NDArray[np.bool_]]: ...
     def probabilities(self, samples: NDArray[np.int16]) -> Optional[NDArray[np.float64]]: ...
 
 @final
@@ -65,6 +71,7 @@ class Pipeline:
         config: Config,
         models: list[Model],
         motion: bool,
+        paths: bool,
     ) -> Pipeline: ...
     def push(self, frames: NDArray[np.uint8]) -> tuple[list[Record], NDArray[np.int16]]: ...
     def lose(self, frames: int) -> tuple[list[Record], NDArray[np.int16]]: ...
@@ -97,6 +104,15 @@ def open_scene(
     scene: str, is_table: bool, options: dict[str, Any]
 ) -> tuple[Source, list[tuple[str, str | None, float | None, float | None, int, float, float]]]: ...
 def dataset(sweep: str, is_table: bool, config: Optional[Config], threads: Optional[int]) -> dict[str, Any]: ...
+def path_dataset(sweep: str, is_table: bool, input: str, threads: Optional[int]) -> bytes: ...
+def fit(
+    samples: NDArray[np.int16],
+    labels: list[str],
+    groups: list[str],
+    input: str,
+    task: Optional[str],
+    threads: Optional[int],
+) -> bytes: ...
 def train(
     sets: list[str],
     output: str,

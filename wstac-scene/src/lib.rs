@@ -271,8 +271,10 @@ fn schedule(script: &SceneConfig, frame_s: f64) -> (Vec<Truth>, u64) {
         free = libm::ceil(start + lasts_s / frame_s) + camera_frames(script.gap);
         Truth { touch, start, start_s: start * frame_s, end_s: start * frame_s + lasts_s }
     });
-    let truth = truth.collect();
-    (truth, free as u64)
+    let truth: Vec<_> = truth.collect();
+    // The last touch's sample is completed, however short gaps are.
+    let rest = script::DEFAULT_GAP.saturating_sub(script.gap);
+    (truth, (free + camera_frames(rest)) as u64)
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@
 //! seed = 7               # of all random numbers; default 0
 //! noise = 0.8            # scale of all random deviations; 0 for none
 //! lead_in = 45           # dark frames before the first touch
-//! gap = 70               # dark frames between touches, and after the last one
+//! gap = 70               # dark frames between touches; behind the last one, at least 70
 //! fidelity = "rendered"  # or "taxel": taxel sums from their distribution, without pixels
 //! ```
 //!
@@ -63,7 +63,7 @@ const MOST_TOUCHES: usize = 10_000;
 /// It covers the default trigger's baseline, its backtrack, and two windows to spare.
 const DEFAULT_LEAD_IN: u32 = BASELINE_WINDOWS * DEFAULT_WINDOW as u32 + DEFAULT_BACKTRACK as u32 + 10;
 /// Default number of dark frames between slides: the length of a sample.
-const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
+pub(crate) const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
 
 /// A checked scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +76,7 @@ pub struct SceneConfig {
     pub noise: f64,
     /// Dark frames before the first touch.
     pub lead_in: u32,
-    /// Dark frames after each touch.
+    /// Dark frames after each touch. Behind the last one there are at least 70.
     pub gap: u32,
     /// The `[whisker]` table.
     pub whisker: WhiskerConfig,
@@ -244,7 +244,7 @@ fn check(file: File) -> Result<SceneConfig, String> {
     within("noise", noise, 0.0, 100.0)?;
     within("noise of [sensor] times noise", script.sensor.noise * noise, 0.0, 10_000.0)?;
     let lead_in = checked_frames("lead_in", file.lead_in, 0, script.lead_in)?;
-    let gap = checked_frames("gap", file.gap, DEFAULT_GAP, script.gap)?;
+    let gap = checked_frames("gap", file.gap, 1, script.gap)?;
     Ok(SceneConfig { seed, noise, lead_in, gap, ..script })
 }
 
@@ -335,7 +335,7 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\n[light]\nweak = [[1, 6, 0.5]]", ["weak has [1, 6]", "1 to 5"]),
             ("specimen = \"Saw3\"\nspeed = 9\ncolor = 1", ["color", "lead_in"]),
             ("specimen = \"Saw3\"\nspeed = 9\nseed = -1", ["seed is -1", "expected 0"]),
-            ("specimen = \"Saw3\"\nspeed = 9\ngap = 69", ["gap is 69", "70 to 100000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\ngap = 0", ["gap is 0", "1 to 100000"]),
             ("specimen = \"Saw3\"\nspeed = 9\nlead_in = -1", ["lead_in is -1", "0 to 100000"]),
             ("speed = 9\n[[slide]]\nspeed = 9", ["beside [[slide]]", "one or the other"]),
             ("[[slide]]\nspeed = 9", ["[[slide]] 1: specimen is missing", "Saw3"]),

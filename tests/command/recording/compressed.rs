@@ -7,7 +7,8 @@ use wstac_tests::command::{good, run, said, wstac};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
-use super::flips::{Tally, check, ended};
+use super::cuts::chunks;
+use super::flips::{Tally, check, ended, outcome, small};
 use super::{piped_to, scene};
 
 #[test]
@@ -77,5 +78,35 @@ fn a_killed_compressed_recording_loses_its_last_second() {
         good(&["recover", new_name, "-o", again_name, "--force"]);
         assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "{compression}");
         fs::remove_file(&file).unwrap();
+    }
+}
+
+/// Bytes that are gone from a chunk make its length wrong, and the index. The chunks behind it are found all the same.
+#[test]
+fn chunks_behind_a_damaged_one_come_back() {
+    let folder = Folder::new("recording-compressed-gone");
+    for compression in ["--compress=zstd", "--compress=lz4"] {
+        let (bytes, recorded) = small(&folder, &[compression]);
+        let places = chunks(&bytes);
+        assert!(places.len() > 3, "{places:?}");
+        let inside = (places[1] + 1000, places[2] - 1000);
+        let across = (places[1] + 1000, places[2] + 1000);
+        let head = (places[1] + 20, places[1] + 70);
+        let last = (places[places.len() - 1] + 500, places[places.len() - 1] + 1500);
+        for (what, (from, to), most) in
+            [("inside", inside, 32), ("across", across, 64), ("head", head, 32), ("last", last, 32)]
+        {
+            let damaged = [&bytes[..from], &bytes[to..]].concat();
+            let outcome = outcome(&folder, &damaged);
+            assert_eq!((outcome.run, outcome.recover), (Some(1), Some(0)), "{compression} {what}: {}", outcome.said);
+            let (frames, lost) = outcome.found.unwrap();
+            assert_eq!(frames + lost, recorded.0 + recorded.1, "{compression} {what}: {frames} and {lost}");
+            assert!(frames + most >= recorded.0, "{compression} {what}: {frames} of {recorded:?}");
+            assert!(
+                outcome.said.contains("finished properly") && !outcome.said.contains(" 0 bytes"),
+                "{}",
+                outcome.said
+            );
+        }
     }
 }

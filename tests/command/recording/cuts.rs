@@ -8,6 +8,7 @@ use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
+use super::flips::{outcome, small};
 use super::{run, said};
 
 const FRAME: usize = 100 * 100;
@@ -181,4 +182,74 @@ fn a_damaged_start_loses_nothing() {
     assert!(said(&done).contains("expected an MCAP file"), "{}", said(&done));
     assert_eq!(fs::read(&new).unwrap(), b"mine");
     assert!(!folder.0.join("new.mcap.part").exists());
+}
+
+/// The parts of a finished recording.
+pub(super) struct Parts {
+    /// Everything before the first chunk.
+    start: Vec<u8>,
+    /// The chunks, each with its index of messages.
+    pub(super) chunks: Vec<Vec<u8>>,
+    /// The record at the end of a recording.
+    end: Vec<u8>,
+}
+
+/// Takes a finished recording apart.
+pub(super) fn parts_of(bytes: &[u8]) -> Parts {
+    let mut parts = Parts { start: bytes[..8].to_vec(), chunks: Vec::new(), end: Vec::new() };
+    let mut at = 8;
+    while bytes[at] != 15 {
+        let length = 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+        let record = &bytes[at..at + length];
+        match (bytes[at], parts.chunks.last_mut()) {
+            (6, _) => parts.chunks.push(record.to_vec()),
+            (7, Some(chunk)) => chunk.extend(record),
+            (_, Some(_)) => parts.end.extend(record),
+            (_, None) => parts.start.extend(record),
+        }
+        at += length;
+    }
+    parts
+}
+
+/// Makes a finished recording without an index of these chunks.
+pub(super) fn built(parts: &Parts, chunks: &[usize], has_end: bool) -> Vec<u8> {
+    let chunks = chunks.iter().flat_map(|number| parts.chunks[*number].clone()).collect::<Vec<_>>();
+    let end = if has_end { &parts.end[..] } else { &[] };
+    let data_end = [&[15, 4][..], &[0; 11]].concat();
+    let footer = [&[2, 20][..], &[0; 27], b"\x89MCAP0\r\n"].concat();
+    [&parts.start, &chunks, end, &data_end, &footer].concat()
+}
+
+/// Bytes that cannot be read are no incomplete end.
+#[test]
+fn a_damaged_end_is_not_an_incomplete_one() {
+    let folder = Folder::new("recording-tail");
+    for options in [&[][..], &["--compress=lz4"], &["--compress=zstd"]] {
+        let (bytes, recorded) = small(&folder, options);
+        let at = bytes.len() * 3 / 4;
+        let damaged = outcome(&folder, &[&bytes[..at], &vec![0x55; bytes.len() - at]].concat());
+        assert_eq!((damaged.run, damaged.recover), (Some(1), Some(1)), "{options:?}: {}", damaged.said);
+        assert!(damaged.said.contains("nothing says how many frames it had"), "{options:?}: {}", damaged.said);
+        assert!(damaged.found.is_some_and(|found| found.0 > recorded.0 / 2), "{options:?}: {damaged:?}");
+        let cut = outcome(&folder, &bytes[..at]);
+        assert_eq!((cut.run, cut.recover), (Some(1), Some(0)), "{options:?}: {}", cut.said);
+        assert!(cut.said.contains("was not finished") && !cut.said.contains("damaged"), "{options:?}: {}", cut.said);
+    }
+}
+
+/// A frame that was not completely written was never recorded.
+#[test]
+fn an_incomplete_frame_is_no_damaged_one() {
+    let folder = Folder::new("recording-incomplete");
+    for options in [&[][..], &["--features-only"], &["--compress=lz4"]] {
+        let (bytes, _) = small(&folder, options);
+        let start = chunks(&bytes)[0];
+        for cut in (start + 10..start + 8000).step_by(700) {
+            let outcome = outcome(&folder, &bytes[..cut]);
+            assert_eq!(outcome.recover, Some(0), "{options:?} {cut}: {}", outcome.said);
+            assert!(!outcome.said.contains("damaged") && !outcome.said.contains(" 0 bytes"), "{}", outcome.said);
+            assert_eq!(outcome.found.map(|found| found.1), Some(0), "{options:?} {cut}: {outcome:?}");
+        }
+    }
 }

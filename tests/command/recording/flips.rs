@@ -110,11 +110,44 @@ pub(super) fn check(folder: &Path, damaged: &[u8], recorded: (u64, u64), tally: 
 
 /// Makes a small recording with an event and lost frames.
 fn recording(folder: &Folder) -> Vec<u8> {
+    small(folder, &[]).0
+}
+
+/// Makes a small recording with an event and lost frames with these options, and returns its frames and lost frames,
+/// too.
+pub(super) fn small(folder: &Folder, options: &[&str]) -> (Vec<u8>, (u64, u64)) {
     let (scene, file) = (folder.0.join("s.toml"), folder.0.join("a.mcap"));
     let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\ndropped = 0.03\n";
     fs::write(&scene, text).unwrap();
-    good(&["record", &format!("scene:{}", scene.display()), "-o", file.to_str().unwrap()]);
-    fs::read(&file).unwrap()
+    let (scene, file) = (format!("scene:{}", scene.display()), file.to_str().unwrap());
+    good(&[&["record", &scene, "-o", file, "--force"], options].concat());
+    let recorded = ended(good(&["run", file, "--json", "--features"]).as_bytes());
+    assert!(recorded.0 > 120 && recorded.1 > 2, "{recorded:?}");
+    (fs::read(file).unwrap(), recorded)
+}
+
+/// The exit codes of `run` and `recover`, and what they say.
+#[derive(Debug)]
+pub(super) struct Outcome {
+    pub(super) run: Option<i32>,
+    pub(super) recover: Option<i32>,
+    pub(super) said: String,
+    /// The frames and lost frames of what was recovered, if it can be read.
+    pub(super) found: Option<(u64, u64)>,
+}
+
+/// Runs and recovers these bytes.
+pub(super) fn outcome(folder: &Folder, bytes: &[u8]) -> Outcome {
+    let [old, new] = ["x.mcap", "y.mcap"].map(|name| folder.0.join(name));
+    fs::write(&old, bytes).unwrap();
+    let _ = fs::remove_file(&new);
+    let [old, new] = [&old, &new].map(|path| path.to_str().unwrap());
+    let direct = run(&["run", old, "--json", "--features"]);
+    let recovery = run(&["recover", old, "-o", new]);
+    let replayed = run(&["run", new, "--json", "--features"]);
+    let found = replayed.status.success().then(|| ended(&replayed.stdout));
+    let said = [said(&direct), said(&recovery)].concat();
+    Outcome { run: direct.status.code(), recover: recovery.status.code(), said, found }
 }
 
 /// Flips some of the bits, by chance but always the same ones. `ci/long flips` flips 10,000.
@@ -163,4 +196,71 @@ fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
     assert!(recovered * 100 >= count * 98, "{recovered} of {count} flips recovered");
     let (frames, missing) = (tally.frames.into_inner(), tally.missing.into_inner());
     assert!(missing <= recovered, "{missing} frames of {frames} missing: at most one a flip");
+}
+
+/// Returns a finished recording whose index has another length of the first chunk, and a right checksum.
+fn with_indexed_length(bytes: &[u8], length: u64) -> Vec<u8> {
+    let footer = bytes.len() - 37;
+    let start = u64::from_le_bytes(bytes[footer + 9..footer + 17].try_into().unwrap()) as usize;
+    let mut at = start;
+    while bytes[at] != 8 {
+        at += HEAD + u64::from_le_bytes(bytes[at + 1..at + HEAD].try_into().unwrap()) as usize;
+    }
+    let mut damaged = bytes.to_vec();
+    damaged[at + HEAD + 24..at + HEAD + 32].copy_from_slice(&length.to_le_bytes());
+    let sum = wstac_core::crc::crc32(damaged[start..footer + HEAD + 16].iter().copied());
+    damaged[footer + HEAD + 16..footer + HEAD + 20].copy_from_slice(&sum.to_le_bytes());
+    damaged
+}
+
+/// An index has a checksum of its own, and may still say anything.
+#[test]
+fn a_length_in_the_index_is_not_believed() {
+    let folder = Folder::new("recording-index");
+    let (bytes, recorded) = small(&folder, &[]);
+    for length in [u64::MAX, u64::MAX - 2000, 1 << 63, 1 << 40, 60, 0] {
+        let outcome = outcome(&folder, &with_indexed_length(&bytes, length));
+        assert!(matches!(outcome.run, Some(0 | 1)), "{length}: {}", outcome.said);
+        assert_eq!(outcome.recover, Some(0), "{length}: {}", outcome.said);
+        assert_eq!(outcome.found, Some(recorded), "{length}: {}", outcome.said);
+    }
+}
+
+/// Every recording that the fuzzer starts with is read as far as it is whole.
+///
+/// With `WSTAC_WRITE_SEEDS=1` it makes those of today's recordings anew.
+#[test]
+fn seeds_of_the_fuzzer_are_recordings() {
+    let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/recording");
+    let folder = Folder::new("recording-seeds");
+    if std::env::var_os("WSTAC_WRITE_SEEDS").is_some() {
+        let made = |name: &str, options: &[&str]| {
+            let file = folder.0.join(name);
+            let short = ["record", "scene:Saw3@150", "--size", "24x24", "--frames", "4", "-o", file.to_str().unwrap()];
+            good(&[&short[..], options].concat());
+            fs::read(&file).unwrap()
+        };
+        let plain = made("plain", &[]);
+        for (name, bytes) in [
+            ("zstd", made("zstd", &["--compress=zstd"])),
+            ("lz4", made("lz4", &["--compress=lz4"])),
+            ("index", with_indexed_length(&plain, u64::MAX)),
+        ] {
+            fs::write(seeds.join(name), [&[0][..], &bytes].concat()).unwrap();
+        }
+    }
+    let mut names = Vec::new();
+    for entry in fs::read_dir(&seeds).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let bytes = fs::read(&path).unwrap();
+        assert!(bytes.len() <= 16_384, "{name}: the fuzzer takes at most 16 KiB");
+        let outcome = outcome(&folder, &bytes[1..]);
+        assert_eq!(outcome.run, Some(i32::from(name == "cut")), "{name}: {}", outcome.said);
+        assert_eq!(outcome.recover, Some(0), "{name}: {}", outcome.said);
+        assert!(outcome.found.is_some_and(|(frames, _)| frames > 0), "{name}: {outcome:?}");
+        names.push(name);
+    }
+    names.sort();
+    assert_eq!(names, ["crop", "cut", "grey", "index", "lz4", "sums", "yuv", "zstd"]);
 }

@@ -65,11 +65,24 @@ fn description(folder: &Folder) -> Vec<u8> {
     bytes[..at].to_vec()
 }
 
+/// Returns the record at the end of a recording without frames.
+fn end_of_none() -> Vec<u8> {
+    let counts = ["frames", "0", "lost", "0", "place", "0"];
+    let summed = ["wstac.end"].into_iter().chain(counts);
+    let summed = summed.flat_map(|text| [&(text.len() as u64).to_le_bytes(), text.as_bytes()].concat());
+    let sum = format!("{:08x}", wstac_core::crc::crc32(summed));
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
+    let texts: Vec<u8> = ["crc32", &sum].into_iter().chain(counts).flat_map(text).collect();
+    let body = [&text("wstac.end")[..], &(texts.len() as u32).to_le_bytes(), &texts].concat();
+    [&head(12, body.len() as u64)[..], &body].concat()
+}
+
 #[test]
 fn a_recording_that_claims_gigabytes_takes_little_memory() {
     let folder = Folder::new("recording-limits-claims");
     let start = description(&folder);
-    let ended = [&head(15, 4)[..], &[0; 4], &head(2, 20), &[0; 20], MAGIC].concat();
+    // The recording says that it has no frames, so that its end is whole.
+    let ended = [&end_of_none()[..], &head(15, 4), &[0; 4], &head(2, 20), &[0; 20], MAGIC].concat();
     let rest = CLAIM - (start.len() + 9 + ended.len()) as u64;
     let sizes = |size: u64| [&[0; 16][..], &size.to_le_bytes(), &[0; 8], &size.to_le_bytes()].concat();
     // A chunk, a chunk that was never finished with a long message, and every kind of record.
@@ -175,4 +188,85 @@ fn a_pipe_is_no_recording() {
         assert!(said(&done).contains("pipe"), "{}", said(&done));
     }
     assert!(start.elapsed().as_secs() < 10);
+}
+
+/// Writes a data set whose samples take little room in the file: `X` and `X_path` have this many, and `y` their labels.
+const BOMB: &str = "\
+import sys, zipfile
+path, n, descr, label = sys.argv[1], int(sys.argv[2]), sys.argv[3], bytes.fromhex(sys.argv[4])
+def npy(descr, shape):
+    text = f\"{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\\n\".encode()
+    return b'\\x93NUMPY\\x01\\x00' + len(text).to_bytes(2, 'little') + text
+with zipfile.ZipFile(path, 'w', zipfile.ZIP_DEFLATED, compresslevel=1) as file:
+    for name, descr, shape, element in [(X, '<i2', (n, 10, 70), b'\\1\\0' * 700) for X in ('X', 'X_path')] + [('y', descr, (n,), label)]:
+        with file.open(name + '.npy', 'w') as out:
+            out.write(npy(descr, shape))
+            for first in range(0, n, 1000):
+                out.write(element * min(1000, n - first))
+";
+
+/// A data set of a few hundred kilobytes may have gigabytes of samples or labels.
+#[test]
+fn samples_and_labels_that_compress_well_take_little_memory() {
+    let folder = Folder::new("recording-limits-samples");
+    let bomb = |name: &str, samples: u32, descr: &str, label: &str| {
+        let arguments = [name, &samples.to_string(), descr, label];
+        let done = Command::new("python3").args(["-c", BOMB]).args(arguments).current_dir(&folder.0).output().unwrap();
+        assert!(done.status.success(), "{}", said(&done));
+        assert!(fs::metadata(folder.0.join(name)).unwrap().len() < 8 << 20);
+    };
+    bomb("many.npz", 400_000, "<i8", "0100000000000000");
+    bomb("less.npz", 100_000, "<i8", "0100000000000000");
+    for (file, part) in [("many.npz", ": 400000 samples, expected"), ("less.npz", ": 100000 samples take up to")] {
+        for arguments in [
+            &["model", "learn", "builtin:embedding", file, "-o", "new.wsm"][..],
+            &["model", "calibrate", "builtin:svm", file, file, "-o", "new.wsm"],
+            &["train", file, "--input", "frames", "-o", "new.wsm"],
+            &["model", "eval", "builtin:svm", file],
+        ] {
+            let done = limited(&folder, arguments);
+            let code = done.status.code();
+            if arguments[1] == "eval" {
+                // Of each sample, only the answer is kept.
+                assert!(matches!(code, Some(0 | 1)), "{arguments:?}: {}", said(&done));
+                continue;
+            }
+            assert_eq!(code, Some(1), "{arguments:?}: {}", said(&done));
+            assert!(said(&done).contains(&format!("{file}: array X")), "{arguments:?}: {}", said(&done));
+            assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
+            assert_eq!(said(&done).lines().filter(|line| line.starts_with("wstac: ")).count(), 1, "{}", said(&done));
+        }
+    }
+    bomb("texts.npz", 3000, "<U1000", &"00f60100".repeat(1000));
+    let done = limited(&folder, &["train", "texts.npz", "--input", "frames", "-o", "new.wsm"]);
+    assert!(said(&done).contains("array y: has more than 8 MB of text"), "{}", said(&done));
+}
+
+/// Frames of which a few take all the memory are refused, and nothing stays behind.
+#[test]
+fn large_frames_are_refused_where_there_is_little_memory() {
+    let folder = Folder::new("recording-limits-frames");
+    folder.file("s.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [8000, 8000]\n");
+    for (compression, name) in [("", "plain.mcap"), ("--compress=lz4", "lz4.mcap")] {
+        let arguments = ["record", "scene:s.toml", "--frames", "1", "-o", name, compression];
+        let arguments = &arguments[..if compression.is_empty() { 6 } else { 7 }];
+        let done = limited(&folder, arguments);
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(said(&done).contains("frames of 61 MB"), "{}", said(&done));
+        assert_eq!(folder.names(), ["peak", "s.toml"]);
+        let done = Command::new(wstac()).args(arguments).current_dir(&folder.0).output().unwrap();
+        assert!(done.status.success(), "{}", said(&done));
+        for arguments in [&["recover", name, "-o", "new.mcap"][..], &["run", name], &["dataset", name, "-o", "new.npz"]]
+        {
+            let done = limited(&folder, arguments);
+            assert!(matches!(done.status.code(), Some(0 | 1)), "{arguments:?}: {}", said(&done));
+            for new in ["new.mcap", "new.npz", "new.npz.part"] {
+                let _ = fs::remove_file(folder.0.join(new));
+            }
+            let mut expected = [name, "peak", "s.toml"];
+            expected.sort_unstable();
+            assert_eq!(folder.names(), expected, "{arguments:?}");
+        }
+        fs::remove_file(folder.0.join(name)).unwrap();
+    }
 }

@@ -88,7 +88,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     bad(2, &[&["record", scene, "-o", name][..], &twice].concat(), "speed is \"1\" and \"2\"");
     // Labels that a data set would refuse are refused before anything is recorded.
     bad(2, &["record", scene, "-o", name, "--label", "speed=fast"], "--label: label speed is \"fast\", expected mm/s");
-    bad(2, &["record", scene, "-o", name, "--label", "direction=45"], "expected 0, 90, 180 or 270");
+    bad(2, &["record", scene, "-o", name, "--label", "direction=360"], "expected whole degrees, 0 to 359");
     let taxels = folder.0.join("t.toml");
     fs::write(&taxels, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
     let taxels = format!("scene:{}", taxels.display());
@@ -334,6 +334,45 @@ fn a_full_disk_ends_a_recording_properly() {
     assert!((10..60).contains(&frames), "{after}");
     let replayed = good(&["run", file.to_str().unwrap(), "--json", "--features"]);
     assert_eq!(replayed.matches(r#""kind":"features""#).count() as u64, frames);
+}
+
+/// A recording that cannot start leaves no file, and no advice to recover one. One with little room has what fits.
+#[test]
+fn a_recording_that_cannot_start_leaves_no_file() {
+    let folder = Folder::new("recording-start");
+    let before = folder.names();
+    let limited = |blocks: u32, options: &str| {
+        let script = format!("ulimit -f {blocks}; exec \"$0\" record scene:Saw3@150 --size 60x40 -o a.mcap {options}");
+        let done = Command::new("bash").args(["-c", &script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(!said(&done).contains(".wstac-"), "{}", said(&done));
+        said(&done)
+    };
+    for options in ["", "--force", "--compress lz4"] {
+        for blocks in [0, 1] {
+            let text = limited(blocks, options);
+            assert!(text.contains("a.mcap: ") && text.contains("nothing was recorded"), "{text}");
+            assert!(!text.contains("wstac recover"), "{text}");
+            assert_eq!(folder.names(), before, "{options}");
+        }
+    }
+    let done =
+        run(&["record", "scene:Saw3@150", "--size", "9000x9000", "-o", folder.0.join("a.mcap").to_str().unwrap()]);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(said(&done).contains("frames of 77 MB"), "{}", said(&done));
+    assert_eq!(folder.names(), before);
+    // A recording of before stays.
+    let old = folder.0.join("a.mcap");
+    fs::write(&old, "old").unwrap();
+    limited(0, "--force");
+    assert_eq!((folder.names(), fs::read(&old).unwrap()), (vec!["a.mcap".to_owned()], b"old".to_vec()));
+    fs::remove_file(&old).unwrap();
+    let text = limited(200, "");
+    let (_, after) = text.split_once("the recording ends after ").unwrap();
+    let frames: u64 = after.split(' ').next().unwrap().parse().unwrap();
+    assert!((40..70).contains(&frames), "{text}");
+    let found = flips::ended(good(&["run", old.to_str().unwrap(), "--json", "--features"]).as_bytes());
+    assert_eq!(found, (frames, 0));
 }
 
 #[test]

@@ -10,7 +10,8 @@ use wstac_tests::command::{good, run, said};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
-use super::flips::{Tally, check, ended};
+use super::cuts::{built, parts_of};
+use super::flips::{Tally, check, ended, outcome, small};
 use super::scene;
 
 /// Makes a recording with these options, and returns its path.
@@ -205,5 +206,58 @@ fn damage_of_parts_and_sums_is_accounted_for() {
             let expected = (recorded.0 * length as u64 / bytes.len() as u64).saturating_sub(40);
             assert!(found.0 >= expected, "{option}: {found:?} of {recorded:?} after {cut} twentieths");
         }
+    }
+}
+
+/// Every checksum has its place in the stream, and the record at the end the number of frames. So nothing of a recording
+/// can be gone, come twice or stand elsewhere in silence, with or without pictures and an index.
+#[test]
+fn chunks_that_are_gone_moved_or_repeated_are_noticed() {
+    let folder = Folder::new("recording-parts-moved");
+    for options in [&["--features-only"][..], &[], &["--crop=0"], &["--compress=lz4"]] {
+        let (bytes, recorded) = small(&folder, options);
+        let parts = parts_of(&bytes);
+        let all: Vec<usize> = (0..parts.chunks.len()).collect();
+        assert!(all.len() > 3, "{options:?}: {all:?}");
+        let total = recorded.0 + recorded.1;
+        let whole = outcome(&folder, &built(&parts, &all, true));
+        assert_eq!((whole.run, whole.recover, whole.found), (Some(0), Some(0), Some(recorded)), "{}", whole.said);
+        let without = |gone: usize| all.iter().copied().filter(|number| *number != gone).collect::<Vec<_>>();
+        let swapped: Vec<usize> = [&[0, 2, 1], &all[3..]].concat();
+        for (what, order) in [
+            ("the second is gone", without(1)),
+            ("the last is gone", without(all.len() - 1)),
+            ("two are swapped", swapped),
+            ("the second comes twice", [&[0, 1, 1], &all[2..]].concat()),
+            ("the second comes once more at the end", [&all[..], &[1]].concat()),
+        ] {
+            let outcome = outcome(&folder, &built(&parts, &order, true));
+            assert_eq!(outcome.run, Some(1), "{options:?}, {what}: {}", outcome.said);
+            assert_eq!(outcome.recover, Some(0), "{options:?}, {what}: {}", outcome.said);
+            let found = outcome.found.unwrap();
+            assert_eq!(found.0 + found.1, total, "{options:?}, {what}: {found:?} of {recorded:?}");
+            assert_eq!(
+                found.0 < recorded.0,
+                order.len() < all.len() || what.contains("swapped"),
+                "{options:?}, {what}"
+            );
+            assert_eq!(outcome.said.contains("left out: there already"), order.len() >= all.len(), "{}", outcome.said);
+        }
+        // A recording that was finished has a record that says how many frames it had.
+        let outcome = outcome(&folder, &built(&parts, &all, false));
+        assert_eq!((outcome.run, outcome.recover), (Some(1), Some(1)), "{options:?}: {}", outcome.said);
+        assert!(outcome.said.matches("how many frames it had").count() == 2, "{}", outcome.said);
+    }
+}
+
+/// A recording in which all of it stands once more has no more frames than before.
+#[test]
+fn a_recording_in_itself_has_its_frames_once() {
+    let folder = Folder::new("recording-parts-twice");
+    let (bytes, recorded) = small(&folder, &[]);
+    for at in [bytes.len() / 50, bytes.len() / 3, bytes.len() * 2 / 3, bytes.len() - 1000] {
+        let twice = [&bytes[..at], &bytes[8..], &bytes[at..]].concat();
+        let outcome = outcome(&folder, &twice);
+        assert!(outcome.recover == Some(1) || outcome.found == Some(recorded), "{at}: {outcome:?}");
     }
 }

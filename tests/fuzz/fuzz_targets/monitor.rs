@@ -35,11 +35,16 @@ fuzz_target!(|data: &[u8]| {
     assert!(matches!(monitor.finish(), Output::End(_)));
 });
 
-/// Appends a frame with this content, which has at most 249 bytes.
+/// Appends a frame with this content.
 fn frame(content: &[u8], stream: &mut Vec<u8>) {
     let content = [content, &crc32fast::hash(content).to_le_bytes()].concat();
     stream.push(0);
-    for block in content.split(|&byte| byte == 0) {
+    for mut block in content.split(|&byte| byte == 0) {
+        while let Some((full, rest)) = block.split_at_checked(254) {
+            stream.push(255);
+            stream.extend(full);
+            block = rest;
+        }
         stream.push(block.len() as u8 + 1);
         stream.extend(block);
     }

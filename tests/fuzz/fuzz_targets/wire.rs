@@ -30,11 +30,16 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// Returns a frame with this content, which has at most 249 bytes.
+/// Returns a frame with this content.
 fn frame(content: &[u8]) -> Vec<u8> {
     let content = [content, &crc32fast::hash(content).to_le_bytes()].concat();
     let mut bytes = vec![0];
-    for block in content.split(|&byte| byte == 0) {
+    for mut block in content.split(|&byte| byte == 0) {
+        while let Some((full, rest)) = block.split_at_checked(254) {
+            bytes.push(255);
+            bytes.extend(full);
+            block = rest;
+        }
         bytes.push(block.len() as u8 + 1);
         bytes.extend(block);
     }

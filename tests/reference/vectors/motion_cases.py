@@ -39,38 +39,53 @@ def light(shape: list[tuple[float, float, float]], t: float) -> float:
     return total
 
 
-def sample(rng: SplitMix64, slowness: tuple[float, float], shake: int, lines: range = range(FEATURES)) -> np.ndarray:
-    """Ten features over 70 frames of flashes that pass rows and columns; other lines stay dark."""
+Touches = tuple[tuple[float, float, float], ...]
+"""When touches reach the middle line, in frames, and their slowness along rows and columns."""
+
+
+def sample(
+    rng: SplitMix64, touches: Touches, shake: int, lines: range = range(FEATURES), weak: int | None = None
+) -> np.ndarray:
+    """Ten features over 70 frames of flashes that pass rows and columns; other lines stay dark, and one may be weak."""
     shape = flashes(rng)
     gains = 0.7 + rng.below(700, FEATURES) / 1000
+    if weak is not None:
+        gains[weak] *= 0.25
     noise = rng.below(2 * shake + 1, (FEATURES, SAMPLE_FRAMES)) - shake
     features = np.empty((FEATURES, SAMPLE_FRAMES), dtype=np.int64)
     for k in range(FEATURES):
-        each, line = (slowness[0], k) if k < ROWS else (slowness[1], k - ROWS)
+        line = k % ROWS
         for t in range(SAMPLE_FRAMES):
-            at = t - 22 - each * (line - 2)
-            bright = gains[k] * light(shape, at) if k in lines else 0.0
+            bright = 0.0
+            for when, *slowness in touches if k in lines else ():
+                bright += gains[k] * light(shape, t - when - slowness[k // ROWS] * (line - 2))
             features[k, t] = round(UNIT * math.log(DARK + bright))
     return features + noise
 
 
 def motion_cases() -> list[dict[str, Any]]:
     """Every case with its numbers and answers."""
-    cases = []
+    cases: list[tuple[str, Touches, int, range, int | None]] = []
+    every = range(FEATURES)
     for speed, angle in MOTIONS:
         each = 120 / speed
-        slowness = (-each * math.sin(math.radians(angle)), each * math.cos(math.radians(angle)))
+        touch = (22.0, -each * math.sin(math.radians(angle)), each * math.cos(math.radians(angle)))
         for shake in (0, 100):
-            cases.append((f"slide-{speed}-{angle}-{shake}", slowness, shake, range(FEATURES)))
+            cases.append((f"slide-{speed}-{angle}-{shake}", (touch,), shake, every, None))
     for shake in (0, 100):
-        cases.append((f"press-{shake}", (0.0, 0.0), shake, range(FEATURES)))
-        cases.append((f"poke-{shake}", (0.0, 0.0), shake, range(2, FEATURES, 5)))
-        cases.append((f"between-{shake}", (0.0, 0.135), shake, range(FEATURES)))
-        cases.append((f"dark-{shake}", (0.0, 1.0), shake, range(0)))
+        cases.append((f"press-{shake}", ((22.0, 0.0, 0.0),), shake, every, None))
+        cases.append((f"poke-{shake}", ((22.0, 0.0, 0.0),), shake, range(2, FEATURES, 5), None))
+        cases.append((f"between-{shake}", ((22.0, 0.0, 0.135),), shake, every, None))
+        cases.append((f"dark-{shake}", ((22.0, 0.0, 1.0),), shake, range(0), None))
+        # No velocity of these is reliable.
+        cases.append((f"two-{shake}", ((12.0, 0.0, 0.8), (44.0, -0.4, 0.7)), shake, every, None))
+        cases.append((f"faster-{shake}", ((12.0, 0.0, 1.2), (44.0, 0.0, 0.9)), shake, every, None))
+        cases.append((f"uneven-{shake}", ((22.0, 0.5, 0.6),), shake, every, 8))
+        cases.append((f"begun-{shake}", ((2.0, 0.0, 1.5), (26.0, 0.0, 1.5)), shake, every, None))
     made = []
-    for name, slowness, shake, lines in cases:
+    for name, touches, shake, lines, weak in cases:
         rng = SplitMix64(seed_of(f"motion-{name}", SEED))
-        features = sample(rng, slowness, shake, lines)
+        features = sample(rng, touches, shake, lines, weak)
         totals = np.full(FEATURES, BASELINE_FRAMES * round(UNIT * math.log(DARK)))
         answer = measure_motion(features, totals, BASELINE_FRAMES)
         made.append(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,14 @@ FEWEST_FRAMES = 10
 BRIGHT = 1 / 64
 MARGIN = 5
 BINOMIAL = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1]) / 256
+EVEN = 7 / 16
+"""All lines of a touch that crosses the sensor have peaks above this fraction of the axis's highest."""
+DARK_AT_FIRST = 1 / 32
+PARTS = 4
+LEAST_TOLD = 0.03
+SLOW = 5.0
+RISING = 0.4
+FILLED = 0.02
 FACTORS = ((0.2, 0.95), (0.27, 0.6), (4.0, 0.58), (8.0, 0.22))
 ACROSS = ((1.5, 0.82), (3.0, 0.71))
 
@@ -36,6 +44,8 @@ class Axis:
     scatter: float = 0.0
     farthest: float = 0.0
     coherence: float = 0.0
+    change: float = 0.0
+    is_crossed: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,8 +61,8 @@ class MotionAnswer:
     reliable: bool
 
 
-def shapes(features: np.ndarray, totals: np.ndarray, frames: int) -> tuple[np.ndarray, np.ndarray]:
-    """Smoothed light above baseline of five lines, scaled to peaks of 1, and which are lit.
+def shapes(features: np.ndarray, totals: np.ndarray, frames: int) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Smoothed light above baseline of five lines, scaled to peaks of 1, which are lit, and whether light crosses all.
 
     `features` has a row a line, in units of 2^-11; `totals` are the baseline's sums over `frames` frames.
     """
@@ -69,7 +79,8 @@ def shapes(features: np.ndarray, totals: np.ndarray, frames: int) -> tuple[np.nd
     lit = peaks > LIT * peaks.max()
     scaled = np.zeros_like(smooth)
     scaled[lit] = smooth[lit] / peaks[lit, None]
-    return scaled, lit
+    even = bool((peaks > EVEN * peaks.max()).all())
+    return scaled, lit, even and int((scaled[:, 0] > DARK_AT_FIRST).sum()) <= 2
 
 
 def edge_slope(lines: np.ndarray, lit: np.ndarray, level: float) -> float:
@@ -124,16 +135,23 @@ def step(lines: np.ndarray, lit: np.ndarray, slowness: float) -> tuple[float, Ax
     free = max((len(k) - 1) * (frames - 2) - len(k), 1)
     excess = numerator / denominator
     off = along / (gains * (derivative @ derivative)) - around * excess
+    change = 0.0
+    residues = ((around * gains) @ (y - gains[:, None] * shape)) * derivative
+    length = -(-(frames - 2) // PARTS)
+    for part in (slice(first, first + length) for first in range(0, frames - 2, length)):
+        energy = derivative[part] @ derivative[part]
+        share = energy / (derivative @ derivative)
+        if share > LEAST_TOLD:
+            change = max(change, abs(residues[part].sum() / (spread * energy) - excess) * share**0.25)
     scatter = math.sqrt((gains**2 * off**2).sum() / (max(len(k) - 2, 1) * spread))
-    found = Axis(
-        len(k), slowness, math.sqrt(rest / free / denominator), scatter, float(np.abs(off).max()), 1 - rest / (y * y).sum()
-    )
+    sd, coherence = math.sqrt(rest / free / denominator), 1 - rest / (y * y).sum()
+    found = Axis(len(k), slowness, sd, scatter, float(np.abs(off).max()), coherence, change)
     return float(np.clip(excess, -LARGEST_STEP, LARGEST_STEP)), found
 
 
 def axis(features: np.ndarray, totals: np.ndarray, frames: int) -> Axis:
     """The slowness at which five lines are most alike."""
-    lines, lit = shapes(features, totals, frames)
+    lines, lit, is_crossed = shapes(features, totals, frames)
     best: Axis | None = None
     starts: list[float] = []
     if lit.sum() < 3:
@@ -153,16 +171,30 @@ def axis(features: np.ndarray, totals: np.ndarray, frames: int) -> Axis:
             if abs(taken[0]) < max(abs(slowness) / 100, 0.002):
                 break
         if last is not None and (best is None or last.coherence > best.coherence):
-            best = Axis(last.lit, slowness, last.fit_sd, last.scatter, last.farthest, last.coherence)
+            best = replace(last, slowness=slowness)
         if best is not None and best.coherence > ENOUGH:
             break
-    return best or Axis(int(lit.sum()))
+    if best is None:
+        return Axis(int(lit.sum()))
+    change = float(best.change)
+    if abs(best.slowness) < SLOW:
+        rising = float(np.clip(edge_slope(lines, lit, LEVELS[1]), -FARTHEST_START, FARTHEST_START))
+        change = max(change, RISING * abs(rising - best.slowness))
+    return replace(best, change=change, is_crossed=is_crossed)
 
 
 def measure_motion(
-    features: np.ndarray, totals: np.ndarray, frames: int, fps: float = NOMINAL_FPS, reliable: bool = True
+    features: np.ndarray,
+    totals: np.ndarray,
+    frames: int,
+    fps: float = NOMINAL_FPS,
+    reliable: bool = True,
+    filled: int = 0,
 ) -> MotionAnswer:
-    """The motion of a sample: `features` has ten rows of 70, `totals` the baseline's ten sums over `frames` frames."""
+    """The motion of a sample: `features` has ten rows of 70, `totals` the baseline's ten sums over `frames` frames.
+
+    `filled` frames of the touch were lost.
+    """
     rows = axis(features[:ROWS], totals[:ROWS], frames)
     columns = axis(features[ROWS:], totals[ROWS:], frames)
     coherence = min(rows.coherence, columns.coherence)
@@ -178,12 +210,16 @@ def measure_motion(
     mm_s = PITCH_MM * fps / slowness
     right, up = columns.slowness / slowness, -rows.slowness / slowness
     factor = float(np.interp(slowness, *zip(*FACTORS, strict=True)))
-    right_sd = factor * math.hypot(columns.scatter, 2 * columns.fit_sd) / slowness
-    up_sd = factor * math.hypot(rows.scatter, 2 * rows.fit_sd) / slowness
+    lost = FILLED * math.sqrt(filled)
+    right_sd = math.hypot(factor * math.hypot(columns.scatter, 2 * columns.fit_sd), lost) / slowness
+    up_sd = math.hypot(factor * math.hypot(rows.scatter, 2 * rows.fit_sd), lost) / slowness
     mm_s_sd = mm_s * math.hypot(right * right_sd, up * up_sd)
     across = float(np.interp(slowness, *zip(*ACROSS, strict=True)))
     deg_sd = across * math.degrees(math.hypot(up * right_sd, right * up_sd))
     farthest = max(rows.farthest, columns.farthest)
-    sure = farthest <= 0.16 * slowness + 0.01 and coherence >= 0.97 and mm_s_sd < 0.06 * mm_s
+    steady = max(rows.change, columns.change) <= 0.04 * slowness + 0.004
+    crossed = rows.is_crossed and columns.is_crossed
+    in_line = farthest <= 0.16 * slowness + 0.01
+    sure = in_line and steady and crossed and coherence >= 0.97 and mm_s_sd < 0.06 * mm_s
     deg = math.degrees(math.atan2(up, right)) % 360
     return MotionAnswer(contact, mm_s, mm_s_sd, deg, deg_sd, coherence, reliable and sure)

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// A sweep of simulated slides, or recordings
     ///
     /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any, the
-    /// slides are those of the empty sweep.
+    /// slides are 12000 random ones, along the path.
     #[arg(value_name = "SWEEP|RECORDING")]
     sources: Vec<PathBuf>,
 
@@ -82,18 +82,18 @@ const HELP: &str = r#"Recordings:
   wstac dataset saw3.mcap fla0.mcap -o set.npz
   wstac dataset FOLDER -o set.npz
   Every recording needs the label specimen (wstac record --label
-  specimen=Saw3). The labels speed and direction are used if they are
-  there. Each recording is read with its own configuration. If two
-  configurations make features of different meaning, the command fails.
-  Notes report cameras that were not locked, and differences of layouts
-  and formats.
+  specimen=Saw3). The labels speed (mm/s) and direction (whole degrees,
+  0 to 359) are used if they are there. Each recording is read with its
+  own configuration. If two configurations make features of different
+  meaning, the command fails. Notes report cameras that were not locked,
+  and differences of layouts and formats.
 
 The sweep, every key optional; these are the defaults:
   specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2",
                "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
                           # "Sphere" needs [scene.whisker] overlap_mm 0.4
   speeds = [150]          # mm/s, 1 to 1000
-  directions = [0]        # degrees: 0, 90, 180, 270
+  directions = [0]        # degrees, any
   slides = 100            # of every specimen, up to 1000000 in all
   seed = 1                # of the first slide; each slide has the next
   [scene]                 # any other key and table of a scene's file,
@@ -102,9 +102,10 @@ The sweep, every key optional; these are the defaults:
   Slide k of a specimen (from 0) has speed k mod n of n speeds, and
   direction (k / n) mod m of m directions. For all combinations, have at
   least n · m slides.
-  An empty file gives 1000 slides to the right at 150 mm/s. For a model
-  of other slides, set more speeds and directions. For a test set, use
-  the same keys with seed = 100001, so that no slide is in both.
+  An empty file means these defaults: 1000 slides to the right at
+  150 mm/s. For a model of other slides, set more speeds and directions.
+  For a test set, use the same keys with seed = 100001, so that no slide
+  is in both.
 
 The arrays of FILE.npz, n samples in the order of their slides:
   X          int16 (n, 10, 70): features, five rows, then five columns,
@@ -115,7 +116,8 @@ The arrays of FILE.npz, n samples in the order of their slides:
   y_depth    int64 (n,): mm, the radius of a Sphere; float64 if
              one is no integer
   speed      float64 (n,): mm/s
-  direction  int64 (n,): degrees, counterclockwise in the picture
+  direction  int64 (n,): degrees, counterclockwise in the picture;
+             float64 if one is no integer
   seed       uint64 (n,): of the slide's scene
   reliable   bool (n,): baseline quiet and at most 7 frames filled
   duration   int64 (n,): of the event in frames; -1 if it is cut off or
@@ -128,8 +130,8 @@ Data sets of recordings have no seed, and two more arrays:
   recording  str (n,): "saw3.mcap"; group by it for splits of your own
   split      str (n,): "train" or "test" (--test), the same for all
              samples of a recording
-  speed is nan and direction -1 without such a label; y_depth is nan if
-  the specimen's name has no depth.
+  Their direction is int64. Without such a label, speed is nan and
+  direction -1. y_depth is nan if the specimen's name has no depth.
 
 With --input path or taxel-path:
   A sweep is of random slides; these are the keys and their defaults:
@@ -139,15 +141,16 @@ With --input path or taxel-path:
     directions = [0, 360]     # degrees, from and to
     lengths = [60, 120]       # mm, from and to
     sensors = 500             # different simulated sensors
+    first_sensor = 0          # the first; 1000 has none of the others
     seed = 1
     test = 0.2                # fraction of the sensors for tests
-  Without a file it is this empty sweep, which takes about a minute on
-  two processors. Slides have random gains of 0.6 to 1.4, too.
+  Without a file the defaults hold, which takes about a minute on two
+  processors. Slides have random gains of 0.6 to 1.4, too.
   X_path or X_taxel_path takes the place of X. It is zero if there is
   no velocity or too little of the path. Further arrays: length, period
   and depth in mm, sensor, measured_speed, measured_direction, split.
-  Recordings keep their arrays. With the label sensor in all of them,
-  there is an array sensor, too.
+  direction is float64. Recordings keep their arrays. With the label
+  sensor in all of them, there is an array sensor, too.
 
 In Python:
   set = numpy.load("FILE.npz")

@@ -285,7 +285,11 @@ impl Replacement {
     fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
         let Self { beside, path, old } = self;
         if !is_whole {
-            note(format_args!("{} has what was recorded, {} is as it was", beside.display(), path.display()));
+            // A recording that was not started has no file.
+            if beside.symlink_metadata().is_ok() {
+                note(format_args!("{} has what was recorded", beside.display()));
+            }
+            note(format_args!("{} is as it was", path.display()));
             return Ok(());
         }
         outputs.check([&path])?;

@@ -38,6 +38,8 @@ Recovered data:
   - Every frame has a checksum. Damaged frames become lost frames where
     they were. Later frames keep their place in time, and wstac run
     counts the lost ones as dropped.
+  - Every frame is taken once. Frames that stand behind later ones are
+    left out.
   - Of a compressed recording that was killed, what the compressor had
     not written is lost: up to a second of frames.
   The new file takes its name when it is whole. It is compressed as the
@@ -48,8 +50,9 @@ Exit code:
   0   there is a new file, wstac run can read it, and every frame that
       was recorded is in it or is reported as lost; only the incomplete
       end of the recording is missing
-  1   nothing can say how many frames are missing, wstac run cannot read
-      the new file, or there is none
+  1   nothing can say how many frames are missing (also if the end is
+      damaged and not just incomplete), wstac run cannot read the new
+      file, or there is none
   2   wrong arguments
 ";
 
@@ -67,6 +70,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     note(format_args!("{}: {frames}, {events}, {:.1} MB", new.display(), found.bytes as f64 / 1e6));
     if found.damaged > 0 {
         note(format_args!("{} damaged, recorded as lost", counted(found.damaged, "frame")));
+    }
+    if found.repeated > 0 {
+        let repeated = counted(found.repeated, "frame");
+        note(format_args!("{repeated} left out: there already, or behind later frames"));
     }
     if found.unchecked > 0 {
         note(format_args!("{} without a checksum: their pixels cannot be checked", counted(found.unchecked, "frame")));

@@ -54,7 +54,8 @@ pub(super) struct Arguments {
 
     /// Also print speed and direction of every frame while something slides
     ///
-    /// The first is printed at most three frames after the leading edge has crossed all whiskers.
+    /// For most slides (docs/ANSWERS.md), the first is printed at most three frames after the leading edge has crossed
+    /// all whiskers.
     #[arg(long)]
     motion: bool,
 
@@ -145,8 +146,9 @@ Meaning of the answers:
   direction hold within their standard deviations.
   Light that never leaves, such as a lamp that is switched on, is a touch
   that does not end: no event follows. Start again then.
-  A model always answers with one of its own textures, also for a texture
-  that it does not know.
+  A calibrated model says "known":false, without names, for a touch that
+  is unlike those of its training. Other models always answer with one of
+  their own textures. wstac model inspect says which a model is.
   A model needs about the frame rate that it was trained at. The models
   that come with wstac were trained at 30 frames per second.
   builtin:path-… take the sample along the path of the slide: they hold

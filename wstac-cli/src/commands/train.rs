@@ -22,7 +22,7 @@ use wstac_train::train::{TrainOptions, TrainedModel, TrainingSet, Trial, train, 
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Data sets, recordings, or a sweep; without any, the empty sweep
+    /// Data sets, recordings, or a sweep; by default, simulated slides
     ///
     /// Data sets (.npz) are those of wstac dataset with the same --input. Recordings (.mcap, or folders of them) need
     /// the label specimen. A sweep (.toml) is one of wstac dataset --input path.
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
 
     /// Fraction of the sensors or recordings that is for tests
     ///
-    /// It is for sets without an array split, and for recordings. 0 trains without a test.
+    /// It is for sets without an array split, and for recordings. 0 trains without a test, on all slides.
     #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = super::dataset::fraction)]
     test: f64,
 
@@ -61,8 +61,8 @@ pub(super) struct Arguments {
     /// Print one JSON object instead of text
     ///
     /// Its keys are labels, slides, groups, left_out, and test: null, or an object of slides, groups, right, accuracy,
-    /// interval and counts (a row for each label, its last number is of slides without an answer), and calibration:
-    /// null, or an object of slides, error and known.
+    /// interval, answered, accuracy_of_answered and counts (a row for each label, its last number is of slides without
+    /// an answer), and calibration: null, or an object of slides, error and known.
     #[arg(long)]
     json: bool,
 
@@ -87,10 +87,10 @@ const HELP: &str = "\
 From nothing to a model:
   wstac train -o my.wsm
   wstac run scene:Saw3@220,30deg --model my.wsm
-  The empty sweep simulates 12000 slides of ten textures on 500 sensors,
-  at 50 to 300 mm/s in any direction, with lengths of 60 to 120 mm. 100
-  of the sensors are for tests. It takes about a minute on two
-  processors. wstac dataset --help lists the keys of other sweeps.
+  Without a set, it simulates 12000 slides of ten textures on 500
+  sensors, at 50 to 300 mm/s in any direction, with lengths of 60 to
+  120 mm. 100 of the sensors are for tests. It takes about a minute on
+  two processors. wstac dataset --help lists the keys of other sweeps.
 
 From your own recordings:
   wstac record /dev/video0 -o a1.mcap --label specimen=Saw3
@@ -103,9 +103,11 @@ From your own recordings:
 
 The answer:
   Accuracy is that of the model file on slides that were not trained on,
-  with Wilson's interval of 95 %, and for each label. A slide without a
-  velocity, with too little of the path, or taken for unknown, counts as
-  wrong. The figure has a row for each label, a column for each answer.
+  with Wilson's interval of 95 %, and for each label. A slide has no
+  answer if it has no velocity, shows too little of the path, or is said
+  to be unknown. It counts as wrong, here and in wstac model eval. The
+  accuracy of the slides with an answer is printed beside it. The figure
+  has a row for each label, and a column for each answer.
   If each label has three sensors or recordings to train on, 15 % of
   them are kept aside for a calibration: then events have a confidence,
   and unknown textures are said to be unknown.
@@ -138,10 +140,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     finishing(Ending::Whole);
     let bytes = trained.written.bytes();
-    if let Some(trial) = &trained.trial {
-        outputs.write(&confusion, format.encode(&figure(trial, output))?)?;
-    }
+    // The model is there even if its figure cannot be drawn.
     outputs.write(output, &bytes)?;
+    if let Some(trial) = &trained.trial {
+        let encoded = format.encode(&figure(trial, output));
+        let encoded = encoded.map_err(|error| {
+            let message = format_args!("the confusions cannot be drawn ({error}); {} is written", output.display());
+            Error::new(ErrorKind::Data, confusion.display(), message)
+        })?;
+        outputs.write(&confusion, encoded)?;
+    }
     let mut out = std::io::BufWriter::new(stdout());
     if arguments.json {
         writeln!(out, "{}", as_json(&trained))?;
@@ -162,7 +170,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Reads all sets, or simulates the empty sweep.
+/// Reads all sets; without any, simulates slides by default.
 fn gathered(arguments: &Arguments, options: &TrainOptions, threads: &rayon::ThreadPool) -> Result<TrainingSet, Stop> {
     let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
     let simulated = |file: Option<&PathBuf>| {
@@ -211,7 +219,12 @@ fn percent(right: u32, of: u32) -> String {
 fn sentence(trial: &Trial) -> String {
     let (right, slides) = (trial.right(), trial.slides());
     let groups = counted(trial.groups, "group");
-    format!("{} right: {right} of {slides} slides of {groups} that were not trained on", percent(right, slides))
+    let all = format!("{} right: {right} of {}", percent(right, slides), counted(slides, "slide"));
+    let all = format!("{all} of {groups} that were not trained on");
+    match trial.answered() {
+        named if named < slides => format!("{all}; of {named} with an answer, {} right", percent(right, named)),
+        _ => all,
+    }
 }
 
 fn text(out: &mut impl Write, trained: &TrainedModel) -> Result<(), Stop> {
@@ -230,7 +243,7 @@ fn text(out: &mut impl Write, trained: &TrainedModel) -> Result<(), Stop> {
         let slides = counted(trial.without_answer(), "slide");
         writeln!(
             out,
-            "{slides} without an answer: no velocity, too little of the path, or taken for unknown; they count as wrong"
+            "{slides} without an answer count as wrong: no velocity, too little of the path, or said to be unknown"
         )?;
     }
     writeln!(out, "A group is a sensor or a recording; intervals are Wilson's, 95 %.")?;
@@ -246,6 +259,8 @@ fn as_json(trained: &TrainedModel) -> serde_json::Value {
             "right": right,
             "accuracy": f64::from(right) / f64::from(slides.max(1)),
             "interval": wilson(right, slides),
+            "answered": trial.answered(),
+            "accuracy_of_answered": f64::from(right) / f64::from(trial.answered().max(1)),
             "counts": trial.counts,
         })
     });

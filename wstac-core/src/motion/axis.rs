@@ -16,6 +16,10 @@ pub(super) struct Axis {
     pub scatter: f32,
     /// The largest of these distances, in frames.
     pub farthest: f32,
+    /// How far the slowness of a part of the touch, or of its leading edges, is off: in frames per pitch.
+    pub change: f32,
+    /// Whether the touch crosses all lines.
+    pub is_crossed: bool,
     /// The part of the lines' energy that one shape explains, 0 to 1.
     pub coherence: f32,
     /// The number of lines that are lit.
@@ -32,12 +36,17 @@ const SAME_START: i32 = 1 << 14;
 const ENOUGH: f32 = 0.98;
 /// Most steps from one start.
 const STEPS: u32 = 5;
+/// Slowness from which leading edges are not compared: 5 frames per pitch, in units of 2^-16.
+const SLOW: i32 = 5 << 16;
+/// Weight of the distance between the slowness of leading edges and that of all light, in units of 2^-16: 0.4 of a change.
+const RISING: f32 = 0.4 / 65_536.0;
 /// Most frames per pitch of a start.
 const FARTHEST_START: i32 = 14 << 16;
 
 impl Axis {
     const fn unknown(lit: u8) -> Self {
-        Self { slowness: 0.0, sd: 0.0, scatter: 0.0, farthest: 0.0, coherence: 0.0, lit }
+        let (change, is_crossed) = (0.0, false);
+        Self { slowness: 0.0, sd: 0.0, scatter: 0.0, farthest: 0.0, change, is_crossed, coherence: 0.0, lit }
     }
 }
 
@@ -70,12 +79,16 @@ pub(super) fn by_coherence(event: &Event<'_>, first: usize) -> Axis {
         }
     }
     let Some((slowness, step)) = best else { return Axis::unknown(shapes.lit()) };
+    // Leading edges at a low level. A slower texture passes line by line, and has edges of its own.
+    let rising = if slowness.abs() < SLOW { start(&shapes, LEVELS[1]).abs_diff(slowness) } else { 0 };
     let slowness = slowness as f32 / 65_536.0;
     Axis {
         slowness,
         sd: step.sd,
         scatter: step.scatter,
         farthest: step.farthest,
+        change: step.change.max(rising as f32 * RISING),
+        is_crossed: shapes.is_crossed,
         coherence: step.coherence,
         lit: shapes.lit(),
     }
@@ -112,7 +125,7 @@ pub(super) fn by_edges(event: &Event<'_>, first: usize) -> Axis {
         return Axis::unknown(lit);
     }
     let (slowness, scatter, farthest, coherence) = edges.fit();
-    Axis { slowness, sd: 0.0, scatter, farthest, coherence, lit }
+    Axis { slowness, sd: 0.0, scatter, farthest, change: 0.0, is_crossed: true, coherence, lit }
 }
 
 const _: () = assert!(LINES == crate::params::ROWS && LINES == crate::params::COLUMNS);

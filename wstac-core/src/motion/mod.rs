@@ -150,6 +150,11 @@ const BY_EDGES: Deviations =
 /// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the slowness,
 /// and in frames. A dead whisker moves its row or column by up to half the slowness.
 const FARTHEST: [f32; 2] = [0.16, 0.01];
+/// Deviation of the slowness by one filled frame, in frames per pitch. That of more is a root of their number higher.
+const FILLED: f32 = 0.02;
+/// Largest change of a reliable slowness within a touch: as a fraction of it, and in frames. Whatever stops, changes its
+/// speed or is two touches changes more.
+const CHANGE: [f32; 2] = [0.04, 0.004];
 
 impl MotionConfig {
     /// Creates the parameters from the distance between neighboring whiskers in mm and the camera's frame rate.
@@ -261,10 +266,18 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
     if contact != Contact::Slide {
         return Motion { contact, velocity: None, coherence, reliable: false };
     }
-    let velocity = velocity(rows, columns, slowness, config, deviations);
+    // Each filled frame repeats the one before it, which moves edges.
+    let least = length(deviations.least, FILLED * sqrt(f32::from(event.touch_filled)));
+    let velocity = velocity(rows, columns, slowness, config, &Deviations { least, ..*deviations });
     let farthest = rows.farthest.max(columns.farthest);
     let in_line = farthest <= FARTHEST[0] * slowness + FARTHEST[1];
-    let sure = in_line && coherence >= RELIABLE && velocity.mm_s_sd < deviations.most * velocity.mm_s;
+    let steady = rows.change.max(columns.change) <= CHANGE[0] * slowness + CHANGE[1];
+    let sure = in_line
+        && steady
+        && rows.is_crossed
+        && columns.is_crossed
+        && coherence >= RELIABLE
+        && velocity.mm_s_sd < deviations.most * velocity.mm_s;
     Motion { contact, velocity: Some(velocity), coherence, reliable: event.reliable && sure }
 }
 

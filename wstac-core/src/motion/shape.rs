@@ -11,6 +11,10 @@ pub(super) const PEAK: i32 = 1 << 13;
 const LIT_SHIFT: u32 = 3;
 /// A frame of a shape is bright above this light: a 64th of the peak.
 const BRIGHT: u32 = PEAK as u32 / 64;
+/// In the first frame, most lines of a touch that crosses the sensor are below this light: a 32nd of the peak.
+const DARK_AT_FIRST: i16 = PEAK as i16 / 32;
+/// All lines of a touch that is as wide as the sensor have peaks above this fraction of the brightest, in units of 2^-4.
+const EVEN: u32 = 7;
 /// The span of a shape without bright frames.
 const NO_SPAN: [u8; 2] = [SAMPLE_FRAMES as u8, 0];
 /// Iterations of the filter [1 2 1] / 4. Together they are a binomial filter of nine taps.
@@ -25,11 +29,14 @@ pub(super) struct Shapes {
     pub is_lit: [bool; LINES],
     /// The first and last frames in which a lit line is bright.
     pub span: [u8; 2],
+    /// Whether the touch crosses all lines: each is as bright as others, and most were dark at first.
+    pub is_crossed: bool,
 }
 
 impl Shapes {
     /// Shapes of dark lines.
-    pub(super) const DARK: Self = Self { lines: [[0; SAMPLE_FRAMES]; LINES], is_lit: [false; LINES], span: NO_SPAN };
+    pub(super) const DARK: Self =
+        Self { lines: [[0; SAMPLE_FRAMES]; LINES], is_lit: [false; LINES], span: NO_SPAN, is_crossed: false };
 
     /// Computes the shapes of the lines `first..first + LINES` of an event, in place of dark ones.
     ///
@@ -66,6 +73,8 @@ impl Shapes {
         }
         let highest = peaks.into_iter().max().unwrap_or(0);
         self.is_lit = peaks.map(|peak| peak > highest >> LIT_SHIFT);
+        let early = self.lines.iter().filter(|line| line[0] > DARK_AT_FIRST).count();
+        self.is_crossed = early <= LINES / 2 && peaks.iter().all(|peak| *peak > (highest >> 4) * EVEN);
         for ([first, last], is_lit) in spans.into_iter().zip(self.is_lit) {
             if is_lit {
                 self.span = [self.span[0].min(first), self.span[1].max(last)];

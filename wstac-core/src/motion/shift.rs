@@ -19,6 +19,9 @@ pub(super) struct Step {
     pub scatter: f32,
     /// The largest of these distances, in frames.
     pub farthest: f32,
+    /// How far the slowness of a quarter of the frames is off that of all, at most, in frames per pitch: times the fourth
+    /// root of the quarter's share of the derivative's energy.
+    pub change: f32,
 }
 
 /// Fewest frames that all shifted lines must share.
@@ -29,6 +32,13 @@ const MOST_FRAMES: usize = SAMPLE_FRAMES - 4;
 const MARGIN: usize = 5;
 /// Largest step, in frames per pitch.
 const LARGEST_STEP: f32 = 1.5;
+/// Parts of the frames whose slowness must be that of all.
+const PARTS: usize = 4;
+/// Parts that have less than this fraction of the derivative's energy tell nothing.
+const LEAST_TOLD: f32 = 0.03;
+/// Unit of the sums of parts.
+const TOLD: f32 = 256.0;
+
 /// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
 /// lines have no shape.
 #[inline(never)]
@@ -48,10 +58,17 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         }
     }
     let sum = sum.get(..frames)?;
+    // Windows of three frames, in parts that follow each other.
+    let length = (frames - 2).div_ceil(PARTS);
     let (mut mm, mut md, mut dd) = (0_i64, 0_i64, 0_i64);
-    for [before, here, after] in sum.array_windows() {
-        let (m, d) = (i64::from(*here), i64::from(after - before));
-        (mm, md, dd) = (mm + m * m, md + m * d, dd + d * d);
+    let mut of_shape = [[0.0_f32; 3]; PARTS];
+    for (number, of_part) in of_shape.iter_mut().enumerate() {
+        let before = [mm, md, dd];
+        for [before, here, after] in part(sum, number * length, length).array_windows() {
+            let (m, d) = (i64::from(*here), i64::from(after - before));
+            (mm, md, dd) = (mm + m * m, md + m * d, dd + d * d);
+        }
+        *of_part = [told(mm - before[0]), told(md - before[1]), told(dd - before[2])];
     }
     // Twice the derivative, without its part along the shape.
     let along = md as f32 / mm as f32;
@@ -60,16 +77,28 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         return None;
     }
     let mut lines = [[0.0_f32; 3]; LINES];
+    // Sums over lines of what their light tells of a part, and of that times the line's number.
+    let mut of_lines = [[0.0_f32; 2]; PARTS];
     let (mut weight, mut moment) = (0.0, 0.0);
     for ((k, line), place) in shapes.lit_lines().zip(&mut lines) {
         let shifted = Shifted::new(line, k * slowness, from)?;
         let (mut ym, mut yd, mut yy) = (0_i64, 0_i64, 0_i64);
-        for ([before, here, after], y) in sum.array_windows().zip(shifted.behind_first()) {
-            ym += product(y, *here);
-            yd += product(y, after - before);
-            yy += product(y, y);
+        let mut of_line = [0.0; PARTS];
+        for (number, of_part) in of_line.iter_mut().enumerate() {
+            let before = [ym, yd];
+            let first = number * length;
+            for ([before, here, after], y) in part(sum, first, length).array_windows().zip(shifted.behind(first + 1)) {
+                ym += product(y, *here);
+                yd += product(y, after - before);
+                yy += product(y, y);
+            }
+            *of_part = told(yd - before[1]) - along * told(ym - before[0]);
         }
         let gain = ym as f32 / mm as f32;
+        for (sums, of_part) in of_lines.iter_mut().zip(of_line) {
+            let told = gain * of_part;
+            *sums = [sums[0] + told, sums[1] + k as f32 * told];
+        }
         *place = [gain, yd as f32 - gain * md as f32, yy as f32 - gain * ym as f32];
         weight += gain * gain;
         moment += k as f32 * gain * gain;
@@ -103,8 +132,19 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
             farthest = farthest.max(off.abs());
         }
     }
+    let mut change = 0.0_f32;
+    for ([mm, md, part_dd], [sum, moment]) in of_shape.into_iter().zip(of_lines) {
+        let part_dd = part_dd - along * (2.0 * md - along * mm);
+        let share = part_dd * TOLD / dd;
+        if share > LEAST_TOLD {
+            // The shape itself tells nothing: the sum of (k - middle) times the square of the gain is 0.
+            let off = 2.0 * ((moment - middle * sum) / (spread * part_dd) - numerator / denominator);
+            // What tells little errs more.
+            change = change.max(off.abs() * sqrt(sqrt(share)));
+        }
+    }
     let scatter = sqrt(squares / ((lit - 2.0).max(1.0) * spread));
-    Some(Step { scatter, farthest, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
+    Some(Step { scatter, farthest, change, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
 }
 
 impl Shapes {
@@ -113,6 +153,19 @@ impl Shapes {
         let lines = (-(LINES as i32) / 2..).zip(self.lines.iter().zip(&self.is_lit));
         lines.filter(|(_, (_, is_lit))| **is_lit).map(|(k, (line, _))| (k, line))
     }
+}
+
+// Neither is inlined: small code counts here.
+/// Returns the windows of three frames of a part of the shape, from `first` on.
+#[inline(never)]
+fn part(sum: &[i32], first: usize, length: usize) -> &[i32] {
+    sum.get(first..sum.len().min(first + length + 2)).unwrap_or_default()
+}
+
+/// Returns a sum of a part in units of [`TOLD`]: less than 2^36 fits 32 bits, which a core turns to a number at once.
+#[inline(never)]
+fn told(sum: i64) -> f32 {
+    (sum >> 8) as i32 as f32
 }
 
 /// Returns the product of a shifted line's light and a number of at most 17 bits: 31 bits hold it.
@@ -151,9 +204,9 @@ impl<'a> Shifted<'a> {
         self.of(self.values)
     }
 
-    /// Returns the values behind the first one.
-    fn behind_first(&self) -> impl Iterator<Item = i32> + use<'_> {
-        self.of(self.values.get(1..).unwrap_or_default())
+    /// Returns the values behind the first `frames`.
+    fn behind(&self, frames: usize) -> impl Iterator<Item = i32> + use<'_> {
+        self.of(self.values.get(frames..).unwrap_or_default())
     }
 
     fn of(&self, values: &'a [i16]) -> impl Iterator<Item = i32> + use<'_> {

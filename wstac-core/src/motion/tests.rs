@@ -108,6 +108,48 @@ fn an_event_that_is_not_reliable_has_no_reliable_velocity() {
     assert!(motion.velocity.is_some() && !motion.reliable);
 }
 
+/// Checks that lost frames widen the deviations, and that a speed that they leave in doubt is not reliable.
+#[test]
+fn filled_frames_widen_deviations() {
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let (frames, baseline) = (sample(0.0, 0.8, [1.0; 5]), baseline());
+    let of = |touch_filled| by_coherence(&Event { touch_filled, ..event_of(&frames, &baseline) }, config);
+    let velocity = of(0).velocity.unwrap();
+    for filled in [1, 4, 7] {
+        let found = of(filled);
+        let widened = found.velocity.unwrap();
+        assert_eq!((widened.mm_s, widened.degrees), (velocity.mm_s, velocity.degrees));
+        // 0.02 frames of 0.8 for one frame.
+        let expected = (velocity.mm_s_sd / velocity.mm_s).hypot(0.025 * f32::from(filled).sqrt());
+        assert!((widened.mm_s_sd / widened.mm_s / expected - 1.0).abs() < 0.01, "{filled}: {found:?}");
+        assert!(widened.degrees_sd > velocity.degrees_sd);
+        assert_eq!(found.reliable, filled < 6, "{filled}: {found:?}");
+    }
+}
+
+/// Checks that a motion which does not hold throughout the sample, or over all lines, is not reliable.
+#[test]
+fn a_motion_of_a_part_is_not_reliable() {
+    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let baseline = baseline();
+    let whole = sample(0.6, 0.8, [1.0, 0.8, 1.1, 0.9, 1.0]);
+    assert!(by_coherence(&event_of(&whole, &baseline), config).reliable);
+    // A line is a quarter as bright as the others.
+    let weak = sample(0.6, 0.8, [1.0, 0.8, 1.1, 0.9, 0.25]);
+    // The touch began before the sample.
+    let mut begun = whole;
+    begun.rotate_left(25);
+    // The second half is of another motion.
+    let mut changed = sample(0.0, 0.8, [1.0; 5]);
+    changed.rotate_left(18);
+    let second = sample(-0.4, 0.7, [1.0; 5]);
+    changed[36..].copy_from_slice(&second[20..54]);
+    for frames in [weak, begun, changed] {
+        let motion = by_coherence(&event_of(&frames, &baseline), config);
+        assert!(motion.velocity.is_some() && !motion.reliable, "{motion:?}");
+    }
+}
+
 /// Checks that a row whose whiskers are not where the others are is not trusted.
 #[test]
 fn a_line_out_of_order_is_not_reliable() {

@@ -294,7 +294,12 @@ fn with_crc(content: &[u8]) -> Vec<u8> {
 
 fn cobs(content: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::from([0]);
-    for block in content.split(|&byte| byte == 0) {
+    for mut block in content.split(|&byte| byte == 0) {
+        while let Some((full, rest)) = block.split_at_checked(254) {
+            bytes.push(255);
+            bytes.extend(full);
+            block = rest;
+        }
         bytes.push(block.len() as u8 + 1);
         bytes.extend(block);
     }
@@ -397,4 +402,59 @@ fn reasons_are_errors_with_sentences() {
     for (reason, sentence) in reasons {
         assert_eq!(reason.to_string(), sentence);
     }
+}
+
+/// Tests that the fuzzer starts with messages of this version of the link: all of [`messages`].
+///
+/// `WSTAC_WRITE_SEEDS=1 cargo test -p wstac-core --all-features seeds` makes the files anew.
+#[test]
+fn seeds_of_the_fuzzer_are_messages_of_this_version() {
+    let seeds = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fuzz/seeds");
+    let write = std::env::var_os("WSTAC_WRITE_SEEDS").is_some();
+    let mut files = std::collections::BTreeMap::new();
+    for (number, message) in messages().into_iter().enumerate() {
+        let bytes = frame(&message, 300);
+        let words = std::format!("{message:?}");
+        let kind: String = words.chars().take_while(|character| character.is_alphanumeric()).collect();
+        let name = std::format!("{number:02}-{}", kind.to_lowercase());
+        let content = content_of(&bytes);
+        let mut decoder = Decoder::<LONGEST>::new();
+        assert_eq!(received(&mut decoder, &frame_of(&content)), [arrived(&message, 0)], "{name}");
+        // The monitor's seeds start with the kind of input, 1 for contents of frames, and the length of a piece.
+        files.insert(std::format!("wire/{name}"), content.clone());
+        files.insert(std::format!("monitor/content-{name}"), [&[1, 16][..], &content].concat());
+        files.insert(std::format!("monitor/frame-{name}"), [&[0, 16][..], &bytes].concat());
+    }
+    for folder in ["wire", "monitor"] {
+        for entry in std::fs::read_dir(seeds.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = std::format!("{folder}/{}", path.file_name().unwrap().to_str().unwrap());
+            if write && !files.contains_key(&name) {
+                std::fs::remove_file(&path).unwrap();
+            } else {
+                assert!(write || files.contains_key(&name), "{name} is no message, make the seeds anew");
+            }
+        }
+    }
+    for (name, bytes) in files {
+        if write {
+            std::fs::write(seeds.join(&name), &bytes).unwrap();
+        }
+        assert!(std::fs::read(seeds.join(&name)).unwrap() == bytes, "{name} is an old message, make the seeds anew");
+    }
+}
+
+/// Returns the content of a frame, without its checksum.
+fn content_of(frame: &[u8]) -> Vec<u8> {
+    let (mut content, mut rest) = (Vec::new(), &frame[1..frame.len() - 1]);
+    while let Some((&length, behind)) = rest.split_first() {
+        let (block, after) = behind.split_at(usize::from(length) - 1);
+        content.extend(block);
+        if length < 255 && !after.is_empty() {
+            content.push(0);
+        }
+        rest = after;
+    }
+    content.truncate(content.len() - 4);
+    content
 }

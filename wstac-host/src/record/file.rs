@@ -36,7 +36,7 @@ const SUM_BYTES: u64 = 256;
 /// The first number of a channel that is not this program's own.
 const FIRST_FOREIGN: u16 = 256;
 /// Most bytes of the end of every file; then a chunk's share of it, and a message's bytes besides its data.
-const END_BYTES: u64 = 256 << 10;
+const END_BYTES: u64 = 32 << 10;
 const CHUNK_SHARE: u64 = 512;
 const MESSAGE_SHARE: u64 = 64;
 

@@ -12,6 +12,7 @@ use wstac_core::params::{FEATURES, TAXELS};
 
 pub(crate) use self::messages::log::Level;
 use self::messages::{CompressedImage, Log, RawImage};
+use super::limits;
 
 /// A schema of a recording's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,6 +142,14 @@ pub(crate) struct Images {
 }
 
 impl Images {
+    /// Makes room for a picture of at most this many bytes, and returns whether there is so much memory.
+    pub(crate) fn make_room(&mut self, bytes: usize, compressed: bool) -> bool {
+        let data = if compressed { &mut self.compressed.data } else { &mut self.raw.data };
+        // The decoder copies the bytes once more.
+        data.capacity() >= bytes
+            || (data.try_reserve(bytes.saturating_sub(data.len())).is_ok() && limits::has_memory(bytes))
+    }
+
     /// Returns the picture in a `foxglove.RawImage` or, if `compressed`, in a `foxglove.CompressedImage`.
     ///
     /// # Errors

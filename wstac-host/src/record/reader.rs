@@ -1,7 +1,8 @@
 //! Reads a recording that was finished, and believes none that is damaged.
 //!
-//! Every frame's chunk has a checksum, the whole data have one, and the index says how many messages there are. So
-//! a recording that is read to its end without an error is whole.
+//! Every frame's chunk has a checksum, the whole data have one, and the index says how many messages there are. Every
+//! moment's checksum has its place in the stream, and the record at the end has the number of all frames. So a recording
+//! that is read to its end without an error is whole, and in its order.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -9,6 +10,9 @@ use std::path::Path;
 
 use mcap::records::op;
 
+use super::file::Topic;
+use super::recorder::lost_frames;
+use super::sums::{Counts, Stated, Sum};
 use super::walk::{Crc, MessageBody, Mode, Outline, Span, Step, Walk, outline};
 use crate::error::{Error, ErrorKind};
 
@@ -35,6 +39,10 @@ pub(crate) struct Reader {
     channels: BTreeSet<u16>,
     /// Messages of each channel so far.
     messages: BTreeMap<u16, u64>,
+    /// What the recording says of its frames; `None` if it has no checksums.
+    stated: Option<Stated>,
+    /// The frames so far.
+    counts: Counts,
 }
 
 impl Reader {
@@ -62,8 +70,15 @@ impl Reader {
             return Err(Error::new(ErrorKind::Format, &subject, format_args!("was not finished: {recover}")));
         }
         let walk = Walk::open(path, Mode::Strict)?;
-        let (body, channels, messages) = Default::default();
-        Ok((Self { subject, walk, span: None, body, channels, messages }, outline))
+        let (body, channels, messages, counts) = Default::default();
+        let stated = Some(Stated::of(&outline.metadata)).filter(|stated| stated.has_sums);
+        if stated.is_some_and(|stated| stated.end.is_none()) {
+            return Err(damaged(&subject, "lacks the record of how many frames it had"));
+        }
+        if stated.is_some_and(|stated| stated.has_other_end) {
+            return Err(damaged(&subject, "has the ends of several recordings"));
+        }
+        Ok((Self { subject, walk, span: None, body, channels, messages, stated, counts }, outline))
     }
 
     /// Returns an error about a damaged part.
@@ -100,6 +115,7 @@ impl Reader {
                             }
                             let count = self.messages.entry(channel).or_default();
                             *count = count.saturating_add(1);
+                            self.count(channel)?;
                             return Ok(Item::Message(channel));
                         }
                         _ => {}
@@ -113,10 +129,42 @@ impl Reader {
         }
     }
 
+    /// Counts the frames of a message, and checks its place if it is a checksum.
+    fn count(&mut self, channel: u16) -> Result<(), Error> {
+        if self.stated.is_none() {
+            return Ok(());
+        }
+        match Topic::of_number(channel) {
+            Some(topic) if topic.is_frame() => self.counts.add_frame(),
+            Some(Topic::FaultsJson) => {
+                self.load()?;
+                let lost = self.message().map_or(0, |message| lost_frames(message.data));
+                self.counts.add_lost(lost);
+            }
+            Some(Topic::Sums) => {
+                self.load()?;
+                let sum = self.message().and_then(|message| Sum::parse(message.data));
+                let sum = sum.ok_or_else(|| self.damaged("has a checksum that is none"))?;
+                if sum.counts != self.counts {
+                    let (found, expected) = (self.counts.all(), sum.counts.all());
+                    return Err(self.damaged(format_args!("has {found} frames up to a checksum, expected {expected}")));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
     /// Checks that everything is there that was written.
     fn check_end(&mut self) -> Result<(), Error> {
         if self.walk.check_total().map_err(|error| Error::io(&self.subject, error))? == Some(false) {
             return Err(self.damaged("has other bytes than those that were written"));
+        }
+        if let Some(end) = self.stated.and_then(|stated| stated.end)
+            && end != self.counts
+        {
+            let (found, expected) = (self.counts.all(), end.all());
+            return Err(self.damaged(format_args!("has {found} frames, expected {expected}")));
         }
         let recorded = self.walk.summary().and_then(|summary| summary.messages.as_ref());
         let Some(recorded) = recorded else { return Ok(()) };

@@ -12,7 +12,7 @@ use super::file::{Message, Topic};
 use super::foxglove::{self, Level, Shape};
 use super::limits::MOST_MESSAGE;
 use super::picture;
-use super::writer::{Writer, Written};
+use super::writer::{Writer, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::json::{JsonLine, real};
 use crate::output::Output;
@@ -154,6 +154,8 @@ impl TimeLine {
 impl Recorder {
     /// Starts a recording in a file that is empty. `processor` reads the stream.
     ///
+    /// A file whose recording cannot be started is removed.
+    ///
     /// # Errors
     /// The recording cannot be started.
     pub fn new(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
@@ -162,9 +164,23 @@ impl Recorder {
 
     /// Starts a recording whose chunks are compressed.
     ///
+    /// A file whose recording cannot be started is removed.
+    ///
     /// # Errors
     /// The recording cannot be started, or this build has no such compression.
     pub fn compressed(
+        file: File,
+        path: &Path,
+        about: &About,
+        processor: &Processor,
+        compression: Compression,
+    ) -> Result<Self, Error> {
+        let same = file.try_clone().map_err(|error| Error::io(path.display(), error))?;
+        let started = Self::start(file, path, about, processor, compression);
+        started.inspect_err(|_| discard(&same, path))
+    }
+
+    fn start(
         file: File,
         path: &Path,
         about: &About,

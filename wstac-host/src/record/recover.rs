@@ -4,6 +4,8 @@
 //! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
 //! none; there the numbers and times of frames give the places, and the index their count.
 //!
+//! The places also say which moments are there already, so that none is copied twice, and none behind a later one.
+//!
 //! A recovery is a success only if all frames are accounted for, and if the new file was read like any recording.
 //!
 //! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
@@ -19,12 +21,13 @@ use mcap::write::Metadata;
 use mcap::{McapError, Schema};
 
 use super::about::{About, is_description};
+use super::compression::Compression;
 use super::file::{RecordingFile, Topic};
-use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING};
+use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::{lost_frames, lost_line};
 use super::reserved::give_back_of_killed;
-use super::sums::{self, Counts, Sum, UNCOVERED};
+use super::sums::{self, Stated, Sum, UNCOVERED};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
 use crate::error::{Error, ErrorKind};
 use crate::source::mcap::McapSource;
@@ -45,6 +48,8 @@ pub struct Recovered {
     pub events: u64,
     /// Frames that are damaged or missing and entered as lost.
     pub damaged: u64,
+    /// Frames that were left out because they are there already, or because later ones stand before them.
+    pub repeated: u64,
     /// Frames without any checksum, of recordings of before that were never finished.
     pub unchecked: u64,
     /// Whether the file was finished properly.
@@ -85,6 +90,10 @@ struct Recovery<'a> {
     /// Frames that a recording of before must have lost here, at least, since its last sound frame.
     suspects: u64,
     is_suspect: bool,
+    /// Frames of the last chunk, which was never finished, that have no checksum behind them.
+    incomplete: u64,
+    /// The sum of the last moment that was copied.
+    last_sum: Option<Sum>,
     /// When the last frame of a recording of before was taken.
     taken: Option<u64>,
     /// Why the number of lost frames is not certain.
@@ -103,7 +112,7 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     let mut survey = Walk::open(old, Mode::Survey)?;
     survey.set_own();
     let all = outline(&mut survey).map_err(failed)?.metadata;
-    let is_sums = |metadata: &Metadata| metadata.name == sums::DESCRIPTION_SUMS;
+    let stated = Stated::of(&all);
     let compression = survey.compression().unwrap_or_default();
     compression.check(&old.display())?;
     let (sound, missing) = sums::sound_metadata(&all);
@@ -121,9 +130,15 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
     };
-    let has_sums = all.iter().any(is_sums);
+    let has_sums = stated.has_sums;
     if has_sums || !description.is_empty() {
         walk.set_own();
+    }
+    if let Ok(Some(about)) = &about
+        && !about.info.taxels_only
+    {
+        let frames = if compression == Compression::None { 3 } else { 6 };
+        check_memory(&old.display(), about.info.frame_bytes(), frames)?;
     }
     // Without a description, the checksums still belong to a recording of this program.
     // The new file may have another name until it is whole.
@@ -146,12 +161,16 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         time: 0,
         suspects: 0,
         is_suspect: false,
+        incomplete: 0,
+        last_sum: None,
         taken: None,
         doubt: None,
         found: Recovered { problem, ..Recovered::default() },
     };
-    let end = all.iter().filter(|metadata| metadata.name == sums::END).find_map(sums::read_end);
-    recovery.go(end).map_err(|failure| failure.in_words(old, path))?;
+    if stated.has_other_end {
+        recovery.doubt = Some("has the ends of several recordings".to_owned());
+    }
+    recovery.go(stated).map_err(|failure| failure.in_words(old, path))?;
     recovery.finish(&same)
 }
 
@@ -197,8 +216,8 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 }
 
 impl Recovery<'_> {
-    /// Goes through the old file. `end` is what its last record states.
-    fn go(&mut self, end: Option<Counts>) -> Result<(), Failure> {
+    /// Goes through the old file.
+    fn go(&mut self, stated: Stated) -> Result<(), Failure> {
         // The index comes first, because chunks have each channel only once.
         let definitions = self.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
         for (op, body) in definitions {
@@ -217,23 +236,28 @@ impl Recovery<'_> {
                     op::METADATA => self.copy_metadata(span)?,
                     _ => {}
                 },
-                Step::ChunkEnd => self.flush()?,
+                Step::ChunkEnd => self.end_chunk()?,
                 Step::Damage(unread) => {
                     // Messages before it stand in the same moment, perhaps.
                     self.is_suspect |= unread.damaged;
+                    if unread.damaged {
+                        self.count_incomplete();
+                    }
                     if !self.has_sums {
                         self.flush()?;
                     }
                 }
                 Step::End { whole } => {
-                    self.flush()?;
-                    self.found.whole = whole || self.walk.summary().is_some();
+                    self.end_chunk()?;
+                    // A moment without its checksum is the incomplete end of a recording that was cut off.
+                    self.incomplete = 0;
+                    self.found.whole = whole || self.walk.is_finished()?;
                     self.found.unread = self.walk.unread();
                     break;
                 }
             }
         }
-        self.settle(end)
+        self.settle(stated)
     }
 
     /// Notes a schema or a channel.
@@ -297,7 +321,26 @@ impl Recovery<'_> {
         Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
     }
 
+    /// Ends a chunk, and what waits in it for a checksum.
+    fn end_chunk(&mut self) -> Result<(), Failure> {
+        if !self.has_sums || self.walk.crc() != Crc::Unknown || self.is_suspect {
+            return self.flush();
+        }
+        for span in std::mem::take(&mut self.pending) {
+            let topic = self.channel_of(span).map(|channel| self.topic(channel))?;
+            self.incomplete += u64::from(topic.is_some_and(Topic::is_frame));
+        }
+        Ok(())
+    }
+
+    /// Counts frames without a checksum as damaged, because they are not the end of the file.
+    fn count_incomplete(&mut self) {
+        self.is_suspect |= self.incomplete > 0;
+        self.suspects = self.suspects.saturating_add(std::mem::take(&mut self.incomplete));
+    }
+
     fn message(&mut self, span: Span) -> Result<(), Failure> {
+        self.count_incomplete();
         let topic = self.channel_of(span).map(|channel| self.topic(channel))?;
         if topic == Some(Topic::Sums) {
             return self.sum(span);
@@ -341,6 +384,13 @@ impl Recovery<'_> {
         }
         (self.is_suspect, self.suspects) = (false, 0);
         let there = self.out.counts();
+        if sum.counts.all().saturating_sub(frames.saturating_add(lost)) < there.all()
+            || self.last_sum.as_ref() == Some(&sum)
+        {
+            // The moment is there already, or it stands behind one that came later.
+            self.found.repeated = self.found.repeated.saturating_add(frames);
+            return Ok(());
+        }
         let missing_frames = sum.counts.frames.saturating_sub(frames).saturating_sub(there.frames);
         if there.frames == 0 && missing_frames > 0 && frames == 0 {
             // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
@@ -356,6 +406,7 @@ impl Recovery<'_> {
             0
         };
         self.enter_lost(leading, moment.first().copied())?;
+        self.last_sum = Some(sum);
         self.copy_after_gap(&moment, gap)
     }
 
@@ -506,34 +557,43 @@ impl Recovery<'_> {
     }
 
     /// Enters frames that are missing at the end, and checks that all are accounted for.
-    fn settle(&mut self, end: Option<Counts>) -> Result<(), Failure> {
+    fn settle(&mut self, stated: Stated) -> Result<(), Failure> {
         let there = self.out.counts();
-        let frames = there.frames;
-        if let Some(end) = end {
-            return self.enter_lost(end.all().saturating_sub(there.all()), None);
+        if let Some(end) = stated.end {
+            let (found, recorded) = (there.all(), end.all());
+            if found > recorded {
+                self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
+            }
+            return self.enter_lost(recorded.saturating_sub(found), None);
+        }
+        let is_unread = self.found.unread.is_some_and(|unread| unread.damaged);
+        if !self.is_own() {
+            if self.is_suspect || is_unread {
+                self.doubt.get_or_insert_with(|| "is damaged".to_owned());
+            }
+            return Ok(());
         }
         let recorded = self.walk.summary().and_then(|summary| summary.messages.clone());
         let recorded = recorded.map(|counts| {
             let of_frames = counts.iter().filter(|(channel, _)| self.topic(**channel).is_some_and(Topic::is_frame));
             of_frames.fold(0_u64, |sum, (_, count)| sum.saturating_add(*count))
         });
-        if !self.is_own() {
-            if self.is_suspect || self.found.unread.is_some_and(|unread| unread.damaged) {
-                self.doubt.get_or_insert_with(|| "is damaged".to_owned());
-            }
-            return Ok(());
+        if self.has_sums && self.found.whole && !stated.is_ended && (recorded.is_none() || !is_unread) {
+            let what = "was finished, and lacks the record of how many frames it had";
+            self.doubt.get_or_insert_with(|| what.to_owned());
         }
         let Some(recorded) = recorded else {
-            if self.found.whole || (self.is_suspect && !self.has_sums) {
+            let is_any = self.found.damaged > 0 || self.found.unread.is_some();
+            if self.is_suspect || (self.found.whole && is_any) {
                 let what = "is damaged, and nothing says how many frames it had";
-                let is_damaged = self.found.damaged > 0 || self.is_suspect || self.found.unread.is_some();
-                if is_damaged {
-                    self.doubt.get_or_insert_with(|| what.to_owned());
-                }
+                self.doubt.get_or_insert_with(|| what.to_owned());
             }
             return self.enter_lost(self.suspects, None);
         };
-        let missing = recorded.saturating_sub(frames);
+        if there.frames > recorded {
+            self.doubt.get_or_insert_with(|| format!("has {} frames, expected {recorded}", there.frames));
+        }
+        let missing = recorded.saturating_sub(there.frames);
         // Lost frames that were entered may be among those that the recording had lost itself.
         self.enter_lost(missing.saturating_sub(self.found.damaged), None)
     }

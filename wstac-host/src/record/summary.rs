@@ -92,7 +92,7 @@ pub(super) fn read(file: &mut FileBytes) -> io::Result<Option<Summary>> {
         }
         match code {
             op::SCHEMA | op::CHANNEL => {
-                bytes += length;
+                bytes = bytes.saturating_add(length);
                 if bytes > MOST_DEFINITIONS {
                     return Ok(None);
                 }

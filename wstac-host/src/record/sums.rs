@@ -180,8 +180,35 @@ pub(super) fn end_record(counts: Counts) -> Metadata {
     end
 }
 
+/// What all records of a recording's description say of its checksums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stated {
+    /// What the record at the end states; `None` if it is damaged or missing.
+    pub(super) end: Option<Counts>,
+    /// Whether several recordings end in the file.
+    pub(super) has_other_end: bool,
+    /// Whether there is a record at the end, damaged or not.
+    pub(super) is_ended: bool,
+    /// Whether the recording has checksums.
+    pub(super) has_sums: bool,
+}
+
+impl Stated {
+    /// Reads it from all records of metadata.
+    pub(super) fn of(all: &[Metadata]) -> Self {
+        let ends: Vec<_> = all.iter().filter(|metadata| metadata.name == END).map(read_end).collect();
+        let end = ends.iter().flatten().next().copied();
+        Self {
+            end,
+            has_other_end: ends.iter().flatten().any(|other| Some(*other) != end),
+            is_ended: !ends.is_empty(),
+            has_sums: all.iter().any(|metadata| metadata.name == DESCRIPTION_SUMS),
+        }
+    }
+}
+
 /// Returns what the record at the end of a recording states; `None` if it is damaged.
-pub(super) fn read_end(end: &Metadata) -> Option<Counts> {
+fn read_end(end: &Metadata) -> Option<Counts> {
     let mut end = end.clone();
     let sum = end.metadata.remove("crc32")?;
     let count = |name: &str| end.metadata.get(name)?.parse().ok();

@@ -127,6 +127,18 @@ struct Chunk {
     end: Option<u64>,
 }
 
+/// The place of a chunk that was unpacked.
+#[derive(Clone, Copy, Debug)]
+struct Outer {
+    /// The place of the chunk in the file.
+    at: u64,
+    /// Where to go on in the file, and the end there.
+    behind: u64,
+    end: u64,
+    /// The bytes of the chunk if not all of them could be unpacked.
+    unread: Option<Unread>,
+}
+
 /// The way of a walk through damage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
@@ -153,8 +165,10 @@ pub(super) struct Walk {
     crc: Crc,
     /// The end of the bytes that a chunk's checksum was made of.
     hashed: u64,
-    /// Where to go on in the file behind a chunk that was unpacked, the end there, and the place of the chunk.
-    outer: Option<(u64, u64, u64)>,
+    /// Where the chunk that was unpacked stands; `None` if the file itself is read.
+    outer: Option<Outer>,
+    /// The end of the bytes that were taken for a compressed chunk and were none.
+    tried: u64,
     /// The compression of the first chunk.
     compression: Option<Compression>,
     /// The checksum of the data so far, and its end.
@@ -191,6 +205,7 @@ impl Walk {
             crc: Crc::Unknown,
             hashed: 0,
             outer: None,
+            tried: 0,
             compression: None,
             total: (Hasher::new(), 0),
             channels: BTreeSet::new(),
@@ -227,6 +242,14 @@ impl Walk {
     /// Returns the index at the file's end; `None` if it is damaged or missing.
     pub(super) fn summary(&self) -> Option<&Summary> {
         self.summary.as_ref()
+    }
+
+    /// Returns whether the file was finished: it ends as it should, or has its index.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn is_finished(&mut self) -> io::Result<bool> {
+        Ok(self.summary.is_some() || (self.outer.is_none() && summary::has_proper_end(&mut self.file)?))
     }
 
     /// Returns the compression of the first chunk; `None` if there is no chunk so far.
@@ -320,9 +343,12 @@ impl Walk {
     pub(super) fn next(&mut self) -> io::Result<Step> {
         if self.chunk.is_none() {
             self.crc = Crc::Unknown;
-            if let Some((at, end, _)) = self.outer.take() {
+            if let Some(outer) = self.outer.take() {
                 self.file.set_unpacked(None);
-                (self.at, self.end) = (at, end);
+                (self.at, self.end) = (outer.behind, outer.end);
+                if let Some(unread) = outer.unread {
+                    return Ok(Step::Damage(self.note_unread(unread)));
+                }
             }
         }
         loop {
@@ -379,15 +405,25 @@ impl Walk {
             return Ok(Some(if is_open { Step::ChunkEnd } else { Step::End { whole: false } }));
         }
         let next = if self.goes_on() { self.resync(start + 1)? } else { self.end };
+        self.at = next;
+        if let Some(outer) = &mut self.outer {
+            // The bytes of a compressed chunk are those in the file. The end of what was unpacked is not known to be
+            // damaged if the chunk was never finished.
+            let whole = Unread { at: outer.at, bytes: outer.behind.saturating_sub(outer.at), damaged: true };
+            let unread = *outer.unread.get_or_insert(whole);
+            return Ok(Some(Step::Damage(unread)));
+        }
         // A file that was cut off ends with a part of a record.
         let cut = next == self.end && self.summary.is_none() && self.is_cut_off(start)?;
-        let place = self.outer.map_or(start, |(_, _, chunk)| chunk);
-        let damage = Unread { at: place, bytes: next - start, damaged: !cut };
-        let all = self.unread.get_or_insert(Unread { at: place, bytes: 0, damaged: false });
-        all.bytes = all.bytes.saturating_add(damage.bytes);
-        all.damaged |= damage.damaged;
-        self.at = next;
-        Ok(Some(Step::Damage(damage)))
+        Ok(Some(Step::Damage(self.note_unread(Unread { at: start, bytes: next - start, damaged: !cut }))))
+    }
+
+    /// Adds to the bytes that could not be read, and returns what was added.
+    fn note_unread(&mut self, unread: Unread) -> Unread {
+        let all = self.unread.get_or_insert(Unread { bytes: 0, ..unread });
+        all.bytes = all.bytes.saturating_add(unread.bytes);
+        all.damaged |= unread.damaged;
+        unread
     }
 
     /// Returns whether the walk goes on behind damage.
@@ -400,7 +436,7 @@ impl Walk {
         let Some(ChunkHead { content, stored, compression }) = self.chunk_head(span.at)? else { return Ok(()) };
         self.compression.get_or_insert(compression);
         self.at = content;
-        let end = stored.map(|stored| (content + stored).min(self.end));
+        let end = stored.map(|stored| content.saturating_add(stored).min(self.end));
         if let Some(end) = end
             && (self.mode == Mode::Outline || (self.mode == Mode::Survey && self.follows(end)?))
         {
@@ -427,6 +463,8 @@ impl Walk {
     }
 
     /// Unpacks a chunk, and reads that in place of the file.
+    ///
+    /// If it is damaged, its length may be, too. Then it ends at the next record that certainly is one.
     fn unpack(
         &mut self,
         at: u64,
@@ -435,35 +473,57 @@ impl Walk {
         compression: Compression,
         crc: u32,
     ) -> io::Result<()> {
-        let behind = end.unwrap_or(self.end);
+        let mut behind = end.unwrap_or(self.end).max(content);
         let packed_bytes = behind - content;
-        if packed_bytes > MOST_PACKED && end.is_some() {
+        if packed_bytes > MOST_PACKED && end.is_some() && !self.goes_on() {
             let (found, most) = (packed_bytes >> 20, MOST_PACKED >> 20);
             let message = format!("has a compressed chunk of {found} MB at byte {at}, expected at most {most} MB");
             return Err(io::Error::new(io::ErrorKind::InvalidData, message));
         }
-        let mut packed = Vec::new();
-        self.file.read(content, packed_bytes.min(MOST_PACKED) as usize, &mut packed)?;
+        // Bytes are unpacked once: a chunk in a damaged one ends before the next one.
+        let is_known = end.is_some() && packed_bytes <= MOST_PACKED && content >= self.tried;
+        let is_known = is_known || !self.goes_on();
+        let mut unpacked = if is_known { Some(self.unpacked(content, behind, compression, crc)?) } else { None };
+        if !matches!(unpacked, Some((_, Crc::Good | Crc::Unknown, true))) && self.goes_on() {
+            self.tried = self.tried.max(behind);
+            let next = self.resync_behind(content, behind)?;
+            if next < behind || unpacked.is_none() {
+                behind = next;
+                drop(unpacked.take());
+                unpacked = Some(self.unpacked(content, behind, compression, crc)?);
+            }
+        }
         if self.mode == Mode::Strict {
             let found = self.file.hash(content, behind)?;
             self.add_to_total(content, behind, &found)?;
         }
-        let (unpacked, is_all) = compression.unpack(&packed, MOST_PACKED as usize)?;
-        drop(packed);
-        self.crc = match end {
-            Some(_) if is_all => Crc::of(crc, crc32fast::hash(&unpacked)),
-            Some(_) => Crc::Bad,
-            None => Crc::Unknown,
-        };
-        if !is_all {
-            let all = self.unread.get_or_insert(Unread { at, bytes: 0, damaged: false });
-            all.damaged |= end.is_some();
-        }
-        self.outer = Some((behind, self.end, at));
-        (self.at, self.end) = (0, unpacked.len() as u64);
+        let Some((bytes, crc, is_all)) = unpacked else { return Ok(()) };
+        // A chunk that the end of the file cuts off was never finished.
+        let is_open = end.is_none() && behind >= self.end && self.summary.is_none();
+        let is_cut = is_open && !summary::ends_with_magic(&mut self.file)?;
+        self.crc = if end.is_none() && crc == Crc::Bad { Crc::Unknown } else { crc };
+        let is_whole = is_all && crc != Crc::Bad;
+        let unread = (!is_whole).then_some(Unread { at, bytes: behind - at, damaged: !is_cut });
+        self.outer = Some(Outer { at, behind, end: self.end, unread });
+        (self.at, self.end) = (0, bytes.len() as u64);
         self.chunk = Some(Chunk { end: Some(self.end) });
-        self.file.set_unpacked(Some(unpacked));
+        self.file.set_unpacked(Some(bytes));
         Ok(())
+    }
+
+    /// Returns what a chunk's bytes are unpacked to, the verdict of its checksum, and whether that is all.
+    fn unpacked(
+        &self,
+        content: u64,
+        behind: u64,
+        compression: Compression,
+        crc: u32,
+    ) -> io::Result<(Vec<u8>, Crc, bool)> {
+        let mut packed = Vec::new();
+        self.file.read(content, (behind - content).min(MOST_PACKED) as usize, &mut packed)?;
+        let (unpacked, is_all) = compression.unpack(&packed, MOST_PACKED as usize)?;
+        let found = Crc::of(crc, crc32fast::hash(&unpacked));
+        Ok((unpacked, if is_all { found } else { Crc::Bad }, is_all))
     }
 
     /// Adds a chunk's checksum to that of all data, with the bytes before the chunk.
@@ -493,11 +553,11 @@ pub(crate) struct Outline {
 /// # Errors
 /// The file cannot be read, or has too many records of metadata.
 pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
-    let (mut metadata, mut bytes, mut body) = (Vec::new(), 0, Vec::new());
+    let (mut metadata, mut bytes, mut body) = (Vec::new(), 0_u64, Vec::new());
     loop {
         match walk.next()? {
             Step::Record(span) if span.op == op::METADATA => {
-                bytes += span.length;
+                bytes = bytes.saturating_add(span.length);
                 if bytes > MOST_DEFINITIONS || metadata.len() == MOST_METADATA {
                     let message = format!("has more than {} MB of metadata", MOST_DEFINITIONS >> 20);
                     return Err(io::Error::new(io::ErrorKind::InvalidData, message));

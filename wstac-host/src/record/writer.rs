@@ -1,7 +1,8 @@
 //! A recording's file in a thread of its own, behind a queue. A slow disk does not make the camera lose frames, and its
 //! slowness is reported.
 
-use std::fs::File;
+use std::fs::{self, File};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -12,12 +13,18 @@ use mcap::write::Metadata;
 
 use super::compression::Compression;
 use super::file::{Message, RecordingFile, in_words};
+use super::limits::{check_memory, has_memory};
 use crate::error::{Error, ErrorKind};
+use crate::plural::counted;
 
 /// Memory that frames may wait in.
 const QUEUE_BYTES: usize = 256 << 20;
 /// Most frames that may wait.
 const QUEUE_FRAMES: usize = 256;
+/// Least frames that may wait, if there is little memory.
+const LEAST_FRAMES: usize = 2;
+/// Frames in memory besides those that wait, without and with compression.
+const BESIDES: [usize; 2] = [3, 5];
 
 /// The result of writing a recording's file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,7 +61,12 @@ impl Writer {
         frame_bytes: usize,
         compression: Compression,
     ) -> Result<Self, Error> {
-        let frames = (QUEUE_BYTES / frame_bytes.max(1)).clamp(2, QUEUE_FRAMES);
+        let besides = BESIDES[usize::from(compression != Compression::None)];
+        check_memory(&path.display(), frame_bytes, LEAST_FRAMES + besides)?;
+        let mut frames = (QUEUE_BYTES / frame_bytes.max(1)).clamp(LEAST_FRAMES, QUEUE_FRAMES);
+        while frames > LEAST_FRAMES && !has_memory(frame_bytes.saturating_mul(frames + besides)) {
+            frames = (frames / 2).max(LEAST_FRAMES);
+        }
         let (queue, messages) = sync_channel(frames);
         let (waiting, full) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
         let shared = (Arc::clone(&waiting), Arc::clone(&full), path.to_owned());
@@ -100,6 +112,27 @@ impl Writer {
     }
 }
 
+/// Removes the file of a recording that was not started, if it still has its name.
+pub(super) fn discard(file: &File, path: &Path) {
+    let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
+    if let (Ok(open), Ok(named)) = (file.metadata().map(identity), path.symlink_metadata().map(identity))
+        && open == named
+    {
+        // If it cannot be removed, an empty file stays.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// Describes an error of writing a recording's start.
+fn not_started(path: &Path, error: &mcap::McapError) -> Error {
+    match error {
+        mcap::McapError::Io(error) => {
+            Error::new(error.kind().into(), path.display(), format_args!("{error}; nothing was recorded"))
+        }
+        error => Error::new(ErrorKind::Io, path.display(), format_args!("{error}; nothing was recorded")),
+    }
+}
+
 /// Writes messages until none comes any more, and finishes the file.
 fn write(
     file: File,
@@ -110,7 +143,11 @@ fn write(
     full: &AtomicBool,
 ) -> Result<Written, Error> {
     let failed = |error| in_words(path, error);
-    let mut file = RecordingFile::new(file, metadata, compression).map_err(failed)?;
+    let same = file.try_clone().map_err(|error| failed(error.into()))?;
+    let mut file = RecordingFile::new(file, metadata, compression).map_err(|error| {
+        discard(&same, path);
+        not_started(path, &error)
+    })?;
     let mut written = Written::default();
     for messages in messages {
         waiting.fetch_sub(1, Ordering::Relaxed);
@@ -126,13 +163,13 @@ fn write(
     }
     written.bytes = file.finish().map_err(failed)?;
     if full.load(Ordering::Relaxed) {
-        let (frames, left_out) = (written.frames, written.left_out);
+        let (frames, left_out) = (counted(written.frames, "frame"), written.left_out);
         return Err(Error::new(
             ErrorKind::Io,
             path.display(),
             format_args!(
-                "the disk is full (or the file as large as it may get): the recording ends after {frames} frames and is \
-                 finished, {left_out} more that had come are not in it"
+                "the disk is full (or the file as large as it may get): the recording ends after {frames} and is \
+                 finished; frames left out: {left_out}"
             ),
         ));
     }

@@ -146,8 +146,12 @@ impl Processor {
     pub fn new(info: &StreamInfo, config: &Config, options: OutputOptions) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
         let motion = config.motion(info.rate).map_err(in_table)?;
+        let mut pipeline = config.pipeline(info)?;
+        if options.paths {
+            pipeline.keep_taxels();
+        }
         Ok(Self {
-            pipeline: config.pipeline(info)?,
+            pipeline,
             taxels: None,
             law: config.law(info.rate).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
@@ -332,7 +336,8 @@ struct Answers<'p> {
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
         let Self { law, durations, textures, motion, ref clock, options } = *self;
-        let answering = Answering { law, durations, textures, motion, clock, with_sample: options.samples };
+        let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
+        let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };
         Output::Event(Box::new(TactileEvent::new(event, taxels, &answering)))
     }
 

@@ -187,6 +187,18 @@ impl McapSource {
             let sums = read_taxel_sums(message.data).ok_or_else(|| self.damaged("has a frame without taxel sums"))?;
             return Ok(SourceEvent::Taxels(SummedFrame { sums, timestamp, sequence }));
         }
+        let no_memory = |bytes: usize| {
+            let message = format_args!("has a frame of {} MB, and there is not so much memory", bytes >> 20);
+            Error::new(ErrorKind::Unsupported, &self.subject, message)
+        };
+        let bytes = message.data.len();
+        if !self.images.make_room(bytes, content == Content::Jpeg) {
+            return Err(no_memory(bytes));
+        }
+        if self.info.crop.is_some() {
+            let bytes = self.info.frame_bytes();
+            self.whole.try_reserve(bytes.saturating_sub(self.whole.len())).map_err(|_| no_memory(bytes))?;
+        }
         let data = self.images.read(message.data, content == Content::Jpeg);
         let data = data.map_err(|_| damaged(&self.subject, NO_PICTURE))?;
         if let Some(crop) = &self.info.crop {

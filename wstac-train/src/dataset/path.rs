@@ -12,17 +12,21 @@ use wstac_core::motion::{self, MotionConfig};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::pipeline::Pipeline;
+use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::TriggerConfig;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
-use wstac_scene::{Scene, SceneConfig, SimulatedFrame, Slide, Touch};
+use wstac_scene::{Dead, Scene, SceneConfig, SimulatedFrame, Slide, Touch, Weak};
 
 use super::arrays::numbers_of;
 use super::npz::{Dtype, Npz};
 use crate::model::trained::in_set_order;
+
+/// Light of a weak whisker, as a fraction.
+const WEAK: f64 = 0.15;
 
 /// Random slides.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +47,27 @@ pub struct RandomSlides {
     pub sensors: [u32; 2],
     /// Range of the gain of all light, that of a sensor as it is mounted for one run.
     pub gains: [f64; 2],
+    /// What is unusual; nothing by default.
+    pub conditions: Conditions,
+}
+
+/// Conditions that models were not trained in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions {
+    /// Frames per second of the camera.
+    pub rate: FrameRate,
+    /// Fraction of the frames that are lost.
+    pub lost: f64,
+    /// Number of dead whiskers.
+    pub dead: u8,
+    /// Number of whiskers with 15 % of their light.
+    pub weak: u8,
+}
+
+impl Default for Conditions {
+    fn default() -> Self {
+        Self { rate: FrameRate::NOMINAL, lost: 0.0, dead: 0, weak: 0 }
+    }
 }
 
 impl Default for RandomSlides {
@@ -56,6 +81,7 @@ impl Default for RandomSlides {
             lengths_mm: [60.0, 120.0],
             sensors: [0, 1000],
             gains: [0.6, 1.4],
+            conditions: Conditions::default(),
         }
     }
 }
@@ -97,6 +123,15 @@ impl RandomSlides {
         scene.light.unit = sensor;
         scene.light.flash_ms *= gain;
         scene.light.rubbing_ms *= gain;
+        let Conditions { rate, dead, weak, .. } = self.conditions;
+        scene.sensor.rate = rate;
+        let mut places = |count: u8| -> Vec<[i64; 2]> {
+            (0..count).map(|_| [between([1.0, 6.0]) as i64, between([1.0, 6.0]) as i64]).collect()
+        };
+        let (dead, weak) = (places(dead), places(weak));
+        scene.light.dead = Dead::try_from(dead).unwrap_or_default();
+        let weak: Vec<(i64, i64, f64)> = weak.into_iter().map(|[row, column]| (row, column, WEAK)).collect();
+        scene.light.weak = Weak::try_from(weak).unwrap_or_default();
         (slide, sensor, scene)
     }
 
@@ -112,7 +147,9 @@ impl RandomSlides {
         let layout = Layout::paper(script.sensor.size).map_err(|error| wrong(&error))?;
         let geometry = FrameGeometry::new(Gray, layout, rate).map_err(|error| wrong(&error))?;
         let trigger = TriggerConfig::default().one_event_per_touch();
-        let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().map_err(|error| wrong(&error))?;
+        let mut pipeline =
+            Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
+        pipeline.keep_taxels();
         let mut ring = TaxelRing::of(&geometry);
         let config = MotionConfig::published(rate);
         let nothing = PathSlide {
@@ -125,16 +162,24 @@ impl RandomSlides {
             reliable: false,
         };
         let mut scene = Scene::new(&script)?;
+        let mut losses = Rng::new(self.seed, 2_000_000_000 + u64::from(number));
         while let Some(frame) = scene.next_shot() {
             let SimulatedFrame::Taxels(sums) = frame else { continue };
+            let is_lost = self.conditions.lost > 0.0 && losses.uniform() < self.conditions.lost;
             ring.push(&sums);
-            let Some(event) = pipeline.push_taxels(&sums).event() else { continue };
+            let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
+            // The pipeline's own ring adds camera frames up, and is none if a frame was lost.
+            let taxels = if self.conditions == Conditions::default() { Some(&ring) } else { update.taxels() };
+            let Some(event) = update.event() else { continue };
             let motion = motion::by_coherence(&event, config);
             let whole = SAMPLE_FRAMES as u8;
             return Ok(PathSlide {
                 frames: event.sample.flat(),
                 path: motion.velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, config, whole)),
-                taxel_path: motion.velocity.and_then(|velocity| PathSample::of_taxels(&ring, &velocity, config, whole)),
+                taxel_path: motion
+                    .velocity
+                    .zip(taxels)
+                    .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, config, whole)),
                 measured: motion.velocity.map(|velocity| [velocity.mm_s, velocity.degrees]),
                 reliable: motion.reliable,
                 ..nothing

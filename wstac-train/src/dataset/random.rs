@@ -7,6 +7,7 @@
 //! directions = [0, 360]         # degrees, from and to
 //! lengths = [60, 120]           # mm, from and to
 //! sensors = 500                 # number of different sensors
+//! first_sensor = 0              # number of the first; another set of other sensors has another
 //! seed = 1
 //! test = 0.2                    # fraction of the sensors that is for tests
 //! ```
@@ -23,6 +24,8 @@ use super::path::RandomSlides;
 const MOST_SLIDES: i64 = 200_000;
 /// Largest number of sensors.
 const MOST_SENSORS: i64 = 100_000;
+/// Largest number of the first sensor.
+const MOST_FIRST: u32 = 1_000_000_000;
 
 /// A sweep's file before it is checked.
 #[derive(Deserialize)]
@@ -34,6 +37,7 @@ struct File {
     directions: [f64; 2],
     lengths: [f64; 2],
     sensors: i64,
+    first_sensor: i64,
     seed: u32,
     test: f64,
 }
@@ -48,6 +52,7 @@ impl Default for File {
             directions: slides.directions_deg,
             lengths: slides.lengths_mm,
             sensors: 500,
+            first_sensor: 0,
             seed: 1,
             test: 0.2,
         }
@@ -64,9 +69,9 @@ pub struct RandomSweep {
 }
 
 impl Default for RandomSweep {
-    /// Returns the empty sweep: ten specimens at any speed, direction and length, on many sensors.
+    /// Returns the default: ten specimens at any speed, direction and length, on many sensors.
     fn default() -> Self {
-        Self::checked(&File::default()).unwrap_or_else(|message| unreachable!("the empty sweep: {message}"))
+        Self::checked(&File::default()).unwrap_or_else(|message| unreachable!("the defaults: {message}"))
     }
 }
 
@@ -108,6 +113,9 @@ impl RandomSweep {
             return Err("specimens is empty, expected at least one specimen".into());
         }
         let sensors = integer("sensors", file.sensors, MOST_SENSORS)?;
+        let first = u32::try_from(file.first_sensor).ok().filter(|first| *first <= MOST_FIRST);
+        let first =
+            first.ok_or_else(|| format!("first_sensor is {}, expected 0 to {MOST_FIRST}", file.first_sensor))?;
         if !(0.0..1.0).contains(&file.test) {
             return Err(format!("test is {}, expected a fraction: at least 0 and below 1", file.test));
         }
@@ -121,10 +129,10 @@ impl RandomSweep {
             speeds_mm_s: range("speeds", file.speeds, [10.0, 600.0], "mm/s")?,
             directions_deg: range("directions", file.directions, [-360.0, 360.0], "degrees")?,
             lengths_mm: range("lengths", file.lengths, [20.0, 200.0], "mm")?,
-            sensors: [0, sensors],
+            sensors: [first, sensors],
             ..RandomSlides::default()
         };
-        Ok(Self { slides, first_test_sensor: sensors - tests })
+        Ok(Self { slides, first_test_sensor: first + sensors - tests })
     }
 
     /// Returns whether the slides of a sensor are for tests.
@@ -138,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_empty_sweep_covers_what_models_promise() {
+    fn the_defaults_cover_what_models_promise() {
         let sweep = RandomSweep::parse("s", "").unwrap();
         assert_eq!(sweep, RandomSweep::default());
         assert_eq!((sweep.slides.speeds_mm_s, sweep.slides.directions_deg), ([50.0, 300.0], [0.0, 360.0]));
@@ -160,6 +168,21 @@ mod tests {
         assert!(error("test = 1").contains("test is 1, expected a fraction"));
         assert!(error("sensors = 0").contains("sensors is 0"));
         assert!(error("fidelity = 1").contains("fidelity"));
+    }
+
+    #[test]
+    fn sets_of_other_sensors_have_none_in_common() {
+        let sensors = |text: &str| {
+            let sweep = RandomSweep::parse("s", &format!("slides = 20\n{text}")).unwrap();
+            let slides = sweep.slides.all().unwrap();
+            (sweep.first_test_sensor, slides.iter().map(|slide| slide.sensor).collect::<Vec<_>>())
+        };
+        let (first_test, found) = sensors("sensors = 10\nfirst_sensor = 1000\nseed = 2");
+        assert!(first_test == 1008 && found.iter().all(|sensor| (1000..1010).contains(sensor)), "{found:?}");
+        let (first_test, found) = sensors("sensors = 10");
+        assert!(first_test == 8 && found.iter().all(|sensor| (0..10).contains(sensor)), "{found:?}");
+        let error = RandomSweep::parse("s", "first_sensor = -1").unwrap_err().to_string();
+        assert_eq!(error, "s: first_sensor is -1, expected 0 to 1000000000");
     }
 
     #[test]

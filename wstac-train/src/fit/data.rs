@@ -7,8 +7,8 @@ use wstac_core::rate::FrameRate;
 use crate::model::npz::{Array, Npz};
 use wstac_host::error::Error;
 
-/// Largest number of slides in a file.
-const MOST: u64 = 1 << 24;
+/// Largest number of slides in a file, all of which are in memory.
+const MOST: u64 = 1 << 20;
 
 /// A slide.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,14 +6,21 @@ use std::path::Path;
 
 use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::model::{Classification, Model};
-use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
 use super::trained::in_file_order;
 use wstac_host::error::Error;
+use wstac_host::plural::counted;
 
-/// Largest number of samples in a data set.
+/// Largest number of samples in a data set whose samples are read one after the other.
 const MOST_SAMPLES: u64 = 1 << 24;
+/// Largest number of samples that are in memory at a time.
+pub(crate) const MOST_KEPT: u64 = 1 << 18;
+/// Bytes of memory that a sample takes at most, with what is computed of it.
+const BYTES_KEPT: usize = 8 * size_of::<[i16; INPUTS]>();
+/// Most bytes of the labels of a data set, or of its other texts.
+const MOST_TEXT: usize = 8 << 20;
 /// Largest number of different labels.
 const MOST_LABELS: usize = 1024;
 /// Longest label, in code points.
@@ -28,8 +35,10 @@ pub struct Answers {
     pub predictions: Vec<u8>,
     /// The confidence of each answer in units of 2^-15; `None` for a model without a calibration.
     pub confidences: Option<Vec<u16>>,
-    /// Whether each sample is known; `None` if the model does not tell.
+    /// Whether each sample is known; `None` if the model does not tell. A row without a sample is not.
     pub known: Option<Vec<bool>>,
+    /// Whether each row holds a sample: a row of zeros holds none, such as that of a slide without a velocity.
+    pub has_sample: Vec<bool>,
     /// The truth, if it is known.
     pub truth: Option<Truth>,
 }
@@ -62,14 +71,25 @@ impl Truth {
 }
 
 impl Answers {
-    /// Returns the number of right answers.
+    /// Returns whether a row has an answer: it holds a sample, and the model does not say that it is unknown.
+    pub fn is_answered(&self, row: usize) -> bool {
+        let is_known = self.known.as_ref().is_none_or(|known| known.get(row) == Some(&true));
+        is_known && self.has_sample.get(row) == Some(&true)
+    }
+
+    /// Returns the number of rows with an answer.
+    pub fn answered(&self) -> usize {
+        (0..self.predictions.len()).filter(|row| self.is_answered(*row)).count()
+    }
+
+    /// Returns the number of right answers. A row without an answer ([`Answers::is_answered`]) has no right one.
     pub fn right(&self) -> Option<usize> {
         let truth = self.truth.as_ref()?;
-        let both = self.predictions.iter().zip(&truth.numbers);
-        Some(
-            both.filter(|(class, truth_number)| truth.of_class.get(usize::from(**class)) == Some(*truth_number))
-                .count(),
-        )
+        let both = self.predictions.iter().zip(&truth.numbers).enumerate();
+        let right = both.filter(|(row, (class, number))| {
+            self.is_answered(*row) && truth.of_class.get(usize::from(**class)) == Some(*number)
+        });
+        Some(right.count())
     }
 }
 
@@ -79,13 +99,13 @@ impl Answers {
 /// The file cannot be used; the message names the part.
 pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let npz = Npz::open(path)?;
-    let found = classifications(model, &npz)?;
+    let (found, has_sample) = classifications(model, &npz)?;
     let predictions: Vec<u8> = found.iter().map(|answer| answer.class).collect();
     let labels = labels_of(model);
     let truth = truth(&npz, model.task(), &labels, predictions.len())?;
     let confidences = found.iter().map(|answer| answer.confidence).collect();
-    let known = found.iter().map(|answer| answer.known).collect();
-    Ok(Answers { labels, predictions, confidences, known, truth })
+    let known = found.iter().zip(&has_sample).map(|(answer, has)| answer.known.map(|known| known && *has)).collect();
+    Ok(Answers { labels, predictions, confidences, known, has_sample, truth })
 }
 
 /// Returns the name of the array that holds the samples for a model.
@@ -103,8 +123,9 @@ pub fn array_of(input: Input) -> &'static str {
 /// The file cannot be used; the message names the part.
 pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<[i16; INPUTS]>, Option<Truth>), Error> {
     let npz = Npz::open(path)?;
-    let mut samples = Vec::new();
-    of_model(model, &npz, |sample| samples.push(*sample))?;
+    let array = array_of(model.input());
+    let mut samples = Vec::with_capacity(kept(&npz, array, 0)?);
+    each_sample(&npz, array, 0..=MOST_KEPT, |sample| samples.push(in_file_order(sample)))?;
     let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
     Ok((samples, truth))
 }
@@ -113,39 +134,48 @@ fn labels_of(model: &Model) -> Vec<String> {
     (0..model.labels().len()).filter_map(|class| model.labels().get(class)).map(|label| label.to_string()).collect()
 }
 
-fn classifications(model: &Model, npz: &Npz) -> Result<Vec<Classification>, Error> {
-    let mut found = Vec::new();
-    of_model(model, npz, |sample| found.push(model.classification(sample)))?;
-    Ok(found)
+/// Returns a model's answers, and whether each row holds a sample.
+fn classifications(model: &Model, npz: &Npz) -> Result<(Vec<Classification>, Vec<bool>), Error> {
+    let array = array_of(model.input());
+    let n = opened(npz, array, &(0..=MOST_SAMPLES))?.1 as usize;
+    let (mut found, mut has_sample) = (Vec::new(), Vec::new());
+    let no_room = |_| npz.error(array, format_args!("not enough memory for {n} answers"));
+    found.try_reserve_exact(n).and_then(|()| has_sample.try_reserve_exact(n)).map_err(no_room)?;
+    each_sample(npz, array, 0..=MOST_SAMPLES, |sample| {
+        found.push(model.classification(&in_file_order(sample)));
+        has_sample.push(is_sample(sample));
+    })?;
+    Ok((found, has_sample))
 }
 
-/// Passes every sample that a model takes to `give`, in the order of a model file.
-fn of_model(model: &Model, npz: &Npz, mut give: impl FnMut(&[i16; INPUTS])) -> Result<(), Error> {
-    each_sample(npz, array_of(model.input()), 0..=MOST_SAMPLES, |sample| give(&in_file_order(sample)))
+/// Returns whether a row holds a sample. One of zeros holds none.
+pub fn is_sample(row: &[i16; INPUTS]) -> bool {
+    row.iter().any(|number| *number != 0)
+}
+
+/// Returns the number of samples of an array that are all kept in memory, of which there is enough.
+pub(crate) fn kept(npz: &Npz, name: &str, least: u64) -> Result<usize, Error> {
+    let n = opened(npz, name, &(least..=MOST_KEPT))?.1 as usize;
+    let bytes = n.saturating_mul(BYTES_KEPT);
+    let mut room = Vec::<u8>::new();
+    // The room is asked for, although nothing is written to it.
+    std::hint::black_box(&mut room).try_reserve_exact(bytes).map_err(|_| {
+        let mb = bytes.div_ceil(1 << 20);
+        npz.error(name, format_args!("{n} samples take up to {mb} MB of memory, expected at most what there is"))
+    })?;
+    Ok(n)
 }
 
 /// Passes every sample of an array to `give`, in the order of the data set.
+///
+/// Refuses a data set whose samples are of another scale, or that has another number of groups or splits.
 pub(crate) fn each_sample(
     npz: &Npz,
     name: &str,
     expected: RangeInclusive<u64>,
     mut give: impl FnMut(&[i16; INPUTS]),
 ) -> Result<(), Error> {
-    let mut array = npz.array(name)?;
-    let n = match array.shape[..] {
-        [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
-        [n, inputs] if inputs == INPUTS as u64 => n,
-        _ => return Err(npz.error(name, format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
-    };
-    if array.descr != "<i2" {
-        let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);
-        return Err(npz.error(name, message));
-    }
-    if !expected.contains(&n) {
-        let (least, most) = expected.into_inner();
-        let range = if least == 0 { format!("at most {most}") } else { format!("{least} to {most}") };
-        return Err(npz.error(name, format_args!("{n} samples, expected {range}")));
-    }
+    let (mut array, n) = opened(npz, name, &expected)?;
     let mut bytes = [0; 2 * INPUTS];
     let mut sample = [0; INPUTS];
     for _ in 0..n {
@@ -156,16 +186,75 @@ pub(crate) fn each_sample(
     Ok(())
 }
 
-/// Reads the true labels from the first array that fits the model's task.
-fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
-    let arrays: &[&str] = match task {
+/// Opens an array of samples, and returns their number, too.
+fn opened(npz: &Npz, name: &str, expected: &RangeInclusive<u64>) -> Result<(Array, u64), Error> {
+    let array = npz.array(name)?;
+    let n = match array.shape[..] {
+        [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
+        [n, inputs] if inputs == INPUTS as u64 => n,
+        _ => return Err(npz.error(name, format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
+    };
+    if array.descr != "<i2" {
+        let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);
+        return Err(npz.error(name, message));
+    }
+    if !expected.contains(&n) {
+        let (least, most) = (expected.start(), expected.end());
+        let range = if *least == 0 { format!("at most {most}") } else { format!("{least} to {most}") };
+        return Err(npz.error(name, format_args!("{}, expected {range}", counted(n, "sample"))));
+    }
+    check_scale(npz)?;
+    for beside in ["sensor", "recording", "split"].into_iter().filter(|beside| npz.names().any(|name| name == *beside))
+    {
+        let shape = npz.array(beside)?.shape;
+        if shape != [n] {
+            return Err(npz.error(beside, format_args!("shape {shape:?}, expected ({n},) as of {name}")));
+        }
+    }
+    Ok((array, n))
+}
+
+/// Refuses a data set whose array `scale` is not that of all models. Without the array, the samples have that scale.
+fn check_scale(npz: &Npz) -> Result<(), Error> {
+    const NAME: &str = "scale";
+    if !npz.names().any(|name| name == NAME) {
+        return Ok(());
+    }
+    let mut array = npz.array(NAME)?;
+    let mut bytes = [0; 8];
+    let found = match (array.shape.iter().all(|side| *side == 1), array.descr.as_str()) {
+        (true, "<f8") => array.read(&mut bytes).map(|()| f64::from_le_bytes(bytes)),
+        (true, "<f4") => {
+            let mut bytes = [0; 4];
+            array.read(&mut bytes).map(|()| f32::from_le_bytes(bytes).into())
+        }
+        _ => {
+            let message = format_args!("type {} and shape {:?}, expected one float64", array.descr, array.shape);
+            return Err(npz.error(NAME, message));
+        }
+    };
+    let found = found.map_err(|error| npz.error(NAME, error))?;
+    let expected = 1.0 / f64::from(FEATURE_ONE);
+    if (found / expected - 1.0).abs() < 1e-6 {
+        return Ok(());
+    }
+    Err(npz.error(NAME, format_args!("{found}, expected {expected} (1/{FEATURE_ONE}), the unit of samples")))
+}
+
+/// Returns the names of arrays that may have the labels of a task, the first that is there first.
+pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
+    match task {
         Task::Specimen => &["y", "y_specimen"],
         Task::Pattern => &["y", "y_pattern"],
         Task::Depth => &["y", "y_depth"],
         _ => &["y"],
-    };
+    }
+}
+
+/// Reads the true labels from the first array that fits the model's task.
+fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
     let has = |array: &str| npz.names().any(|name| name == array);
-    if let Some(array) = arrays.iter().find(|array| has(array)) {
+    if let Some(array) = label_arrays(task).iter().find(|array| has(array)) {
         return compare(npz, array, classes.to_vec(), n).map(Some);
     }
     if task == Task::Specimen && has("y_pattern") {
@@ -205,13 +294,23 @@ fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth,
     let mut numbers = Vec::new();
     for _ in 0..n {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        let this = number(text.read(&bytes));
+        let this = number(text.read(&bytes).map_err(|error| npz.error(name, error))?);
         if usize::from(this) >= MOST_LABELS {
             return Err(npz.error(name, format_args!("expected at most {MOST_LABELS} different labels")));
         }
         numbers.push(this);
     }
     Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
+}
+
+/// Reads an array with a text for each sample of another array; `None` if there is none.
+pub(crate) fn beside(path: &Path, name: &str, samples: &str) -> Result<Option<Vec<String>>, Error> {
+    let npz = Npz::open(path)?;
+    if !npz.names().any(|found| found == name) {
+        return Ok(None);
+    }
+    let n = npz.array(samples)?.shape.first().copied().unwrap_or(0).min(MOST_SAMPLES) as usize;
+    texts(&npz, name, n).map(Some)
 }
 
 /// Reads an array of `n` elements as labels.
@@ -224,9 +323,14 @@ pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Erro
         npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
     })?;
     let mut bytes = vec![0; text.bytes()];
+    let mut left = MOST_TEXT;
     let read = (0..n).map(|_| {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        Ok(text.read(&bytes))
+        let text = text.read(&bytes).map_err(|error| npz.error(name, error))?;
+        left = left.checked_sub(text.len()).ok_or_else(|| {
+            npz.error(name, format_args!("has more than {} MB of text, expected less", MOST_TEXT >> 20))
+        })?;
+        Ok(text)
     });
     read.collect()
 }
@@ -260,13 +364,16 @@ impl Text {
         }
     }
 
-    fn read(&self, bytes: &[u8]) -> String {
+    fn read(&self, bytes: &[u8]) -> Result<String, String> {
         let mut eight = [0; 8];
-        match self {
+        Ok(match self {
             Self::Unicode(_) => {
                 let points = bytes.as_chunks::<4>().0.iter().map(|point| u32::from_le_bytes(*point));
-                let characters = points.map(|point| char::from_u32(point).unwrap_or(char::REPLACEMENT_CHARACTER));
-                let text: String = characters.collect();
+                let character = |point: u32| {
+                    let character = char::from_u32(point);
+                    character.ok_or_else(|| format!("is no text: it has U+{point:04X}, expected characters of Unicode"))
+                };
+                let text = points.map(character).collect::<Result<String, String>>()?;
                 text.trim_end_matches('\0').to_owned()
             }
             Self::Integer { bytes: count, signed } => {
@@ -279,6 +386,6 @@ impl Text {
                 eight.copy_from_slice(bytes);
                 f64::from_le_bytes(eight).to_string()
             }
-        }
+        })
     }
 }

@@ -10,6 +10,7 @@ use wstac_core::model::file::INPUTS;
 use super::calibrate::{self, LabeledSamples, Projection, Scored};
 use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task};
 use super::write::{Options, write};
+use wstac_host::plural::counted;
 
 /// The fewest slides of each texture that tell how sure an answer is.
 const FEWEST_SLIDES: usize = 3;
@@ -46,7 +47,8 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
     names.retain(|(_, places)| !places.is_empty());
     names.sort_by(|(one, _), (other, _)| one.cmp(other));
     if names.len() < 2 {
-        return Err(format!("slides of {} textures, expected at least 2", names.len()));
+        let only = names.first().map_or_else(String::new, |(name, _)| format!(" ({name:?})"));
+        return Err(format!("slides of {}{only}, expected at least 2", counted(names.len(), "texture")));
     }
     let labels: Vec<String> = names.iter().map(|(name, _)| name.clone()).collect();
     let places: Vec<Vec<Vec<f64>>> = names.into_iter().map(|(_, places)| places).collect();
@@ -63,6 +65,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
         }),
         remarks: Vec::new(),
     };
+    super::check_names(&trained)?;
     let plain = write(&trained, facts, Options::default())?.words;
     let counts: Vec<usize> = places.iter().map(Vec::len).collect();
     let fewest = counts.iter().copied().min().unwrap_or(0);

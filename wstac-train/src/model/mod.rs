@@ -113,6 +113,14 @@ pub(crate) fn check_labels(model: &Trained) -> Result<(), String> {
     Ok(())
 }
 
+/// Rejects labels that [`check_labels`] rejects, or that are not one line of text that can be shown.
+pub(crate) fn check_names(model: &Trained) -> Result<(), String> {
+    if let Some(label) = model.labels.iter().find(|label| wstac_host::visible::line(label) != label.as_str()) {
+        return Err(format!("label {label:?} has a control character, expected a name in one line"));
+    }
+    check_labels(model)
+}
+
 /// Returns the name of a file, without its folder.
 fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())

@@ -109,6 +109,11 @@ impl Trial {
         self.counts.get(class).map_or([0; 2], |answers| [answers[class], answers.iter().sum()])
     }
 
+    /// Returns the number of slides with an answer.
+    pub fn answered(&self) -> u32 {
+        self.slides() - self.without_answer()
+    }
+
     /// Returns the number of slides without an answer: without a sample, or taken for unknown.
     pub fn without_answer(&self) -> u32 {
         self.counts.iter().filter_map(|answers| answers.last()).sum()
@@ -150,7 +155,8 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     if labels.len() < 2 || labels.len() > MOST_CLASSES {
         let found = labels.first().map_or_else(String::new, |label| format!(" ({label})"));
         let classes = if labels.len() < 2 { found } else { String::new() };
-        let message = format!("{} labels{classes}, expected 2 to {MOST_CLASSES} different ones", labels.len());
+        let count = counted(labels.len(), "label");
+        let message = format!("{count}{classes}, expected 2 to {MOST_CLASSES} different ones");
         return Err(wrong(&subject, message));
     }
     let class_of = |slide: &LabeledSlide| labels.iter().position(|label| *label == slide.label).unwrap_or_default();
@@ -159,9 +165,8 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         set.slides.iter().partition(|slide| slide.is_test == Some(true));
     let usable: Vec<_> = trains.iter().copied().filter(|slide| slide.numbers.is_some()).collect();
     if let Some(label) = labels.iter().find(|label| !usable.iter().any(|slide| slide.label == **label)) {
-        let message = format!(
-            "label {label} has no slide with a sample to train on, expected at least 1: record it in more recordings"
-        );
+        let message =
+            format!("label {label} has no slide with a sample to train on, expected at least 1: {}", set.more_slides());
         return Err(wrong(&subject, message));
     }
     let kept = split::aside(&usable, ASIDE);
@@ -172,7 +177,9 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         read.map(|number| f32::from(*number) / FEATURE_ONE as f32).collect()
     };
     let classes: Vec<u8> = fitted.iter().map(|slide| class_of(slide) as u8).collect();
-    let all: Vec<f32> = fitted.iter().filter_map(|slide| slide.numbers.as_deref()).flat_map(numbers).collect();
+    // Not more memory than they take.
+    let mut all: Vec<f32> = Vec::with_capacity(fitted.len() * INPUTS);
+    all.extend(fitted.iter().filter_map(|slide| slide.numbers.as_deref()).flat_map(numbers));
     let inputs = frames * SAMPLE_FEATURES;
     let samples = Samples { inputs, numbers: &all, classes: &classes, count: labels.len() };
     let linear = logistic::fit(&samples, LIMITS).map_err(|message| wrong(&subject, message))?;
@@ -184,7 +191,7 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         kind: Kind::Linear(linear),
         remarks: Vec::new(),
     };
-    crate::model::check_labels(&trained).map_err(|message| wrong(&subject, message))?;
+    crate::model::check_names(&trained).map_err(|message| wrong(&subject, message))?;
     let draft = write::write(&trained, "", write::Options::default()).map_err(|message| wrong(&subject, message))?;
     let calibrated = calibrated(&draft.words, &of_file(&fitted, &labels), &of_file(&kept, &labels));
     // The test is of the file's integers; the facts about it are not known before, and do not change an answer.
@@ -242,6 +249,7 @@ fn calibrated(words: &[u32], fitted: &LabeledSamples, kept: &LabeledSamples) -> 
 /// Returns slides as a model file takes them.
 fn of_file(slides: &[&LabeledSlide], labels: &[String]) -> LabeledSamples {
     let mut samples = LabeledSamples { names: labels.to_vec(), ..LabeledSamples::default() };
+    samples.numbers.reserve_exact(slides.len());
     for slide in slides {
         let label = labels.iter().position(|label| *label == slide.label);
         if let (Some(numbers), Some(label)) = (slide.in_file_order(), label) {

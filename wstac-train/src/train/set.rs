@@ -10,12 +10,9 @@ use crate::dataset::arrays::name;
 use crate::dataset::path::PathSlide;
 use crate::dataset::random::RandomSweep;
 use crate::dataset::recordings::Recording;
-use crate::model::eval::{array_of, each_sample, texts};
+use crate::model::eval::{MOST_KEPT, array_of, each_sample, is_sample, kept, label_arrays, texts};
 use crate::model::npz::Npz;
 use crate::model::trained::{in_file_order, in_set_order};
-
-/// Largest number of samples in a data set, all of which are in memory.
-const MOST_SAMPLES: u64 = 1 << 20;
 
 /// A slide with its label.
 #[derive(Clone, Debug)]
@@ -44,6 +41,8 @@ pub struct TrainingSet {
     pub slides: Vec<LabeledSlide>,
     /// Names of the sources.
     pub sources: Vec<String>,
+    /// Number of the slides that were simulated for the training.
+    pub simulated: usize,
 }
 
 impl TrainingSet {
@@ -51,6 +50,7 @@ impl TrainingSet {
     pub fn extend(&mut self, other: Self) {
         self.slides.extend(other.slides);
         self.sources.extend(other.sources);
+        self.simulated += other.simulated;
     }
 
     /// Returns the names of the sources, of many only the first ones.
@@ -59,6 +59,16 @@ impl TrainingSet {
         let names = self.sources.iter().take(MOST).map(String::as_str).collect::<Vec<_>>().join(", ");
         let more = self.sources.len().saturating_sub(MOST);
         if more > 0 { format!("{names} and {more} more") } else { names }
+    }
+
+    /// Returns what to do for more slides of a texture.
+    pub(super) fn more_slides(&self) -> &'static str {
+        if self.is_simulated() { "let the sweep have more slides" } else { "record it in more recordings" }
+    }
+
+    /// Returns whether a sweep made all slides.
+    pub(super) fn is_simulated(&self) -> bool {
+        self.simulated == self.slides.len()
     }
 
     /// Returns all labels, in order.
@@ -84,7 +94,8 @@ impl TrainingSet {
                 is_test: Some(sweep.is_for_tests(slide.sensor)),
             }
         };
-        Self { slides: slides.iter().map(labeled).collect(), sources: vec!["simulated slides".to_owned()] }
+        let sources = vec!["simulated slides".to_owned()];
+        Self { slides: slides.iter().map(labeled).collect(), sources, simulated: slides.len() }
     }
 
     /// Gathers the events of recordings. Their groups are the labels `sensor`, if every recording has one and there are
@@ -145,12 +156,7 @@ impl TrainingSet {
         }
         let samples = samples(&npz, array)?;
         let n = samples.len();
-        let wanted: &[&str] = match options.task {
-            Task::Specimen => &["y_specimen", "y"],
-            Task::Pattern => &["y_pattern", "y"],
-            Task::Depth => &["y_depth", "y"],
-            _ => &["y"],
-        };
+        let wanted = label_arrays(options.task);
         let labels = wanted.iter().find(|name| has(name)).copied().unwrap_or(wanted[0]);
         let labels = texts(&npz, labels, n)?;
         let optional = |name: &str| has(name).then(|| texts(&npz, name, n)).transpose();
@@ -171,15 +177,15 @@ impl TrainingSet {
         for (number, ((numbers, label), group)) in samples.into_iter().zip(labels).zip(groups).enumerate() {
             slides.push(LabeledSlide { numbers, label, group, is_test: is_test(number)? });
         }
-        Ok(Self { slides, sources: vec![path.display().to_string()] })
+        Ok(Self { slides, sources: vec![path.display().to_string()], simulated: 0 })
     }
 }
 
 /// Reads the samples of a data set. One that is zero throughout is none.
 fn samples(npz: &Npz, name: &str) -> Result<Vec<Option<Box<[i16; INPUTS]>>>, Error> {
-    let mut samples = Vec::new();
-    each_sample(npz, name, 1..=MOST_SAMPLES, |sample| {
-        samples.push(sample.iter().any(|number| *number != 0).then(|| Box::new(*sample)));
+    let mut samples = Vec::with_capacity(kept(npz, name, 1)?);
+    each_sample(npz, name, 1..=MOST_KEPT, |sample| {
+        samples.push(is_sample(sample).then(|| Box::new(*sample)));
     })?;
     Ok(samples)
 }

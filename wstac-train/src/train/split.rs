@@ -58,6 +58,7 @@ pub(super) fn split(set: &mut TrainingSet, test: f64) -> Result<(), String> {
         set.slides.iter_mut().for_each(|slide| slide.is_test = Some(false));
         return Ok(());
     }
+    let is_decided = set.slides.iter().all(|slide| slide.is_test.is_some());
     let mut of_label: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for slide in set.slides.iter().filter(|slide| slide.is_test.is_none()) {
         of_label.entry(&slide.label).or_default().insert(&slide.group);
@@ -75,6 +76,17 @@ pub(super) fn split(set: &mut TrainingSet, test: f64) -> Result<(), String> {
         ));
     }
     let all: BTreeSet<_> = tests.union(&trains).collect();
+    if is_decided && (tests.is_empty() || trains.is_empty()) {
+        let side = if tests.is_empty() { "training" } else { "tests" };
+        let cause = if set.is_simulated() {
+            format!(
+                "the sweep has all slides for {side}, expected some for each: let it have more sensors, and test above 0"
+            )
+        } else {
+            format!("the array split has all slides for {side}, expected train and test")
+        };
+        return Err(format!("{cause}; or train without a test by --test 0"));
+    }
     if tests.is_empty() || trains.is_empty() {
         let found = all.first().map_or_else(String::new, |group| format!(" ({group})"));
         let what = if all.len() == 1 {

@@ -10,7 +10,7 @@ fn slide(label: &str, group: &str, is_test: Option<bool>, number: i16) -> Labele
 }
 
 fn set(slides: Vec<LabeledSlide>) -> TrainingSet {
-    TrainingSet { slides, sources: vec!["it".into()] }
+    TrainingSet { slides, sources: vec!["it".into()], simulated: 0 }
 }
 
 /// Returns two textures in recordings of their own, `recordings` of each.
@@ -56,13 +56,22 @@ fn one_group_is_no_test() {
     let both = set(vec![slide("Saw3", "sensor 1", Some(true), 1), slide("Fla0", "sensor 1", Some(false), 1)]);
     assert!(error(both).contains("sensor 1 has slides for training and for tests"));
     assert!(error(set(Vec::new())).contains("has no slide"));
+    for (is_test, side) in [(true, "tests"), (false, "training")] {
+        let slides =
+            [("Saw3", "sensor 1"), ("Fla0", "sensor 2")].map(|(label, group)| slide(label, group, Some(is_test), 1));
+        let message = error(set(slides.to_vec()));
+        assert!(message.contains(&format!("the array split has all slides for {side}, expected train")), "{message}");
+        let message = error(TrainingSet { simulated: 2, ..set(slides.to_vec()) });
+        assert!(message.contains(&format!("the sweep has all slides for {side}, expected some")), "{message}");
+        assert!(message.contains("--test 0") && !message.contains("record"), "{message}");
+    }
 }
 
 #[test]
 fn labels_and_samples_are_checked() {
     let error = |set| train(set, &TrainOptions::default()).unwrap_err().to_string();
     let only = set((0..4).map(|n| slide("Saw3", &format!("sensor {n}"), None, n)).collect());
-    assert!(error(only).contains("1 labels (Saw3), expected 2 to 64"));
+    assert!(error(only).contains("1 label (Saw3), expected 2 to 64"));
     let mut missing = recorded(3);
     missing.slides.iter_mut().filter(|slide| slide.label == "Fla0").for_each(|slide| slide.numbers = None);
     assert!(error(missing).contains("label Fla0 has no slide with a sample to train on"));

@@ -13,7 +13,7 @@ use wstac_host::plural::counted;
 use wstac_train::dataset::path::{PathSlide, write_split};
 use wstac_train::dataset::random::RandomSweep;
 
-/// Makes the data set of a sweep's file, or of the empty sweep.
+/// Makes the data set of a sweep's file, or of the defaults.
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sweep = sweep(arguments.sources.first())?;
     let input: Input = arguments.sample().into();
@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Reads a sweep's file; without one it is the empty sweep.
+/// Reads a sweep's file; without one, the defaults hold.
 pub(in crate::commands) fn sweep(file: Option<&PathBuf>) -> Result<RandomSweep, Stop> {
     Ok(file.map(|file| RandomSweep::read(file)).transpose()?.unwrap_or_default())
 }

@@ -1,10 +1,14 @@
 //! `wstac model calibrate` adds to a model file how sure its answers are.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use wstac_core::model::file::Input;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_train::model::calibrate::{LabeledSamples, Projection, Settings, calibrate_with, inputs_of, without};
+use wstac_host::plural::counted;
+use wstac_train::model::calibrate::{
+    LabeledSamples, Projection, Settings, calibrate_with, inputs_of, sensors_in_common, without,
+};
 
 use super::super::files::Outputs;
 use super::super::output::{Stop, note};
@@ -13,7 +17,7 @@ use super::super::output::{Stop, note};
 ///
 /// Answers stay what they are. A calibrated model gives the probability of an answer ("confidence"), and says whether
 /// a texture is like those of the training ("known"). Data sets are those of model eval. No sensor of HELD should have
-/// been in the training.
+/// been in the training: a sweep with another first_sensor has others.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The model: a file, or builtin:NAME
@@ -24,9 +28,11 @@ pub(super) struct Arguments {
     #[arg(value_name = "TRAIN")]
     train: PathBuf,
 
-    /// A data set (.npz) that was held out of the training
+    /// A data set (.npz) that was held out of the training; by default, the tests of TRAIN
+    ///
+    /// They are those of its array split.
     #[arg(value_name = "HELD")]
-    held: PathBuf,
+    held: Option<PathBuf>,
 
     /// Write the calibrated model to this file
     #[arg(short, long, value_name = "OUT")]
@@ -59,14 +65,43 @@ fn part(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a number from 0 to below 1, such as 0.02".into())
 }
 
+/// Refuses the same data set for both.
+fn check_other(train: &Path, held: &Path) -> Result<(), Error> {
+    let real = |path: &Path| path.canonicalize().ok();
+    if real(train).is_some() && real(train) == real(held) {
+        let message = "is TRAIN and HELD, expected slides that were held out: name a data set with an array split once";
+        return Err(Error::new(ErrorKind::Usage, held.display(), message));
+    }
+    Ok(())
+}
+
+/// Notes sensors that are in both data sets.
+fn note_common(train: &Path, held: &Path, input: Input) -> Result<(), Error> {
+    let common = sensors_in_common(train, held, input)?;
+    if !common.is_empty() {
+        let (train, held, sensors) = (train.display(), held.display(), counted(common.len(), "sensor"));
+        note(format_args!("{held} has {sensors} of {train}: on others, answers are less sure than the model will say"));
+    }
+    Ok(())
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
-    let outputs = Outputs::new(arguments.force).reading([&arguments.train, &arguments.held]);
+    let inputs = [&arguments.model, &arguments.train];
+    let outputs = Outputs::new(arguments.force).reading(inputs).reading(&arguments.held).reading(&arguments.projection);
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
-    let train = LabeledSamples::read(&model, &arguments.train)?;
-    let held = LabeledSamples::read(&model, &arguments.held)?;
+    let held_path = arguments.held.as_ref().unwrap_or(&arguments.train);
+    let [train, held] = match &arguments.held {
+        None => LabeledSamples::read_split(&model, &arguments.train)?,
+        Some(held) => {
+            check_other(&arguments.train, held)?;
+            let both = [LabeledSamples::read(&model, &arguments.train)?, LabeledSamples::read(&model, held)?];
+            note_common(&arguments.train, held, model.input())?;
+            both
+        }
+    };
     let mut settings = Settings::default();
     settings.dimensions = arguments.dimensions.map_or(settings.dimensions, usize::from);
     settings.rejected = arguments.rejected.unwrap_or(settings.rejected);
@@ -85,19 +120,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     let plain = without(file.words()).map_err(wrong(&arguments.model))?;
     let found = calibrate_with(&plain, projection.as_ref(), &train, &held, settings);
-    let found = found.map_err(wrong(&arguments.held))?;
+    let found = found.map_err(wrong(held_path))?;
     let bytes: Vec<u8> = found.words.iter().flat_map(|word| word.to_le_bytes()).collect();
     outputs.write(output, &bytes)?;
     let quality = found.held_out;
     let known = quality.known.map_or_else(
         || "does not tell what is unknown".to_owned(),
-        |known| format!("{:.1} % of them are known in {} dimensions", 100.0 * known, found.dimensions),
+        |known| format!("{:.1} % of them are known in {}", 100.0 * known, counted(found.dimensions, "dimension")),
     );
     note(format_args!(
-        "{}: {} bytes; {} samples held out: {:.1} % right, confidence off by {:.4} on average; {known}",
+        "{}: {} bytes; {} held out: {:.1} % right, confidence off by {:.4} on average; {known}",
         output.display(),
         bytes.len(),
-        quality.samples,
+        counted(quality.samples, "sample"),
         100.0 * quality.accuracy,
         quality.calibration_error
     ));

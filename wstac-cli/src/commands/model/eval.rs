@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::super::output::{Stop, note};
 use wstac_host::model_file::ModelFile;
+use wstac_host::plural::counted;
 use wstac_host::texture::confidence_of;
 use wstac_host::visible::OneLine;
 use wstac_train::model::eval::{Answers, Truth, answers};
@@ -12,9 +13,12 @@ use wstac_train::model::eval::{Answers, Truth, answers};
 /// Print a model's answers for a data set, and its accuracy
 ///
 /// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. A model of
-/// the path of a touch takes X_path or X_taxel_path instead. Accuracy
-/// and confusions need the true labels: the array y, or y_specimen, y_pattern or y_depth by the model's task. If a
-/// data set has only patterns or depths, those of the answered specimen are compared.
+/// the path of a touch takes X_path or X_taxel_path instead. Accuracy and confusions need the true labels: the array
+/// y, or y_specimen, y_pattern or y_depth by the model's task. If a data set has only patterns or depths, those of the
+/// answered specimen are compared.
+///
+/// A sample has no answer if it is all zeros (such as a slide without a velocity), or if the model says that it is
+/// unknown. It counts as wrong, as in wstac train.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The model: a file, or builtin:NAME
@@ -27,18 +31,23 @@ pub(super) struct Arguments {
 
     /// Print one JSON object instead of text
     ///
-    /// Its keys are n, accuracy (null without true labels) and predictions (one label per sample); for a model that
-    /// tells them also confidence and known, one for each sample.
+    /// Its keys are n, right, accuracy and accuracy_of_answered (null without true labels), answered (the number of
+    /// samples with an answer) and predictions (one label per sample, also without an answer); for a model that tells
+    /// them also confidence and known, one for each sample.
     #[arg(long)]
     json: bool,
 }
+
+/// The column of samples without an answer.
+const NONE: &str = "none";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
     let answers = answers(&model, &arguments.data)?;
     let n = answers.predictions.len();
-    let accuracy = answers.right().filter(|_| n > 0).map(|right| right as f64 / n as f64);
+    let (right, answered) = (answers.right(), answers.answered());
+    let accuracy = right.filter(|_| n > 0).map(|right| right as f64 / n as f64);
     if let Some(truth) = &answers.truth {
         let (labels, samples) = truth.of_no_class();
         if samples > 0 {
@@ -53,7 +62,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.json {
         let label = |class: &u8| answers.labels.get(usize::from(*class)).map_or("", String::as_str);
         let predictions: Vec<&str> = answers.predictions.iter().map(label).collect();
-        let mut json = serde_json::json!({ "n": n, "accuracy": accuracy, "predictions": predictions });
+        let of_answered = right.filter(|_| answered > 0).map(|right| right as f64 / answered as f64);
+        let mut json = serde_json::json!({
+            "n": n,
+            "right": right,
+            "accuracy": accuracy,
+            "answered": answered,
+            "accuracy_of_answered": of_answered,
+            "predictions": predictions,
+        });
         if let Some(confidences) = &answers.confidences {
             json["confidence"] = confidences.iter().map(|&units| confidence_of(units)).collect();
         }
@@ -63,18 +80,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         writeln!(out, "{json}")?;
         return Ok(out.flush()?);
     }
-    if let (Some(truth), Some(accuracy), Some(right)) = (&answers.truth, accuracy, answers.right()) {
-        writeln!(out, "{:.2} % right: {right} of {n} samples, by {}", 100.0 * accuracy, OneLine(&truth.from))?;
+    let samples = counted(n, "sample");
+    if let (Some(truth), Some(accuracy), Some(right)) = (&answers.truth, accuracy, right) {
+        writeln!(out, "{:.2} % right: {right} of {samples}, by {}", 100.0 * accuracy, OneLine(&truth.from))?;
+        if (1..n).contains(&answered) {
+            let share = 100.0 * right as f64 / answered as f64;
+            writeln!(out, "{share:.2} % right of those with an answer: {right} of {answered}")?;
+        }
         if let Some(known) = &answers.known {
             let known = known.iter().filter(|known| **known).count();
             writeln!(out, "{:.2} % known: {known} of {n}", 100.0 * known as f64 / n as f64)?;
         }
         confusions(&mut out, &answers, truth)?;
     } else {
-        writeln!(out, "{n} samples, without truth")?;
+        writeln!(out, "{samples}, without truth")?;
+        let given = |class: usize| {
+            let of_class = answers.predictions.iter().enumerate().filter(|(_, answer)| usize::from(**answer) == class);
+            of_class.filter(|(row, _)| answers.is_answered(*row)).count()
+        };
         for (class, label) in answers.labels.iter().enumerate() {
-            let count = answers.predictions.iter().filter(|&&answer| usize::from(answer) == class).count();
-            writeln!(out, "{:>12} {count:6}", OneLine(label))?;
+            writeln!(out, "{:>12} {:6}", OneLine(label), given(class))?;
+        }
+        if answered < n {
+            writeln!(out, "{NONE:>12} {:6}", n - answered)?;
         }
     }
     Ok(out.flush()?)
@@ -92,15 +120,21 @@ fn confusions(out: &mut impl Write, answers: &Answers, truth: &Truth) -> Result<
     writeln!(out, "\n{:>12}  answers", "truth")?;
     write!(out, "{:12}", "")?;
     answers.labels.iter().try_for_each(|label| write!(out, " {:>6}", OneLine(label)))?;
+    let has_none = answers.answered() < answers.predictions.len();
+    if has_none {
+        write!(out, " {NONE:>6}")?;
+    }
     writeln!(out)?;
     let classes = answers.labels.len();
-    let mut counts = vec![0_u32; truth.labels.len() * classes];
-    for (answer, number) in answers.predictions.iter().zip(&truth.numbers) {
-        if let Some(count) = counts.get_mut(usize::from(*number) * classes + usize::from(*answer)) {
+    let columns = classes + usize::from(has_none);
+    let mut counts = vec![0_u32; truth.labels.len() * columns];
+    for (row, (answer, number)) in answers.predictions.iter().zip(&truth.numbers).enumerate() {
+        let column = if answers.is_answered(row) { usize::from(*answer) } else { classes };
+        if let Some(count) = counts.get_mut(usize::from(*number) * columns + column) {
             *count += 1;
         }
     }
-    for (label, counts) in truth.labels.iter().zip(counts.chunks(classes.max(1))) {
+    for (label, counts) in truth.labels.iter().zip(counts.chunks(columns.max(1))) {
         if counts.iter().any(|&count| count > 0) {
             write!(out, "{:>12}", OneLine(label))?;
             counts.iter().try_for_each(|count| write!(out, " {count:6}"))?;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_train::model::calibrate::LabeledSamples;
+use wstac_host::plural::counted;
+use wstac_train::model::calibrate::{LabeledSamples, projection_of};
 use wstac_train::model::learn::learn;
 
 use super::super::dataset::pool;
@@ -50,10 +51,11 @@ fn is_set(path: &Path) -> bool {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
-    let outputs = Outputs::new(arguments.force).reading(&arguments.slides);
+    let outputs = Outputs::new(arguments.force).reading([&arguments.base]).reading(&arguments.slides);
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.base)?;
     let model = file.model()?;
+    projection_of(file.words()).map_err(|message| Error::new(ErrorKind::Data, file.about(), message))?;
     let (sets, recorded): (Vec<&PathBuf>, Vec<&PathBuf>) = arguments.slides.iter().partition(|path| is_set(path));
     let mut slides = LabeledSamples::default();
     for path in sets {
@@ -77,17 +79,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     outputs.write(output, &bytes)?;
     let (least, most) = (learned.slides.iter().min(), learned.slides.iter().max());
     let (least, most) = (least.copied().unwrap_or(0), most.copied().unwrap_or(0));
-    let each = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    let each = if least == most { counted(least, "slide") } else { format!("{least} to {most} slides") };
     let left_out = learned.left_out.map_or_else(String::new, |right| {
         format!("; {:.0} % of the slides are named right by the others", 100.0 * right)
     });
     let doubt =
         if learned.is_calibrated { "" } else { "; too few slides to tell how sure an answer is: expected 3 each" };
     note(format_args!(
-        "{}: {} bytes, {} textures, {each} slides each{left_out}{doubt}",
+        "{}: {} bytes, {}, {each} each{left_out}{doubt}",
         output.display(),
         bytes.len(),
-        learned.slides.len()
+        counted(learned.slides.len(), "texture")
     ));
     Ok(())
 }

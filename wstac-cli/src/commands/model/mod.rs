@@ -30,25 +30,35 @@ enum Command {
     Learn(learn::Arguments),
 }
 
-const HELP: &str = r#"From data to a model file:
-  wstac dataset sweep.toml -o train.npz
-  wstac dataset test.toml -o test.npz      (with seed = 100001)
+const HELP: &str = r#"From data to a model file, in one command:
+  wstac train -o my.wsm                    (see wstac train --help)
+  wstac model inspect my.wsm
+  wstac run /dev/video0 --model my.wsm
+
+With scikit-learn, for any speed, direction and length:
+  wstac dataset --input path sweep.toml -o train.npz
+  wstac dataset --input path test.toml -o test.npz
+                                           (with first_sensor = 1000)
   pip install scikit-learn skl2onnx xgboost
   In Python:
     import numpy, skl2onnx
     from sklearn.ensemble import RandomForestClassifier
     from skl2onnx.common.data_types import FloatTensorType
     set = numpy.load("train.npz")
-    X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
-    y = set["y_specimen"]
+    own = set["X_path"].any(axis=(1, 2))   # zeros: no velocity
+    X = set["X_path"][own, :, :39]         # 28 mm of path
+    X = X.reshape(len(X), -1) * set["scale"]
+    y = set["y_specimen"][own]
     model = RandomForestClassifier(100, max_depth=12).fit(X, y)
-    types = [("X", FloatTensorType([None, 700]))]
+    types = [("X", FloatTensorType([None, 390]))]
     onnx = skl2onnx.convert_sklearn(model, initial_types=types)
     open("forest.onnx", "wb").write(onnx.SerializeToString())
-  wstac model import forest.onnx -o forest.wsm
-  wstac model inspect forest.wsm
+  wstac model import forest.onnx -o forest.wsm --input path
   wstac model eval forest.wsm test.npz
-  wstac run /dev/video0 --model forest.wsm
+  With --input taxel-path, take X_taxel_path[own, :, :28].
+
+Over time, for the speeds and directions of the training only:
+  Leave out --input, and take X of shape (n, 10, 70): 700 inputs.
   The same as Rust code for a board:
   wstac model import forest.onnx -o forest.rs
   A linear SVM (SVC(kernel="linear") or LinearSVC) needs no
@@ -94,7 +104,9 @@ Inputs and limits:
   A model has 700 inputs, feature by feature: X.reshape(n, 700) of a data
   set, times its scale. A model that answers after the first N frames has
   X[:, :, :N].reshape(n, 10 * N); it cannot answer before frame 15, when
-  the trigger fires. A model has at most 64 classes and 65535 trees.
+  the trigger fires. Of the path, the first N tens are its start; a slide
+  that shows less of it has no answer. A model has at most 64 classes and
+  65535 trees.
   Exit code: 0, 1 if a file cannot be used, 2 for wrong arguments.
 "#;
 

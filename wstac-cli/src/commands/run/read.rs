@@ -54,7 +54,7 @@ impl<'a> Run<'a> {
         // Only after opening, which a signal ends at once, and before the first output.
         finishing(Ending::InTime);
         let Arguments { features, samples, motion, .. } = *arguments;
-        let wanted = OutputOptions { features, samples, motion };
+        let wanted = OutputOptions { features, samples, motion, ..OutputOptions::default() };
         let session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)

@@ -31,8 +31,9 @@ pub struct LiveContact {
 
 /// Follows speed and direction while something slides.
 ///
-/// It is independent of the trigger's windows and costs at most some 4,000 instructions per frame on a Cortex-M4F. The
-/// first answer comes at most three frames after the leading edge has crossed all whiskers.
+/// It is independent of the trigger's windows and costs at most some 4,000 instructions per frame on a Cortex-M4F. For
+/// most slides, the first answer comes at most three frames after the leading edge has crossed all whiskers;
+/// docs/ANSWERS.md says for how many.
 ///
 /// ```
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};

@@ -44,6 +44,20 @@ impl Walk {
         let chunks = summary.map_or(&[][..], |summary| &summary.chunks);
         let next = chunks.iter().map(|(place, _)| *place).find(|&place| place >= from && place < self.end);
         let end = next.map_or(end, |next| next.min(end)).max(from);
+        // Codes of records that may stand here.
+        let is_code = |op| matches!(op, op::HEADER | op::SCHEMA..=op::MESSAGE_INDEX | op::METADATA | op::DATA_END);
+        self.search(from, end, chunk, is_code)
+    }
+
+    /// Returns the next place at which records certainly start again that stand behind a compressed chunk.
+    pub(super) fn resync_behind(&mut self, from: u64, end: u64) -> io::Result<u64> {
+        // What was compressed may have messages as they are.
+        let is_code = |op| matches!(op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA);
+        self.search(from, end, Around::File, is_code)
+    }
+
+    /// Returns the next place with one of these codes at which records start.
+    fn search(&mut self, from: u64, end: u64, chunk: Around, is_code: impl Fn(u8) -> bool) -> io::Result<u64> {
         let mut piece = std::mem::take(&mut self.piece);
         let mut at = from;
         let found = loop {
@@ -55,13 +69,11 @@ impl Walk {
             piece.clear();
             let wanted = ((end - at).min(PIECE as u64) + HEAD) as usize;
             piece.extend_from_slice(self.file.peek(at, wanted)?);
-            // Codes of records that may stand here, and lengths below 4 GiB.
-            let is_head = |head: &[u8]| {
-                matches!(
-                    head,
-                    [op::HEADER | op::SCHEMA..=op::MESSAGE_INDEX | op::METADATA | op::DATA_END, _, _, _, _, 0, 0, 0, 0]
-                        | [op::CHUNK, _, _, _, _, 0xFF, 0xFF, 0xFF, 0xFF]
-                )
+            // Lengths are below 4 GiB.
+            let is_head = |head: &[u8]| match head {
+                [op, _, _, _, _, 0, 0, 0, 0] => is_code(*op),
+                [op::CHUNK, _, _, _, _, 0xFF, 0xFF, 0xFF, 0xFF] => true,
+                _ => false,
             };
             if piece.iter().all(|&byte| byte == 0) {
                 at += piece.len() as u64;

@@ -49,7 +49,7 @@ impl Around {
 impl Walk {
     /// Returns whether a record starts here that is longer than the file.
     pub(super) fn is_cut_off(&mut self, at: u64) -> io::Result<bool> {
-        let left = self.file.length() - at;
+        let left = self.file.length().saturating_sub(at);
         if left < HEAD {
             return Ok(true);
         }
@@ -163,9 +163,10 @@ impl Walk {
         let content = at + HEAD + CHUNK_HEADER + extra as u64;
         let head = |stored| Some(ChunkHead { content, stored, compression });
         let of_length = length.wrapping_sub(CHUNK_HEADER + extra as u64);
-        if let Some(indexed) = indexed {
-            let of_index = (at + indexed).checked_sub(content);
-            return Ok(of_index.and_then(|stored| head(Some(stored))));
+        // An index that says more than the file has is none.
+        let of_index = indexed.and_then(|indexed| at.checked_add(indexed)).filter(|end| *end <= self.end);
+        if let Some(stored) = of_index.and_then(|end| end.checked_sub(content)) {
+            return Ok(head(Some(stored)));
         }
         if [length, size, stored].iter().filter(|size| **size == u64::MAX).count() >= 2 {
             return Ok(head(None));

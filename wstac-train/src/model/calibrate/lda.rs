@@ -2,11 +2,14 @@
 
 use wstac_core::model::file::INPUTS;
 use wstac_core::params::FEATURE_ONE;
+use wstac_host::plural::counted;
 
 use super::LabeledSamples;
 
 /// The ridge of the covariance within classes, as a fraction of its mean variance.
 const RIDGE: f64 = 3e-4;
+/// The least variance of the means along a direction, in units of that within classes. Less is rounding.
+const LEAST_VARIANCE: f64 = 1e-12;
 /// The largest number of iterations over all pairs of the eigenvalue problem.
 const MOST_TURNS: usize = 60;
 
@@ -32,7 +35,7 @@ impl Projection {
     /// Returns the projection that separates the labels of samples best, of at most so many dimensions.
     ///
     /// # Errors
-    /// There are fewer than two labels, or no more samples than labels.
+    /// There are fewer than two labels, no more samples than labels, or samples or labels that do not differ.
     pub fn of(samples: &LabeledSamples, inputs: usize, most_dimensions: usize) -> Result<Self, String> {
         let labels = samples.labels.iter().max().map_or(0, |&most| usize::from(most) + 1);
         let mut counts = vec![0_usize; labels];
@@ -40,10 +43,13 @@ impl Projection {
         let found = counts.iter().filter(|&&count| count > 0).count();
         let n = samples.numbers.len();
         if found < 2 || n <= found {
-            return Err(format!("{n} samples of {found} labels, expected several samples of at least two labels"));
+            let (samples, labels) = (counted(n, "sample"), counted(found, "label"));
+            return Err(format!("{samples} of {labels}, expected several samples of at least two labels"));
         }
         let means = means(samples, &counts, inputs);
-        let within = within(samples, &means, inputs, n - found);
+        let within = within(samples, &means, inputs, n - found).ok_or(
+            "the samples of each label are all equal, expected those of different slides: nothing tells how much slides of a texture differ",
+        )?;
         let lower = cholesky(within);
         let mut middle = vec![0.0; inputs];
         for (mean, &count) in means.iter().zip(&counts) {
@@ -61,6 +67,9 @@ impl Projection {
             })
             .collect();
         let directions = directions(&whitened, most_dimensions.min(found - 1));
+        if directions.is_empty() {
+            return Err("the labels' means are all equal, expected textures that differ".into());
+        }
         let weights: Vec<Vec<f64>> = directions.into_iter().map(|direction| backward(&lower, direction)).collect();
         let biases = weights.iter().map(|row| -row.iter().zip(&middle).map(|(a, b)| a * b).sum::<f64>()).collect();
         Ok(Self { weights, biases })
@@ -87,8 +96,8 @@ fn means(samples: &LabeledSamples, counts: &[usize], inputs: usize) -> Vec<Vec<f
     means
 }
 
-/// Returns the covariance within labels and its ridge, a lower triangle.
-fn within(samples: &LabeledSamples, means: &[Vec<f64>], inputs: usize, freedom: usize) -> Vec<Vec<f64>> {
+/// Returns the covariance within labels and its ridge, a lower triangle; `None` if all samples of each label are equal.
+fn within(samples: &LabeledSamples, means: &[Vec<f64>], inputs: usize, freedom: usize) -> Option<Vec<Vec<f64>>> {
     let mut sums: Vec<Vec<f64>> = (1..=inputs).map(|length| vec![0.0; length]).collect();
     let mut residual = vec![0.0; inputs];
     for (sample, &label) in samples.numbers.iter().zip(&samples.labels) {
@@ -104,13 +113,16 @@ fn within(samples: &LabeledSamples, means: &[Vec<f64>], inputs: usize, freedom: 
         *sum /= freedom as f64;
     }
     let mean_variance = (0..inputs).map(|k| sums[k][k]).sum::<f64>() / inputs as f64;
+    if mean_variance <= 0.0 {
+        return None;
+    }
     let ridge = (RIDGE * mean_variance).max(f64::MIN_POSITIVE.sqrt());
     for row in &mut sums {
         if let Some(last) = row.last_mut() {
             *last += ridge;
         }
     }
-    sums
+    Some(sums)
 }
 
 /// Returns the Cholesky factor of a lower triangle.
@@ -169,7 +181,7 @@ fn directions(rows: &[Vec<f64>], most: usize) -> Vec<Vec<f64>> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
     let strongest = order.first().map_or(0.0, |&first| values[first]);
-    let strong = order.into_iter().take(most).filter(|&k| values[k] > 1e-9 * strongest);
+    let strong = order.into_iter().take(most).filter(|&k| values[k] > (1e-9 * strongest).max(LEAST_VARIANCE));
     let direction = |k: usize| {
         let vector = &vectors[k];
         if !by_rows {
@@ -304,8 +316,15 @@ mod tests {
     #[test]
     fn too_little_is_refused() {
         let one = LabeledSamples { numbers: vec![[0; INPUTS]; 3], labels: vec![0, 0, 0], ..LabeledSamples::default() };
-        assert!(Projection::of(&one, 10, 2).unwrap_err().contains("3 samples of 1 labels"));
+        assert!(Projection::of(&one, 10, 2).unwrap_err().contains("3 samples of 1 label,"));
         let each = LabeledSamples { numbers: vec![[0; INPUTS]; 2], labels: vec![0, 1], ..LabeledSamples::default() };
         assert!(Projection::of(&each, 10, 2).is_err());
+        // Constant inputs have no covariance, and equal means no direction.
+        let labels = vec![0, 0, 1, 1];
+        let constant = LabeledSamples { numbers: vec![[7; INPUTS]; 4], labels, ..LabeledSamples::default() };
+        assert!(Projection::of(&constant, 10, 2).unwrap_err().contains("samples of each label are all equal"));
+        let numbers = [0, 2, 0, 2].map(|x| [x; INPUTS]).to_vec();
+        let same = LabeledSamples { numbers, ..constant };
+        assert!(Projection::of(&same, 10, 2).unwrap_err().contains("means are all equal"));
     }
 }

@@ -6,6 +6,7 @@
 mod factor;
 mod lda;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use wstac_core::model::Model;
@@ -13,6 +14,7 @@ use wstac_core::model::calibration::{CONFIDENCE_ONE, MOST_DIMENSIONS};
 use wstac_core::model::file::{INPUTS, Input, crc};
 use wstac_core::params::FEATURE_ONE;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::plural::counted;
 
 use super::eval;
 use super::trained::in_file_order;
@@ -45,19 +47,39 @@ impl LabeledSamples {
     /// # Errors
     /// The data set cannot be read, or has no labels.
     pub fn read(model: &Model, path: &Path) -> Result<Self, Error> {
-        let (numbers, truth) = eval::labeled(model, path)?;
+        Self::read_where(model, path, |_| true)
+    }
+
+    /// Reads the samples for training and those for tests, by the array `split` of a data set, as [`LabeledSamples::read`]
+    /// does.
+    ///
+    /// # Errors
+    /// The data set cannot be read, or has no labels or no array `split`.
+    pub fn read_split(model: &Model, path: &Path) -> Result<[Self; 2], Error> {
+        let split = eval::beside(path, "split", eval::array_of(model.input()))?;
+        let split = split.ok_or_else(|| {
+            let message = "has no array split, expected one that says train and test, or a second data set";
+            Error::new(ErrorKind::Data, path.display(), message)
+        })?;
+        let of = |side: &str| Self::read_where(model, path, |row| split.get(row).is_some_and(|found| found == side));
+        Ok([of("train")?, of("test")?])
+    }
+
+    /// Reads the samples of some rows.
+    fn read_where(model: &Model, path: &Path, is_wanted: impl Fn(usize) -> bool) -> Result<Self, Error> {
+        let (mut numbers, truth) = eval::labeled(model, path)?;
         let Some(truth) = truth else {
             let message = "has no labels, expected the array y, y_specimen, y_pattern or y_depth";
             return Err(Error::new(ErrorKind::Data, path.display(), message));
         };
-        let mut samples = Self { names: truth.labels.clone(), ..Self::default() };
-        for (numbers, label) in numbers.into_iter().zip(truth.numbers) {
-            if numbers.iter().any(|&number| number != 0) {
-                samples.numbers.push(numbers);
-                samples.labels.push(label);
-            }
-        }
-        Ok(samples)
+        let eval::Truth { labels: names, numbers: mut labels, .. } = truth;
+        // No second list of them: they may take most of the memory.
+        let rows: Vec<bool> =
+            numbers.iter().enumerate().map(|(row, numbers)| is_wanted(row) && eval::is_sample(numbers)).collect();
+        let (mut of_labels, mut of_numbers) = (rows.iter(), rows.iter());
+        labels.retain(|_| of_labels.next() == Some(&true));
+        numbers.retain(|_| of_numbers.next() == Some(&true));
+        Ok(Self { numbers, labels, names })
     }
 
     /// Returns the samples of recordings that a model of this input takes, with their specimens.
@@ -90,7 +112,11 @@ impl LabeledSamples {
             }) as u16
         };
         let numbers: Vec<u16> = other.names.into_iter().map(number).collect();
-        self.numbers.extend(other.numbers);
+        if self.numbers.is_empty() {
+            self.numbers = other.numbers;
+        } else {
+            self.numbers.extend(other.numbers);
+        }
         self.labels.extend(other.labels.iter().filter_map(|&label| numbers.get(usize::from(label))));
     }
 
@@ -102,6 +128,16 @@ impl LabeledSamples {
         let (numbers, labels) = both.map(|(numbers, &label)| (*numbers, label)).unzip();
         Self { numbers, labels, names: self.names.iter().take(classes).cloned().collect() }
     }
+}
+
+/// Returns the sensors that two data sets have in common, by their arrays `sensor`; none if one has no such array.
+///
+/// # Errors
+/// A data set cannot be read.
+pub fn sensors_in_common(one: &Path, other: &Path, input: Input) -> Result<BTreeSet<String>, Error> {
+    let sensors = |path| Ok(eval::beside(path, "sensor", eval::array_of(input))?.unwrap_or_default());
+    let one: BTreeSet<String> = sensors(one)?.into_iter().collect();
+    Ok(sensors(other)?.into_iter().filter(|sensor| one.contains(sensor)).collect())
 }
 
 /// The settings of a calibration.
@@ -137,7 +173,7 @@ pub struct Calibrated {
 pub struct Quality {
     /// The number of samples.
     pub samples: usize,
-    /// The fraction of right answers.
+    /// The fraction of samples with a right answer. One that is said to be unknown has none.
     pub accuracy: f64,
     /// The expected calibration error: the mean difference between confidence and accuracy, over 15 ranges of
     /// confidence.
@@ -156,7 +192,7 @@ impl Quality {
             let is_right = u16::from(found.class) == label;
             let confidence = f64::from(found.confidence.unwrap_or(0)) / f64::from(CONFIDENCE_ONE);
             answers.push((confidence, is_right));
-            right += usize::from(is_right);
+            right += usize::from(is_right && found.known != Some(false));
             known += usize::from(found.known == Some(true));
         }
         let n = samples.numbers.len().max(1) as f64;
@@ -222,11 +258,8 @@ pub fn calibrate_with(
     let classes = model.labels().len();
     let held_out = held_out.of_classes(classes);
     if held_out.numbers.len() < 2 * classes {
-        return Err(format!(
-            "{} samples of its classes are held out, expected at least {}",
-            held_out.numbers.len(),
-            2 * classes
-        ));
+        let found = counted(held_out.numbers.len(), "sample");
+        return Err(format!("has {found} of the model's classes, expected at least {}", 2 * classes));
     }
     let mut scored = Scored::default();
     for (numbers, &label) in held_out.numbers.iter().zip(&held_out.labels) {

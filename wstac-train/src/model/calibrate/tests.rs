@@ -148,7 +148,7 @@ fn a_file_says_the_distance_of_its_projection() {
 fn too_few_samples_are_refused() {
     let (trained, held_out) = (samples(1, 4, 40), samples(2, 4, 7));
     let error = calibrate(&linear(4), &trained, &held_out, Settings::default()).unwrap_err();
-    assert_eq!(error, "7 samples of its classes are held out, expected at least 8");
+    assert_eq!(error, "has 7 samples of the model's classes, expected at least 8");
     let mut of_three = samples(1, 3, 40);
     of_three.labels.iter_mut().for_each(|label| *label %= 3);
     let error = calibrate(&linear(4), &of_three, &samples(2, 4, 40), Settings::default()).unwrap_err();
