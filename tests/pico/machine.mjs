@@ -3,6 +3,7 @@
 // The emulator is used as it is, but for this:
 // - The machines of the PIO are stepped with the camera's pins, as often as they can do something.
 // - The pins that the PIO reads are kept as one number.
+// - An address without acknowledge flags the empty queue of the bus.
 // - An SEV instruction sets the core's event, which the emulator leaves out.
 // Not modeled: electricity, and the time of instructions in flash. The time of a byte on the serial line is not either.
 
@@ -113,7 +114,12 @@ export class Board {
   bus(i2c) {
     const wired = () => [SDA, SCL].every((pin) => this.mcu.gpio[pin].functionSelect === I2C);
     i2c.onStart = () => (this.sensor.start(), i2c.completeStart());
-    i2c.onConnect = (address) => i2c.completeConnect(wired() && this.hertz() > 0 && this.sensor.answers(address));
+    i2c.onConnect = (address) => {
+      const answers = wired() && this.hertz() > 0 && this.sensor.answers(address);
+      i2c.completeConnect(answers);
+      // An abort empties the queue of what is sent (RP2040 data sheet, 4.3.10), which the emulator does not flag.
+      if (!answers) i2c.setInterrupts(1 << 4);
+    };
     i2c.onWriteByte = (value) => (this.sensor.write(value), i2c.completeWrite(true));
     i2c.onReadByte = () => i2c.completeRead(this.sensor.read());
     i2c.onStop = () => i2c.completeStop();

@@ -134,6 +134,7 @@ pub struct Node<B: Board, const WIDTH: usize> {
 ///
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
+#[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
     let Node { sensors, layout, camera, stripes, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock } =
         node;

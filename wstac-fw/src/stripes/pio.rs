@@ -158,7 +158,6 @@ impl Pio {
     /// and the sensor's signals must be known by then ([`Camera::set_signals`]).
     ///
     /// `WORDS` must be the number of words of a stripe, which is checked.
-    #[expect(clippy::too_many_arguments, reason = "what it owns")]
     pub fn new<const WORDS: usize>(
         _pio: Peri<'static, peripherals::PIO0>,
         _channels: (Peri<'static, peripherals::DMA_CH0>, Peri<'static, peripherals::DMA_CH1>),
