@@ -30,6 +30,9 @@ pub mod dcmi;
 #[cfg(feature = "rp")]
 pub mod pio;
 
+/// A ring of two stripes of `WORDS` words each.
+pub type Ring<const WORDS: usize> = [[u32; WORDS]; 2];
+
 /// The ticks of a clock that does not stop or run backwards.
 pub type Ticks = u64;
 

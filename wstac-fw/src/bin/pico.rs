@@ -6,7 +6,7 @@
 
 use defmt_rtt as _;
 use embassy_executor::Spawner;
-use wstac_fw::rp::{self, Irqs, Light, SensorBus, Wiring};
+use wstac_fw::rp::{self, RpBus, RpIrqs, RpLight, RpWiring};
 use wstac_fw::stripes::pio::Wires;
 
 /// The data wires of the camera, from GP6 upwards: 1 unless `WSTAC_DATA_WIRES` says 4 or 8.
@@ -26,15 +26,15 @@ const BAUD: u32 = 115_200;
 async fn main(_spawner: Spawner) {
     let p = rp::start();
     rp::sensor_clock(p.PIN_21);
-    let wiring = Wiring {
+    let wiring = RpWiring {
         camera: Wires { data: 6, count: DATA_WIRES, pclk: 14, href: 15, vsync: 16 },
         pio: p.PIO0,
         channels: (p.DMA_CH0, p.DMA_CH1),
         // Clock and data.
-        bus: SensorBus::new(p.I2C0, p.PIN_5, p.PIN_4),
-        line: rp::uart0(p.UART0, Irqs, p.PIN_0, p.PIN_1, BAUD),
-        events: Light::new(p.PIN_25.into()),
-        trouble: Light::new(p.PIN_22.into()),
+        bus: RpBus::new(p.I2C0, p.PIN_5, p.PIN_4),
+        line: rp::uart0(p.UART0, RpIrqs, p.PIN_0, p.PIN_1, BAUD),
+        events: RpLight::new(p.PIN_25.into()),
+        trouble: RpLight::new(p.PIN_22.into()),
         watchdog: p.WATCHDOG,
     };
     rp::run(wiring).await

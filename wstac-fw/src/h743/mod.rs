@@ -29,7 +29,8 @@ use crate::sensor::ov7692::OV7692;
 use crate::sensor::ov7725::OV7725;
 use crate::serial::Serial;
 use crate::setup;
-use crate::stripes::dcmi::{Dcmi, DcmiInterrupts, Ring};
+use crate::stripes::Ring;
+use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 use crate::window::Window;
 
 /// The sensors that are looked for, in this order. All produce frames of one size.

@@ -19,7 +19,7 @@ const I2C: u8 = 3;
 const CORE: u8 = 5;
 
 /// The bus.
-pub struct SensorBus {
+pub struct RpBus {
     i2c: I2c<'static, peripherals::I2C0, Blocking>,
     pins: SensorPins,
 }
@@ -33,7 +33,7 @@ pub struct SensorPins {
     pub sda: u8,
 }
 
-impl SensorBus {
+impl RpBus {
     /// Starts the bus at 100 kHz.
     pub fn new(
         peripheral: Peri<'static, peripherals::I2C0>,
@@ -55,11 +55,11 @@ impl SensorBus {
     }
 }
 
-impl ErrorType for SensorBus {
+impl ErrorType for RpBus {
     type Error = i2c::Error;
 }
 
-impl embedded_hal::i2c::I2c for SensorBus {
+impl embedded_hal::i2c::I2c for RpBus {
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), i2c::Error> {
         self.check()?;
         self.i2c.transaction(address, operations)
@@ -71,7 +71,7 @@ impl embedded_hal::i2c::I2c for SensorBus {
     }
 }
 
-impl Bus for SensorBus {
+impl Bus for RpBus {
     fn free(&mut self) -> bool {
         let SensorPins { scl, sda } = self.pins;
         if is_high(sda) {

@@ -3,7 +3,7 @@
 mod bus;
 mod uart;
 
-pub use bus::{SensorBus, SensorPins};
+pub use bus::{RpBus, SensorPins};
 pub use uart::{UartInterrupts, uart0};
 
 use core::convert::Infallible;
@@ -23,7 +23,8 @@ use crate::sensor::Sensor;
 use crate::sensor::hm01b0::{DataWires, hm01b0};
 use crate::serial::Serial;
 use crate::setup;
-use crate::stripes::pio::{Picture, Pio, PioInterrupts, Ring, Wires};
+use crate::stripes::Ring;
+use crate::stripes::pio::{Picture, Pio, PioInterrupts, Wires};
 
 /// The clock of the core. The sensor's is a fifth of it.
 const CLOCK: u32 = 120_000_000;
@@ -59,7 +60,7 @@ const WORDS: usize = WIDTH * ROWS as usize / 4;
 
 bind_interrupts!(
     /// The interrupts of the PIO, its DMA and the serial line.
-    pub struct Irqs {
+    pub struct RpIrqs {
         PIO0_IRQ_0 => PioInterrupts;
         DMA_IRQ_1 => PioInterrupts;
         UART0_IRQ => UartInterrupts;
@@ -71,9 +72,9 @@ pub struct Rp;
 
 impl Board for Rp {
     type Camera = Pio;
-    type Bus = SensorBus;
+    type Bus = RpBus;
     type Line = Serial;
-    type Light = Light;
+    type Light = RpLight;
     type Watchdog = Dog;
 }
 
@@ -87,7 +88,7 @@ impl Watchdog for Dog {
 }
 
 /// A board's pins, and the peripherals behind them.
-pub struct Wiring {
+pub struct RpWiring {
     /// The camera's wires.
     pub camera: Wires,
     /// The PIO.
@@ -95,13 +96,13 @@ pub struct Wiring {
     /// The channels of the DMA.
     pub channels: (Peri<'static, peripherals::DMA_CH0>, Peri<'static, peripherals::DMA_CH1>),
     /// The sensor's bus.
-    pub bus: SensorBus,
+    pub bus: RpBus,
     /// The line to the host.
     pub line: Serial,
     /// The light that changes with every event.
-    pub events: Light,
+    pub events: RpLight,
     /// The light that shows a fault.
-    pub trouble: Light,
+    pub trouble: RpLight,
     /// The watchdog.
     pub watchdog: Peri<'static, peripherals::WATCHDOG>,
 }
@@ -132,7 +133,7 @@ pub fn sensor_clock<T: GpoutPin>(pin: Peri<'static, T>) {
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or at a second
 /// call.
-pub async fn run(wiring: Wiring) -> ! {
+pub async fn run(wiring: RpWiring) -> ! {
     let mut watchdog = ChipWatchdog::new(wiring.watchdog);
     let hung = watchdog.reset_reason() == Some(ResetReason::TimedOut);
     watchdog.pause_on_debug(true);
@@ -145,7 +146,7 @@ pub async fn run(wiring: Wiring) -> ! {
     let picture = Picture { width: SIZE.width(), height: HEIGHT, border: BORDER, rows: ROWS };
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
     let signals = sensors[0].signals;
-    let Some(camera) = Pio::new(wiring.pio, wiring.channels, Irqs, ring, wiring.camera, picture, signals) else {
+    let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, picture, signals) else {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
     let node = Node::<Rp, WIDTH> {
@@ -164,20 +165,20 @@ pub async fn run(wiring: Wiring) -> ! {
 }
 
 /// A light, which is lit while its pin is high.
-pub struct Light(Output<'static>);
+pub struct RpLight(Output<'static>);
 
-impl Light {
+impl RpLight {
     /// Creates a light that is off.
     pub fn new(pin: Peri<'static, AnyPin>) -> Self {
         Self(Output::new(pin, Level::Low))
     }
 }
 
-impl ErrorType for Light {
+impl ErrorType for RpLight {
     type Error = Infallible;
 }
 
-impl OutputPin for Light {
+impl OutputPin for RpLight {
     fn set_high(&mut self) -> Result<(), Infallible> {
         self.0.set_high();
         Ok(())

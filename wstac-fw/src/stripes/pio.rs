@@ -29,13 +29,10 @@ use embassy_rp::pac::{DMA, IO_BANK0, PADS_BANK0, PIO0, RESETS};
 use embassy_rp::{Peri, peripherals};
 use embassy_time::Instant;
 
-use super::{Capture, Ticks, Trouble};
+use super::{Capture, Ring, Ticks, Trouble};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
-
-/// A ring of two stripes of `WORDS` words each.
-pub type Ring<const WORDS: usize> = [[u32; WORDS]; 2];
 
 /// The channels of the DMA, one for each half of the ring.
 const CHANNELS: [usize; 2] = [0, 1];
