@@ -17,10 +17,12 @@ pub mod link;
 #[cfg(feature = "node")]
 pub mod node;
 pub mod reader;
+#[cfg(feature = "rp")]
+pub mod rp;
 pub mod sccb;
 pub mod self_test;
 pub mod sensor;
-#[cfg(feature = "h743")]
+#[cfg(feature = "node")]
 pub mod serial;
 pub mod setup;
 #[cfg(feature = "node")]

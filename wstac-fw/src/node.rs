@@ -137,6 +137,7 @@ pub struct Node<B: Board, const WIDTH: usize> {
 ///
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
+#[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
     let Node {
         sensors,
@@ -341,7 +342,8 @@ async fn try_to_bring_up(
     let probe = dcmi.probe();
     // The ring keeps the last bytes.
     dcmi.stop();
-    let judged = [0, 1].map(|half| self_test::judge(probe, dcmi.rows(half), sensor.size, RATE, TICK_HZ));
+    let judged = [0, 1]
+        .map(|half| self_test::judge(probe, dcmi.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ));
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
             return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });

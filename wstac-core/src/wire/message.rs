@@ -337,7 +337,7 @@ pub enum Fault<'a> {
     /// The camera answers, but does not keep the values that are written to it.
     SensorRefuses {
         /// The register that holds another value.
-        register: u8,
+        register: u16,
     },
 }
 

@@ -55,7 +55,8 @@
 //! one event per touch, and [`Message::ContactEnd`] says when the light has left.
 //!
 //! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
-//! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`].
+//! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
+//! and the register of [`Fault::SensorRefuses`] has 16 bits.
 
 mod decoder;
 mod frame;

@@ -128,7 +128,7 @@ fn messages() -> Vec<Message<'static>> {
         Message::Telemetry(Telemetry::default()),
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
-        Message::Fault(Fault::SensorRefuses { register: u8::MAX }),
+        Message::Fault(Fault::SensorRefuses { register: u16::MAX }),
     ])
 }
 

@@ -61,14 +61,14 @@ impl Board {
 
     /// Returns the requests for the outputs that are wanted. A board that starts does not know them.
     pub(super) fn requests(&self) -> [Request; 4] {
-        let OutputOptions { features, samples, motion } = self.wanted;
+        let OutputOptions { features, samples, motion, .. } = self.wanted;
         let outputs = (Request::Features(features), Request::Samples(samples), Request::Motion(motion));
         [outputs.0, outputs.1, outputs.2, Request::KeepEvents(true)]
     }
 
     /// Returns whether the board has taken all requests.
     fn has_taken_requests(&self, taken: Wanted) -> bool {
-        let OutputOptions { features, samples, motion } = self.wanted;
+        let OutputOptions { features, samples, motion, .. } = self.wanted;
         (taken.features, taken.samples, taken.motion, taken.kept_events) == (features, samples, motion, true)
     }
 

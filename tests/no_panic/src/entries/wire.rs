@@ -39,7 +39,9 @@ entries! {
         outbox.push(answers, now)
     }
     outbox_due(outbox: &mut Outbox<'static>, now: u32) -> Option<Answers<'static>> { outbox.due(now) }
-    outbox_answer(outbox: &mut Outbox<'static>, request: Request) { outbox.answer(request); }
+    outbox_answer(outbox: &mut Outbox<'static>, request: Request) -> () {
+        outbox.answer(request);
+    }
     outbox_state(outbox: &Outbox<'static>) -> (u16, u8, bool) {
         (outbox.next_event(), outbox.kept(), outbox.is_heard())
     }
