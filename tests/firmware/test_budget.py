@@ -61,12 +61,13 @@ class Published(unittest.TestCase):
         limits = budget.budgets()
         self.assertLessEqual(limits["M4F"]["whole"], 45_000)
         self.assertLessEqual(limits["M0"]["stripes"], 250_000)
-        # 24 KiB of flash and 4 KiB of RAM at first, and 4 KiB and 1 KiB more for motion by coherence.
-        self.assertLessEqual(limits["M4F"]["flash"], 28 * 1024)
+        # 24 KiB of flash and 4 KiB of RAM at first, and 4 KiB and 1 KiB more for motion by coherence. A link that sends
+        # events again and reports the board's state, and a motion whose parts must agree, came later: 6 KiB and 1 KiB.
+        self.assertLessEqual(limits["M4F"]["flash"], 34 * 1024)
         for core in limits.values():
-            # Cores without floating point miss that goal of flash by 3 KiB (docs/FIRMWARE.md).
-            self.assertLessEqual(core["flash"], 31 * 1024)
-            self.assertLessEqual(core["ram"], 5 * 1024)
+            # Cores without floating point take 4 KiB more (docs/FIRMWARE.md).
+            self.assertLessEqual(core["flash"], 38 * 1024)
+            self.assertLessEqual(core["ram"], 6 * 1024)
 
 
 class Images(unittest.TestCase):
