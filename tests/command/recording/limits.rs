@@ -218,9 +218,10 @@ fn samples_and_labels_that_compress_well_take_little_memory() {
     bomb("many.npz", 400_000, "<i8", "0100000000000000");
     bomb("less.npz", 100_000, "<i8", "0100000000000000");
     for (file, part) in [("many.npz", ": 400000 samples, expected"), ("less.npz", ": 100000 samples take up to")] {
+        fs::copy(folder.0.join(file), folder.0.join("held.npz")).unwrap();
         for arguments in [
             &["model", "learn", "builtin:embedding", file, "-o", "new.wsm"][..],
-            &["model", "calibrate", "builtin:svm", file, file, "-o", "new.wsm"],
+            &["model", "calibrate", "builtin:svm", file, "held.npz", "-o", "new.wsm"],
             &["train", file, "--input", "frames", "-o", "new.wsm"],
             &["model", "eval", "builtin:svm", file],
         ] {
