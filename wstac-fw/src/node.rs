@@ -1,7 +1,7 @@
 //! The node: what every board does between its camera and its link. It finds the sensor and sets it up, measures what it
 //! sends, turns its frames into messages, and reports and mends every fault.
 //!
-//! A board gives it a [`Camera`], a [`Bus`], a [`Line`](crate::link::Line), two lights and a [`Watchdog`]. Time is
+//! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights and a [`Watchdog`]. Time is
 //! embassy's.
 
 use core::future::Future;
