@@ -4,10 +4,10 @@ use crate::prices::Prices;
 
 const PRICES: &str = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
     "formats": {"GREY": {"1": {"frame": 64000, "flash": 20000, "ram": 4000}, "2": {"frame": 30000, "flash": 20100, "ram": 4000}}},
-    "ln": {"fixed": {"frame": 0, "flash": 0, "ram": 0}},
+    "ln": {"fixed": {"frame": 0, "flash": 0, "ram": 0, "path_flash": 0}},
     "trigger": 300,
     "laws": {"published": {"event": 74000, "flash": 0, "ram": 0}, "edges": {"event": 22000, "flash": 1000, "ram": 0}},
-    "models": {"svm.wsm": {"event": 40000, "frame": 0, "sha256": "0", "laws": {"published": {"flash": 65000, "ram": 1200}}}}}}}"#;
+    "models": {"svm.wsm": {"frame": 0, "sha256": "0", "laws": {"published": {"event": 40000, "flash": 65000, "ram": 1200}}}}}}}"#;
 
 /// Returns rows of two strides without and with a model; the finer stride is the more accurate.
 fn rows() -> Vec<Row> {
