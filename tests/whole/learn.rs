@@ -81,5 +81,5 @@ fn what_cannot_be_learned_is_refused() {
     assert!(error.contains("has no projection, expected a calibrated model"), "{error}");
     let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
     let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
-    assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 textures, expected at least 2");
+    assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 texture (\"a\"), expected at least 2");
 }
