@@ -155,7 +155,7 @@ fn goals(page: &mut String, cases: &[Case<'_>]) {
     page.push('\n');
 }
 
-/// What the estimator reaches on single sensors: the best, the median and the worst of them, each column by itself.
+/// The accuracy of the estimator on single sensors: the best, the median and the worst of them, each column by itself.
 fn sensors(page: &mut String) {
     let answered = answers(Kind::Sensors, SENSORS * OF_SENSOR);
     let cases = cases(&answered, 0);

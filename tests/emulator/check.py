@@ -201,14 +201,14 @@ class Check:
         self.say(name, problems)
 
     def status(self, name):
-        """The host is told which chip and revision it is, and how the board does."""
+        """The board reports its chip, its revision and its state to the host."""
         board = Board(self.elf, self.host.frames, faults={40: "overrun"})
         board.machine.paint_stack()
         self.host.of_line(board.run(), "--status")
         problems = []
         # The lowest word is the last one.
         if not re.search(r", revision [0-9a-f]{12}, chip 0c0b0a090807060504030201\n", self.host.notes):
-            problems.append(f"the host is told {self.host.notes!r}")
+            problems.append(f"the host notes {self.host.notes!r}")
         pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (\d) events?\n"
         states = re.findall(pattern, self.host.notes)
         seconds = [int(state[0]) for state in states]
@@ -275,7 +275,7 @@ class Check:
         self.host.of_line(board.line.sent)
         notes = self.host.notes.count(f"the board: the camera {told}\n")
         if notes != 2:
-            problems.append(f"the host is told {self.host.notes!r}")
+            problems.append(f"the host notes {self.host.notes!r}")
         self.say(name, problems)
 
     def drift(self, name):
@@ -290,7 +290,7 @@ class Check:
         if not problems and not 45 <= log[0][0] <= 92:
             problems.append(f"it is said at frame {log[0][0]:.1f}, expected within 60 frames of 30")
         if "the board: the camera does not keep what register 0x11 is set to" not in self.host.notes:
-            problems.append(f"the host is told {self.host.notes!r}")
+            problems.append(f"the host notes {self.host.notes!r}")
         self.say(name, problems)
 
     def crash(self, name, how, why, frames=40, again=None):
@@ -312,7 +312,7 @@ class Check:
         problems = []
         restarts = 2 if again else 1
         if not re.search(f"it started again because of: {why}; restart {restarts}", self.host.notes):
-            problems.append(f"the host is told {self.host.notes!r}")
+            problems.append(f"the host notes {self.host.notes!r}")
         log = [line for _, line in board.log.lines]
         if log not in ([SENSOR, LAST_RUN, SENSOR], [SENSOR, LAST_RUN, LAST_RUN, SENSOR]):
             problems.append(f"the log says {log}")
@@ -343,7 +343,7 @@ class Check:
         lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
         problems = [] if lines == self.features[:5] else [f"features are {lines}"]
         if "wstac-fw on the chip's clock" not in self.host.notes:
-            problems.append(f"the host is told {self.host.notes!r}")
+            problems.append(f"the host notes {self.host.notes!r}")
         self.say(name, problems)
 
     def order(self, name):

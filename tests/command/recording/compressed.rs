@@ -73,7 +73,7 @@ fn a_killed_compressed_recording_loses_its_last_second() {
         let done = run(&["recover", name, "-o", new_name, "--force"]);
         assert_eq!(done.status.code(), Some(0), "{compression}: {}", said(&done));
         let (frames, lost) = ended(good(&["run", new_name, "--json", "--features"]).as_bytes());
-        // How many frames a second has depends on the machine.
+        // The number of frames per second depends on the machine.
         assert!((1..=200).contains(&frames) && lost == 0, "{compression}: {frames} frames, {lost} lost");
         good(&["recover", new_name, "-o", again_name, "--force"]);
         assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "{compression}");

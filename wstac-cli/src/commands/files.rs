@@ -119,18 +119,26 @@ fn place(path: &Path) -> PathBuf {
     folder.join(path.file_name().unwrap_or_default())
 }
 
+/// Returns whether two names are of one file.
+pub(super) fn is_same(one: &Path, other: &Path) -> bool {
+    one.metadata().ok().zip(other.metadata().ok()).is_some_and(|(one, other)| is_one(&one, &other))
+}
+
+fn is_one(one: &Metadata, other: &Metadata) -> bool {
+    (one.dev(), one.ino()) == (other.dev(), other.ino())
+}
+
 /// Returns whether an input is this file, or a folder that has it by any name.
 fn is_or_has(input: &Path, file: &Metadata) -> bool {
     let Ok(found) = input.metadata() else { return false };
     if !found.is_dir() {
-        return (found.dev(), found.ino()) == (file.dev(), file.ino());
+        return is_one(&found, file);
     }
     let Ok(entries) = fs::read_dir(input) else { return false };
     // A link in the folder has a number of its own.
     let is_it = |entry: &fs::DirEntry| {
         let is_link = entry.file_type().is_ok_and(|kind| kind.is_symlink());
-        (is_link || entry.ino() == file.ino())
-            && entry.path().metadata().is_ok_and(|found| (found.dev(), found.ino()) == (file.dev(), file.ino()))
+        (is_link || entry.ino() == file.ino()) && entry.path().metadata().is_ok_and(|found| is_one(&found, file))
     };
     entries.flatten().any(|entry| is_it(&entry))
 }

@@ -152,7 +152,8 @@ Meaning of the answers:
   A model needs about the frame rate that it was trained at. The models
   that come with wstac were trained at 30 frames per second.
   builtin:path-… take the sample along the path of the slide: they hold
-  from 50 to 300 mm/s, in any direction, and need 28 mm of path.
+  from 50 to 300 mm/s, in any direction, and need 28 mm of path;
+  those that end in -16mm need 16 mm.
   builtin:taxel-path-… are right more often: they take 25 taxels instead
   of ten sums. They give no answer if a frame of the sample was lost.
   builtin:svm, forest and boosted take the sample over time: they hold

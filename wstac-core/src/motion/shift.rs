@@ -139,7 +139,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         if share > LEAST_TOLD {
             // The shape itself tells nothing: the sum of (k - middle) times the square of the gain is 0.
             let off = 2.0 * ((moment - middle * sum) / (spread * part_dd) - numerator / denominator);
-            // What tells little errs more.
+            // A part with little energy errs more.
             change = change.max(off.abs() * sqrt(sqrt(share)));
         }
     }

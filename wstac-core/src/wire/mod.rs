@@ -54,6 +54,8 @@
 //! deviations of speed and direction. Since then a direction is any angle, a [`Hello`]'s trigger says whether it gives
 //! one event per touch, and [`Message::ContactEnd`] says when the light has left.
 //!
+//! Version 3 added to [`TextureAnswer`] a confidence, and whether the texture is known.
+//!
 //! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
 //! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
 //! and the register of [`Fault::SensorRefuses`] has 16 bits.

@@ -8,7 +8,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::Task;
 use wstac_core::motion::Contact;
 use wstac_core::speed::{NoSpeed, Speed};
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample};
+use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
 use wstac_core::wire::{self, Answers, Hello, Message, ModelFacts, Telemetry, Text, TextureAnswer};
 
 use crate::answers::{
@@ -411,6 +411,25 @@ pub unsafe extern "C" fn wstac_fw_link_lost(
     unsafe { send(link, &Out { bytes, length }, message) }
 }
 
+/// Writes the bytes of a message about the state of a pipeline's stream.
+///
+/// # Safety
+/// As of [`send`], and `pipeline` is null or a pipeline's memory.
+unsafe fn send_state(
+    link: *mut WstacFwLink,
+    pipeline: *const WstacFwPipeline,
+    out: &Out,
+    message: fn(StreamEnd, u64) -> Message<'static>,
+) -> WstacFwStatus {
+    let state = |sender: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let stream = unsafe { value(pipeline) }?.pipeline.end();
+        Ok(message(stream, sender.dropped))
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, out, state) }
+}
+
 /// Writes the bytes of the message of the stream's state. Send it about once per second, with and without frames: a
 /// silent board is a lost board.
 ///
@@ -424,13 +443,8 @@ pub unsafe extern "C" fn wstac_fw_link_status(
     bytes: *mut u8,
     length: *mut usize,
 ) -> WstacFwStatus {
-    let message = |sender: &mut Sender| {
-        // SAFETY: the caller guarantees it.
-        let stream = unsafe { value(pipeline) }?.pipeline.end();
-        Ok(Message::Status { stream, dropped: sender.dropped })
-    };
     // SAFETY: the caller guarantees it.
-    unsafe { send(link, &Out { bytes, length }, message) }
+    unsafe { send_state(link, pipeline, &Out { bytes, length }, |stream, dropped| Message::Status { stream, dropped }) }
 }
 
 /// Writes the bytes of the message that the stream has ended, after wstac_fw_finish. It is the last one.
@@ -445,13 +459,8 @@ pub unsafe extern "C" fn wstac_fw_link_end(
     bytes: *mut u8,
     length: *mut usize,
 ) -> WstacFwStatus {
-    let message = |sender: &mut Sender| {
-        // SAFETY: the caller guarantees it.
-        let stream = unsafe { value(pipeline) }?.pipeline.end();
-        Ok(Message::End { stream, dropped: sender.dropped })
-    };
     // SAFETY: the caller guarantees it.
-    unsafe { send(link, &Out { bytes, length }, message) }
+    unsafe { send_state(link, pipeline, &Out { bytes, length }, |stream, dropped| Message::End { stream, dropped }) }
 }
 
 /// Writes the bytes of the message of the board's own state.

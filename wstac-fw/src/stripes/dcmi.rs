@@ -111,7 +111,7 @@ pub struct Dcmi {
     crops_selected: bool,
 }
 
-/// What is captured.
+/// The part of frames that is captured, and its purpose.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum What {
     /// Luma of the window, to be used.

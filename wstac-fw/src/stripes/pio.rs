@@ -139,7 +139,7 @@ pub struct Pio {
     signals: Signals,
 }
 
-/// What is captured.
+/// The part of frames that is captured, and its purpose.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum What {
     /// The picture, to be used.

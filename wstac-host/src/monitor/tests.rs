@@ -480,7 +480,7 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
         Message::Lost { frames: 3 },
     ];
     let mut contents = messages.map(|message| content(&message)).to_vec();
-    // What is not changed arrives.
+    // Unchanged messages arrive.
     assert!(
         contents
             .iter()

@@ -39,7 +39,7 @@ pub(crate) struct Reader {
     channels: BTreeSet<u16>,
     /// Messages of each channel so far.
     messages: BTreeMap<u16, u64>,
-    /// What the recording says of its frames; `None` if it has no checksums.
+    /// The statements of the recording about its frames; `None` if it has no checksums.
     stated: Option<Stated>,
     /// The frames so far.
     counts: Counts,

@@ -180,10 +180,10 @@ pub(super) fn end_record(counts: Counts) -> Metadata {
     end
 }
 
-/// What all records of a recording's description say of its checksums.
+/// The statements of a recording's description about its checksums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stated {
-    /// What the record at the end states; `None` if it is damaged or missing.
+    /// The counts of the record at the end; `None` if it is damaged or missing.
     pub(super) end: Option<Counts>,
     /// Whether several recordings end in the file.
     pub(super) has_other_end: bool,

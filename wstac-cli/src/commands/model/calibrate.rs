@@ -10,7 +10,7 @@ use wstac_train::model::calibrate::{
     LabeledSamples, Projection, Settings, calibrate_with, inputs_of, sensors_in_common, without,
 };
 
-use super::super::files::Outputs;
+use super::super::files::{Outputs, is_same};
 use super::super::output::{Stop, note};
 
 /// Add to a model how sure its answers are, and what it knows
@@ -67,8 +67,7 @@ fn part(text: &str) -> Result<f64, String> {
 
 /// Refuses the same data set for both.
 fn check_other(train: &Path, held: &Path) -> Result<(), Error> {
-    let real = |path: &Path| path.canonicalize().ok();
-    if real(train).is_some() && real(train) == real(held) {
+    if is_same(train, held) {
         let message = "is TRAIN and HELD, expected slides that were held out: name a data set with an array split once";
         return Err(Error::new(ErrorKind::Usage, held.display(), message));
     }

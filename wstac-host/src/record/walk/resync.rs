@@ -51,7 +51,7 @@ impl Walk {
 
     /// Returns the next place at which records certainly start again that stand behind a compressed chunk.
     pub(super) fn resync_behind(&mut self, from: u64, end: u64) -> io::Result<u64> {
-        // What was compressed may have messages as they are.
+        // A compressed chunk may hold messages that were not changed by the compression.
         let is_code = |op| matches!(op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA);
         self.search(from, end, Around::File, is_code)
     }
