@@ -5,7 +5,7 @@
 #[cfg(test)]
 extern crate std;
 
-#[cfg(feature = "h743")]
+#[cfg(any(feature = "h743", feature = "rp"))]
 pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]

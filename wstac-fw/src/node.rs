@@ -174,6 +174,8 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
     stripes.capture_mut().set_signals(sensor.signals);
     let mut stage = Stage::Test;
     let mut absent = Absence::None;
+    // Whether a frame has ended, or none is coming. The time is read only then: that takes 120 instructions.
+    let mut is_between = true;
     let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
     loop {
         watchdog.pet();
@@ -187,13 +189,16 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
                 line.absence(absent);
             }
         }
-        let now = Instant::now();
-        reader.set_time(now.as_millis());
-        if second != now.as_secs() {
-            second = now.as_secs();
-            reader.telemetry_mut().stack = Some(depth.bytes());
+        if is_between {
+            let now = Instant::now();
+            reader.set_time(now.as_millis());
+            if second != now.as_secs() {
+                second = now.as_secs();
+                reader.telemetry_mut().stack = Some(depth.bytes());
+            }
         }
-        while line.has_room() && (reader.send_held(&mut line) || reader.send_again(&mut line)) {}
+        while line.has_room() && (reader.send_held(&mut line) || is_between && reader.send_again(&mut line)) {}
+        is_between = false;
         if stage != Stage::Run {
             match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
                 Ok(()) => {
@@ -214,6 +219,7 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
             }
             meter.restart();
             stripes.restart();
+            is_between = true;
             continue;
         }
         match stripes.step() {
@@ -224,7 +230,9 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
                 let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
                 let mut done = reader.rows(now, &mut line);
-                if stripes.release() && last {
+                let released = stripes.release();
+                is_between = last;
+                if released && last {
                     let lost = match watch.check(&sensor, &mut i2c) {
                         Ok(()) => {
                             bus_failures = 0;
@@ -265,6 +273,7 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
             }
             Step::Lost(frames) => reader.lost(frames, &mut line),
             Step::Fault(fault) => {
+                is_between = true;
                 meter.restart();
                 match fault {
                     stripes::Fault::Overrun => {

@@ -25,6 +25,8 @@
 //! After each of them, capture restarts at the next vertical sync. The time tells how many frames were lost: a frame
 //! that begins n frame times after the one before follows n − 1 lost ones.
 
+#[cfg(any(feature = "h743", feature = "rp"))]
+mod counts;
 #[cfg(feature = "h743")]
 pub mod dcmi;
 #[cfg(feature = "rp")]

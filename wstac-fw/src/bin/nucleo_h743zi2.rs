@@ -8,8 +8,7 @@ use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
-use wstac_fw::bus::SensorBus;
-use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, Wiring};
+use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, SensorBus, Wiring};
 
 /// The debugger's clock of 8 MHz.
 const CRYSTAL: Crystal = Crystal::new(8_000_000, HseMode::Bypass, 1, 72);

@@ -4,9 +4,11 @@
 //! The parts that no board chooses: the camera interface with stream 0 of DMA1, a clock for the sensor at PA8, the
 //! sensor's bus on I2C1, the line to the host on USART3. A pin of the wrong function does not compile.
 
+mod bus;
 mod start;
 mod usart;
 
+pub use bus::{SensorBus, SensorPower};
 pub use start::{Crystal, start};
 pub use usart::usart3;
 
@@ -20,7 +22,6 @@ use embassy_stm32::{Peri, bind_interrupts, dcmi, peripherals, uid};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
-use crate::bus::SensorBus;
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;

@@ -1,19 +1,15 @@
 //! The sensor's bus: I2C0, and its two lines as pins.
-//!
-//! A reset in the middle of a read leaves the sensor with a bit on the data line. If it is low, no transfer can begin:
-//! the sensor waits for clocks that never come. Nine clocks and a stop free it.
 
 use embassy_rp::i2c::{self, AbortReason, Blocking, I2c, SclPin, SdaPin};
 use embassy_rp::pac::{IO_BANK0, SIO};
 use embassy_rp::{Peri, peripherals};
 use embedded_hal::i2c::{ErrorType, Operation};
 
+use crate::bus::{self, Lines};
 use crate::node::Bus;
 
 /// The cycles of half a clock: 5 µs at 120 MHz.
 const HALF: u32 = 600;
-/// The bits of a byte and its acknowledge, of which the sensor may have sent any.
-const CLOCKS: u32 = 9;
 /// The functions of a pin: I²C, and the core's own.
 const I2C: u8 = 3;
 const CORE: u8 = 5;
@@ -48,10 +44,21 @@ impl RpBus {
     fn check(&self) -> Result<(), i2c::Error> {
         if is_high(self.pins.sda) { Ok(()) } else { Err(i2c::Error::Abort(AbortReason::ArbitrationLoss)) }
     }
+}
 
-    fn clock(&self, high: bool) {
+impl Lines for RpBus {
+    fn drive_clock(&self, high: bool) {
         drive(self.pins.scl, high);
         wait();
+    }
+
+    fn drive_data(&self, high: bool) {
+        drive(self.pins.sda, high);
+        wait();
+    }
+
+    fn is_data_high(&self) -> bool {
+        is_high(self.pins.sda)
     }
 }
 
@@ -81,21 +88,7 @@ impl Bus for RpBus {
             drive(pin, true);
             IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(CORE));
         }
-        for _ in 0..CLOCKS {
-            self.clock(false);
-            self.clock(true);
-            if is_high(sda) {
-                break;
-            }
-        }
-        // A stop: data rises while the clock is high.
-        self.clock(false);
-        drive(sda, false);
-        wait();
-        self.clock(true);
-        drive(sda, true);
-        wait();
-        let is_free = is_high(sda);
+        let is_free = bus::free(self);
         for pin in [scl, sda] {
             IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(I2C));
         }

@@ -16,7 +16,7 @@
 //! the DMA wrote.
 
 use core::slice;
-use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering, compiler_fence};
+use core::sync::atomic::{Ordering, compiler_fence};
 
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
@@ -24,6 +24,7 @@ use embassy_stm32::pac::{DCMI, DMA1, DMAMUX1, RCC};
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_time::Instant;
 
+use super::counts::COUNTS;
 use super::{Capture, Ring, Ticks, Trouble};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
@@ -39,32 +40,6 @@ const EVERY_SECOND_BYTE: u32 = 1 << 16;
 /// CR bit 18: the second of them is captured (OEBS).
 const THE_SECOND: u32 = 1 << 18;
 
-/// The stripes complete since the restart, modulo 2^32.
-static COMPLETE: AtomicU32 = AtomicU32::new(0);
-/// The complete stripes of the frame under way.
-static IN_FRAME: AtomicU32 = AtomicU32::new(0);
-/// 0, or the [`Trouble`] since the restart.
-static TROUBLE: AtomicU8 = AtomicU8::new(NONE);
-/// The stripes of a frame and the words of a stripe, for the interrupts.
-static PER_FRAME: AtomicU32 = AtomicU32::new(1);
-static WORDS_PER_STRIPE: AtomicU32 = AtomicU32::new(0);
-
-/// The vertical syncs since power was on, modulo 2^32, and the ticks at the last one.
-static SYNCS: AtomicU32 = AtomicU32::new(0);
-static SYNC_AT: AtomicU32 = AtomicU32::new(0);
-/// Whether whole frames are measured.
-static PROBING: AtomicBool = AtomicBool::new(false);
-/// The syncs that the measurement has seen.
-static PROBED: AtomicU32 = AtomicU32::new(0);
-/// The ticks at the first sync that is used.
-static PROBED_FROM: AtomicU32 = AtomicU32::new(0);
-/// The lines of the frame under way, and those of the last one.
-static LINES: AtomicU32 = AtomicU32::new(0);
-static LAST_LINES: AtomicU32 = AtomicU32::new(0);
-/// The words since the restart at the last sync, and those between the last two.
-static WORDS_AT_SYNC: AtomicU32 = AtomicU32::new(0);
-static LAST_WORDS: AtomicU32 = AtomicU32::new(0);
-
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
 
@@ -76,10 +51,6 @@ const DEFAULT_SIGNALS: Signals = Signals {
     has_chroma: true,
     luma_first: true,
 };
-
-const NONE: u8 = 0;
-const OVERRUN: u8 = 1;
-const MISPLACED_SYNC: u8 = 2;
 
 /// Handles the interrupts of the DCMI and of the DMA's stream. Both do all the work there is.
 pub struct DcmiInterrupts;
@@ -141,8 +112,7 @@ impl Dcmi {
         if stripe_bytes != 4 * WORDS || 2 * WORDS > usize::from(u16::MAX) || !window.height().is_multiple_of(rows) {
             return None;
         }
-        PER_FRAME.store(u32::from(window.height() / rows), Ordering::Relaxed);
-        WORDS_PER_STRIPE.store(WORDS as u32, Ordering::Relaxed);
+        COUNTS.set_size(u32::from(window.height() / rows), WORDS as u32);
 
         rcc::enable_and_reset::<peripherals::DCMI>();
         RCC.ahb1enr().modify(|w| w.set_dma1en(true));
@@ -179,8 +149,7 @@ impl Dcmi {
             // sensor seems silent, and each attempt to set it up ends in a restart.
             if (0..PATIENCE).all(|_| stream.cr().read().en()) {
                 defmt::error!("the DMA does not stop");
-                COMPLETE.store(0, Ordering::Relaxed);
-                TROUBLE.store(NONE, Ordering::Relaxed);
+                COUNTS.restart(probe);
                 return;
             }
             DMA1.ifcr(0).write(|w| {
@@ -197,11 +166,7 @@ impl Dcmi {
                 w.set_vsync_isc(true);
                 w.set_line_isc(true);
             });
-            for counter in [&COMPLETE, &IN_FRAME, &PROBED, &LINES, &LAST_LINES, &WORDS_AT_SYNC, &LAST_WORDS] {
-                counter.store(0, Ordering::Relaxed);
-            }
-            TROUBLE.store(NONE, Ordering::Relaxed);
-            PROBING.store(probe, Ordering::Relaxed);
+            COUNTS.restart(probe);
             DCMI.cr().write(|w| {
                 w.set_vspol(self.signals.vsync_high_between_frames);
                 w.set_hspol(!self.signals.href_high_in_lines);
@@ -225,7 +190,7 @@ impl Dcmi {
                 w.set_vsync_ie(true);
                 w.set_line_ie(probe);
             });
-            stream.ndtr().write(|w| w.set_ndt(2 * WORDS_PER_STRIPE.load(Ordering::Relaxed) as u16));
+            stream.ndtr().write(|w| w.set_ndt(2 * COUNTS.words_per_stripe() as u16));
             stream.cr().write(|w| {
                 w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
                 w.set_psize(Size::BITS32);
@@ -253,15 +218,11 @@ impl Capture for Dcmi {
     fn complete(&self) -> u32 {
         // By now the compiler has made all its reads of rows.
         compiler_fence(Ordering::SeqCst);
-        COMPLETE.load(Ordering::Acquire)
+        COUNTS.complete()
     }
 
     fn trouble(&self) -> Option<Trouble> {
-        match TROUBLE.load(Ordering::Relaxed) {
-            NONE => None,
-            MISPLACED_SYNC => Some(Trouble::MisplacedSync),
-            _ => Some(Trouble::Overrun),
-        }
+        COUNTS.trouble()
     }
 
     fn lines_come(&self) -> bool {
@@ -320,16 +281,11 @@ impl Camera for Dcmi {
     }
 
     fn probe(&self) -> Probe {
-        critical_section::with(|_| Probe {
-            frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
-            ticks: SYNC_AT.load(Ordering::Relaxed).wrapping_sub(PROBED_FROM.load(Ordering::Relaxed)),
-            lines: LAST_LINES.load(Ordering::Relaxed),
-            words: LAST_WORDS.load(Ordering::Relaxed),
-        })
+        COUNTS.probe()
     }
 
     fn syncs(&self) -> (u32, u32) {
-        critical_section::with(|_| (SYNCS.load(Ordering::Relaxed), SYNC_AT.load(Ordering::Relaxed)))
+        COUNTS.syncs()
     }
 }
 
@@ -342,12 +298,7 @@ fn serve() {
         w.set_tcif(STREAM, full);
         w.set_teif(STREAM, error);
     });
-    let more = u32::from(half) + u32::from(full);
-    let complete = COMPLETE.load(Ordering::Relaxed).wrapping_add(more);
-    COMPLETE.store(complete, Ordering::Release);
-    let in_frame =
-        (IN_FRAME.load(Ordering::Relaxed) + more).checked_rem(PER_FRAME.load(Ordering::Relaxed)).unwrap_or(0);
-    IN_FRAME.store(in_frame, Ordering::Relaxed);
+    let complete = COUNTS.add_stripes(u32::from(half) + u32::from(full));
 
     let camera = DCMI.ris().read();
     DCMI.icr().write(|w| {
@@ -356,49 +307,34 @@ fn serve() {
         w.set_vsync_isc(camera.vsync_ris());
     });
     if camera.vsync_ris() {
-        SYNCS.store(SYNCS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
-        SYNC_AT.store(Instant::now().as_ticks() as u32, Ordering::Relaxed);
+        COUNTS.add_sync();
     }
-    if PROBING.load(Ordering::Relaxed) {
-        measure(camera.line_ris(), camera.vsync_ris(), complete);
+    if COUNTS.is_probing() {
+        if camera.vsync_ris() {
+            let whole = COUNTS.words_per_stripe().wrapping_mul(complete - complete % 2);
+            COUNTS.end_probed_frame(whole.wrapping_add(in_ring()));
+            CHANGED.signal(());
+        }
+        if camera.line_ris() {
+            DCMI.icr().write(|w| w.set_line_isc(true));
+            COUNTS.add_line();
+        }
         return;
     }
     if error || camera.ovr_ris() || camera.err_ris() {
-        TROUBLE.store(OVERRUN, Ordering::Relaxed);
-    } else if camera.vsync_ris() && !(in_frame == 0 && is_at_end(complete)) {
-        TROUBLE.store(MISPLACED_SYNC, Ordering::Relaxed);
+        COUNTS.set_trouble(Trouble::Overrun);
+    } else if camera.vsync_ris() && !(COUNTS.is_between_frames() && is_at_end(complete)) {
+        COUNTS.set_trouble(Trouble::MisplacedSync);
     }
     CHANGED.signal(());
 }
 
-/// Counts lines, and at a vertical sync the words of the frame that it ends.
-fn measure(line: bool, sync: bool, complete: u32) {
-    if sync {
-        let size = WORDS_PER_STRIPE.load(Ordering::Relaxed);
-        let words = size.wrapping_mul(complete - complete % 2).wrapping_add(in_ring());
-        LAST_WORDS.store(words.wrapping_sub(WORDS_AT_SYNC.load(Ordering::Relaxed)), Ordering::Relaxed);
-        WORDS_AT_SYNC.store(words, Ordering::Relaxed);
-        LAST_LINES.store(LINES.load(Ordering::Relaxed), Ordering::Relaxed);
-        LINES.store(0, Ordering::Relaxed);
-        let probed = PROBED.load(Ordering::Relaxed);
-        if probed == 0 {
-            PROBED_FROM.store(SYNC_AT.load(Ordering::Relaxed), Ordering::Relaxed);
-        }
-        PROBED.store(probed + 1, Ordering::Relaxed);
-        CHANGED.signal(());
-    }
-    if line {
-        DCMI.icr().write(|w| w.set_line_isc(true));
-        LINES.store(LINES.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
-    }
-}
-
 /// Returns the words from the ring's beginning to where the DMA writes next.
 fn in_ring() -> u32 {
-    2 * WORDS_PER_STRIPE.load(Ordering::Relaxed) - u32::from(DMA1.st(STREAM).ndtr().read().ndt())
+    2 * COUNTS.words_per_stripe() - u32::from(DMA1.st(STREAM).ndtr().read().ndt())
 }
 
 /// Returns whether the ring has exactly this many whole stripes and not a word more.
 fn is_at_end(complete: u32) -> bool {
-    in_ring() == complete % 2 * WORDS_PER_STRIPE.load(Ordering::Relaxed)
+    in_ring() == complete % 2 * COUNTS.words_per_stripe()
 }

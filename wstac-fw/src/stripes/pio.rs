@@ -20,7 +20,7 @@
 //! the STM32H743's `dcmi`. The RP2040 has no caches between the DMA and its memory.
 
 use core::slice;
-use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering, compiler_fence};
+use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
 
 use embassy_rp::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
@@ -29,6 +29,7 @@ use embassy_rp::pac::{DMA, IO_BANK0, PADS_BANK0, PIO0, RESETS};
 use embassy_rp::{Peri, peripherals};
 use embassy_time::Instant;
 
+use super::counts::COUNTS;
 use super::{Capture, Ring, Ticks, Trouble};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
@@ -54,34 +55,8 @@ const BEGIN_FLAG: u16 = 4;
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
 
-static COMPLETE: AtomicU32 = AtomicU32::new(0);
-/// The complete stripes of the frame under way.
-static IN_FRAME: AtomicU32 = AtomicU32::new(0);
-/// 0, or the [`Trouble`] since the restart.
-static TROUBLE: AtomicU8 = AtomicU8::new(NONE);
-static PER_FRAME: AtomicU32 = AtomicU32::new(1);
-static WORDS_PER_STRIPE: AtomicU32 = AtomicU32::new(0);
 /// The addresses of the halves of the ring.
 static HALVES: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
-
-/// The vertical syncs since power was on, modulo 2^32, and the ticks at the last one.
-static SYNCS: AtomicU32 = AtomicU32::new(0);
-static SYNC_AT: AtomicU32 = AtomicU32::new(0);
-/// Whether whole frames are measured, and the syncs that the measurement has seen.
-static PROBING: AtomicBool = AtomicBool::new(false);
-static PROBED: AtomicU32 = AtomicU32::new(0);
-/// The ticks at the first sync that is used.
-static PROBED_FROM: AtomicU32 = AtomicU32::new(0);
-/// The lines of the frame under way, and those of the last one.
-static LINES_SEEN: AtomicU32 = AtomicU32::new(0);
-static LAST_LINES: AtomicU32 = AtomicU32::new(0);
-/// The words since the restart at the last sync, and those between the last two.
-static WORDS_AT_SYNC: AtomicU32 = AtomicU32::new(0);
-static LAST_WORDS: AtomicU32 = AtomicU32::new(0);
-
-const NONE: u8 = 0;
-const OVERRUN: u8 = 1;
-const MISPLACED_SYNC: u8 = 2;
 
 /// Handles the interrupts of the PIO and of the DMA.
 pub struct PioInterrupts;
@@ -172,8 +147,7 @@ impl Pio {
         if stripe_bytes != 4 * WORDS || rows == 0 || !height.is_multiple_of(rows) || !is_right {
             return None;
         }
-        PER_FRAME.store(u32::from(height / rows), Ordering::Relaxed);
-        WORDS_PER_STRIPE.store(WORDS as u32, Ordering::Relaxed);
+        COUNTS.set_size(u32::from(height / rows), WORDS as u32);
         for (half, stripe) in HALVES.iter().zip(ring.iter()) {
             half.store(stripe.as_ptr() as u32, Ordering::Relaxed);
         }
@@ -221,11 +195,7 @@ impl Pio {
             // If the DMA does not stop, nothing is captured: the sensor seems silent, and each attempt to set it up
             // ends in a restart.
             let is_stopped = Self::halt();
-            for counter in [&COMPLETE, &IN_FRAME, &PROBED, &LINES_SEEN, &LAST_LINES, &WORDS_AT_SYNC, &LAST_WORDS] {
-                counter.store(0, Ordering::Relaxed);
-            }
-            TROUBLE.store(NONE, Ordering::Relaxed);
-            PROBING.store(what != What::Frames, Ordering::Relaxed);
+            COUNTS.restart(what != What::Frames);
             if !is_stopped {
                 defmt::error!("the DMA does not stop");
                 return;
@@ -362,16 +332,11 @@ impl Camera for Pio {
     fn change_order(&mut self) {}
 
     fn probe(&self) -> Probe {
-        critical_section::with(|_| Probe {
-            frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
-            ticks: SYNC_AT.load(Ordering::Relaxed).wrapping_sub(PROBED_FROM.load(Ordering::Relaxed)),
-            lines: LAST_LINES.load(Ordering::Relaxed),
-            words: LAST_WORDS.load(Ordering::Relaxed),
-        })
+        COUNTS.probe()
     }
 
     fn syncs(&self) -> (u32, u32) {
-        critical_section::with(|_| (SYNCS.load(Ordering::Relaxed), SYNC_AT.load(Ordering::Relaxed)))
+        COUNTS.syncs()
     }
 }
 
@@ -383,16 +348,11 @@ impl Capture for Pio {
     fn complete(&self) -> u32 {
         // By now the compiler has made all its reads of rows.
         compiler_fence(Ordering::SeqCst);
-        COMPLETE.load(Ordering::Acquire)
+        COUNTS.complete()
     }
 
     fn trouble(&self) -> Option<Trouble> {
-        match TROUBLE.load(Ordering::Relaxed) {
-            NONE if has_stalled() => Some(Trouble::Overrun),
-            NONE => None,
-            MISPLACED_SYNC => Some(Trouble::MisplacedSync),
-            _ => Some(Trouble::Overrun),
-        }
+        COUNTS.trouble().or(has_stalled().then_some(Trouble::Overrun))
     }
 
     fn lines_come(&self) -> bool {
@@ -423,58 +383,39 @@ fn serve() {
         // The channel begins here when the other one starts it; its count is loaded anew then.
         DMA.ch(channel).write_addr().write_value(HALVES[channel].load(Ordering::Relaxed));
     }
-    let complete = COMPLETE.load(Ordering::Relaxed).wrapping_add(done.count_ones());
-    COMPLETE.store(complete, Ordering::Release);
-    let in_frame = (IN_FRAME.load(Ordering::Relaxed) + done.count_ones())
-        .checked_rem(PER_FRAME.load(Ordering::Relaxed))
-        .unwrap_or(0);
-    IN_FRAME.store(in_frame, Ordering::Relaxed);
+    let complete = COUNTS.add_stripes(done.count_ones());
 
-    let probing = PROBING.load(Ordering::Relaxed);
+    let probing = COUNTS.is_probing();
     // If frames are used, the flag of lines stays, and shows that they come.
     let wanted = 1 << SYNC_FLAG | if probing { 1 << LINE_FLAG } else { 0 };
     let flags = PIO0.irq().read().irq() & wanted;
     let (sync, line) = (flags & 1 << SYNC_FLAG != 0, flags & 1 << LINE_FLAG != 0);
     PIO0.irq().write(|w| w.set_irq(flags));
     if sync {
-        SYNCS.store(SYNCS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
-        SYNC_AT.store(Instant::now().as_ticks() as u32, Ordering::Relaxed);
+        COUNTS.add_sync();
     }
     if probing {
-        measure(line, sync, complete);
-    } else if sync && !(in_frame == 0 && in_half(complete) == 0) {
-        TROUBLE.store(MISPLACED_SYNC, Ordering::Relaxed);
+        if sync {
+            let whole = COUNTS.words_per_stripe().wrapping_mul(complete);
+            COUNTS.end_probed_frame(whole.wrapping_add(in_half(complete)));
+        }
+        if line {
+            COUNTS.add_line();
+        }
+    } else if sync && !(COUNTS.is_between_frames() && in_half(complete) == 0) {
+        COUNTS.set_trouble(Trouble::MisplacedSync);
     } else if has_stalled() {
-        TROUBLE.store(OVERRUN, Ordering::Relaxed);
+        COUNTS.set_trouble(Trouble::Overrun);
     }
     if sync || done != 0 {
         CHANGED.signal(());
     }
 }
 
-/// Counts lines, and at a vertical sync the words of the frame that it ends.
-fn measure(line: bool, sync: bool, complete: u32) {
-    if sync {
-        let words = WORDS_PER_STRIPE.load(Ordering::Relaxed).wrapping_mul(complete).wrapping_add(in_half(complete));
-        LAST_WORDS.store(words.wrapping_sub(WORDS_AT_SYNC.load(Ordering::Relaxed)), Ordering::Relaxed);
-        WORDS_AT_SYNC.store(words, Ordering::Relaxed);
-        LAST_LINES.store(LINES_SEEN.load(Ordering::Relaxed), Ordering::Relaxed);
-        LINES_SEEN.store(0, Ordering::Relaxed);
-        let probed = PROBED.load(Ordering::Relaxed);
-        if probed == 0 {
-            PROBED_FROM.store(SYNC_AT.load(Ordering::Relaxed), Ordering::Relaxed);
-        }
-        PROBED.store(probed + 1, Ordering::Relaxed);
-    }
-    if line {
-        LINES_SEEN.store(LINES_SEEN.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
-    }
-}
-
 /// Returns the words of the stripe under way. The DMA counts down from a stripe's.
 fn in_half(complete: u32) -> u32 {
     let left = count_left(CHANNELS[complete as usize % 2]);
-    WORDS_PER_STRIPE.load(Ordering::Relaxed).saturating_sub(left)
+    COUNTS.words_per_stripe().saturating_sub(left)
 }
 
 /// Returns whether a pixel found no room: the machine has waited for the DMA.
@@ -484,12 +425,12 @@ fn has_stalled() -> bool {
 
 #[cfg(feature = "rp2040")]
 fn set_count(channel: usize) {
-    DMA.ch(channel).trans_count().write_value(WORDS_PER_STRIPE.load(Ordering::Relaxed));
+    DMA.ch(channel).trans_count().write_value(COUNTS.words_per_stripe());
 }
 
 #[cfg(not(feature = "rp2040"))]
 fn set_count(channel: usize) {
-    DMA.ch(channel).trans_count().write(|w| w.set_count(WORDS_PER_STRIPE.load(Ordering::Relaxed)));
+    DMA.ch(channel).trans_count().write(|w| w.set_count(COUNTS.words_per_stripe()));
 }
 
 #[cfg(feature = "rp2040")]
