@@ -12,6 +12,7 @@ pub mod crash_record;
 pub mod emulated;
 #[cfg(feature = "h743")]
 pub mod link;
+pub mod picture;
 pub mod reader;
 pub mod sccb;
 pub mod self_test;
@@ -21,4 +22,3 @@ pub mod serial;
 pub mod setup;
 pub mod stripes;
 pub mod textures;
-pub mod window;

@@ -3,6 +3,7 @@
 use embassy_stm32::gpio::{Level, Output};
 use wstac_core::wire::{self, Decoder, Fault, Message, Request};
 
+use crate::picture;
 use crate::reader::Outlet;
 use crate::self_test::Defect;
 use crate::sensor::{Sensor, SensorError};
@@ -74,6 +75,11 @@ impl Link {
     /// Returns whether there is room for any message.
     pub fn has_room(&self) -> bool {
         self.serial.room() >= wire::LONGEST
+    }
+
+    /// Returns whether there is room for a part of a picture, and for any message after it.
+    pub fn has_room_for_picture(&self) -> bool {
+        self.serial.room() >= picture::ROOM
     }
 
     /// Returns whether all messages have been sent.

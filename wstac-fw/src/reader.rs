@@ -211,6 +211,11 @@ impl Reader {
         out.send(&Message::End { stream: end, dropped: self.dropped });
     }
 
+    /// Returns the number of the frame under way, or of the next one.
+    pub fn next_frame(&self) -> u64 {
+        self.pipeline.next_frame()
+    }
+
     /// Returns the number of camera frames lost since the start.
     pub fn dropped(&self) -> u64 {
         self.dropped

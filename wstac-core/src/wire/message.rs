@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Text;
+use super::{PictureEnd, PicturePart, Text};
 use crate::direction::Direction;
 use crate::features::Features;
 use crate::green::any::PixelFormat;
@@ -98,6 +98,11 @@ pub enum Message<'a> {
         /// Speed and direction with their standard deviations.
         velocity: Velocity,
     },
+    /// A part of a picture that was asked for.
+    #[serde(borrow)]
+    PicturePart(PicturePart<'a>),
+    /// The end of a picture that was asked for.
+    PictureEnd(PictureEnd),
 }
 
 /// The description of a board.
@@ -300,6 +305,9 @@ pub enum Request {
     /// Says whether speed and direction of every frame are wanted. At first they are not. A board without
     /// [`LiveMotion`](crate::motion::LiveMotion) sends none.
     Motion(bool),
+    /// Asks for a picture of what the camera sees, as [`PicturePart`]s and a [`PictureEnd`]. One that is being sent is
+    /// given up. A board without pictures sends none.
+    Picture,
 }
 
 /// The number of frames of a sample in one message.

@@ -52,11 +52,13 @@ mod decoder;
 mod frame;
 mod message;
 mod numbers;
+mod picture;
 mod text;
 
 pub use decoder::{DecodeError, Decoder, Received};
 pub use frame::encode;
 pub use message::{Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, TextureAnswer, sample_parts};
+pub use picture::{PICTURE_PART, PictureEnd, PicturePart};
 pub use text::Text;
 
 use serde::{Deserialize, Serialize};

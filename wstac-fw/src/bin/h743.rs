@@ -23,8 +23,9 @@ use wstac_core::layout::Layout;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Request, Text};
 use wstac_fw::link::{Absence, Link};
+use wstac_fw::picture::Picture;
 use wstac_fw::reader::Reader;
-use wstac_fw::self_test::{self, Defect, RateMeter};
+use wstac_fw::self_test::{self, Defect, Probe, RateMeter};
 use wstac_fw::sensor::ov7690::OV7690;
 use wstac_fw::sensor::ov7692::OV7692;
 use wstac_fw::sensor::ov7725::OV7725;
@@ -33,7 +34,6 @@ use wstac_fw::sensor::{Sensor, SensorError};
 use wstac_fw::serial::{self, Serial};
 use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, DcmiInterrupts, Ring};
 use wstac_fw::stripes::{self, Capture, Step, Stripes};
-use wstac_fw::window::Window;
 use wstac_fw::{bus, crash_record, setup};
 
 /// The sensors that the firmware looks for, in this order. All produce frames of one size.
@@ -41,14 +41,14 @@ const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
 /// The frame rate of the sensors.
 const RATE: FrameRate = FrameRate::NOMINAL;
 /// The rows of a stripe.
-const ROWS: u16 = 16;
+const ROWS: u16 = 12;
 /// The bits per second of the serial line.
 const BAUD: u32 = 115_200;
 /// The frames that a self-test measures, and the longest time for them.
 const SELF_TEST_FRAMES: u32 = 4;
 const SELF_TEST: Duration = Duration::from_millis(800);
-/// The longest time for a frame through the window after that.
-const WINDOW_TEST: Duration = Duration::from_millis(250);
+/// The longest time for a frame of luma after that.
+const LUMA_TEST: Duration = Duration::from_millis(250);
 /// The failures of the bus in a row after which the sensor counts as gone, although frames come.
 const BUS_FAILURES: u32 = 30;
 /// The microseconds after which the watchdog restarts a program that hangs. The longest self-test, with a second try,
@@ -68,12 +68,10 @@ const LAW: setup::Law = match setup::law(RATE) {
     Ok(law) => law,
     Err(_) => panic!("checked by the build script"),
 };
-const WINDOW: Window = match Window::around(&LAYOUT, ROWS) {
-    Ok(window) => window,
-    Err(_) => panic!("the configuration's [layout] leaves the whole words and stripes of a frame"),
-};
 /// The bytes of a row.
-const WIDTH: usize = WINDOW.width() as usize;
+const WIDTH: usize = SENSORS[0].size.width() as usize;
+/// The stripes of a frame.
+const STRIPES: usize = (SENSORS[0].size.height() / ROWS) as usize;
 /// The words of a stripe.
 const WORDS: usize = WIDTH * ROWS as usize / 4;
 /// The ticks from frame to frame.
@@ -134,10 +132,11 @@ async fn main(_spawner: Spawner) {
     let mut sensor = *find(&mut i2c, reader, &mut line, &mut watchdog).await;
 
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
-    let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, &WINDOW, ROWS, sensor.signals) else {
-        panic!("the ring does not fit the window, or is more than the DMA counts");
+    let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, sensor.size, ROWS, sensor.signals) else {
+        panic!("the ring does not fit the frames, or is more than the DMA counts");
     };
-    let mut stripes = Stripes::new(dcmi, u32::from(WINDOW.height() / ROWS), PERIOD);
+    let mut stripes = Stripes::new(dcmi, STRIPES as u32, PERIOD);
+    let mut picture = Picture::<STRIPES>::new(4 * WORDS);
     let mut stage = Stage::Test;
     let mut absent = Absence::None;
     let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
@@ -149,8 +148,10 @@ async fn main(_spawner: Spawner) {
         }
         while let Some(request) = line.request() {
             reader.answer(request, &mut line);
-            if request == Request::Hello {
-                line.absence(absent);
+            match request {
+                Request::Hello => line.absence(absent),
+                Request::Picture => picture.begin(),
+                _ => {}
             }
         }
         while line.has_room() && reader.send_held(&mut line) {}
@@ -176,15 +177,22 @@ async fn main(_spawner: Spawner) {
             stripes.restart();
             continue;
         }
+        let stripe = stripes.number() as usize;
         match stripes.step() {
             Step::Rows { rows, last } => {
+                let part = if line.has_room_for_picture() { picture.part(stripe, rows) } else { None };
                 // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
                 // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
                 let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
                 let mut done = reader.rows(now, &mut line);
-                if stripes.release() && last {
+                let is_whole = stripes.release();
+                // The part is only sent if it is of rows that were not overwritten.
+                if let Some(part) = part.filter(|_| is_whole) {
+                    picture.send(&part, reader.next_frame(), &mut line);
+                }
+                if is_whole && last {
                     let lost = match watch.check(&sensor, &mut i2c) {
                         Ok(()) => {
                             bus_failures = 0;
@@ -310,19 +318,13 @@ async fn try_to_bring_up(
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
     dcmi.set_luma_first(luma_first);
-    let mut words = 0;
-    for _ in 0..2 {
-        dcmi.begin_window_probe();
-        measured(dcmi, 1, WINDOW_TEST).await;
-        words = dcmi.probe().words;
-        if words == dcmi.window_words() {
-            return Ok(());
-        }
-        if dcmi.change_order() {
-            defmt::warn!("the camera interface drops bytes before it crops");
-        }
+    dcmi.begin_luma_probe();
+    measured(dcmi, 1, LUMA_TEST).await;
+    let Probe { lines, words, .. } = dcmi.probe();
+    if words == dcmi.luma_words() {
+        return Ok(());
     }
-    let defect = Defect::Size { lines: WINDOW.height().into(), words };
+    let defect = Defect::Size { lines, words };
     Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) })
 }
 
@@ -355,7 +357,7 @@ fn log(defect: Option<Defect>) {
 #[inline(never)]
 fn reader() -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
-    match Reader::new(*WINDOW.layout(), SENSORS[0].size, RATE, LAW) {
+    match Reader::new(LAYOUT, SENSORS[0].size, RATE, LAW) {
         Ok(new) => Some(reader.insert(new)),
         Err(error) => {
             defmt::error!("configuration: {}", error);

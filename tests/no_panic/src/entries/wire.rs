@@ -7,7 +7,7 @@ use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::texture;
 use wstac_core::trigger::Event;
-use wstac_core::wire::{self, Answers, Decoder, Message, Received, DecodeError, Request, Text};
+use wstac_core::wire::{self, Answers, Decoder, Message, Received, DecodeError, PictureEnd, PicturePart, Request, Text};
 
 entries! {
     wire:
@@ -24,6 +24,9 @@ entries! {
     decode_request(decoder: &mut Decoder<16>, byte: u8) -> Option<Result<Received<Request>, DecodeError>> {
         decoder.push(byte)
     }
+    picture_part<'a>(bytes: &'a [u8], first: u32) -> PicturePart<'a> { PicturePart::new(0, 0, first, bytes) }
+    picture_checksum(part: &PicturePart<'_>) -> u32 { part.checksum() }
+    picture_end(parts: u16, checksum: u32) -> PictureEnd { PictureEnd::new(0, parts, checksum) }
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
