@@ -40,7 +40,9 @@ direction = 180
 """
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, SAMPLES = 0, 1, 2
+HELLO, FEATURES, SAMPLES, PICTURE = 0, 1, 2, 4
+# Messages from the board, by their numbers.
+PICTURE_PART, PICTURE_END = 12, 13
 
 
 class Host:
@@ -64,6 +66,12 @@ class Host:
         file = self.folder / "serial"
         file.write_bytes(data)
         return self._says("monitor", file, "--json", *options).splitlines()
+
+    def calibrated(self, source):
+        """Returns the configuration that `wstac calibrate` writes, without its first line, which names the source."""
+        config = self.folder / "found.toml"
+        self._says("calibrate", source, "-o", config, "--force")
+        return config.read_text().split("\n", 1)[1]
 
     def _says(self, *arguments):
         done = subprocess.run([self.wstac, *arguments], capture_output=True, text=True, check=False)
@@ -89,6 +97,56 @@ def request(message, *wanted):
     data += crc(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
     return b"\0" + stuffed + b"\0"
+
+
+def contents(data):
+    """Returns the contents of the frames in the bytes that a board sent, without version, sequence number and checksum."""
+    found = []
+    for stuffed in data.split(b"\0"):
+        content, at = b"", 0
+        while at < len(stuffed):
+            block = stuffed[at + 1 : at + stuffed[at]]
+            at += stuffed[at]
+            content += block + (b"\0" if at < len(stuffed) and len(block) < 254 else b"")
+        if len(content) > 4 and crc(content[:-4]) == int.from_bytes(content[-4:], "little"):
+            found.append(varint(content[:-4], 1)[1])
+    return found
+
+
+def varint(data, at=0):
+    """Returns the number at a place, and the bytes behind it."""
+    number = shift = 0
+    while True:
+        number |= (data[at] & 0x7F) << shift
+        shift, at = shift + 7, at + 1
+        if data[at - 1] < 0x80:
+            return number, data[at:]
+
+
+def pictures(data):
+    """Returns the pictures in the bytes that a board sent: the parts of each, as frame, place and bytes."""
+    parts, whole = [], []
+    for content in contents(data):
+        if content[0] == PICTURE_PART:
+            frame, rest = varint(content, 2)
+            first, rest = varint(rest)
+            length, pixels = varint(rest)
+            assert len(pixels) == length
+            parts.append((frame, first, pixels))
+        elif content[0] == PICTURE_END:
+            whole.append(parts)
+            parts = []
+    return whole
+
+
+def together(parts):
+    """Returns the picture of parts of which each byte came once."""
+    parts = sorted(parts, key=lambda part: part[1])
+    picture = b""
+    for _, first, pixels in parts:
+        assert first == len(picture), "a part is missing, or came twice"
+        picture += pixels
+    return picture
 
 
 def of_kind(lines, *kinds):
@@ -145,6 +203,67 @@ class Check:
         events = of_kind(self.host.of_line(board.run(), "--samples"), "event")
         expected = of_kind(self.host.of_clip("--samples"), "event")
         self.say("samples", [] if events == expected else ["events with samples are not the host's"])
+
+    def picture(self, name, speed, late=()):
+        """While frames are used, a picture is sent. Each part is that of the frame that it names, byte for byte, and no
+        feature or event is missing. `late` has frames in which the core stops so many cycles after a stripe.
+        """
+        board = Board(self.elf, self.host.frames)
+        board.line.speed = speed
+        board.camera.faults[20] = lambda: board.line.receive(request(PICTURE))
+        for frame, cycles in dict(late).items():
+            board.camera.faults[frame] = lambda cycles=cycles: halt_in_stripe(board, cycles)
+        board.line.receive(request(FEATURES, 1))
+        data = board.run()
+        # Events have no samples without a loss.
+        kinds = ["features"] if late else ["features", "event"]
+        lines, expected = self.host.of_line(data, "--features"), self.host.of_clip("--features")
+        right = [line for line in of_kind(expected, *kinds) if json.loads(line)["frame"] not in dict(late)]
+        # A fast line also brings the features of a frame after the clip.
+        found = [line for line in of_kind(lines, *kinds) if json.loads(line)["frame"] < len(self.features)]
+        problems = [] if found == right else ["features and events are not the host's"]
+        found = pictures(data)
+        if len(found) != 1:
+            problems.append(f"{len(found)} pictures are sent, expected 1")
+        for frame, first, pixels in sum(found, []):
+            if pixels != self.host.frames[frame][first : first + len(pixels)]:
+                problems.append(f"the part at {first} is not that of frame {frame}")
+        frames = {frame for frame, *_ in sum(found, [])}
+        if found and len(together(found[0])) != WIDTH * HEIGHT:
+            problems.append("the picture has another size than a frame")
+        if not all(frame + 1 in frames for frame in dict(late)):
+            problems.append(f"the picture is over before the core is late: frames {sorted(frames)}")
+        self.say(name, problems[:5])
+
+    def calibrate(self, name):
+        """A host that asks for pictures, untouched and then pressed on, calibrates the board as it calibrates a camera."""
+        dark, lit = self.host.frames[:25], bytes(map(max, zip(*self.host.frames[30:100], strict=True)))
+        clip = [*dark, *[lit] * 6]
+        raw = self.host.folder / "press.y4m"
+        header = f"YUV4MPEG2 W{WIDTH} H{HEIGHT} F30:1 Cmono\n".encode()
+        raw.write_bytes(header + b"".join(b"FRAME\n" + frame for frame in clip))
+        board = Board(self.elf, [dark[0]] * 4000)
+        board.line.speed = 16
+        board.line.receive(request(HELLO))
+        problems = []
+        for number, frame in enumerate(clip):
+            board.machine.run(lambda: board.camera.frame is not None)
+            board.camera.clip = [frame] * 4000
+            # The frame under way is still the last one.
+            begun = board.camera.frame
+            board.machine.run(lambda: board.camera.frame > begun + 1)
+            from_here = len(board.line.sent)
+            board.line.receive(request(PICTURE))
+            board.machine.run(lambda: board.camera.frame > begun + 40)
+            found = pictures(bytes(board.line.sent[from_here:]))
+            if len(found) != 1 or together(found[0]) != frame:
+                problems.append(f"picture {number} is not the frame, byte for byte")
+        sent = self.host.folder / "pictures.bin"
+        sent.write_bytes(board.line.sent)
+        found, expected = self.host.calibrated(f"board:{sent}"), self.host.calibrated(raw)
+        if found != expected or "corners" not in found:
+            problems.append(f"the board's calibration is {found}, expected {expected}")
+        self.say(name, problems[:5])
 
     def faulty(self, name, faults, missing, said):
         """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
@@ -340,6 +459,12 @@ def halt(board):
     machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 5))
 
 
+def halt_in_stripe(board, cycles):
+    """The core stops some cycles after the tenth stripe of a frame, while the next three arrive."""
+    machine, line = board.machine, board.camera.line_time
+    machine.at(machine.now + (8 + 10 * 12 - 1) * line + cycles, lambda: machine.stall(36 * line))
+
+
 def halt_at_end(board, cycles):
     """The core stops some cycles after the last rows of a frame, until the next frame's second stripe has begun. Only
     the interrupts at the sync run in between.
@@ -364,6 +489,11 @@ def main():
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
         check.samples()
+        check.picture("a picture at twice the speed of the line", 2)
+        check.picture("a picture at 921,600 bits per second", 8)
+        late = {frame: 150 * (frame - 20) for frame in range(24, 48, 2)}
+        check.picture("a picture while the core is late", 4, late)
+        check.calibrate("wstac calibrate")
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])

@@ -2,6 +2,7 @@
 //! behind a serial line, TCP, a pipe or a file.
 
 pub(crate) mod board;
+mod pictures;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};

@@ -1,6 +1,7 @@
 //! A board's messages as outputs, which are those that a [`Session`](crate::session::Session) gives of a source here.
 
 mod board;
+pub mod pictures;
 pub mod port;
 
 use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
