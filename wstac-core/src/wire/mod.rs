@@ -47,6 +47,9 @@
 //! Version 2 added to [`Answers`]: the kind of the touch, its first lit frame and its first dark one, and standard
 //! deviations of speed and direction. Since then a direction is any angle, a [`Hello`]'s trigger says whether it gives
 //! one event per touch, and [`Message::ContactEnd`] says when the light has left.
+//!
+//! Version 3 added to [`TextureAnswer`] a confidence, and whether the texture is known. Since then,
+//! [`Request::Picture`] asks for a picture.
 
 mod decoder;
 mod frame;
