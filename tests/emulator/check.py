@@ -40,9 +40,10 @@ direction = 180
 """
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, SAMPLES, PICTURE = 0, 1, 2, 4
+HELLO, FEATURES, SAMPLES, PICTURE, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7
 # Messages from the board, by their numbers.
-PICTURE_PART, PICTURE_END = 12, 13
+PICTURE_PART, PICTURE_END, IN_USE, ANSWER = 12, 13, 14, 15
+BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 
 
 class Host:
@@ -111,6 +112,24 @@ def contents(data):
         if len(content) > 4 and crc(content[:-4]) == int.from_bytes(content[-4:], "little"):
             found.append(varint(content[:-4], 1)[1])
     return found
+
+
+def as_varint(number):
+    """Returns the bytes of a number."""
+    data = b""
+    while number > 0x7F:
+        data, number = data + bytes([number & 0x7F | 0x80]), number >> 7
+    return data + bytes([number])
+
+
+def with_layout(settings, taxel, corners):
+    """Returns the bytes of settings with another layout: frame, taxel and corners are their first 54 numbers."""
+    numbers = []
+    for _ in range(54):
+        number, settings = varint(settings)
+        numbers.append(number)
+    numbers[2:] = [*taxel, *(place for corner in corners for place in corner)]
+    return b"".join(map(as_varint, numbers)) + settings
 
 
 def varint(data, at=0):
@@ -254,7 +273,7 @@ class Check:
             board.machine.run(lambda: board.camera.frame > begun + 1)
             from_here = len(board.line.sent)
             board.line.receive(request(PICTURE))
-            board.machine.run(lambda: board.camera.frame > begun + 40)
+            board.machine.run(lambda: board.camera.frame > begun + 28)
             found = pictures(bytes(board.line.sent[from_here:]))
             if len(found) != 1 or together(found[0]) != frame:
                 problems.append(f"picture {number} is not the frame, byte for byte")
@@ -263,6 +282,77 @@ class Check:
         found, expected = self.host.calibrated(f"board:{sent}"), self.host.calibrated(raw)
         if found != expected or "corners" not in found:
             problems.append(f"the board's calibration is {found}, expected {expected}")
+        self.say(name, problems[:5])
+
+    def settings(self, name):
+        """A layout that is set over the link is kept: after a reset and without power, the answers are the host's with it.
+        A bad one is refused, and changes nothing. A reset in the middle leaves the old layout or the new one.
+        """
+        problems = []
+
+        def asked(board, wanted, *kinds):
+            """Sends a request when the board uses frames. Returns the contents that come back until all of these kinds
+            have come, or for two seconds.
+            """
+            board.machine.run(lambda: board.camera.frame is not None)
+            sent, until = len(board.line.sent), board.machine.now + 60 * FRAME
+            found = lambda: contents(bytes(board.line.sent[sent:]))
+            board.line.receive(wanted)
+            while board.machine.now < until and not {*kinds} <= {content[0] for content in found()}:
+                later = board.machine.now + FRAME
+                board.machine.run(lambda later=later: board.machine.now > later)
+            return found()
+
+        def in_use(board):
+            """Returns the settings in use, and whether they were set."""
+            (answer,) = [content for content in asked(board, request(SETTINGS), IN_USE) if content[0] == IN_USE]
+            return answer[1:-1], answer[-1]
+
+        def after_power(board, clip=()):
+            """Returns the board after it was without power."""
+            again = Board(self.elf, clip)
+            again.machine.uc.mem_write(BANK2, bytes(board.machine.uc.mem_read(BANK2, BANK2_SIZE)))
+            again.flash.torn = set(board.flash.torn)
+            return again
+
+        board = Board(self.elf, [])
+        compiled_in, is_set = in_use(board)
+        if is_set:
+            problems.append("an empty flash has settings")
+        corners = [[40 + 45 * (k % 5), 12 + 44 * (k // 5)] for k in range(25)]
+        new = with_layout(compiled_in, [24, 28], corners)
+        bad = with_layout(compiled_in, [24, 28], [*corners[:-1], [310, 12]])
+        (answer,) = [content for content in asked(board, request(SET, *bad), ANSWER) if content[0] == ANSWER]
+        # Refused: the layout, because of a taxel that is outside, the 25th.
+        if answer[1:5] != bytes([1, 1, 2, 24]) or in_use(board) != (compiled_in, 0) or board.flash.words:
+            problems.append(f"a bad layout is answered by {answer.hex()}, and {in_use(board)} is used")
+        answers = asked(board, request(SET, *new), ANSWER, 0)
+        if [content[1:] for content in answers if content[0] == ANSWER] != [b"\0"]:
+            problems.append(f"a layout is answered by {[content.hex() for content in answers]}")
+        if not any(content[0] == 0 for content in answers) or in_use(board) != (new, 1):
+            problems.append("it is not used after the restart")
+        words = board.flash.words
+        toml = self.host.folder / "layout.toml"
+        toml.write_text(f"[layout]\nframe = [{WIDTH}, {HEIGHT}]\ntaxel = [24, 28]\ncorners = {corners}\n")
+        expected = of_kind(self.host.of_clip("--config", toml), "event")
+        events = of_kind(self.host.of_line(after_power(board, self.host.frames).run()), "event")
+        if events != expected or not events or events == self.events:
+            problems.append(f"events are {events}, expected {expected}")
+        # A reset at some of the writes of four bytes, eight of which are a word.
+        left = set()
+        for cut in (1, 4, 8, 9, 16, 8 * words // 2 + 3, 8 * words - 1, 8 * words):
+            other = after_power(board)
+            other.flash.cut_after = cut
+            asked(other, request(SET, *compiled_in), 0)
+            found = in_use(after_power(other))
+            left.add(found[0] == new)
+            if found not in ((new, 1), (compiled_in, 1)):
+                problems.append(f"after a reset at write {cut}, {found} is used")
+        if left != {True, False}:
+            problems.append("a reset shows the old settings only, or the new ones: this shows less than it should")
+        asked(board, request(FORGET), ANSWER, 0)
+        if in_use(board) != (compiled_in, 0):
+            problems.append("settings are not forgotten")
         self.say(name, problems[:5])
 
     def faulty(self, name, faults, missing, said):
@@ -460,9 +550,9 @@ def halt(board):
 
 
 def halt_in_stripe(board, cycles):
-    """The core stops some cycles after the tenth stripe of a frame, while the next three arrive."""
+    """The core stops some cycles after the twelfth stripe of a frame, while the next three arrive."""
     machine, line = board.machine, board.camera.line_time
-    machine.at(machine.now + (8 + 10 * 12 - 1) * line + cycles, lambda: machine.stall(36 * line))
+    machine.at(machine.now + (8 + 12 * 10 - 1) * line + cycles, lambda: machine.stall(30 * line))
 
 
 def halt_at_end(board, cycles):
@@ -494,6 +584,7 @@ def main():
         late = {frame: 150 * (frame - 20) for frame in range(24, 48, 2)}
         check.picture("a picture while the core is late", 4, late)
         check.calibrate("wstac calibrate")
+        check.settings("settings")
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])

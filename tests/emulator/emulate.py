@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from machine import Machine
-from model import camera, clocks, core, i2c, rtt, timer, usart
+from model import camera, clocks, core, flash, i2c, rtt, timer, usart
 from model.registers import Registers
 from model.sensor import Ov7725
 
@@ -49,8 +49,9 @@ class Board:
         self.dcmi = camera.Dcmi(self.dma)
         self.sensor = sensor()
         self.line = usart.Usart(machine, SERIAL_DIVIDER)
+        self.flash = flash.Flash(machine)
         self.rcc, *others = clocks.all_of_them()
-        machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, *others, mux, self.dma, self.dcmi)
+        machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, *others, self.flash, mux, self.dma, self.dcmi)
         machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), i2c.Port(self.sensor))
         machine.add(i2c.I2c([self.sensor]), timer.Timer(machine), self.line, *map(Registers, KEPT))
         self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), CLOCK, faults)

@@ -10,6 +10,13 @@ pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
+#[cfg(feature = "settings")]
+pub mod flash;
+#[cfg(feature = "settings")]
+pub mod keeper;
+#[cfg(all(feature = "h743", not(feature = "settings")))]
+#[path = "fixed_keeper.rs"]
+pub mod keeper;
 #[cfg(feature = "h743")]
 pub mod link;
 pub mod picture;
@@ -19,6 +26,8 @@ pub mod self_test;
 pub mod sensor;
 #[cfg(feature = "h743")]
 pub mod serial;
+#[cfg(any(feature = "settings", test))]
+pub mod settings;
 pub mod setup;
 pub mod stripes;
 pub mod textures;

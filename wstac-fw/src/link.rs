@@ -1,6 +1,8 @@
 //! A board's side of the link: messages on the serial line, and reports of faults on every available way.
 
 use embassy_stm32::gpio::{Level, Output};
+#[cfg(feature = "settings")]
+use wstac_core::wire::LONGEST_REQUEST;
 use wstac_core::wire::{self, Decoder, Fault, Message, Request};
 
 use crate::picture;
@@ -8,6 +10,10 @@ use crate::reader::Outlet;
 use crate::self_test::Defect;
 use crate::sensor::{Sensor, SensorError};
 use crate::serial::Serial;
+
+/// The number of bytes of the longest request.
+#[cfg(not(feature = "settings"))]
+const LONGEST_REQUEST: usize = 16;
 
 /// The reason why there are no frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +62,7 @@ impl<E> From<SensorError<E>> for Absence {
 pub struct Link {
     serial: Serial,
     sequence: u16,
-    decoder: Decoder<16>,
+    decoder: Decoder<LONGEST_REQUEST>,
     trouble: Output<'static>,
     events: u32,
 }

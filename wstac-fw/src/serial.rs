@@ -15,8 +15,8 @@ use crate::stripes::dcmi::CHANGED;
 
 /// The size of the queue of bytes to be sent: two of the longest messages.
 const OUT: usize = 512;
-/// The size of the queue of bytes to be read: a few requests.
-const IN: usize = 32;
+/// The size of the queue of bytes to be read: the longest request.
+const IN: usize = if cfg!(feature = "settings") { 256 } else { 32 };
 /// The number of the pins' function.
 const USART3_PINS: u8 = 7;
 

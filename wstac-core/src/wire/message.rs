@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{PictureEnd, PicturePart, Text};
+#[cfg(feature = "settings")]
+use super::{Refusal, Settings, SettingsInUse};
 use crate::direction::Direction;
 use crate::features::Features;
 use crate::green::any::PixelFormat;
@@ -103,6 +105,13 @@ pub enum Message<'a> {
     PicturePart(PicturePart<'a>),
     /// The end of a picture that was asked for.
     PictureEnd(PictureEnd),
+    // These come last: without the feature they have no number.
+    /// The settings that the board uses: the answer to [`Request::Settings`].
+    #[cfg(feature = "settings")]
+    Settings(SettingsInUse),
+    /// The answer to [`Request::Set`]. If the settings are kept, the board starts again and uses them.
+    #[cfg(feature = "settings")]
+    Set(Result<(), Refusal>),
 }
 
 /// The description of a board.
@@ -308,6 +317,16 @@ pub enum Request {
     /// Asks for a picture of what the camera sees, as [`PicturePart`]s and a [`PictureEnd`]. One that is being sent is
     /// given up. A board without pictures sends none.
     Picture,
+    // These come last: without the feature they have no number.
+    /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
+    #[cfg(feature = "settings")]
+    Settings,
+    /// Sets settings, which the board checks and keeps over resets.
+    #[cfg(feature = "settings")]
+    Set(Settings),
+    /// Returns the board to the settings that were compiled in.
+    #[cfg(feature = "settings")]
+    Forget,
 }
 
 /// The number of frames of a sample in one message.

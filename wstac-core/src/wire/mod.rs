@@ -49,19 +49,23 @@
 //! one event per touch, and [`Message::ContactEnd`] says when the light has left.
 //!
 //! Version 3 added to [`TextureAnswer`] a confidence, and whether the texture is known. Since then,
-//! [`Request::Picture`] asks for a picture.
+//! [`Request::Picture`] asks for a picture, and `Request::Set` sets the board's settings.
 
 mod decoder;
 mod frame;
 mod message;
 mod numbers;
 mod picture;
+#[cfg(feature = "settings")]
+mod settings;
 mod text;
 
 pub use decoder::{DecodeError, Decoder, Received};
 pub use frame::encode;
 pub use message::{Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, TextureAnswer, sample_parts};
 pub use picture::{PICTURE_PART, PictureEnd, PicturePart};
+#[cfg(feature = "settings")]
+pub use settings::{LONGEST_REQUEST, Refusal, Settings, SettingsInUse};
 pub use text::Text;
 
 use serde::{Deserialize, Serialize};

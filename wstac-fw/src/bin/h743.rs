@@ -22,6 +22,7 @@ use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use wstac_core::layout::Layout;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Request, Text};
+use wstac_fw::keeper::Keeper;
 use wstac_fw::link::{Absence, Link};
 use wstac_fw::picture::Picture;
 use wstac_fw::reader::Reader;
@@ -41,7 +42,7 @@ const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
 /// The frame rate of the sensors.
 const RATE: FrameRate = FrameRate::NOMINAL;
 /// The rows of a stripe.
-const ROWS: u16 = 12;
+const ROWS: u16 = 10;
 /// The bits per second of the serial line.
 const BAUD: u32 = 115_200;
 /// The frames that a self-test measures, and the longest time for them.
@@ -60,6 +61,7 @@ const HSE_LOOKS: u32 = 2500;
 /// The time between two attempts to find a sensor.
 const TRY_AGAIN: Duration = Duration::from_millis(250);
 
+/// The layout that is compiled in.
 const LAYOUT: Layout = match setup::layout(SENSORS[0].size) {
     Ok(layout) => layout,
     Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
@@ -98,7 +100,8 @@ async fn main(_spawner: Spawner) {
     let mut events = Output::new(p.PB0, Level::Low, Speed::Low);
     let serial = Serial::new(p.USART3, Irqs, p.PD8, p.PD9, BAUD);
     let mut line = Link::new(serial, Output::new(p.PB14, Level::Low, Speed::Low));
-    let Some(reader) = reader() else { panic!("the configuration does not fit the camera") };
+    let mut keeper = Keeper::new(p.FLASH, LAYOUT, RATE);
+    let Some(reader) = reader(&keeper) else { panic!("the configuration does not fit the camera") };
     if !has_hse {
         defmt::warn!("no clock of 8 MHz: the chip's own is used, and times are within 2 %");
         reader.set_name("wstac-fw on the chip's clock");
@@ -129,7 +132,7 @@ async fn main(_spawner: Spawner) {
     // Three transfers are made between two stripes.
     config.timeout = Duration::from_micros(600);
     let mut i2c = I2c::new_blocking(p.I2C1, p.PB8, p.PB9, config);
-    let mut sensor = *find(&mut i2c, reader, &mut line, &mut watchdog).await;
+    let mut sensor = find(&mut i2c, reader, &mut keeper, &mut line, &mut watchdog).await;
 
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
     let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, sensor.size, ROWS, sensor.signals) else {
@@ -146,8 +149,10 @@ async fn main(_spawner: Spawner) {
             is_told = true;
             crash_record::erase();
         }
+        keeper.restart_if_wanted(&line);
         while let Some(request) = line.request() {
             reader.answer(request, &mut line);
+            keeper.answer(request, &mut line);
             match request {
                 Request::Hello => line.absence(absent),
                 Request::Picture => picture.begin(),
@@ -355,9 +360,10 @@ fn log(defect: Option<Defect>) {
 
 /// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
 #[inline(never)]
-fn reader() -> Option<&'static mut Reader> {
+fn reader(keeper: &Keeper) -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
-    match Reader::new(LAYOUT, SENSORS[0].size, RATE, LAW) {
+    let (layout, floor, trigger) = keeper.parameters();
+    match Reader::with(layout, SENSORS[0].size, RATE, LAW, floor, trigger) {
         Ok(new) => Some(reader.insert(new)),
         Err(error) => {
             defmt::error!("configuration: {}", error);
@@ -435,22 +441,26 @@ fn clocks(has_hse: bool) -> Config {
 async fn find(
     i2c: &mut I2c<'_, Blocking, Master>,
     reader: &mut Reader,
+    keeper: &mut Keeper,
     line: &mut Link,
     watchdog: &mut IndependentWatchdog<'_, peripherals::IWDG1>,
-) -> &'static Sensor {
+) -> Sensor {
     let mut said = Absence::None;
     loop {
         watchdog.pet();
         if bus::free() {
             defmt::warn!("the sensor held its bus");
         }
+        keeper.restart_if_wanted(line);
         while let Some(request) = line.request() {
             reader.answer(request, line);
+            keeper.answer(request, line);
             // A host that has just connected should know, too.
             said = if request == Request::Hello { Absence::None } else { said };
         }
         let mut reason = Absence::Gone;
         for sensor in &SENSORS {
+            let sensor = Sensor { lines: keeper.exposure(), ..*sensor };
             match sensor.identify(i2c) {
                 Ok(()) => match sensor.set_up(i2c, &mut Delay) {
                     Ok(()) => {

@@ -3,6 +3,7 @@
 mod board;
 pub mod pictures;
 pub mod port;
+pub mod settings;
 
 use wstac_core::wire::{DecodeError, Decoder, Message, VERSION};
 

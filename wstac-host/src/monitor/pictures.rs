@@ -190,7 +190,7 @@ fn fault_of_board(message: impl Into<String>) -> Event {
     Event::Fault(Fault::new(FaultKind::from("board"), message))
 }
 
-fn info_of(hello: &Hello<'_>) -> StreamInfo {
+pub(super) fn info_of(hello: &Hello<'_>) -> StreamInfo {
     let Hello { firmware, version, size, format, rate, .. } = hello;
     let (width, height) = (size.width(), size.height());
     let about = format!("pictures of {firmware} {version}, {width}x{height} {format:?}");
