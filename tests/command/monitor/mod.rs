@@ -3,6 +3,7 @@
 
 pub(crate) mod board;
 mod pictures;
+mod settings;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};

@@ -18,6 +18,8 @@ use crate::source::StreamInfo;
 
 /// The time after which a request is sent again.
 const AGAIN: Duration = Duration::from_secs(1);
+/// The time between two looks at a board that starts again.
+const RESTART: Duration = Duration::from_millis(100);
 /// The longest wait for an answer. A board that was just set starts again first.
 const LONGEST_WAIT: Duration = Duration::from_secs(10);
 
@@ -90,6 +92,7 @@ impl SettableBoard {
             if began.elapsed() > LONGEST_WAIT {
                 return Err(Error::new(ErrorKind::Data, &name, "does not use the settings that it took"));
             }
+            std::thread::sleep(RESTART);
         }
         Ok(())
     }
