@@ -27,9 +27,9 @@ fn main() {
     println!("cargo:rerun-if-changed=../wstac-host/src/config/speed.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     link::emulated(&out);
-    link::h743();
+    link::h743(&out);
     let pixels = variable("WSTAC_PIXELS").map(|name| name.to_string_lossy().into_owned());
-    // The sizes of the frames of `SENSORS` in `src/bin/h743.rs`, and of `LAYOUT` in `src/emulated/bench.rs`.
+    // The sizes of the frames of `SENSORS` in `src/h743/mod.rs`, and of `LAYOUT` in `src/emulated/bench.rs`.
     let boards = [("CARGO_FEATURE_H743", [320, 240]), ("CARGO_FEATURE_EMULATED", [400, 400])];
     let sizes = boards.iter().filter(|(feature, _)| env::var_os(feature).is_some()).map(|(_, size)| *size);
     let sizes: Vec<_> = sizes.collect();

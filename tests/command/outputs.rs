@@ -25,10 +25,14 @@ fn inputs(folder: &Folder) {
     fs::copy(trained, folder.0.join("forest.onnx")).unwrap();
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/models/svm.wsm");
     fs::copy(model, folder.0.join("svm.wsm")).unwrap();
+    fs::copy(model, folder.0.join("base.wsm")).unwrap();
     let label = ["--label", "specimen=Saw3", "--label", "speed=150"];
     good(&[&["record", "scene:Saw3@150", "-o", &path("a.mcap")][..], &label].concat());
     good(&["scene", "render", "Saw3@150", "-o", &path("a.y4m")]);
     good(&["dataset", &path("a.toml"), "-o", &path("a.npz")]);
+    for name in ["held.npz", "more.npz"] {
+        fs::copy(path("a.npz"), path(name)).unwrap();
+    }
 }
 
 /// Commands, and the inputs of each. `OUT` stands for an input as the output, whatever its name ends in.
@@ -43,6 +47,11 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     (&["dataset", ".", "-o", "OUT"], &["a.mcap"]),
     (&["dataset", "a.toml", "--config", "wstac.toml", "-o", "OUT"], &["a.toml", "wstac.toml"]),
     (&["model", "import", "forest.onnx", "-o", "OUT"], &["forest.onnx"]),
+    (&["model", "learn", "base.wsm", "a.npz", "a.mcap", "-o", "OUT"], &["base.wsm", "a.npz", "a.mcap"]),
+    (
+        &["model", "calibrate", "base.wsm", "a.npz", "held.npz", "--projection", "more.npz", "-o", "OUT"],
+        &["base.wsm", "a.npz", "held.npz", "more.npz"],
+    ),
     (&["train", "a.npz", "--input", "frames", "-o", "OUT"], &["a.npz"]),
     (
         &["train", "a.mcap", "--config", "wstac.toml", "-o", "new.wsm", "--confusion", "OUT.svg"],

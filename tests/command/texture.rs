@@ -56,6 +56,14 @@ fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
         assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
         assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
     }
+    // At 20 mm/s there is enough for 16 mm.
+    let slow =
+        |model: &str| records(&["run", "scene:Saw3@20", "--json", "--size", "320x180", "--model", model]).remove(0);
+    for model in ["path-svm", "taxel-path-svm"] {
+        assert!(slow(&format!("builtin:{model}"))["texture"].is_null(), "{model}");
+        let shorter = slow(&format!("builtin:{model}-16mm"));
+        assert!(shorter["texture"].is_object(), "{shorter}");
+    }
 }
 
 #[test]

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Checks the STM32H743's program on the modeled board: its events and features are those of `wstac run` on the same
+"""Checks the programs of boards with an STM32H743 on modeled ones: its events and features are those of `wstac run` on the same
 frames, whatever happens to the camera.
 
-    check.py WSTAC ELF [CONFIG MODEL OTHER]…
+    check.py WSTAC ELF OPENMV [CONFIG MODEL OTHER]…
 
-WSTAC is the command on the host, ELF is the program, and each OTHER is the program with this configuration ("-" for the
-default) and this texture model compiled in. Needs the packages of requirements.txt (`ci/emulator`).
+WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7, and each
+OTHER is the former with this configuration ("-" for the default) and this texture model compiled in. Needs the packages
+of requirements.txt (`ci/emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -22,6 +23,7 @@ from pathlib import Path
 
 from emulate import FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import Machine
+from model.ports import NUCLEO, OPENMV
 from model.sensor import Ov7690, Ov7692, Ov7725
 
 SCENE = f"""
@@ -183,10 +185,14 @@ def fault_lines(board):
 class Check:
     """Runs cases and counts failures."""
 
-    def __init__(self, host, elf):
-        self.host, self.elf, self.failures = host, elf, 0
+    def __init__(self, host, elf, wiring=NUCLEO):
+        self.host, self.elf, self.wiring, self.failures = host, elf, wiring, 0
         self.events = of_kind(host.of_clip(), "event")
         self.features = of_kind(host.of_clip("--features"), "features")
+
+    def board(self, frames, sensor=Ov7725, faults=(), elf=None):
+        """Returns the board with a clip of these frames."""
+        return Board(elf or self.elf, frames, sensor, faults, self.wiring)
 
     def say(self, name, problems):
         """Prints one line per case."""
@@ -197,19 +203,21 @@ class Check:
 
     def plain(self, sensor, name):
         """Nothing goes wrong, and the host requests nothing."""
-        board = Board(self.elf, self.host.frames, sensor)
+        board = self.board(self.host.frames, sensor)
         events = of_kind(self.host.of_line(board.run()), "event")
         problems = [] if events == self.events else [f"events are {events}, expected {self.events}"]
         if len(self.events) != 2:
             problems.append(f"the clip has {len(self.events)} events, expected 2: it shows less than it should")
         problems += [f"the log says {line}" for _, line in fault_lines(board)]
+        if "on the chip's clock" in self.host.notes:
+            problems.append("the board's clock is not used")
         self.say(name, problems)
 
     def other(self, elf, config, model):
         """Another configuration and a texture model, compiled in, have the same effect as on the host."""
         options = ["--model", model] if config == "-" else ["--config", config, "--model", model]
         expected = of_kind(self.host.of_clip(*options), "event", "texture")
-        lines = of_kind(self.host.of_line(Board(elf, self.host.frames).run()), "event", "texture")
+        lines = of_kind(self.host.of_line(self.board(self.host.frames, elf=elf).run()), "event", "texture")
         problems = [] if lines == expected else [f"events are {lines}, expected {expected}"]
         if not expected or expected == self.events:
             problems.append("configuration and model change nothing: this shows less than it should")
@@ -217,7 +225,7 @@ class Check:
 
     def samples(self):
         """A host that requests samples gets them."""
-        board = Board(self.elf, self.host.frames)
+        board = self.board(self.host.frames)
         board.line.receive(request(SAMPLES, 1))
         events = of_kind(self.host.of_line(board.run(), "--samples"), "event")
         expected = of_kind(self.host.of_clip("--samples"), "event")
@@ -227,7 +235,7 @@ class Check:
         """While frames are used, a picture is sent. Each part is that of the frame that it names, byte for byte, and no
         feature or event is missing. `late` has frames in which the core stops so many cycles after a stripe.
         """
-        board = Board(self.elf, self.host.frames)
+        board = self.board(self.host.frames)
         board.line.speed = speed
         board.camera.faults[20] = lambda: board.line.receive(request(PICTURE))
         for frame, cycles in dict(late).items():
@@ -261,7 +269,7 @@ class Check:
         raw = self.host.folder / "press.y4m"
         header = f"YUV4MPEG2 W{WIDTH} H{HEIGHT} F30:1 Cmono\n".encode()
         raw.write_bytes(header + b"".join(b"FRAME\n" + frame for frame in clip))
-        board = Board(self.elf, [dark[0]] * 4000)
+        board = self.board([dark[0]] * 4000)
         board.line.speed = 16
         board.line.receive(request(HELLO))
         problems = []
@@ -310,12 +318,12 @@ class Check:
 
         def after_power(board, clip=()):
             """Returns the board after it was without power."""
-            again = Board(self.elf, clip)
+            again = self.board(clip)
             again.machine.uc.mem_write(BANK2, bytes(board.machine.uc.mem_read(BANK2, BANK2_SIZE)))
             again.flash.torn = set(board.flash.torn)
             return again
 
-        board = Board(self.elf, [])
+        board = self.board([])
         compiled_in, is_set = in_use(board)
         if is_set:
             problems.append("an empty flash has settings")
@@ -360,7 +368,7 @@ class Check:
 
         `said` is what the log must contain, in order, each entry with the frame in which the fault begins.
         """
-        board = Board(self.elf, self.host.frames, faults=faults)
+        board = self.board(self.host.frames, faults=faults)
         for frame, fault in list(board.camera.faults.items()):
             if callable(fault):
                 board.camera.faults[frame] = lambda fault=fault: fault(board)
@@ -384,7 +392,7 @@ class Check:
 
     def start(self, name, said, **sensor):
         """The sensor fails when it is first set up: the fault is reported, and then everything works."""
-        board = Board(self.elf, self.host.frames[:5])
+        board = self.board(self.host.frames[:5])
         for key, value in sensor.items():
             setattr(board.sensor, key, value)
         board.line.receive(request(FEATURES, 1))
@@ -397,7 +405,7 @@ class Check:
 
     def never(self, name, said, told, sensor=Ov7725, first=(), **how):
         """The sensor cannot be used: this is reported, after `first`, and again to a host that connects later."""
-        board = Board(self.elf, [], sensor)
+        board = self.board([], sensor)
         for key, value in how.items():
             setattr(board.sensor, key, value)
         machine = board.machine
@@ -414,7 +422,7 @@ class Check:
 
     def drift(self, name):
         """The rate changes by 4 % while frames are used: this is reported, and they are used again when it is right."""
-        board = Board(self.elf, self.host.frames)
+        board = self.board(self.host.frames)
         board.camera.faults[30] = lambda: board.sensor.slips.update({0x2B: 32})
         board.camera.faults[70] = lambda: board.sensor.slips.clear()
         self.host.of_line(board.run())
@@ -431,7 +439,7 @@ class Check:
         """The program fails: it restarts, reports the reason, and continues. It may be reset `again` some cycles after
         that, before the report is sent; then the report comes after the second restart.
         """
-        board = Board(self.elf, self.host.frames[:40])
+        board = self.board(self.host.frames[:40])
         machine = board.machine
         machine.correct_errors("crash_record")
 
@@ -463,7 +471,7 @@ class Check:
     def quiet(self, name):
         """A debugger that asked the program to wait for it reads no log: everything else goes on."""
         # The faults fill the log's 256 bytes.
-        board = Board(self.elf, self.host.frames[:180], faults=dict.fromkeys(range(5, 170, 2), "overrun"))
+        board = self.board(self.host.frames[:180], faults=dict.fromkeys(range(5, 170, 2), "overrun"))
         board.log.forgotten = True
         board.line.receive(request(FEATURES, 1))
         lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
@@ -471,7 +479,7 @@ class Check:
 
     def own_clock(self, name):
         """The debugger gives no clock: the chip's own is used, and the host is told."""
-        board = Board(self.elf, self.host.frames[:5])
+        board = self.board(self.host.frames[:5])
         board.rcc.has_hse = False
         board.line.receive(request(FEATURES, 1))
         lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
@@ -482,7 +490,7 @@ class Check:
 
     def halted(self, name):
         """A debugger that halts the core does not wake the watchdog: the program has asked for that."""
-        board = Board(self.elf, self.host.frames[:1])
+        board = self.board(self.host.frames[:1])
         board.run()
         registers = {p.base: p for p in board.machine.peripherals}
         freezes = registers[0x5C00_1000].read(0x54) >> 18 & 1
@@ -490,14 +498,35 @@ class Check:
 
     def pulls(self, name):
         """Every input of the camera interface is pulled down, so that a wire that is off does not float."""
-        board = Board(self.elf, self.host.frames[:1])
+        board = self.board(self.host.frames[:1])
         board.run()
-        registers = {p.base: p for p in board.machine.peripherals}
-        floating = []
-        for port, pins in {0: (4, 6), 1: (7,), 2: (6, 7, 8, 9), 3: (3,), 4: (4, 5, 6)}.items():
-            pulled = registers[0x5802_0000 + 0x400 * port].read(0x0C)
-            floating += [f"P{'ABCDE'[port]}{pin}" for pin in pins if pulled >> 2 * pin & 3 != 2]
-        self.say(name, [f"{pin} is not pulled down" for pin in floating])
+        self.say(name, [f"{pin} is not pulled down" for pin in board.ports.floating()])
+
+    def lights(self, name):
+        """The light of events changes with each of them, and that of faults is lit from a fault to the next event."""
+        board = self.board(self.host.frames, faults={40: "overrun"})
+        seen, machine = [], board.machine
+
+        def look():
+            lit = board.ports.lit()
+            if lit != seen[-1:] and [lit] != seen[-1:]:
+                seen.append(lit)
+            machine.at(machine.now + FRAME, look)
+
+        machine.at(machine.now + 10 * FRAME, look)
+        board.run()
+        # No light, the fault, the first event, the second one.
+        expected = [[False, False], [False, True], [True, False], [False, False]]
+        self.say(name, [] if seen == expected else [f"events and faults are lit {seen}, expected {expected}"])
+
+    def own_stack(self, name):
+        """The stack is the program's, and not that of the bootloader."""
+        board = self.board(self.host.frames[:2])
+        board.machine.paint_stack()
+        board.run()
+        used = board.machine.deepest_stack()
+        self.say(name, [] if used > 1000 else [f"{used} bytes of the program's stack are used"])
+
 
 
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
@@ -567,12 +596,13 @@ def halt_at_end(board, cycles):
 
 def main():
     """Runs all cases."""
-    if len(sys.argv) < 3 or len(sys.argv) % 3:
+    if len(sys.argv) < 4 or len(sys.argv) % 3 != 1:
         sys.exit(__doc__)
-    _, wstac, elf, *other = sys.argv
+    _, wstac, elf, openmv, *other = sys.argv
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
-        check = Check(Host(wstac, folder), elf)
+        host = Host(wstac, folder)
+        check = Check(host, elf)
         for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692")):
             check.plain(sensor, name)
         for at in range(0, len(other), 3):
@@ -634,9 +664,33 @@ def main():
         check.own_clock("no clock from the debugger")
         check.halted("halted by a debugger")
         check.pulls("pulled inputs")
-        print(cost(elf, check.host.frames))
-    print(f"{check.failures} failed; {time.monotonic() - start:.0f} s")
-    sys.exit(1 if check.failures else 0)
+        check.lights("lights")
+        print(cost(elf, host.frames))
+        failures = check.failures + check_openmv(host, openmv)
+    print(f"{failures} failed; {time.monotonic() - start:.0f} s")
+    sys.exit(1 if failures else 0)
+
+
+def check_openmv(host, elf):
+    """Runs the cases that depend on the board for an OpenMV Cam H7, whose bootloader starts the program. Returns the
+    number of failures.
+    """
+    print("OpenMV Cam H7:")
+    check = Check(host, elf, OPENMV)
+    check.plain(Ov7725, "events")
+    check.faulty("features", {}, (), [])
+    check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
+    check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 85), [(70, SILENT), (None, BACK)])
+    check.never("no sensor", [GONE], "does not answer", present=False)
+    check.start("data line held low", [HELD, FOUND], holds=5)
+    hard_fault = r"hard fault at 0x20000100, called from 0x\w+, fault status 0x\w+"
+    check.crash("hard fault", Machine.crash, hard_fault)
+    check.own_clock("no clock from the crystal")
+    check.pulls("pulled inputs")
+    check.lights("lights")
+    check.own_stack("stack")
+    check.picture("a picture at 921,600 bits per second", 8)
+    return check.failures
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ import sys
 from pathlib import Path
 
 from machine import Machine
-from model import camera, clocks, core, flash, i2c, rtt, timer, usart
+from model import camera, clocks, core, flash, i2c, ports, rtt, timer, usart
+from model.ports import NUCLEO
 from model.registers import Registers
 from model.sensor import Ov7725
 
@@ -20,11 +21,10 @@ WIDTH, HEIGHT = 320, 240
 CLOCK = 96_000_000  # of core and timer
 SERIAL_DIVIDER = 2  # cycles of the core per clock of the serial line
 FRAME = CLOCK // 30
-# Ports, and what embassy accesses but this program does not need.
-KEPT = [0x5802_0000 + 0x400 * port for port in range(11) if port != 1] + [
+# What embassy accesses but this program does not need.
+KEPT = [
     0xE000_E400,  # priorities of interrupts: all are equal
     0x5800_0000,  # EXTI
-    0x5800_0400,  # SYSCFG
     0x5C00_1000,  # DBGMCU
     0x4002_0400,  # DMA2
     0x5802_5400,  # BDMA
@@ -42,18 +42,21 @@ def frames_of(clip):
 class Board:
     """The board with a sensor and a clip. `faults` has the faults of the clip's frames, by number."""
 
-    def __init__(self, elf, clip, sensor=Ov7725, faults=()):
-        self.machine = machine = Machine(elf)
+    def __init__(self, elf, clip, sensor=Ov7725, faults=(), wiring=NUCLEO):
+        self.rcc, pwr, syscfg, *others = clocks.all_of_them(wiring.hse, wiring.bypass)
+        boot = (lambda: clocks.run_bootloader(self.rcc, pwr, syscfg)) if wiring.bootloader else None
+        self.machine = machine = Machine(elf, boot)
+        self.sensor = sensor()
+        self.ports = ports.Ports(wiring, self.sensor, self.rcc)
         mux = Registers(camera.DMAMUX1)
         self.dma = camera.Dma(machine, mux)
-        self.dcmi = camera.Dcmi(self.dma)
-        self.sensor = sensor()
-        self.line = usart.Usart(machine, SERIAL_DIVIDER)
+        self.dcmi = camera.Dcmi(self.dma, self.ports)
+        self.line = usart.Usart(machine, SERIAL_DIVIDER, lambda: self.ports.has(wiring.line, ports.USART3))
         self.flash = flash.Flash(machine)
-        self.rcc, *others = clocks.all_of_them()
-        machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, *others, self.flash, mux, self.dma, self.dcmi)
-        machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), i2c.Port(self.sensor))
-        machine.add(i2c.I2c([self.sensor]), timer.Timer(machine), self.line, *map(Registers, KEPT))
+        machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, pwr, syscfg, *others, mux, self.dma, self.dcmi)
+        machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), *self.ports.ports, self.flash)
+        machine.add(i2c.I2c([self.sensor], self.ports.has_bus), timer.Timer(machine), self.line)
+        machine.add(*map(Registers, KEPT))
         self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), CLOCK, faults)
         self.log = rtt.Log(machine, elf)
 

@@ -42,6 +42,7 @@ MEMORIES = [
 ]
 RAM = 0x2400_0000
 NOWHERE = 0x2000_0100
+BOOTLOADER_STACK = 0x2000_8000  # in memory that the DMA does not reach
 PAINT, STACK_PAINTED = b"\xa5", 0x4000
 PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
 SYSTEM, SYSTEM_SIZE = 0xE000_0000, 0x10_0000
@@ -62,7 +63,9 @@ class Stopped(Exception):
 class Machine:
     """The core, its memories and its clock. Peripherals are added."""
 
-    def __init__(self, elf):
+    def __init__(self, elf, bootloader=None):
+        """`bootloader` leaves the state of one that starts the program. It sets neither stack nor vectors."""
+        self.bootloader = bootloader
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M7)
         for base, size in MEMORIES:
@@ -157,7 +160,12 @@ class Machine:
         self.vectors = FLASH
         for register in (UC_ARM_REG_PRIMASK, *STACKED):
             self.uc.reg_write(register, 0)
-        stack, self.pc = struct.unpack("<II", self.uc.mem_read(FLASH, 8))
+        stack, self.pc = struct.unpack("<II", self.uc.mem_read(self.image[0][0], 8))
+        if self.bootloader:
+            self.bootloader()
+            stack = BOOTLOADER_STACK
+        elif self.image[0][0] != FLASH:
+            raise Stopped("the program does not begin where the core starts")
         self.uc.reg_write(UC_ARM_REG_SP, stack)
         self.reset_wanted = False
 

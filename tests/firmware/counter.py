@@ -42,7 +42,7 @@ class Setting:
 
 def over_time(model):
     """Returns whether a model's file takes the sample over time, and not along the path."""
-    return model is None or Path(model).read_bytes()[15] == 0
+    return model is None or Path(model).read_bytes()[30] == 0
 
 
 def formats():

@@ -27,6 +27,8 @@ from counter import FORMATS, Counter, Setting, formats, over_time
 KEPT = ROOT / "wstac-tradeoff/data/prices.json"
 STRIDES = (1, 2, 3, 5)
 KERNELS = ("fixed", "libm", "micromath")
+# The model with which logarithms are counted for models of the path.
+PATH_MODEL = "path-svm.wsm"
 # The largest error of a sum, as a fraction of the count. A tick of the boards' timers is 40 or 63 instructions.
 SLACK = 0.01
 # The largest difference of a count from a published price. A compiler's output differs a little between two paths of a
@@ -39,13 +41,13 @@ MIXED = (
     ("RGB565", 2, "libm", "published", "svm.wsm"),
     ("YUYV linear", 3, "micromath", "published", "forest.wsm"),
     ("BAYER8", 5, "libm", "edges", "path-boosted.wsm"),
-    ("YUYV exact", 2, "micromath", "coherence", "taxel-path-svm.wsm"),
+    ("BAYER8", 2, "micromath", "coherence", "taxel-path-svm.wsm"),
 )
 
 
 def models():
-    """Returns the models by name."""
-    files = [file for folder in ("path", ".", "tradeoff") for file in sorted(ROOT.glob(f"wstac-host/models/{folder}/*.wsm"))]
+    """Returns the models by name: all but embeddings, which say nothing about specimens."""
+    files = [file for folder in ("path", ".", "tradeoff") for file in sorted(ROOT.glob(f"wstac-host/models/{folder}/*.wsm")) if "embedding" not in file.name]
     return {file.name: file for file in files}
 
 
@@ -87,8 +89,19 @@ def measure(counter, chosen, kept, save):
             cores[core]["laws"][law] = {"event": numbers["laws"][law]} | less(numbers, base["coherence"][core], "flash", "ram")
 
         each(Setting(law=keys), of_law, every_board=True)
+    of_path = {}
     for kernel in () if kept else KERNELS:
-        each(Setting(ln=kernel), lambda core, n: cores[core]["ln"].__setitem__(kernel, less(n, base["coherence"][core], "frame", "flash", "ram")))
+
+        def alone(core, numbers):
+            cores[core]["ln"][kernel] = less(numbers, base["coherence"][core], "frame", "flash", "ram")
+
+        # The sample along the path has fixed-point logarithms, whatever the features have: less of them can be left out.
+        def with_path(core, numbers):
+            flash = numbers["flash"] - of_path.setdefault(core, numbers)["flash"]
+            cores[core]["ln"][kernel]["path_flash"] = flash
+
+        each(Setting(ln=kernel), alone)
+        each(Setting(ln=kernel, model=models()[PATH_MODEL]), with_path)
     for name, file in chosen.items():
         sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
 
@@ -98,8 +111,8 @@ def measure(counter, chosen, kept, save):
                 price = cores[core]["models"].setdefault(name, {})
                 if price.get("sha256") != sha256:
                     price.clear()
-                price |= pick(numbers, "event") | less(numbers, base[law][core], "frame") | {"sha256": sha256}
-                price.setdefault("laws", {})[law] = less(numbers, base[law][core], "flash", "ram")
+                price |= less(numbers, base[law][core], "frame") | {"sha256": sha256}
+                price.setdefault("laws", {})[law] = pick(numbers, "event") | less(numbers, base[law][core], "flash", "ram")
 
             each(Setting(model=file, law=LAWS[law]), model)
     for format_ in () if kept else formats():
@@ -120,8 +133,9 @@ def sums(counter, cores):
         for core, numbers in counter.setting(Setting(format_, stride, kernel, models()[name], LAWS[law])).items():
             of = cores[core]
             front, ln, model = of["formats"][format_][str(stride)], of["ln"][kernel], of["models"][name]
-            parts = {"frame": front["frame"] + ln["frame"] + model["frame"], "event": model["event"]}
-            parts |= {key: front[key] + ln[key] + of["laws"][law][key] + model["laws"][law][key] for key in ("flash", "ram")}
+            ln_flash = ln["flash" if law == "published" else "path_flash"]
+            parts = {"frame": front["frame"] + ln["frame"] + model["frame"], "event": model["laws"][law]["event"]}
+            parts |= {key: front[key] + own + of["laws"][law][key] + model["laws"][law][key] for key, own in (("flash", ln_flash), ("ram", ln["ram"]))}
             said = []
             for key, by_sum in parts.items():
                 off = by_sum / numbers[key] - 1

@@ -191,8 +191,10 @@ def judged(wanted: Input, candidate: Candidate, sets: Sets, folder: Path, keep: 
     alike = kept_alike(folder, path.name) if keep else None
     if alike is None:
         alike = trained(wanted, candidate, sets, path)
-    calibrate = ["model", "calibrate", str(path), str(sets.train.path), str(sets.held.path), "-o", str(path), "--force"]
-    run_wstac([*calibrate, "--rejected", str(REJECTED[wanted.name])])
+    calibrated = path.with_suffix(".calibrated.wsm")
+    calibrate = ["model", "calibrate", str(path), str(sets.train.path), str(sets.held.path), "-o", str(calibrated)]
+    run_wstac([*calibrate, "--force", "--rejected", str(REJECTED[wanted.name])])
+    calibrated.replace(path)
     found = evaluated(path, sets.test)
     named = (np.array(found["predictions"]) == sets.test.arrays["y_specimen"]) & sets.test.measured
     known = np.array(found["known"]) & sets.test.measured

@@ -8,13 +8,15 @@ use wstac_core::model::file::Input;
 use wstac_train::dataset::path::{PathSlide, RandomSlides};
 
 /// Least number of right answers of 300: three standard deviations below the accuracy that README.md of the models has.
-const LEAST: [(&str, Input, usize); 6] = [
+const LEAST: [(&str, Input, usize); 8] = [
     ("path-svm", Input::Path, 288),
     ("path-forest", Input::Path, 270),
     ("path-boosted", Input::Path, 283),
     ("taxel-path-svm", Input::TaxelPath, 297),
     ("taxel-path-forest", Input::TaxelPath, 297),
     ("taxel-path-boosted", Input::TaxelPath, 297),
+    ("path-svm-16mm", Input::Path, 284),
+    ("taxel-path-svm-16mm", Input::TaxelPath, 294),
 ];
 
 fn words(name: &str) -> Vec<u32> {

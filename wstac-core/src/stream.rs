@@ -121,8 +121,11 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
         bytes: &[u8],
         store: &mut impl TaxelStore,
     ) -> Result<Option<FeatureFrame>, FrameError> {
-        let Some(taxels) = self.accumulators.push_stripe(bytes)? else { return Ok(None) };
-        Ok(self.add(&taxels, store))
+        match &self.accumulators.push_stripe(bytes) {
+            Ok(Some(taxels)) => Ok(self.add(taxels, store)),
+            Ok(None) => Ok(None),
+            Err(error) => Err(*error),
+        }
     }
 
     /// Takes the 25 taxel sums of a frame that was summed elsewhere. Each is at most G · A; larger ones saturate.

@@ -179,7 +179,11 @@ impl<G: GreenChannel> TaxelSums<G> {
             return Err(FrameError::StripeTooLong { found: rows, left: usize::from(left) });
         }
         self.add_rows(bytes, rows as u16);
-        Ok((self.rows == height).then(|| self.complete()))
+        // Most stripes do not end a frame, and have no sums to copy.
+        if self.rows < height {
+            return Ok(None);
+        }
+        Ok(Some(self.complete()))
     }
 
     /// Returns the taxel sums of the last frame, until the first row of the next one arrives. Returns `None` before the

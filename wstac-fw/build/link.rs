@@ -1,4 +1,4 @@
-//! Tells how to link: the memories of the emulated boards, and the log strings of the real one.
+//! Tells how to link: the memories of every board, and the log strings of the real ones.
 
 use std::path::Path;
 use std::{env, fs};
@@ -23,11 +23,26 @@ pub fn emulated(out: &Path) {
     println!("cargo:rustc-link-arg=-Tlink.x");
 }
 
-/// Links a program for the STM32H743, whose memory embassy-stm32 knows.
-pub fn h743() {
-    if env::var_os("CARGO_FEATURE_H743").is_some() {
+/// The boards with an STM32H743: the program, and where its flash begins and how long it is.
+///
+/// The OpenMV Cam H7 has a bootloader of 128 KiB, a file system of 128 KiB, and 128 KiB of files at the end.
+const H743: [(&str, u32, u32); 2] = [("h743", 0x0800_0000, 2048), ("openmv_cam_h7", 0x0804_0000, 1664)];
+
+/// Links the programs for boards with an STM32H743. Memory is AXI SRAM, which the DMA reaches and no bootloader uses.
+pub fn h743(out: &Path) {
+    if env::var_os("CARGO_FEATURE_H743").is_none() {
+        return;
+    }
+    for (program, begin, length) in H743 {
+        let folder = out.join(program);
+        let memory = format!(
+            "MEMORY {{ FLASH : ORIGIN = {begin:#x}, LENGTH = {length}K RAM : ORIGIN = 0x24000000, LENGTH = 512K }}\n"
+        );
+        fs::create_dir_all(&folder).expect("OUT_DIR can be written");
+        fs::write(folder.join("memory.x"), memory).expect("OUT_DIR can be written");
+        println!("cargo:rustc-link-arg-bin={program}=-L{}", folder.display());
         for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
-            println!("cargo:rustc-link-arg-bin=h743={argument}");
+            println!("cargo:rustc-link-arg-bin={program}={argument}");
         }
     }
 }

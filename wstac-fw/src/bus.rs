@@ -1,67 +1,157 @@
-//! The two lines of the sensor's bus, PB8 and PB9 of the STM32H743, beside the I²C interface that drives them.
+//! The sensor's bus: I2C1 of the STM32H743, its two lines as pins, and the lines that switch the sensor.
 //!
 //! A reset in the middle of a read leaves the sensor with a bit on the data line. If it is low, no transfer can begin:
 //! the sensor waits for clocks that never come. Nine clocks and a stop free it.
 
-use embassy_stm32::pac::gpio::vals::{Moder, Ot};
-use embassy_stm32::pac::{GPIOB, I2C1};
+use embassy_stm32::gpio::{AnyPin, Level, Output, PinNumber, Speed};
+use embassy_stm32::i2c::{self, I2c, Master, SclPin, SdaPin};
+use embassy_stm32::mode::Blocking;
+use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::pac::gpio::vals::{Idr, Moder, Ot};
+use embassy_stm32::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH, I2C1};
+use embassy_stm32::{Peri, peripherals};
+use embassy_time::{Duration, Timer};
+use embedded_hal::i2c::{ErrorType, Operation};
 
-/// The pins of clock and data.
-const SCL: usize = 8;
-const SDA: usize = 9;
+use crate::node::Bus;
+
+/// The ports of pins, by number.
+const PORTS: [Gpio; 8] = [GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH];
+/// The time that a sensor is held in reset, and the time until it answers.
+const RESET: Duration = Duration::from_millis(10);
 /// The cycles of half a clock: 5 µs at 96 MHz.
 const HALF: u32 = 480;
 /// The bits of a byte and its acknowledge, of which the sensor may have sent any.
 const CLOCKS: u32 = 9;
 
-/// Frees the bus if the sensor holds the data line. Returns whether it did and let go.
-///
-/// The interface must have been set up.
-pub fn free() -> bool {
-    if is_high(SDA) {
-        return false;
-    }
-    for pin in [SCL, SDA] {
-        drive(pin, true);
-        GPIOB.otyper().modify(|w| w.set_ot(pin, Ot::OPEN_DRAIN));
-        GPIOB.moder().modify(|w| w.set_moder(pin, Moder::OUTPUT));
-    }
-    for _ in 0..CLOCKS {
-        clock(false);
-        clock(true);
-        if is_high(SDA) {
-            break;
+/// The bus.
+pub struct SensorBus {
+    i2c: I2c<'static, Blocking, Master>,
+    scl: Pin,
+    sda: Pin,
+    power: Option<SensorPower>,
+}
+
+/// The lines that switch a sensor: it runs while the first is low and the second is high.
+pub struct SensorPower {
+    power_down: Output<'static>,
+    reset: Output<'static>,
+}
+
+impl SensorPower {
+    /// Takes the lines, and switches the sensor off.
+    pub fn new(power_down: Peri<'static, AnyPin>, reset: Peri<'static, AnyPin>) -> Self {
+        Self {
+            power_down: Output::new(power_down, Level::High, Speed::Low),
+            reset: Output::new(reset, Level::Low, Speed::Low),
         }
     }
-    // A stop: data rises while the clock is high.
-    clock(false);
-    drive(SDA, false);
-    wait();
-    clock(true);
-    drive(SDA, true);
-    wait();
-    let is_free = is_high(SDA);
-    for pin in [SCL, SDA] {
-        GPIOB.moder().modify(|w| w.set_moder(pin, Moder::ALTERNATE));
+}
+
+impl SensorBus {
+    /// Starts the bus at 100 kHz.
+    pub fn new(
+        peripheral: Peri<'static, peripherals::I2C1>,
+        scl: Peri<'static, impl SclPin<peripherals::I2C1>>,
+        sda: Peri<'static, impl SdaPin<peripherals::I2C1>>,
+        power: Option<SensorPower>,
+    ) -> Self {
+        let (clock, data) = (Pin::of(scl.port(), scl.pin()), Pin::of(sda.port(), sda.pin()));
+        let mut config = i2c::Config::default();
+        // Three transfers are made between two stripes.
+        config.timeout = Duration::from_micros(600);
+        Self { i2c: I2c::new_blocking(peripheral, scl, sda, config), scl: clock, sda: data, power }
     }
-    // The interface forgets what it has seen of these clocks.
-    I2C1.cr1().modify(|w| w.set_pe(false));
-    wait();
-    I2C1.cr1().modify(|w| w.set_pe(true));
-    is_free
+
+    fn clock(&self, high: bool) {
+        self.scl.drive(high);
+        wait();
+    }
 }
 
-fn is_high(pin: usize) -> bool {
-    GPIOB.idr().read().idr(pin) == embassy_stm32::pac::gpio::vals::Idr::HIGH
+impl ErrorType for SensorBus {
+    type Error = i2c::Error;
 }
 
-fn clock(high: bool) {
-    drive(SCL, high);
-    wait();
+impl embedded_hal::i2c::I2c for SensorBus {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), i2c::Error> {
+        self.i2c.transaction(address, operations)
+    }
+
+    fn read(&mut self, address: u8, bytes: &mut [u8]) -> Result<(), i2c::Error> {
+        self.i2c.blocking_read(address, bytes)
+    }
+
+    fn write(&mut self, address: u8, bytes: &[u8]) -> Result<(), i2c::Error> {
+        self.i2c.blocking_write(address, bytes)
+    }
 }
 
-fn drive(pin: usize, high: bool) {
-    GPIOB.bsrr().write(|w| if high { w.set_bs(pin, true) } else { w.set_br(pin, true) });
+impl Bus for SensorBus {
+    fn free(&mut self) -> bool {
+        if self.sda.is_high() {
+            return false;
+        }
+        for pin in [self.scl, self.sda] {
+            pin.drive(true);
+            pin.port.otyper().modify(|w| w.set_ot(pin.number, Ot::OPEN_DRAIN));
+            pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::OUTPUT));
+        }
+        for _ in 0..CLOCKS {
+            self.clock(false);
+            self.clock(true);
+            if self.sda.is_high() {
+                break;
+            }
+        }
+        // A stop: data rises while the clock is high.
+        self.clock(false);
+        self.sda.drive(false);
+        wait();
+        self.clock(true);
+        self.sda.drive(true);
+        wait();
+        let is_free = self.sda.is_high();
+        for pin in [self.scl, self.sda] {
+            pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::ALTERNATE));
+        }
+        // The interface forgets what it has seen of these clocks.
+        I2C1.cr1().modify(|w| w.set_pe(false));
+        wait();
+        I2C1.cr1().modify(|w| w.set_pe(true));
+        is_free
+    }
+
+    async fn restart_sensor(&mut self) {
+        if let Some(SensorPower { power_down, reset }) = &mut self.power {
+            reset.set_low();
+            power_down.set_low();
+            Timer::after(RESET).await;
+            reset.set_high();
+            Timer::after(RESET).await;
+        }
+    }
+}
+
+/// A pin of the bus.
+#[derive(Clone, Copy)]
+struct Pin {
+    port: Gpio,
+    number: usize,
+}
+
+impl Pin {
+    fn of(port: PinNumber, pin: PinNumber) -> Self {
+        Self { port: PORTS[usize::from(port) % PORTS.len()], number: pin.into() }
+    }
+
+    fn is_high(self) -> bool {
+        self.port.idr().read().idr(self.number) == Idr::HIGH
+    }
+
+    fn drive(self, high: bool) {
+        self.port.bsrr().write(|w| if high { w.set_bs(self.number, true) } else { w.set_br(self.number, true) });
+    }
 }
 
 fn wait() {

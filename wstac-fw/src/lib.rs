@@ -10,15 +10,16 @@ pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
-#[cfg(feature = "settings")]
+#[cfg(all(feature = "h743", feature = "settings"))]
 pub mod flash;
-#[cfg(feature = "settings")]
-pub mod keeper;
-#[cfg(all(feature = "h743", not(feature = "settings")))]
-#[path = "fixed_keeper.rs"]
-pub mod keeper;
 #[cfg(feature = "h743")]
+pub mod h743;
+#[cfg(feature = "node")]
+pub mod keeper;
+#[cfg(feature = "node")]
 pub mod link;
+#[cfg(feature = "node")]
+pub mod node;
 pub mod picture;
 pub mod reader;
 pub mod sccb;

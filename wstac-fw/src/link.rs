@@ -1,6 +1,7 @@
 //! A board's side of the link: messages on the serial line, and reports of faults on every available way.
 
-use embassy_stm32::gpio::{Level, Output};
+use embedded_hal::digital::{OutputPin, PinState};
+use embedded_io::{Read, ReadReady, Write};
 #[cfg(feature = "settings")]
 use wstac_core::wire::LONGEST_REQUEST;
 use wstac_core::wire::{self, Decoder, Fault, Message, Request};
@@ -9,7 +10,6 @@ use crate::picture;
 use crate::reader::Outlet;
 use crate::self_test::Defect;
 use crate::sensor::{Sensor, SensorError};
-use crate::serial::Serial;
 
 /// The number of bytes of the longest request.
 #[cfg(not(feature = "settings"))]
@@ -58,18 +58,27 @@ impl<E> From<SensorError<E>> for Absence {
     }
 }
 
+/// A serial line with a queue for what is sent. Neither reading nor writing waits if it is asked first.
+pub trait Line: Read + ReadReady + Write {
+    /// Returns how many more bytes can be queued.
+    fn room(&self) -> usize;
+
+    /// Returns whether all bytes have left the queue.
+    fn is_drained(&self) -> bool;
+}
+
 /// The serial line with messages on it, and the light that shows a fault.
-pub struct Link {
-    serial: Serial,
+pub struct Link<S, T> {
+    serial: S,
     sequence: u16,
     decoder: Decoder<LONGEST_REQUEST>,
-    trouble: Output<'static>,
+    trouble: T,
     events: u32,
 }
 
-impl Link {
+impl<S: Line, T: OutputPin> Link<S, T> {
     /// Creates the link on this line; `trouble` is the light.
-    pub fn new(serial: Serial, trouble: Output<'static>) -> Self {
+    pub fn new(serial: S, trouble: T) -> Self {
         Self { serial, sequence: 0, decoder: Decoder::new(), trouble, events: 0 }
     }
 
@@ -95,12 +104,26 @@ impl Link {
 
     /// Returns the next request that has arrived.
     pub fn request(&mut self) -> Option<Request> {
-        while let Some(byte) = self.serial.receive() {
+        while let Some(byte) = self.receive() {
             if let Some(Ok(received)) = self.decoder.push::<Request>(byte) {
                 return Some(received.message);
             }
         }
         None
+    }
+
+    /// Returns the next byte that has arrived.
+    fn receive(&mut self) -> Option<u8> {
+        let mut byte = [0];
+        let is_there =
+            self.serial.read_ready().unwrap_or(false) && self.serial.read(&mut byte).is_ok_and(|read| read > 0);
+        let [byte] = byte;
+        is_there.then_some(byte)
+    }
+
+    /// Sends all bytes, or none if they do not fit the queue. Returns whether they fit.
+    fn send_all(&mut self, bytes: &[u8]) -> bool {
+        self.serial.room() >= bytes.len() && self.serial.write_all(bytes).is_ok()
     }
 
     /// Reports a fault, on all ways.
@@ -118,7 +141,7 @@ impl Link {
             Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
             _ => {}
         }
-        self.trouble.set_level(Level::from(fault != Fault::SensorBack));
+        let _ = self.trouble.set_state(PinState::from(fault != Fault::SensorBack));
         self.send(&Message::Fault(fault));
     }
 
@@ -134,15 +157,15 @@ impl Link {
     }
 }
 
-impl Outlet for Link {
+impl<S: Line, T: OutputPin> Outlet for Link<S, T> {
     fn send(&mut self, message: &Message<'_>) {
         if let Message::Event(answers) = message {
             defmt::info!("event at frame {=u64}", answers.frame);
             self.events = self.events.wrapping_add(1);
-            self.trouble.set_low();
+            let _ = self.trouble.set_low();
         }
         let mut buffer = [0; wire::LONGEST];
-        if !self.serial.send(wire::encode(message, self.sequence, &mut buffer)) {
+        if !self.send_all(wire::encode(message, self.sequence, &mut buffer)) {
             defmt::warn!("no room for a message on the line");
         }
         self.sequence = self.sequence.wrapping_add(1);

@@ -133,9 +133,14 @@ impl Reader {
     ///
     /// [`Pipeline::push_stripe`]: wstac_core::pipeline::Pipeline::push_stripe
     pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), FrameError> {
-        let update = self.pipeline.push_stripe(rows)?;
+        // The update is not moved out of the result, which would copy it.
+        let result = self.pipeline.push_stripe(rows);
+        let update = match &result {
+            Ok(update) => update,
+            Err(error) => return Err(*error),
+        };
         if update.is_frame() {
-            self.sender.give(&update, out);
+            self.sender.give(update, out);
             #[cfg(feature = "motion")]
             self.sender.give_motion(&self.pipeline, out);
             if self.pipeline.next_frame() >= self.status_at {

@@ -3,22 +3,24 @@
 //! Sending never waits. A message without room is left out, and its number in the sequence tells the host.
 
 use core::cell::RefCell;
+use core::convert::Infallible;
 
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::typelevel::{self, Binding, Handler, Interrupt};
 use embassy_stm32::pac::USART3;
+use embassy_stm32::usart::{RxPin, TxPin};
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use embedded_io::{ErrorType, Read, ReadReady, Write};
 use heapless::Deque;
 
-use crate::stripes::dcmi::CHANGED;
+use crate::link::Line;
+use crate::node::CHANGED;
 
 /// The size of the queue of bytes to be sent: two of the longest messages.
 const OUT: usize = 512;
-/// The size of the queue of bytes to be read: the longest request.
+/// The size of the queue of bytes to be read: the longest request, or a few.
 const IN: usize = if cfg!(feature = "settings") { 256 } else { 32 };
-/// The number of the pins' function.
-const USART3_PINS: u8 = 7;
 
 /// Both queues.
 static QUEUES: CriticalSectionMutex<RefCell<Queues>> =
@@ -48,14 +50,15 @@ impl Serial {
     pub fn new(
         _usart: Peri<'static, peripherals::USART3>,
         _interrupts: impl Binding<typelevel::USART3, SerialInterrupts>,
-        transmit: Peri<'static, peripherals::PD8>,
-        receive: Peri<'static, peripherals::PD9>,
+        transmit: Peri<'static, impl TxPin<peripherals::USART3>>,
+        receive: Peri<'static, impl RxPin<peripherals::USART3>>,
         baud: u32,
     ) -> Self {
+        let (sends, receives) = (transmit.af_num(), receive.af_num());
         let mut transmit = Flex::new(transmit);
-        transmit.set_as_af_unchecked(USART3_PINS, AfType::output(OutputType::PushPull, Speed::Medium));
+        transmit.set_as_af_unchecked(sends, AfType::output(OutputType::PushPull, Speed::Medium));
         let mut receive = Flex::new(receive);
-        receive.set_as_af_unchecked(USART3_PINS, AfType::input(Pull::Up));
+        receive.set_as_af_unchecked(receives, AfType::input(Pull::Up));
         // A dropped pin would be disconnected.
         core::mem::forget((transmit, receive));
         rcc::enable_and_reset::<peripherals::USART3>();
@@ -77,33 +80,56 @@ impl Serial {
         }
         Self(())
     }
+}
 
-    /// Sends all bytes, or none if they do not fit the queue. Returns whether they fit.
-    pub fn send(&mut self, bytes: &[u8]) -> bool {
-        QUEUES.lock(|queues| {
-            let out = &mut queues.borrow_mut().out;
-            if OUT - out.len() < bytes.len() {
-                return false;
-            }
-            out.extend(bytes.iter().copied());
-            USART3.cr1().modify(|w| w.set_txeie(true));
-            true
-        })
-    }
-
-    /// Returns whether all bytes have left the queue.
-    pub fn is_drained(&self) -> bool {
+impl Line for Serial {
+    fn is_drained(&self) -> bool {
         QUEUES.lock(|queues| queues.borrow().out.is_empty())
     }
 
-    /// Returns how many more bytes can be queued.
-    pub fn room(&self) -> usize {
+    fn room(&self) -> usize {
         QUEUES.lock(|queues| OUT - queues.borrow().out.len())
     }
+}
 
-    /// Returns the next byte that has arrived.
-    pub fn receive(&mut self) -> Option<u8> {
-        QUEUES.lock(|queues| queues.borrow_mut().received.pop_front())
+impl ErrorType for Serial {
+    type Error = Infallible;
+}
+
+impl Write for Serial {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        // Without room it would wait for the interrupt.
+        while self.room() == 0 {}
+        Ok(QUEUES.lock(|queues| {
+            let out = &mut queues.borrow_mut().out;
+            let fit = bytes.len().min(OUT - out.len());
+            out.extend(bytes.iter().take(fit).copied());
+            USART3.cr1().modify(|w| w.set_txeie(true));
+            fit
+        }))
+    }
+
+    fn flush(&mut self) -> Result<(), Infallible> {
+        while !self.is_drained() {}
+        Ok(())
+    }
+}
+
+impl ReadReady for Serial {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(QUEUES.lock(|queues| !queues.borrow().received.is_empty()))
+    }
+}
+
+impl Read for Serial {
+    fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Infallible> {
+        let Some(first) = bytes.first_mut() else { return Ok(0) };
+        loop {
+            if let Some(byte) = QUEUES.lock(|queues| queues.borrow_mut().received.pop_front()) {
+                *first = byte;
+                return Ok(1);
+            }
+        }
     }
 }
 

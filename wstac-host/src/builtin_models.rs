@@ -16,6 +16,8 @@ models! {
     // Of the sample along the path: any speed, direction and length.
     "path-svm" "path-forest" "path-boosted"
     "taxel-path-svm" "taxel-path-forest" "taxel-path-boosted"
+    // They read 16 mm of the path instead of 28 mm.
+    "path-svm-16mm" "taxel-path-svm-16mm"
     // For `wstac model learn`.
     "embedding" "taxel-embedding";
     // Of the sample over time, as published: 100 to 200 mm/s in four directions.

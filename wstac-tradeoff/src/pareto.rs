@@ -51,9 +51,9 @@ mod tests {
     fn what_a_cheaper_one_is_as_good_as_is_left_out() {
         let prices = r#"{"compiler": "c", "frame": "f", "cores": {"M0": {
             "formats": {"GREY": {"1": {"frame": 600, "flash": 20, "ram": 4}, "2": {"frame": 300, "flash": 20, "ram": 4}, "3": {"frame": 200, "flash": 20, "ram": 4}}},
-            "ln": {"fixed": {"frame": 0, "flash": 0, "ram": 0}, "libm": {"frame": 50, "flash": 3, "ram": 0}, "micromath": {"frame": 90, "flash": 3, "ram": 0}},
+            "ln": {"fixed": {"frame": 0, "flash": 0, "ram": 0, "path_flash": 0}, "libm": {"frame": 50, "flash": 3, "ram": 0, "path_flash": 3}, "micromath": {"frame": 90, "flash": 3, "ram": 0, "path_flash": 3}},
             "trigger": 1, "laws": {"published": {"event": 2, "flash": 0, "ram": 0}},
-            "models": {"a.wsm": {"event": 4, "frame": 0, "laws": {"published": {"flash": 6, "ram": 1}}}}}}}"#;
+            "models": {"a.wsm": {"frame": 0, "laws": {"published": {"event": 4, "flash": 6, "ram": 1}}}}}}}"#;
         let rest = "800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000";
         let lines = [
             format!("GREY,1,fixed,published,builtin:a,800,{rest}"),

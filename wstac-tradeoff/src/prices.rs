@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{Format, Setting, kernel_name};
+use super::parameters::{AnswerLaw, Format, Setting, kernel_name};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
 
@@ -103,7 +103,7 @@ struct CorePrices {
     /// Sizes by format, then by stride: of the firmware without a model, with the fixed-point logarithm.
     formats: BTreeMap<String, BTreeMap<String, Size>>,
     /// The additional cost of another logarithm.
-    ln: BTreeMap<String, Size>,
+    ln: BTreeMap<String, LnPrice>,
     trigger: i64,
     /// Costs of laws; flash and RAM are in addition to those of the formats.
     laws: BTreeMap<String, LawPrice>,
@@ -119,6 +119,15 @@ struct Size {
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
+struct LnPrice {
+    frame: i64,
+    flash: i64,
+    ram: i64,
+    /// `flash` with a model of the path, whose sample has fixed-point logarithms in any case.
+    path_flash: i64,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
 struct LawPrice {
     event: i64,
     flash: i64,
@@ -127,15 +136,15 @@ struct LawPrice {
 
 #[derive(Clone, Debug, Deserialize)]
 struct ModelPrice {
-    event: i64,
     /// Additional instructions per frame, of a model that needs taxels.
     frame: i64,
     /// Additional cost by law: the stacks of a law and of a model are no sum.
-    laws: BTreeMap<String, Memory>,
+    laws: BTreeMap<String, LawOfModel>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-struct Memory {
+struct LawOfModel {
+    event: i64,
     flash: i64,
     ram: i64,
 }
@@ -165,21 +174,20 @@ impl Prices {
         let format = core.formats.get(setting.format.name())?.get(&setting.stride.get().to_string())?;
         let ln = core.ln.get(kernel_name(setting.kernel))?;
         let law = core.laws.get(setting.law.name())?;
-        // The event, the frame and the memory of the model.
+        // Instructions of the model per frame, and what it costs with the law.
         let of_model = match model {
-            Some(name) => core.model(name).and_then(|model| {
-                let memory = model.laws.get(setting.law.name())?;
-                Some((model.event, model.frame, *memory))
-            }),
-            None => Some((0, 0, Memory::default())),
+            Some(name) => core.model(name).and_then(|model| Some((model.frame, *model.laws.get(setting.law.name())?))),
+            None => Some((0, LawOfModel::default())),
         };
+        let is_of_path = model.is_some() && setting.law != AnswerLaw::Published;
+        let ln_flash = if is_of_path { ln.path_flash } else { ln.flash };
         Some(Price {
-            features: format.frame + ln.frame + of_model.map_or(0, |(_, frame, _)| frame),
+            features: format.frame + ln.frame + of_model.map_or(0, |(frame, _)| frame),
             trigger: core.trigger,
-            texture: of_model.map(|(event, ..)| event),
+            texture: of_model.map(|(_, model)| model.event),
             law: law.event,
-            flash: of_model.map(|(.., model)| format.flash + ln.flash + law.flash + model.flash),
-            ram: of_model.map(|(.., model)| format.ram + ln.ram + law.ram + model.ram),
+            flash: of_model.map(|(_, model)| format.flash + ln_flash + law.flash + model.flash),
+            ram: of_model.map(|(_, model)| format.ram + ln.ram + law.ram + model.ram),
         })
     }
 }
@@ -214,17 +222,17 @@ pub fn stripe_bytes(format: Format) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{AnswerLaw, Format};
+    use crate::parameters::Format;
     use wstac_host::config::Kernel;
 
     #[test]
     fn a_price_is_a_sum() {
         let text = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
             "formats": {"YUYV linear": {"2": {"frame": 1000, "flash": 20000, "ram": 4000}}},
-            "ln": {"libm": {"frame": 50, "flash": -7, "ram": 8}},
+            "ln": {"libm": {"frame": 50, "flash": -7, "ram": 8, "path_flash": -2}},
             "trigger": 3, "laws": {"published": {"event": 9, "flash": 0, "ram": 0}, "edges": {"event": 30, "flash": 5, "ram": -6}},
-            "models": {"svm.wsm": {"event": 600, "frame": 0, "sha256": "0", "laws": {"published": {"flash": 70, "ram": 80}}},
-                "taxels.wsm": {"event": 500, "frame": 40, "sha256": "0", "laws": {"edges": {"flash": 90, "ram": 3500}}}}}}}"#;
+            "models": {"svm.wsm": {"frame": 0, "sha256": "0", "laws": {"published": {"event": 600, "flash": 70, "ram": 80}}},
+                "taxels.wsm": {"frame": 40, "sha256": "0", "laws": {"edges": {"event": 500, "flash": 90, "ram": 3500}}}}}}}"#;
         let prices = Prices::read("p", text).unwrap();
         let stride = wstac_core::frame::Stride::Two;
         let setting = Setting { format: Format::YuyvLinear, stride, kernel: Kernel::Libm, law: AnswerLaw::Published };
@@ -244,7 +252,7 @@ mod tests {
         // A law adds to all, and a model of taxels to frames. A model was counted with the laws that it goes with.
         let edges = Setting { law: AnswerLaw::Edges, ..setting };
         let price = prices.of(Core::M4F, &edges, Some("taxels.wsm")).unwrap();
-        assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1093, Some(530), Some(20_088), Some(7502)));
+        assert_eq!((price.frame(), price.event(), price.flash, price.ram), (1093, Some(530), Some(20_093), Some(7502)));
         assert_eq!(prices.of(Core::M4F, &edges, Some("builtin:svm")).unwrap().event(), None);
         assert_eq!(prices.of(Core::M4F, &Setting { law: AnswerLaw::Coherence, ..setting }, None), None);
         assert_eq!(prices.of(Core::M0, &setting, None), None);

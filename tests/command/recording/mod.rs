@@ -88,7 +88,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     bad(2, &[&["record", scene, "-o", name][..], &twice].concat(), "speed is \"1\" and \"2\"");
     // Labels that a data set would refuse are refused before anything is recorded.
     bad(2, &["record", scene, "-o", name, "--label", "speed=fast"], "--label: label speed is \"fast\", expected mm/s");
-    bad(2, &["record", scene, "-o", name, "--label", "direction=45"], "expected 0, 90, 180 or 270");
+    bad(2, &["record", scene, "-o", name, "--label", "direction=360"], "expected whole degrees, 0 to 359");
     let taxels = folder.0.join("t.toml");
     fs::write(&taxels, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
     let taxels = format!("scene:{}", taxels.display());

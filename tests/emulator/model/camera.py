@@ -65,8 +65,9 @@ class Dma(Registers):
 class Dcmi(Registers):
     """The camera interface. Cropping is not modeled."""
 
-    def __init__(self, dma):
+    def __init__(self, dma, ports):
         super().__init__(DCMI)
+        self.ports = ports
         self.dma, self.capturing, self.row = dma, False, 0
 
     def reset(self):
@@ -105,12 +106,16 @@ class Dcmi(Registers):
 
     def sync(self):
         """Handles a vertical sync, which begins a frame."""
+        if not self.ports.has_syncs():
+            return
         self.flag(VSYNC)
         self.capturing = self.enabled() and bool(self.values.get(CR, 0) & CAPTURE)
         self.row = 0
 
     def line(self, bytes_of):
         """Handles the begin of a line, whose bytes are `bytes_of(row)`."""
+        if not self.ports.has_syncs():
+            return
         self.flag(LINE)
         control = self.values.get(CR, 0)
         row, self.row = self.row, self.row + 1
@@ -118,7 +123,9 @@ class Dcmi(Registers):
             raise ValueError("the camera interface crops, which is not modeled")
         if not self.capturing:
             return
-        data = bytes_of(row)
+        data, mask = bytes_of(row), self.ports.mask()
+        if mask != 0xFF:
+            data = bytes(byte & mask for byte in data)
         if control & EVERY_SECOND_BYTE:
             data = data[1 if control & THE_SECOND else 0 :: 2]
         # The rest of a frame that is not whole words is left out.

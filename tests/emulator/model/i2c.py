@@ -2,10 +2,6 @@
 
 from .registers import Registers
 
-PORT_B = 0x5802_0400
-MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18
-SCL, SDA, OUTPUT = 8, 9, 1
-
 I2C1 = 0x4000_5400
 CR2, ISR, ICR, RXDR, TXDR = 0x04, 0x18, 0x1C, 0x24, 0x28
 READS, START, STOP, AUTOEND = 1 << 10, 1 << 13, 1 << 14, 1 << 25
@@ -13,10 +9,11 @@ TXE, TXIS, RXNE, NACKF, STOPF, TC, BUSY = 1, 1 << 1, 1 << 2, 1 << 4, 1 << 5, 1 <
 
 
 class I2c(Registers):
-    """The master. A byte takes no time."""
+    """The master. A byte takes no time, and only arrives if `has_pins()`."""
 
-    def __init__(self, sensors):
+    def __init__(self, sensors, has_pins):
         super().__init__(I2C1)
+        self.has_pins = has_pins
         self.sensors = {sensor.address: sensor for sensor in sensors}
         self.sensor, self.left, self.reads, self.flags = None, 0, False, 0
 
@@ -54,7 +51,7 @@ class I2c(Registers):
             # The data line is low: no start is possible.
             self.sensor, self.left = None, 0
             return
-        self.sensor = self.sensors.get((value & 0xFF) >> 1)
+        self.sensor = self.sensors.get((value & 0xFF) >> 1) if self.has_pins() else None
         if self.sensor is None or not self.sensor.answers(self.reads):
             self.sensor, self.left = None, 0
             self.flags = NACKF | STOPF
@@ -72,30 +69,3 @@ class I2c(Registers):
             self.sensor.stop()
         self.sensor, self.flags = None, self.flags & ~TC | STOPF
 
-
-class Port(Registers):
-    """Port B, with the bus on two of its pins. Both are high unless the sensor or the port holds them low."""
-
-    def __init__(self, sensor):
-        super().__init__(PORT_B)
-        self.sensor = sensor
-
-    def read(self, offset):
-        """Returns a register."""
-        if offset != IDR:
-            return super().read(offset)
-        low = sum(1 << pin for pin in (SCL, SDA) if self._is_low(pin))
-        return 0xFFFF & ~low & ~(1 << SDA if self.sensor.holds else 0)
-
-    def write(self, offset, value):
-        """Stores a register. A clock that rises takes a bit from a sensor that holds the data line."""
-        was_low = self._is_low(SCL)
-        if offset == BSRR:
-            super().write(ODR, (self.values.get(ODR, 0) | value & 0xFFFF) & ~(value >> 16))
-        else:
-            super().write(offset, value)
-        if was_low and not self._is_low(SCL):
-            self.sensor.holds = max(0, self.sensor.holds - 1)
-
-    def _is_low(self, pin):
-        return self.values.get(MODER, 0) >> 2 * pin & 3 == OUTPUT and not self.values.get(ODR, 0) >> pin & 1

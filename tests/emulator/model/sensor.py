@@ -18,7 +18,7 @@ GREY_CHROMA = 0x80
 class Sensor:
     """A sensor behind a bus with registers of eight bits.
 
-    `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a
+    `is_on` returns whether the board gives it power and a clock, `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a
     register that keeps its value. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
     which it holds the data line. `slips` has registers that act as if another value were written, although the value
     that was written is read back: so a table with that value in it would act.
@@ -33,6 +33,7 @@ class Sensor:
         self.identity = self.IDENTITY if identity is None else identity
         self.present, self.resets, self.nack_after, self.stuck, self.slips = True, 0, None, None, {}
         self.holds, self.deaf = 0, False
+        self.is_on = lambda: True
         self.pointer, self.written, self.history, self.dark = 0, [], [], None
         self.power_on()
 
@@ -48,7 +49,7 @@ class Sensor:
         if self.nack_after is not None:
             self.nack_after -= 1
         self.written = [] if not reads else self.written
-        return self.present and not self.deaf
+        return self.present and self.is_on() and not self.deaf
 
     def write(self, value):
         """Accepts a byte."""
@@ -244,7 +245,7 @@ class Ov7690(Sensor):
 
     def drives(self):
         """Returns whether VSYNC, HREF and PCLK are driven: 0x0C bit 1, and 0x0E bit 3 is sleep."""
-        return self.present and bool(self[0x0C] & 2) and not self[0x0E] & 8
+        return self.present and self.is_on() and bool(self[0x0C] & 2) and not self[0x0E] & 8
 
     def drives_data(self):
         """Returns whether the data pins are driven."""
@@ -355,7 +356,7 @@ class Ov7725(Sensor):
 
     def drives(self):
         """Returns whether the port is driven: 0x09 bit 4 is sleep. Its pins are tri-stated only in power-down."""
-        return self.present and not self[0x09] & 0x10
+        return self.present and self.is_on() and not self[0x09] & 0x10
 
     def period(self):
         """Returns the seconds of a frame: 784 x 510 pixels for VGA, 576 x 278 for QVGA, each two clocks."""

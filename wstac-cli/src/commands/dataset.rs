@@ -93,7 +93,7 @@ The sweep, every key optional; these are the defaults:
                "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"]
                           # "Sphere" needs [scene.whisker] overlap_mm 0.4
   speeds = [150]          # mm/s, 1 to 1000
-  directions = [0]        # degrees: 0, 90, 180, 270
+  directions = [0]        # degrees, any
   slides = 100            # of every specimen, up to 1000000 in all
   seed = 1                # of the first slide; each slide has the next
   [scene]                 # any other key and table of a scene's file,

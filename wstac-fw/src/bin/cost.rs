@@ -31,6 +31,8 @@ use wstac_fw::textures::ModelSample;
 const SIDE: usize = 400;
 /// The rows that a DMA brings at a time.
 const ROWS: usize = 8;
+/// One if live motion is measured, else none: neither a model nor stripes of three bytes a pixel leave room for it.
+const LIVE: usize = (setup::MODEL.is_none() && setup::PIXEL_BYTES < 3) as usize;
 /// The bytes of a whole frame.
 #[cfg(not(microbit))]
 const FRAME: usize = SIDE * SIDE * setup::PIXEL_BYTES;
@@ -77,8 +79,7 @@ fn run() -> Result<(), Error> {
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
-    // It is measured without a model, which may leave no room for it.
-    let mut live = if setup::MODEL.is_none() { Some(LiveMotion::new(motion)) } else { None };
+    let mut live: [LiveMotion; LIVE] = core::array::from_fn(|_| LiveMotion::new(motion));
     let mut longest_live = 0;
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
@@ -100,7 +101,7 @@ fn run() -> Result<(), Error> {
                 to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
             }
         }
-        if let (Some(live), Some(baseline)) = (&mut live, pipeline.baseline()) {
+        if let ([live, ..], Some(baseline)) = (&mut live[..], pipeline.baseline()) {
             let (next_frame, recent) = pipeline.recent();
             longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
         }

@@ -24,20 +24,16 @@ use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
 use embassy_stm32::pac::{DCMI, DMA1, DMAMUX1, RCC};
 use embassy_stm32::{Peri, peripherals, rcc};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use wstac_core::layout::FrameSize;
 
 use super::{Capture, Ticks, Trouble};
+use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
 
 /// A ring of two stripes of `WORDS` words each.
 pub type Ring<const WORDS: usize> = [[u32; WORDS]; 2];
-
-/// The signal that the state of the capture has changed.
-pub static CHANGED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// The stream of DMA1 that is used. The channel of DMAMUX1 has the same number.
 const STREAM: usize = 0;
@@ -76,6 +72,14 @@ static LAST_WORDS: AtomicU32 = AtomicU32::new(0);
 
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
+
+/// The signals before a sensor is known.
+const DEFAULT_SIGNALS: Signals = Signals {
+    vsync_high_between_frames: true,
+    href_high_in_lines: true,
+    sample_at_rising_edge: true,
+    luma_first: true,
+};
 
 const NONE: u8 = 0;
 const OVERRUN: u8 = 1;
@@ -121,8 +125,8 @@ enum What {
 }
 
 impl Dcmi {
-    /// Takes the interface, the DMA stream and the ring. Pins and sensor must be set up. Nothing is captured before
-    /// [`Capture::restart`].
+    /// Takes the interface, the DMA stream and the ring. Pins must be set up. Nothing is captured before
+    /// [`Capture::restart`], and the sensor's signals must be known by then ([`Camera::set_signals`]).
     ///
     /// A stripe is `rows` rows of a frame. `WORDS` must be their number of words, which is checked.
     pub fn new<const WORDS: usize>(
@@ -133,7 +137,6 @@ impl Dcmi {
         ring: &'static mut Ring<WORDS>,
         size: FrameSize,
         rows: u16,
-        signals: Signals,
     ) -> Option<Self> {
         let stripe_bytes = usize::from(size.width()) * usize::from(rows);
         // The DMA counts words in 16 bits.
@@ -160,49 +163,7 @@ impl Dcmi {
             typelevel::DMA1_STREAM0::enable();
         }
         let frame_words = u32::from(size.width()) * u32::from(size.height()) / 4;
-        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals, frame_words })
-    }
-
-    /// Says whether luma is the first of two bytes. The next restart captures it.
-    pub fn set_luma_first(&mut self, luma_first: bool) {
-        self.signals.luma_first = luma_first;
-    }
-
-    /// Stops capture until it begins in one way or another.
-    pub fn stop(&mut self) {
-        // The frame under way ends first; then the interface is switched off.
-        DCMI.cr().modify(|w| w.set_capture(false));
-        DCMI.cr().modify(|w| w.set_enable(false));
-    }
-
-    /// Begins to measure all bytes of frames. It ends with [`Dcmi::probe`] and a restart.
-    pub fn begin_probe(&mut self) {
-        self.start(What::AllBytes);
-    }
-
-    /// Begins to measure the luma of frames, which must have [`Dcmi::luma_words`].
-    pub fn begin_luma_probe(&mut self) {
-        self.start(What::Luma);
-    }
-
-    /// Returns the words of a frame's luma.
-    pub fn luma_words(&self) -> u32 {
-        self.frame_words
-    }
-
-    /// Returns what was measured, until now or until [`Dcmi::stop`], since [`Dcmi::begin_probe`].
-    pub fn probe(&self) -> Probe {
-        critical_section::with(|_| Probe {
-            frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
-            ticks: SYNC_AT.load(Ordering::Relaxed).wrapping_sub(PROBED_FROM.load(Ordering::Relaxed)),
-            lines: LAST_LINES.load(Ordering::Relaxed),
-            words: LAST_WORDS.load(Ordering::Relaxed),
-        })
-    }
-
-    /// Returns the number of vertical syncs, modulo 2^32, and the ticks at the last one, modulo 2^32.
-    pub fn syncs(&self) -> (u32, u32) {
-        critical_section::with(|_| (SYNCS.load(Ordering::Relaxed), SYNC_AT.load(Ordering::Relaxed)))
+        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals: DEFAULT_SIGNALS, frame_words })
     }
 
     /// Starts capture at the next vertical sync, of luma or of all bytes.
@@ -312,6 +273,43 @@ impl Capture for Dcmi {
 
     fn now(&self) -> Ticks {
         Instant::now().as_ticks()
+    }
+}
+
+impl Camera for Dcmi {
+    fn set_signals(&mut self, signals: Signals) {
+        self.signals = signals;
+    }
+
+    fn stop(&mut self) {
+        // The frame under way ends first; then the interface is switched off.
+        DCMI.cr().modify(|w| w.set_capture(false));
+        DCMI.cr().modify(|w| w.set_enable(false));
+    }
+
+    fn begin_probe(&mut self) {
+        self.start(What::AllBytes);
+    }
+
+    fn begin_luma_probe(&mut self) {
+        self.start(What::Luma);
+    }
+
+    fn luma_words(&self) -> u32 {
+        self.frame_words
+    }
+
+    fn probe(&self) -> Probe {
+        critical_section::with(|_| Probe {
+            frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
+            ticks: SYNC_AT.load(Ordering::Relaxed).wrapping_sub(PROBED_FROM.load(Ordering::Relaxed)),
+            lines: LAST_LINES.load(Ordering::Relaxed),
+            words: LAST_WORDS.load(Ordering::Relaxed),
+        })
+    }
+
+    fn syncs(&self) -> (u32, u32) {
+        critical_section::with(|_| (SYNCS.load(Ordering::Relaxed), SYNC_AT.load(Ordering::Relaxed)))
     }
 }
 

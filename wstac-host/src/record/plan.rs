@@ -3,7 +3,7 @@
 //! ```toml
 //! specimens = ["Saw3", "Fla0"]  # what is slid over the sensor
 //! speeds = [100, 150]           # mm/s; without it, speed is no label
-//! directions = [0, 90]          # degrees; without it, direction is no label
+//! directions = [0, 90]          # whole degrees; without it, direction is no label
 //! count = 10                    # slides of every combination; default 10
 //! ```
 
@@ -64,8 +64,8 @@ fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
     if let Some(speed) = file.speeds.iter().find(|speed| !(**speed > 0.0 && speed.is_finite())) {
         return Err(format!("speeds has {speed}, expected mm/s above 0"));
     }
-    if let Some(direction) = file.directions.iter().find(|direction| ![0, 90, 180, 270].contains(*direction)) {
-        return Err(format!("directions has {direction}, expected 0, 90, 180 or 270"));
+    if let Some(direction) = file.directions.iter().find(|direction| !(0..360).contains(*direction)) {
+        return Err(format!("directions has {direction}, expected whole degrees, 0 to 359"));
     }
     // A duplicate would be the same file twice.
     if let Some(name) = twice(&file.specimens) {
@@ -152,7 +152,7 @@ mod tests {
             ("specimens = []", "expected 1 to"),
             ("specimens = [\"a/b\"]", "a/b"),
             ("specimens = [\"a\"]\nspeeds = [0]", "speeds has 0"),
-            ("specimens = [\"a\"]\ndirections = [45]", "directions has 45"),
+            ("specimens = [\"a\"]\ndirections = [360]", "directions has 360"),
             ("specimens = [\"a\", \"b\", \"a\"]", "specimens has \"a\" twice"),
             ("specimens = [\"a\"]\nspeeds = [100, 100.0]", "speeds has 100 twice"),
             ("specimens = [\"a\"]\ndirections = [90, 0, 90]", "directions has 90 twice"),

@@ -206,8 +206,8 @@ pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
         number.ok_or_else(|| format!("label speed is {speed:?}, expected mm/s such as 150"))
     });
     let direction = labels.get("direction").map(|direction| {
-        let number = direction.parse().ok().filter(|direction| [0, 90, 180, 270].contains(direction));
-        number.ok_or_else(|| format!("label direction is {direction:?}, expected 0, 90, 180 or 270"))
+        let number = direction.parse().ok().filter(|direction| (0..360).contains(direction));
+        number.ok_or_else(|| format!("label direction is {direction:?}, expected whole degrees, 0 to 359"))
     });
     Ok((speed.transpose()?, direction.transpose()?))
 }
@@ -376,6 +376,6 @@ mod tests {
         assert_eq!((good.speed_mm_s, good.direction, good.depth_mm), (Some(150.5), Some(90), Some(3.0)));
         assert!(with(&[("speed", "150")]).unwrap_err().contains("no label specimen (labels: speed=150)"));
         assert!(with(&[("specimen", "Saw3"), ("speed", "fast")]).unwrap_err().contains("speed is \"fast\""));
-        assert!(with(&[("specimen", "Saw3"), ("direction", "45")]).unwrap_err().contains("direction is \"45\""));
+        assert!(with(&[("specimen", "Saw3"), ("direction", "360")]).unwrap_err().contains("direction is \"360\""));
     }
 }

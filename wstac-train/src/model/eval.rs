@@ -156,16 +156,20 @@ pub(crate) fn each_sample(
     Ok(())
 }
 
-/// Reads the true labels from the first array that fits the model's task.
-fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
-    let arrays: &[&str] = match task {
+/// Returns the names of arrays that may have the labels of a task, the first that is there first.
+pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
+    match task {
         Task::Specimen => &["y", "y_specimen"],
         Task::Pattern => &["y", "y_pattern"],
         Task::Depth => &["y", "y_depth"],
         _ => &["y"],
-    };
+    }
+}
+
+/// Reads the true labels from the first array that fits the model's task.
+fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
     let has = |array: &str| npz.names().any(|name| name == array);
-    if let Some(array) = arrays.iter().find(|array| has(array)) {
+    if let Some(array) = label_arrays(task).iter().find(|array| has(array)) {
         return compare(npz, array, classes.to_vec(), n).map(Some);
     }
     if task == Task::Specimen && has("y_pattern") {

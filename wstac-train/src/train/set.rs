@@ -10,7 +10,7 @@ use crate::dataset::arrays::name;
 use crate::dataset::path::PathSlide;
 use crate::dataset::random::RandomSweep;
 use crate::dataset::recordings::Recording;
-use crate::model::eval::{array_of, each_sample, texts};
+use crate::model::eval::{array_of, each_sample, label_arrays, texts};
 use crate::model::npz::Npz;
 use crate::model::trained::{in_file_order, in_set_order};
 
@@ -145,12 +145,7 @@ impl TrainingSet {
         }
         let samples = samples(&npz, array)?;
         let n = samples.len();
-        let wanted: &[&str] = match options.task {
-            Task::Specimen => &["y_specimen", "y"],
-            Task::Pattern => &["y_pattern", "y"],
-            Task::Depth => &["y_depth", "y"],
-            _ => &["y"],
-        };
+        let wanted = label_arrays(options.task);
         let labels = wanted.iter().find(|name| has(name)).copied().unwrap_or(wanted[0]);
         let labels = texts(&npz, labels, n)?;
         let optional = |name: &str| has(name).then(|| texts(&npz, name, n)).transpose();

@@ -61,7 +61,8 @@ fn part(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
-    let outputs = Outputs::new(arguments.force).reading([&arguments.train, &arguments.held]);
+    let inputs = [&arguments.model, &arguments.train, &arguments.held];
+    let outputs = Outputs::new(arguments.force).reading(inputs).reading(&arguments.projection);
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;

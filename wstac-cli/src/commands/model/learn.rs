@@ -50,7 +50,7 @@ fn is_set(path: &Path) -> bool {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
-    let outputs = Outputs::new(arguments.force).reading(&arguments.slides);
+    let outputs = Outputs::new(arguments.force).reading([&arguments.base]).reading(&arguments.slides);
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.base)?;
     let model = file.model()?;

@@ -1,50 +1,33 @@
-//! The firmware of a Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the serial line.
-//! The wiring is in `README.md`.
-#![no_std]
-#![no_main]
-#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
+//! The node: what every board does between its camera and its link. It finds the sensor and sets it up, measures what it
+//! sends, turns its frames into messages, and reports and mends every fault.
+//!
+//! A board gives it a [`Camera`], a [`Bus`], a [`Line`](crate::link::Line), two lights and a [`Watchdog`]. Time is
+//! embassy's.
 
-use defmt_rtt as _;
-use embassy_executor::Spawner;
+use core::future::Future;
+
 use embassy_futures::select::select;
-use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
-use embassy_stm32::i2c::{self, I2c, Master};
-use embassy_stm32::mode::Blocking;
-use embassy_stm32::pac::{DBGMCU, RCC};
-use embassy_stm32::rcc::{
-    APBPrescaler, HSIPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource,
-    Sysclk, VoltageScale,
-};
-use embassy_stm32::time::Hertz;
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, Peri, bind_interrupts, peripherals};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
-use wstac_core::layout::Layout;
+use embedded_hal::digital::{OutputPin, PinState};
+use embedded_hal::i2c::I2c;
+use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Request, Text};
-use wstac_fw::keeper::Keeper;
-use wstac_fw::link::{Absence, Link};
-use wstac_fw::picture::Picture;
-use wstac_fw::reader::Reader;
-use wstac_fw::self_test::{self, Defect, Probe, RateMeter};
-use wstac_fw::sensor::ov7690::OV7690;
-use wstac_fw::sensor::ov7692::OV7692;
-use wstac_fw::sensor::ov7725::OV7725;
-use wstac_fw::sensor::watch::Watch;
-use wstac_fw::sensor::{Sensor, SensorError};
-use wstac_fw::serial::{self, Serial};
-use wstac_fw::stripes::dcmi::{CHANGED, Dcmi, DcmiInterrupts, Ring};
-use wstac_fw::stripes::{self, Capture, Step, Stripes};
-use wstac_fw::{bus, crash_record, setup};
 
-/// The sensors that the firmware looks for, in this order. All produce frames of one size.
-const SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
+use crate::keeper::Keeper;
+use crate::link::{Absence, Line, Link};
+use crate::picture::Picture;
+use crate::reader::Reader;
+use crate::self_test::{self, Defect, Probe, RateMeter};
+use crate::sensor::watch::Watch;
+use crate::sensor::{Sensor, SensorError, Signals};
+use crate::stripes::{self, Capture, Step, Stripes};
+use crate::{crash_record, setup};
+
 /// The frame rate of the sensors.
-const RATE: FrameRate = FrameRate::NOMINAL;
-/// The rows of a stripe.
-const ROWS: u16 = 10;
-/// The bits per second of the serial line.
-const BAUD: u32 = 115_200;
+pub const RATE: FrameRate = FrameRate::NOMINAL;
 /// The frames that a self-test measures, and the longest time for them.
 const SELF_TEST_FRAMES: u32 = 4;
 const SELF_TEST: Duration = Duration::from_millis(800);
@@ -54,92 +37,123 @@ const LUMA_TEST: Duration = Duration::from_millis(250);
 const BUS_FAILURES: u32 = 30;
 /// The microseconds after which the watchdog restarts a program that hangs. The longest self-test, with a second try,
 /// takes three seconds.
-const HANGS: u32 = 4_000_000;
-/// The cycles between two looks at the debugger's clock, and their number: a quarter of a second at 64 MHz.
-const HSE_CYCLES: u32 = 6400;
-const HSE_LOOKS: u32 = 2500;
+pub const HANGS: u32 = 4_000_000;
+/// The cycles for the last two bytes of the line.
+const LAST_BYTES: u32 = 20_000;
 /// The time between two attempts to find a sensor.
 const TRY_AGAIN: Duration = Duration::from_millis(250);
 
-/// The layout that is compiled in.
-const LAYOUT: Layout = match setup::layout(SENSORS[0].size) {
-    Ok(layout) => layout,
-    Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
-};
 const LAW: setup::Law = match setup::law(RATE) {
     Ok(law) => law,
     Err(_) => panic!("checked by the build script"),
 };
-/// The bytes of a row.
-const WIDTH: usize = SENSORS[0].size.width() as usize;
-/// The stripes of a frame.
-const STRIPES: usize = (SENSORS[0].size.height() / ROWS) as usize;
-/// The words of a stripe.
-const WORDS: usize = WIDTH * ROWS as usize / 4;
 /// The ticks from frame to frame.
 const PERIOD: u64 = TICK_HZ * RATE.denominator() as u64 / RATE.numerator() as u64;
 
-bind_interrupts!(struct Irqs {
-    DCMI => DcmiInterrupts;
-    DMA1_STREAM0 => DcmiInterrupts;
-    USART3 => serial::SerialInterrupts;
-});
+/// The signal that a board's interrupts have changed something that the node looks at.
+pub static CHANGED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-#[embassy_executor::main]
-async fn main(_spawner: Spawner) {
-    let has_hse = has_hse();
-    let p = embassy_stm32::init(clocks(has_hse));
-    // It waits while a debugger halts the core.
-    DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
-    let mut watchdog = IndependentWatchdog::new(p.IWDG1, HANGS);
-    watchdog.unleash();
-    let hung = RCC.rsr().read().iwdg1rstf();
-    RCC.rsr().modify(|w| w.set_rmvf(true));
-    // The sensor's clock: 24 MHz.
-    let _clock = Mco::new(p.MCO1, p.PA8, Mco1Source::PLL1_Q, McoConfig::default());
-    let mut events = Output::new(p.PB0, Level::Low, Speed::Low);
-    let serial = Serial::new(p.USART3, Irqs, p.PD8, p.PD9, BAUD);
-    let mut line = Link::new(serial, Output::new(p.PB14, Level::Low, Speed::Low));
-    let mut keeper = Keeper::new(p.FLASH, LAYOUT, RATE);
-    let Some(reader) = reader(&keeper) else { panic!("the configuration does not fit the camera") };
-    if !has_hse {
-        defmt::warn!("no clock of 8 MHz: the chip's own is used, and times are within 2 %");
+/// A camera interface whose whole frames can be measured.
+pub trait Camera: Capture {
+    /// Takes the sensor's polarities and order of bytes. The next start uses them.
+    fn set_signals(&mut self, signals: Signals);
+
+    /// Stops capture until it begins in one way or another.
+    fn stop(&mut self);
+
+    /// Begins to measure whole frames, of which the ring keeps the last bytes. It ends with [`Camera::stop`] or a
+    /// restart.
+    fn begin_probe(&mut self);
+
+    /// Begins to measure the luma of frames, which must have [`Camera::luma_words`].
+    fn begin_luma_probe(&mut self);
+
+    /// Returns the words of a frame's luma.
+    fn luma_words(&self) -> u32;
+
+    /// Returns what was measured, until now or until [`Camera::stop`].
+    fn probe(&self) -> Probe;
+
+    /// Returns the number of vertical syncs, modulo 2^32, and the ticks at the last one, modulo 2^32.
+    fn syncs(&self) -> (u32, u32);
+}
+
+/// The sensor's bus.
+pub trait Bus: I2c {
+    /// Frees the bus if the sensor holds the data line. Returns whether it did and let go.
+    fn free(&mut self) -> bool;
+
+    /// Switches the sensor off and on again, if the board has lines for that. Returns when the sensor answers.
+    fn restart_sensor(&mut self) -> impl Future<Output = ()>;
+}
+
+/// Restarts a program that hangs for [`HANGS`].
+pub trait Watchdog {
+    /// Begins that time anew.
+    fn pet(&mut self);
+}
+
+/// The types of a board's parts.
+pub trait Board {
+    /// The camera interface.
+    type Camera: Camera;
+    /// The sensor's bus.
+    type Bus: Bus;
+    /// The serial line to the host.
+    type Line: Line;
+    /// A light, which is lit when it is high.
+    type Light: OutputPin;
+    /// The watchdog.
+    type Watchdog: Watchdog;
+    /// The settings.
+    type Keeper: Keeper;
+}
+
+/// A board's parts. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
+pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
+    /// The sensors that the node looks for, in this order. All produce frames of one size.
+    pub sensors: &'static [Sensor],
+    /// The settings.
+    pub keeper: B::Keeper,
+    /// The camera interface.
+    pub camera: B::Camera,
+    /// The sensor's bus.
+    pub bus: B::Bus,
+    /// The line to the host, with the light that shows a fault.
+    pub line: Link<B::Line, B::Light>,
+    /// The light that changes with every event.
+    pub events: B::Light,
+    /// The watchdog.
+    pub watchdog: B::Watchdog,
+    /// Whether the watchdog has ended the last run.
+    pub hung: bool,
+    /// Whether the clock is the chip's own, because that of the board is missing.
+    pub is_own_clock: bool,
+}
+
+/// Answers for ever.
+///
+/// # Panics
+/// Panics if the configuration does not fit the sensors' frames, or at a second call.
+pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
+    let Node { sensors, mut keeper, camera, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock } =
+        node;
+    let size = sensors.first().map(|sensor| sensor.size);
+    let Some(reader) = size.and_then(|size| reader(&keeper, size)) else {
+        panic!("the configuration does not fit the camera")
+    };
+    if is_own_clock {
+        defmt::warn!("no clock from the board: the chip's own is used, and times are within 2 %");
         reader.set_name("wstac-fw on the chip's clock");
     }
     reader.hello(&mut line);
     let mut is_told = tell_last_run(hung, &mut line);
+    let mut sensor = find(sensors, &mut i2c, reader, &mut keeper, &mut line, &mut watchdog).await;
 
-    let pins: [Peri<'static, AnyPin>; 11] = [
-        p.PC6.into(),
-        p.PC7.into(),
-        p.PC8.into(),
-        p.PC9.into(),
-        p.PE4.into(),
-        p.PD3.into(),
-        p.PE5.into(),
-        p.PE6.into(),
-        p.PB7.into(),
-        p.PA4.into(),
-        p.PA6.into(),
-    ];
-    for pin in pins {
-        let mut pin = Flex::new(pin);
-        pin.set_as_af_unchecked(DCMI_PINS, AfType::input(Pull::Down));
-        // A dropped pin would be disconnected.
-        core::mem::forget(pin);
-    }
-    let mut config = i2c::Config::default();
-    // Three transfers are made between two stripes.
-    config.timeout = Duration::from_micros(600);
-    let mut i2c = I2c::new_blocking(p.I2C1, p.PB8, p.PB9, config);
-    let mut sensor = find(&mut i2c, reader, &mut keeper, &mut line, &mut watchdog).await;
-
-    let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
-    let Some(dcmi) = Dcmi::new(p.DCMI, p.DMA1_CH0, Irqs, ring, sensor.size, ROWS, sensor.signals) else {
-        panic!("the ring does not fit the frames, or is more than the DMA counts");
-    };
-    let mut stripes = Stripes::new(dcmi, STRIPES as u32, PERIOD);
-    let mut picture = Picture::<STRIPES>::new(4 * WORDS);
+    let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
+    let stripe_bytes = WIDTH * usize::from(sensor.size.height()) / STRIPES;
+    let mut picture = Picture::<STRIPES>::new(stripe_bytes);
+    stripes.capture_mut().set_signals(sensor.signals);
     let mut stage = Stage::Test;
     let mut absent = Absence::None;
     let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
@@ -149,7 +163,7 @@ async fn main(_spawner: Spawner) {
             is_told = true;
             crash_record::erase();
         }
-        keeper.restart_if_wanted(&line);
+        restart_if_wanted(&keeper, &line);
         while let Some(request) = line.request() {
             reader.answer(request, &mut line);
             keeper.answer(request, &mut line);
@@ -208,7 +222,7 @@ async fn main(_spawner: Spawner) {
                         }
                         Err(SensorError::Bus { .. }) => {
                             bus_failures += 1;
-                            if bus::free() {
+                            if i2c.free() {
                                 defmt::warn!("the sensor held its bus");
                             }
                             (bus_failures >= BUS_FAILURES).then_some(Absence::Gone)
@@ -230,7 +244,7 @@ async fn main(_spawner: Spawner) {
                 if let Err(error) = done {
                     defmt::error!("{}", error);
                 }
-                events.set_level(Level::from(line.events() % 2 == 1));
+                let _ = events.set_state(PinState::from(line.events() % 2 == 1));
             }
             Step::Abandoned => {
                 meter.restart();
@@ -277,8 +291,8 @@ struct Failure {
 async fn bring_up(
     sensor: &mut Sensor,
     stage: Stage,
-    i2c: &mut I2c<'_, Blocking, Master>,
-    dcmi: &mut Dcmi,
+    i2c: &mut impl Bus,
+    dcmi: &mut impl Camera,
 ) -> Result<(), Failure> {
     let done = try_to_bring_up(sensor, stage, i2c, dcmi).await;
     if let Err(Failure { defect: Some(Defect::Rate { millihertz }), .. }) = done
@@ -294,12 +308,13 @@ async fn bring_up(
 async fn try_to_bring_up(
     sensor: &Sensor,
     stage: Stage,
-    i2c: &mut I2c<'_, Blocking, Master>,
-    dcmi: &mut Dcmi,
+    i2c: &mut impl Bus,
+    dcmi: &mut impl Camera,
 ) -> Result<(), Failure> {
     dcmi.stop();
     if stage == Stage::SetUp {
-        if bus::free() {
+        i2c.restart_sensor().await;
+        if i2c.free() {
             defmt::warn!("the sensor held its bus");
         }
         sensor.set_up(i2c, &mut Delay).map_err(|error| Failure { reason: error.into(), defect: None })?;
@@ -322,7 +337,7 @@ async fn try_to_bring_up(
     if luma_first != sensor.signals.luma_first {
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
-    dcmi.set_luma_first(luma_first);
+    dcmi.set_signals(Signals { luma_first, ..sensor.signals });
     dcmi.begin_luma_probe();
     measured(dcmi, 1, LUMA_TEST).await;
     let Probe { lines, words, .. } = dcmi.probe();
@@ -334,7 +349,7 @@ async fn try_to_bring_up(
 }
 
 /// Waits until so many frames have been measured, or for the longest time.
-async fn measured(dcmi: &Dcmi, frames: u32, longest: Duration) {
+async fn measured(dcmi: &impl Camera, frames: u32, longest: Duration) {
     let until = Instant::now() + longest;
     while dcmi.probe().frames < frames && Instant::now() < until {
         select(CHANGED.wait(), Timer::at(until)).await;
@@ -342,7 +357,7 @@ async fn measured(dcmi: &Dcmi, frames: u32, longest: Duration) {
 }
 
 /// Returns the defect if the rate of the last frames was wrong.
-fn wrong_rate(meter: &mut RateMeter, dcmi: &Dcmi) -> Option<Defect> {
+fn wrong_rate(meter: &mut RateMeter, dcmi: &impl Camera) -> Option<Defect> {
     let (syncs, at) = dcmi.syncs();
     let (frames, ticks) = meter.push(syncs, at)?;
     self_test::judge_rate(frames, ticks, RATE, TICK_HZ).err()
@@ -360,10 +375,10 @@ fn log(defect: Option<Defect>) {
 
 /// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
 #[inline(never)]
-fn reader(keeper: &Keeper) -> Option<&'static mut Reader> {
+fn reader(keeper: &impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
     let (layout, floor, trigger) = keeper.parameters();
-    match Reader::with(layout, SENSORS[0].size, RATE, LAW, floor, trigger) {
+    match Reader::with(layout, size, RATE, LAW, floor, trigger) {
         Ok(new) => Some(reader.insert(new)),
         Err(error) => {
             defmt::error!("configuration: {}", error);
@@ -372,21 +387,16 @@ fn reader(keeper: &Keeper) -> Option<&'static mut Reader> {
     }
 }
 
-/// The number of the camera interface's function of its pins.
-const DCMI_PINS: u8 = 13;
-
-/// Switches the debugger's clock of 8 MHz on and returns whether it runs.
-fn has_hse() -> bool {
-    RCC.cr().modify(|w| w.set_hsebyp(true));
-    RCC.cr().modify(|w| w.set_hseon(true));
-    (0..HSE_LOOKS).any(|_| {
-        cortex_m::asm::delay(HSE_CYCLES);
-        RCC.cr().read().hserdy()
-    })
+/// Starts again if other settings are kept, and the host has been told.
+fn restart_if_wanted(keeper: &impl Keeper, line: &Link<impl Line, impl OutputPin>) {
+    if keeper.wants_restart() && line.is_drained() {
+        cortex_m::asm::delay(LAST_BYTES);
+        cortex_m::peripheral::SCB::sys_reset();
+    }
 }
 
 /// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent.
-fn tell_last_run(hung: bool, line: &mut Link) -> bool {
+fn tell_last_run(hung: bool, line: &mut Link<impl Line, impl OutputPin>) -> bool {
     let mut record = crash_record::begin();
     let is_kept = record.text().is_some();
     if hung && !is_kept {
@@ -401,57 +411,23 @@ fn tell_last_run(hung: bool, line: &mut Link) -> bool {
     !is_kept
 }
 
-/// Returns the clock configuration: 96 MHz from the debugger's 8 MHz or the chip's 64 MHz, and 24 MHz for the sensor.
-///
-/// The supply range is VOS3, the lowest to run in.
-///
-/// The camera interface needs 2.5 times the pixel clock of 24 MHz, which is 60 MHz. The PLL's range for a reference of
-/// more than 2 MHz begins at 192 MHz; 576 MHz gives 96 MHz and 24 MHz.
-fn clocks(has_hse: bool) -> Config {
-    let mut config = Config::default();
-    let rcc = &mut config.rcc;
-    rcc.hsi48 = None;
-    let (source, prediv) = if has_hse {
-        rcc.hsi = None;
-        rcc.hse = Some(Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass });
-        (PllSource::HSE, PllPreDiv::DIV1)
-    } else {
-        rcc.hsi = Some(HSIPrescaler::DIV1);
-        (PllSource::HSI, PllPreDiv::DIV8)
-    };
-    rcc.pll1 = Some(Pll {
-        source,
-        prediv,
-        mul: PllMul::MUL72,
-        fracn: None,
-        divp: Some(PllDiv::DIV6),
-        divq: Some(PllDiv::DIV24),
-        divr: None,
-    });
-    rcc.sys = Sysclk::PLL1_P;
-    rcc.apb1_pre = APBPrescaler::DIV2;
-    rcc.apb2_pre = APBPrescaler::DIV2;
-    rcc.apb3_pre = APBPrescaler::DIV2;
-    rcc.apb4_pre = APBPrescaler::DIV2;
-    rcc.voltage_scale = VoltageScale::Scale3;
-    config
-}
-
 /// Looks for a sensor until one is found, and sets it up.
 async fn find(
-    i2c: &mut I2c<'_, Blocking, Master>,
+    sensors: &'static [Sensor],
+    i2c: &mut impl Bus,
     reader: &mut Reader,
-    keeper: &mut Keeper,
-    line: &mut Link,
-    watchdog: &mut IndependentWatchdog<'_, peripherals::IWDG1>,
+    keeper: &mut impl Keeper,
+    line: &mut Link<impl Line, impl OutputPin>,
+    watchdog: &mut impl Watchdog,
 ) -> Sensor {
     let mut said = Absence::None;
     loop {
         watchdog.pet();
-        if bus::free() {
+        i2c.restart_sensor().await;
+        if i2c.free() {
             defmt::warn!("the sensor held its bus");
         }
-        keeper.restart_if_wanted(line);
+        restart_if_wanted(keeper, line);
         while let Some(request) = line.request() {
             reader.answer(request, line);
             keeper.answer(request, line);
@@ -459,7 +435,7 @@ async fn find(
             said = if request == Request::Hello { Absence::None } else { said };
         }
         let mut reason = Absence::Gone;
-        for sensor in &SENSORS {
+        for sensor in sensors {
             let sensor = Sensor { lines: keeper.exposure(), ..*sensor };
             match sensor.identify(i2c) {
                 Ok(()) => match sensor.set_up(i2c, &mut Delay) {
@@ -472,7 +448,7 @@ async fn find(
                         break;
                     }
                 },
-                Err(SensorError::Identity { found: id, .. }) if SENSORS.iter().all(|known| known.id() != id) => {
+                Err(SensorError::Identity { found: id, .. }) if sensors.iter().all(|known| known.id() != id) => {
                     reason = Absence::Unknown { id };
                 }
                 Err(_) => {}

@@ -1,0 +1,37 @@
+//! The firmware of a Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the debugger's serial
+//! line. The wiring is in `README.md`.
+#![no_std]
+#![no_main]
+#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
+
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use embassy_stm32::gpio::Level;
+use embassy_stm32::rcc::HseMode;
+use wstac_fw::bus::SensorBus;
+use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, Wiring};
+use wstac_fw::serial::Serial;
+
+/// The debugger's clock of 8 MHz.
+const CRYSTAL: Crystal = Crystal::new(8_000_000, HseMode::Bypass, 1, 72);
+/// The bits per second of the serial line.
+const BAUD: u32 = 115_200;
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let (p, has_crystal) = h743::start(CRYSTAL);
+    let wiring = Wiring {
+        // D0 to D7, VSYNC, HREF, PCLK.
+        camera: CameraPins::new(p.PC6, p.PC7, p.PC8, p.PC9, p.PE4, p.PD3, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),
+        dcmi: p.DCMI,
+        stream: p.DMA1_CH0,
+        clock: (p.MCO1, p.PA8),
+        bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, None),
+        line: Serial::new(p.USART3, Irqs, p.PD8, p.PD9, BAUD),
+        events: Light::new(p.PB0.into(), Level::High),
+        trouble: Light::new(p.PB14.into(), Level::High),
+        watchdog: p.IWDG1,
+        flash: p.FLASH,
+    };
+    h743::run(has_crystal, wiring).await
+}

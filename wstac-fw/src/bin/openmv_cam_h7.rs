@@ -1,0 +1,38 @@
+//! The firmware of an OpenMV Cam H7 with its OV7725. Events go out of P4, at 3.3 V. It runs behind the camera's
+//! bootloader, which stays as it is.
+#![no_std]
+#![no_main]
+#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
+
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use embassy_stm32::gpio::Level;
+use embassy_stm32::rcc::HseMode;
+use wstac_fw::bus::{SensorBus, SensorPower};
+use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, Wiring};
+use wstac_fw::serial::Serial;
+
+/// The crystal of 12 MHz.
+const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
+/// The bits per second of the serial line.
+const BAUD: u32 = 115_200;
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let (p, has_crystal) = h743::start(CRYSTAL);
+    let wiring = Wiring {
+        // D0 to D7, VSYNC, HREF, PCLK.
+        camera: CameraPins::new(p.PC6, p.PC7, p.PE0, p.PE1, p.PE4, p.PB6, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),
+        dcmi: p.DCMI,
+        stream: p.DMA1_CH0,
+        clock: (p.MCO1, p.PA8),
+        bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), p.PA10.into()))),
+        line: Serial::new(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
+        // Green and red of the colored light, which shine while their pins are low.
+        events: Light::new(p.PC1.into(), Level::Low),
+        trouble: Light::new(p.PC0.into(), Level::Low),
+        watchdog: p.IWDG1,
+        flash: p.FLASH,
+    };
+    h743::run(has_crystal, wiring).await
+}

@@ -1,0 +1,215 @@
+//! STM32H743: what its boards share. A board is a file in `src/bin` with its pins and its clock, and a row with its
+//! memories in `build/link.rs`.
+//!
+//! The parts that no board chooses: the camera interface with stream 0 of DMA1, a clock for the sensor at PA8, the
+//! sensor's bus on I2C1, the line to the host on USART3. A pin of the wrong function does not compile.
+
+mod start;
+
+pub use start::{Crystal, start};
+
+use core::convert::Infallible;
+
+use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
+use embassy_stm32::pac::{DBGMCU, RCC};
+use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Peri, bind_interrupts, dcmi, peripherals};
+use embedded_hal::digital::{ErrorType, OutputPin};
+use wstac_core::layout::{FrameSize, Layout};
+
+use crate::bus::SensorBus;
+#[cfg(feature = "settings")]
+use crate::flash::{BoardFlash, SECTORS};
+#[cfg(not(feature = "settings"))]
+use crate::keeper::FixedSettings;
+#[cfg(feature = "settings")]
+use crate::keeper::KeptSettings;
+use crate::link::Link;
+use crate::node::{self, Board, HANGS, Node, Watchdog};
+use crate::sensor::Sensor;
+use crate::sensor::ov7690::OV7690;
+use crate::sensor::ov7692::OV7692;
+use crate::sensor::ov7725::OV7725;
+use crate::serial::{Serial, SerialInterrupts};
+use crate::setup;
+use crate::stripes::dcmi::{Dcmi, DcmiInterrupts, Ring};
+
+/// The sensors that are looked for, in this order. All produce frames of one size.
+static SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
+/// The size of their frames.
+const SIZE: FrameSize = OV7690.size;
+/// The rows of a stripe.
+const ROWS: u16 = 10;
+
+/// The layout that is compiled in.
+const LAYOUT: Layout = match setup::layout(SIZE) {
+    Ok(layout) => layout,
+    Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
+};
+/// The bytes of a row.
+const WIDTH: usize = SIZE.width() as usize;
+/// The stripes of a frame.
+const STRIPES: usize = (SIZE.height() / ROWS) as usize;
+/// The words of a stripe.
+const WORDS: usize = WIDTH * ROWS as usize / 4;
+
+bind_interrupts!(
+    /// The interrupts of the camera interface, its DMA and the serial line.
+    pub struct Irqs {
+        DCMI => DcmiInterrupts;
+        DMA1_STREAM0 => DcmiInterrupts;
+        USART3 => SerialInterrupts;
+    }
+);
+
+/// The parts of an STM32H743.
+pub struct H743;
+
+impl Board for H743 {
+    type Camera = Dcmi;
+    type Bus = SensorBus;
+    type Line = Serial;
+    type Light = Light;
+    type Watchdog = IndependentWatchdog<'static, peripherals::IWDG1>;
+    #[cfg(feature = "settings")]
+    type Keeper = KeptSettings<BoardFlash>;
+    #[cfg(not(feature = "settings"))]
+    type Keeper = FixedSettings;
+}
+
+impl Watchdog for IndependentWatchdog<'_, peripherals::IWDG1> {
+    fn pet(&mut self) {
+        IndependentWatchdog::pet(self);
+    }
+}
+
+/// A board's pins, and the peripherals behind them.
+pub struct Wiring {
+    /// The camera's pins are set up.
+    pub camera: CameraPins,
+    /// The camera interface.
+    pub dcmi: Peri<'static, peripherals::DCMI>,
+    /// The stream of the camera interface's words.
+    pub stream: Peri<'static, peripherals::DMA1_CH0>,
+    /// The output of the sensor's clock, 24 MHz.
+    pub clock: (Peri<'static, peripherals::MCO1>, Peri<'static, peripherals::PA8>),
+    /// The sensor's bus.
+    pub bus: SensorBus,
+    /// The line to the host.
+    pub line: Serial,
+    /// The light that changes with every event.
+    pub events: Light,
+    /// The light that shows a fault.
+    pub trouble: Light,
+    /// The watchdog.
+    pub watchdog: Peri<'static, peripherals::IWDG1>,
+    /// The flash, for settings.
+    pub flash: Peri<'static, peripherals::FLASH>,
+}
+
+/// Answers for ever. `has_crystal` is what [`start`] returned.
+///
+/// # Panics
+/// Panics if the configuration does not fit the sensors' frames, or at a second call.
+pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
+    // It waits while a debugger halts the core.
+    DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
+    let mut watchdog = IndependentWatchdog::new(wiring.watchdog, HANGS);
+    watchdog.unleash();
+    let hung = RCC.rsr().read().iwdg1rstf();
+    RCC.rsr().modify(|w| w.set_rmvf(true));
+    let _clock = Mco::new(wiring.clock.0, wiring.clock.1, Mco1Source::PLL1_Q, McoConfig::default());
+    let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
+    let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring, SIZE, ROWS) else {
+        panic!("the ring does not fit the frames, or is more than the DMA counts");
+    };
+    #[cfg(feature = "settings")]
+    let keeper = KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE);
+    #[cfg(not(feature = "settings"))]
+    let keeper = FixedSettings::new(LAYOUT);
+    let node = Node::<H743, WIDTH, STRIPES> {
+        sensors: &SENSORS,
+        keeper,
+        camera,
+        bus: wiring.bus,
+        line: Link::new(wiring.line, wiring.trouble),
+        events: wiring.events,
+        watchdog,
+        hung,
+        is_own_clock: !has_crystal,
+    };
+    node::run(node).await
+}
+
+/// The camera's pins, which are set up.
+pub struct CameraPins(());
+
+impl CameraPins {
+    /// Sets the pins up. Each has a pull-down, so that a wire that is off does not float.
+    #[expect(clippy::too_many_arguments, reason = "a pin each, and a pin of another function does not compile")]
+    pub fn new(
+        d0: Peri<'static, impl dcmi::D0Pin<peripherals::DCMI>>,
+        d1: Peri<'static, impl dcmi::D1Pin<peripherals::DCMI>>,
+        d2: Peri<'static, impl dcmi::D2Pin<peripherals::DCMI>>,
+        d3: Peri<'static, impl dcmi::D3Pin<peripherals::DCMI>>,
+        d4: Peri<'static, impl dcmi::D4Pin<peripherals::DCMI>>,
+        d5: Peri<'static, impl dcmi::D5Pin<peripherals::DCMI>>,
+        d6: Peri<'static, impl dcmi::D6Pin<peripherals::DCMI>>,
+        d7: Peri<'static, impl dcmi::D7Pin<peripherals::DCMI>>,
+        vsync: Peri<'static, impl dcmi::VSyncPin<peripherals::DCMI>>,
+        href: Peri<'static, impl dcmi::HSyncPin<peripherals::DCMI>>,
+        pclk: Peri<'static, impl dcmi::PixClkPin<peripherals::DCMI>>,
+    ) -> Self {
+        let pins: [(u8, Peri<'static, AnyPin>); 11] = [
+            (d0.af_num(), d0.into()),
+            (d1.af_num(), d1.into()),
+            (d2.af_num(), d2.into()),
+            (d3.af_num(), d3.into()),
+            (d4.af_num(), d4.into()),
+            (d5.af_num(), d5.into()),
+            (d6.af_num(), d6.into()),
+            (d7.af_num(), d7.into()),
+            (vsync.af_num(), vsync.into()),
+            (href.af_num(), href.into()),
+            (pclk.af_num(), pclk.into()),
+        ];
+        for (function, pin) in pins {
+            let mut pin = Flex::new(pin);
+            pin.set_as_af_unchecked(function, AfType::input(Pull::Down));
+            // A dropped pin would be disconnected.
+            core::mem::forget(pin);
+        }
+        Self(())
+    }
+}
+
+/// A light. It is lit when it is set high, whatever its pin needs for that.
+pub struct Light {
+    pin: Output<'static>,
+    lit: Level,
+}
+
+impl Light {
+    /// Creates a light that is off. It is lit while its pin has this level.
+    pub fn new(pin: Peri<'static, AnyPin>, lit: Level) -> Self {
+        let off = if lit == Level::High { Level::Low } else { Level::High };
+        Self { pin: Output::new(pin, off, Speed::Low), lit }
+    }
+}
+
+impl ErrorType for Light {
+    type Error = Infallible;
+}
+
+impl OutputPin for Light {
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.pin.set_level(self.lit);
+        Ok(())
+    }
+
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.pin.set_level(if self.lit == Level::High { Level::Low } else { Level::High });
+        Ok(())
+    }
+}

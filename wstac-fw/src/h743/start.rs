@@ -1,0 +1,115 @@
+//! The start of an STM32H743: its clocks, whatever a bootloader has left.
+
+use cortex_m::peripheral::{MPU, NVIC};
+use embassy_stm32::pac::{PWR, RCC, SYSCFG};
+use embassy_stm32::rcc::{
+    APBPrescaler, HSIPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale,
+};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::{Config, Peripherals};
+
+/// The cycles between two looks at the board's clock, and their number: a quarter of a second at 64 MHz.
+const HSE_CYCLES: u32 = 6400;
+const HSE_LOOKS: u32 = 2500;
+/// The frequency of the PLL's oscillator.
+const VCO: u32 = 576_000_000;
+
+/// The board's clock, and the factors that make 576 MHz of it.
+#[derive(Clone, Copy)]
+pub struct Crystal {
+    hertz: u32,
+    mode: HseMode,
+    divide: PllPreDiv,
+    multiply: PllMul,
+}
+
+impl Crystal {
+    /// Creates a clock of this frequency: a crystal ([`HseMode::Oscillator`]), or a clock that another chip drives
+    /// ([`HseMode::Bypass`]). It is divided and multiplied.
+    ///
+    /// # Panics
+    /// Panics if the PLL gets less than 2 MHz or more than 16 MHz, or does not make 576 MHz within 0.5 %.
+    pub const fn new(hertz: u32, mode: HseMode, divide: u8, multiply: u16) -> Self {
+        let reference = hertz / divide as u32;
+        assert!(reference >= 2_000_000 && reference <= 16_000_000, "the PLL needs 2 to 16 MHz");
+        assert!((reference * multiply as u32).abs_diff(VCO) <= VCO / 200, "the PLL must make 576 MHz");
+        Self { hertz, mode, divide: PllPreDiv::from_bits(divide), multiply: PllMul::from_bits(multiply - 1) }
+    }
+}
+
+/// Starts the chip. Returns its peripherals, and whether the board's clock runs; if not, the chip's own is used.
+pub fn start(crystal: Crystal) -> (Peripherals, bool) {
+    take_over();
+    let has_crystal = has_hse(crystal.mode);
+    (embassy_stm32::init(clocks(has_crystal.then_some(crystal))), has_crystal)
+}
+
+/// Leaves the state of a bootloader: its clock and supply, its interrupts, its memory protection. After a reset without
+/// one, nothing of this changes anything.
+///
+/// The supply may be lowered only after the clock, and its highest range ends by a switch of its own (RM0433, 6.6.2).
+fn take_over() {
+    RCC.cr().modify(|w| w.set_hsion(true));
+    while !RCC.cr().read().hsirdy() {}
+    RCC.cfgr().modify(|w| w.set_sw(Sysclk::HSI));
+    while RCC.cfgr().read().sws() != Sysclk::HSI {}
+    RCC.cr().modify(|w| {
+        for pll in 0..3 {
+            w.set_pllon(pll, false);
+        }
+        w.set_hseon(false);
+    });
+    while RCC.cr().read().hserdy() {}
+    RCC.apb4enr().modify(|w| w.set_syscfgen(true));
+    SYSCFG.pwrcr().modify(|w| w.set_oden(0));
+    while !PWR.d3cr().read().vosrdy() {}
+    // SAFETY: interrupts that nobody has enabled yet are disabled, and no memory is protected: as after a reset.
+    #[allow(unsafe_code)]
+    unsafe {
+        for (clear_enable, clear_pending) in (*NVIC::PTR).icer.iter().zip(&(*NVIC::PTR).icpr) {
+            clear_enable.write(u32::MAX);
+            clear_pending.write(u32::MAX);
+        }
+        (*MPU::PTR).ctrl.write(0);
+        cortex_m::interrupt::enable();
+    }
+}
+
+/// Switches the board's clock on and returns whether it runs.
+fn has_hse(mode: HseMode) -> bool {
+    RCC.cr().modify(|w| w.set_hsebyp(mode != HseMode::Oscillator));
+    RCC.cr().modify(|w| w.set_hseon(true));
+    (0..HSE_LOOKS).any(|_| {
+        cortex_m::asm::delay(HSE_CYCLES);
+        RCC.cr().read().hserdy()
+    })
+}
+
+/// Returns the clock configuration: 96 MHz from the board's clock or the chip's 64 MHz, and 24 MHz for the sensor.
+///
+/// The supply range is VOS3, the lowest to run in.
+///
+/// The camera interface needs 2.5 times the pixel clock of 24 MHz, which is 60 MHz. The PLL's range for a reference of
+/// more than 2 MHz begins at 192 MHz; 576 MHz gives 96 MHz and 24 MHz.
+fn clocks(crystal: Option<Crystal>) -> Config {
+    let mut config = Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hsi48 = None;
+    let (source, prediv, mul) = if let Some(Crystal { hertz, mode, divide, multiply }) = crystal {
+        rcc.hsi = None;
+        rcc.hse = Some(Hse { freq: Hertz(hertz), mode });
+        (PllSource::HSE, divide, multiply)
+    } else {
+        rcc.hsi = Some(HSIPrescaler::DIV1);
+        (PllSource::HSI, PllPreDiv::DIV8, PllMul::MUL72)
+    };
+    rcc.pll1 =
+        Some(Pll { source, prediv, mul, fracn: None, divp: Some(PllDiv::DIV6), divq: Some(PllDiv::DIV24), divr: None });
+    rcc.sys = Sysclk::PLL1_P;
+    rcc.apb1_pre = APBPrescaler::DIV2;
+    rcc.apb2_pre = APBPrescaler::DIV2;
+    rcc.apb3_pre = APBPrescaler::DIV2;
+    rcc.apb4_pre = APBPrescaler::DIV2;
+    rcc.voltage_scale = VoltageScale::Scale3;
+    config
+}
