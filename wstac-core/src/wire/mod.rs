@@ -55,14 +55,18 @@
 //! one event per touch, and [`Message::ContactEnd`] says when the light has left.
 //!
 //! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
-//! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`].
+//! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
+//! [`Request::Picture`] asks for a picture, and `Request::Set` sets the board's settings.
 
 mod decoder;
 mod frame;
 mod message;
 mod numbers;
 mod outbox;
+mod picture;
 mod possible;
+#[cfg(feature = "settings")]
+mod settings;
 mod text;
 
 pub use decoder::{DecodeError, Decoder, Received};
@@ -71,7 +75,10 @@ pub use message::{
     Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
 };
 pub use outbox::{Outbox, RESEND_MS, TRIES};
+pub use picture::{PICTURE_PART, PictureEnd, PicturePart};
 pub use possible::Quantity;
+#[cfg(feature = "settings")]
+pub use settings::{LONGEST_REQUEST, Refusal, Settings, SettingsInUse};
 pub use text::Text;
 
 use serde::{Deserialize, Serialize};

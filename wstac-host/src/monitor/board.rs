@@ -61,14 +61,14 @@ impl Board {
 
     /// Returns the requests for the outputs that are wanted. A board that starts does not know them.
     pub(super) fn requests(&self) -> [Request; 4] {
-        let OutputOptions { features, samples, motion } = self.wanted;
+        let OutputOptions { features, samples, motion, .. } = self.wanted;
         let outputs = (Request::Features(features), Request::Samples(samples), Request::Motion(motion));
         [outputs.0, outputs.1, outputs.2, Request::KeepEvents(true)]
     }
 
     /// Returns whether the board has taken all requests.
     fn has_taken_requests(&self, taken: Wanted) -> bool {
-        let OutputOptions { features, samples, motion } = self.wanted;
+        let OutputOptions { features, samples, motion, .. } = self.wanted;
         (taken.features, taken.samples, taken.motion, taken.kept_events) == (features, samples, motion, true)
     }
 
@@ -300,7 +300,7 @@ fn hello_in_words(hello: &Hello<'_>) -> String {
     words
 }
 
-fn fault_in_words(fault: &Fault<'_>) -> String {
+pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
     match fault {
         Fault::Overrun => "pixels came faster than they were taken".to_owned(),
         Fault::LostSync => "a frame did not begin or end when it should have".to_owned(),
