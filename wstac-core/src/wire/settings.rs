@@ -11,7 +11,7 @@ use crate::params::TAXELS;
 use crate::trigger::TriggerConfig;
 
 /// The number of bytes of the longest request, for the decoder of a board that takes settings.
-pub const LONGEST_REQUEST: usize = 208;
+pub const LONGEST_REQUEST: usize = 204;
 
 /// The settings of a board.
 ///
