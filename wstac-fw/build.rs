@@ -31,9 +31,10 @@ fn main() {
     println!("cargo:rustc-env=WSTAC_REVISION={}", revision());
     link::emulated(&out);
     link::h743(&out);
+    link::pico(&out);
     let pixels = variable("WSTAC_PIXELS").map(|name| name.to_string_lossy().into_owned());
-    // The sizes of the frames of `SENSORS` in `src/h743/mod.rs`, and of `LAYOUT` in `src/emulated/bench.rs`.
-    let boards = [("CARGO_FEATURE_H743", [320, 240]), ("CARGO_FEATURE_EMULATED", [400, 400])];
+    // The sizes of the sensors' frames, and of `LAYOUT` in `src/emulated/bench.rs`.
+    let boards = [("CARGO_FEATURE_NODE", [320, 240]), ("CARGO_FEATURE_EMULATED", [400, 400])];
     let sizes = boards.iter().filter(|(feature, _)| env::var_os(feature).is_some()).map(|(_, size)| *size);
     let sizes: Vec<_> = sizes.collect();
     match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL"), pixels.as_deref(), &sizes) {

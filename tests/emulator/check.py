@@ -577,7 +577,7 @@ class Check:
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
-FORGETS = "the sensor does not keep register {=u8:#04x}"
+FORGETS = "the sensor does not keep register {=u16:#04x}"
 SIZE, FORMAT = "frames have {=u32} lines and {=u32} words", "bytes are not luma and fixed chroma in turn"
 RATE, DIVIDED = "{=u32} frames in 1000 seconds", "{=u32} times the rate: the clock is divided"
 HELD = "the sensor held its bus"

@@ -46,3 +46,30 @@ pub fn h743(out: &Path) {
         }
     }
 }
+
+/// The memories of a Raspberry Pi Pico: the second boot loader, flash behind it, and RAM.
+const PICO: &str = "MEMORY { BOOT2 : ORIGIN = 0x10000000, LENGTH = 0x100 \
+    FLASH : ORIGIN = 0x10000100, LENGTH = 2048K - 0x100 RAM : ORIGIN = 0x20000000, LENGTH = 264K }\n";
+/// The memories of a Raspberry Pi Pico 2. Its boot ROM looks for a block at the beginning of the flash.
+const PICO_2: &str = "MEMORY { FLASH : ORIGIN = 0x10000000, LENGTH = 4096K RAM : ORIGIN = 0x20000000, LENGTH = 512K }
+SECTIONS { .start_block : ALIGN(4) { __start_block_addr = .; KEEP(*(.start_block)); KEEP(*(.boot_info)); } > FLASH } \
+    INSERT AFTER .vector_table;
+_stext = ADDR(.start_block) + SIZEOF(.start_block);\n";
+
+/// Links the program for a Raspberry Pi Pico or Pico 2.
+pub fn pico(out: &Path) {
+    let is_first = env::var_os("CARGO_FEATURE_RP2040").is_some();
+    if env::var_os("CARGO_FEATURE_RP").is_none() {
+        return;
+    }
+    let folder = out.join("pico");
+    fs::create_dir_all(&folder).expect("OUT_DIR can be written");
+    fs::write(folder.join("memory.x"), if is_first { PICO } else { PICO_2 }).expect("OUT_DIR can be written");
+    println!("cargo:rustc-link-arg-bin=pico=-L{}", folder.display());
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        println!("cargo:rustc-link-arg-bin=pico={argument}");
+    }
+    if is_first {
+        println!("cargo:rustc-link-arg-bin=pico=-Tlink-rp.x");
+    }
+}

@@ -54,9 +54,9 @@ impl Pixels {
     /// Returns the format of this name, or GREY if there is no name. The error lists what was expected.
     pub fn named(name: Option<&str>) -> Result<&'static Self, String> {
         let name = name.unwrap_or(PIXELS[0].name);
-        if env::var_os("CARGO_FEATURE_H743").is_some() && name != "GREY" {
+        if env::var_os("CARGO_FEATURE_NODE").is_some() && name != "GREY" {
             return Err(format!(
-                "WSTAC_PIXELS={name}: expected GREY for the STM32H743, whose camera interface keeps luma alone"
+                "WSTAC_PIXELS={name}: expected GREY for boards with a camera, which capture luma alone"
             ));
         }
         let found = PIXELS.iter().find(|pixels| pixels.name == name);

@@ -5,7 +5,7 @@
 //!
 //! It also counts the starts since power was on.
 
-#[cfg(feature = "h743")]
+#[cfg(feature = "node")]
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use wstac_core::crc::crc32;
@@ -116,7 +116,7 @@ impl Default for CrashRecord {
     }
 }
 
-#[cfg(feature = "h743")]
+#[cfg(feature = "node")]
 mod kept {
     //! The place of the record, and the handlers that write to it.
 
@@ -124,6 +124,7 @@ mod kept {
     use core::panic::PanicInfo;
     use core::ptr::{addr_of, addr_of_mut};
 
+    #[cfg(feature = "h743")]
     use cortex_m::peripheral::SCB;
     use cortex_m_rt::{ExceptionFrame, exception};
 
@@ -178,7 +179,22 @@ mod kept {
     /// Keeps this text as the reason and restarts.
     fn restart_because(record: CrashRecord) -> ! {
         keep(record);
+        restart()
+    }
+
+    /// Restarts the chip.
+    #[cfg(not(feature = "rp"))]
+    fn restart() -> ! {
         SCB::sys_reset()
+    }
+
+    /// Restarts the chip. A reset by the core alone would leave the peripherals as they are.
+    #[cfg(feature = "rp")]
+    fn restart() -> ! {
+        embassy_rp::pac::WATCHDOG.ctrl().write(|w| w.set_trigger(true));
+        loop {
+            cortex_m::asm::nop();
+        }
     }
 
     #[panic_handler]
@@ -218,14 +234,18 @@ mod kept {
         words.add_number(frame.pc(), 16);
         words.add(", called from 0x");
         words.add_number(frame.lr(), 16);
-        words.add(", fault status 0x");
-        // SAFETY: the register says what the fault was; reading it changes nothing.
-        words.add_number(unsafe { (*SCB::PTR).cfsr.read() }, 16);
+        // A Cortex-M0+ does not say what the fault was.
+        #[cfg(feature = "h743")]
+        {
+            words.add(", fault status 0x");
+            // SAFETY: the register says what the fault was; reading it changes nothing.
+            words.add_number(unsafe { (*SCB::PTR).cfsr.read() }, 16);
+        }
         restart_because(words)
     }
 }
 
-#[cfg(feature = "h743")]
+#[cfg(feature = "node")]
 pub use kept::{begin, erase};
 
 #[cfg(test)]

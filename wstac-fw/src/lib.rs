@@ -22,10 +22,12 @@ pub mod link;
 pub mod node;
 pub mod picture;
 pub mod reader;
+#[cfg(feature = "rp")]
+pub mod rp;
 pub mod sccb;
 pub mod self_test;
 pub mod sensor;
-#[cfg(feature = "h743")]
+#[cfg(feature = "node")]
 pub mod serial;
 #[cfg(any(feature = "settings", test))]
 pub mod settings;

@@ -32,7 +32,7 @@ pub enum Absence {
     /// The sensor does not keep its settings.
     NotTaken {
         /// The register that holds another value.
-        register: u8,
+        register: u16,
     },
 }
 
@@ -135,7 +135,7 @@ impl<S: Line, T: OutputPin> Link<S, T> {
             Fault::SensorGone => defmt::error!("no sensor answers"),
             Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
             Fault::SensorRefuses { register } => {
-                defmt::error!("the sensor does not keep register {=u8:#04x}", register);
+                defmt::error!("the sensor does not keep register {=u16:#04x}", register);
             }
             Fault::SensorBack => defmt::info!("the sensor sends frames again"),
             Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),

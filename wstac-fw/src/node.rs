@@ -138,6 +138,7 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 ///
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
+#[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
     let Node { sensors, mut keeper, camera, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock, id } =
         node;
@@ -160,8 +161,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     let mut sensor = find(sensors, &mut i2c, reader, &mut keeper, &mut line, &mut watchdog).await;
 
     let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
-    let stripe_bytes = WIDTH * usize::from(sensor.size.height()) / STRIPES;
-    let mut picture = Picture::<STRIPES>::new(stripe_bytes);
+    let frame_bytes = WIDTH * usize::from(sensor.size.height());
+    let mut picture = Picture::<STRIPES>::new(stripes.capture().rows(0).len(), frame_bytes);
     stripes.capture_mut().set_signals(sensor.signals);
     let mut stage = Stage::Test;
     let mut absent = Absence::None;
@@ -344,7 +345,8 @@ async fn try_to_bring_up(
     let probe = dcmi.probe();
     // The ring keeps the last bytes.
     dcmi.stop();
-    let judged = [0, 1].map(|half| self_test::judge(probe, dcmi.rows(half), sensor.size, RATE, TICK_HZ));
+    let judged = [0, 1]
+        .map(|half| self_test::judge(probe, dcmi.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ));
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
             return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });

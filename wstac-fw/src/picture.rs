@@ -27,6 +27,7 @@ pub struct Part {
 pub struct Picture<const STRIPES: usize> {
     number: u8,
     stripe_bytes: usize,
+    frame_bytes: usize,
     /// The number of parts of each stripe that were sent.
     sent: [u8; STRIPES],
     /// The number of parts that were sent, and that are to be sent; 0 if no picture is.
@@ -36,16 +37,22 @@ pub struct Picture<const STRIPES: usize> {
 }
 
 impl<const STRIPES: usize> Picture<STRIPES> {
-    /// Creates the progress of no picture. A stripe has `stripe_bytes` bytes, at most 255 parts.
-    pub const fn new(stripe_bytes: usize) -> Self {
-        Self { number: 0, stripe_bytes, sent: [0; STRIPES], parts: 0, all: 0, checksum: 0 }
+    /// Creates the progress of no picture. A stripe has `stripe_bytes` bytes, at most 255 parts. Of all stripes, the first
+    /// `frame_bytes` bytes are the picture.
+    pub const fn new(stripe_bytes: usize, frame_bytes: usize) -> Self {
+        Self { number: 0, stripe_bytes, frame_bytes, sent: [0; STRIPES], parts: 0, all: 0, checksum: 0 }
     }
 
     /// Begins another picture. One that is being sent is given up.
     pub fn begin(&mut self) {
         let number = self.number.wrapping_add(1);
-        let all = (self.stripe_bytes.div_ceil(PICTURE_PART) * STRIPES) as u16;
-        *self = Self { number, all, ..Self::new(self.stripe_bytes) };
+        let all = (0..STRIPES).map(|stripe| self.bytes_of(stripe).div_ceil(PICTURE_PART) as u16).sum();
+        *self = Self { number, all, ..Self::new(self.stripe_bytes, self.frame_bytes) };
+    }
+
+    /// Returns the bytes of a stripe that belong to the picture.
+    fn bytes_of(&self, stripe: usize) -> usize {
+        self.frame_bytes.saturating_sub(stripe * self.stripe_bytes).min(self.stripe_bytes)
     }
 
     /// Copies the next part of a stripe, if one is to be sent. `rows` are all of the stripe with this number.
@@ -56,7 +63,7 @@ impl<const STRIPES: usize> Picture<STRIPES> {
             return None;
         }
         let from = usize::from(*self.sent.get(stripe)?) * PICTURE_PART;
-        let rest = rows.get(from..)?;
+        let rest = rows.get(..self.bytes_of(stripe))?.get(from..)?;
         let length = rest.len().min(PICTURE_PART);
         let mut part = Part {
             stripe,
@@ -137,7 +144,7 @@ mod tests {
 
     #[test]
     fn nothing_is_sent_unasked_and_each_byte_once_when_asked() {
-        let mut picture = Picture::<3>::new(STRIPE);
+        let mut picture = Picture::<3>::new(STRIPE, 3 * STRIPE);
         assert!(picture.part(0, &rows(0, 0)).is_none());
         for number in 1..=2 {
             picture.begin();
@@ -169,7 +176,7 @@ mod tests {
 
     #[test]
     fn a_part_that_is_not_sent_is_copied_again() {
-        let mut picture = Picture::<1>::new(STRIPE);
+        let mut picture = Picture::<1>::new(STRIPE, STRIPE);
         picture.begin();
         let broken = picture.part(0, &rows(1, 0)).unwrap();
         let again = picture.part(0, &rows(2, 0)).unwrap();

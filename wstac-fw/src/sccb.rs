@@ -1,31 +1,43 @@
-//! OmniVision's serial camera control bus over any I²C, with registers of eight bits.
+//! The registers of a sensor over any I²C.
 //!
-//! It is I²C without the repeated start, and acknowledge has no meaning for a sensor's own bytes. A read is a write of
-//! the register's address, a stop, and a read. An absent sensor shows as an address without acknowledge.
+//! OmniVision's serial camera control bus has registers with addresses of eight bits. It is I²C without the repeated
+//! start, and acknowledge has no meaning for a sensor's own bytes. A read is a write of the register's address, a stop,
+//! and a read. Other sensors have addresses of 16 bits and a repeated start.
+//!
+//! An absent sensor shows as an address without acknowledge.
 
 use embedded_hal::i2c::I2c;
 
-/// One sensor on a bus.
+use crate::sensor::Addressing;
+
+/// The registers of one sensor on a bus.
 #[derive(Debug)]
-pub struct Sccb<'b, B> {
+pub struct Registers<'b, B> {
     bus: &'b mut B,
     address: u8,
+    addressing: Addressing,
 }
 
-impl<'b, B: I2c> Sccb<'b, B> {
-    /// Creates the bus to the sensor at this 7-bit address.
-    pub fn new(bus: &'b mut B, address: u8) -> Self {
-        Self { bus, address }
+impl<'b, B: I2c> Registers<'b, B> {
+    /// Creates the registers of the sensor at this 7-bit address.
+    pub fn new(bus: &'b mut B, address: u8, addressing: Addressing) -> Self {
+        Self { bus, address, addressing }
     }
 
     /// Reads a register.
     ///
     /// # Errors
     /// Returns the errors of the bus, such as no acknowledge.
-    pub fn read(&mut self, register: u8) -> Result<u8, B::Error> {
+    pub fn read(&mut self, register: u16) -> Result<u8, B::Error> {
         let mut value = [0];
-        self.bus.write(self.address, &[register])?;
-        self.bus.read(self.address, &mut value)?;
+        let [high, low] = register.to_be_bytes();
+        match self.addressing {
+            Addressing::Byte => {
+                self.bus.write(self.address, &[low])?;
+                self.bus.read(self.address, &mut value)?;
+            }
+            Addressing::Word => self.bus.write_read(self.address, &[high, low], &mut value)?,
+        }
         let [value] = value;
         Ok(value)
     }
@@ -34,7 +46,11 @@ impl<'b, B: I2c> Sccb<'b, B> {
     ///
     /// # Errors
     /// Returns the errors of the bus, such as no acknowledge.
-    pub fn write(&mut self, register: u8, value: u8) -> Result<(), B::Error> {
-        self.bus.write(self.address, &[register, value])
+    pub fn write(&mut self, register: u16, value: u8) -> Result<(), B::Error> {
+        let [high, low] = register.to_be_bytes();
+        match self.addressing {
+            Addressing::Byte => self.bus.write(self.address, &[low, value]),
+            Addressing::Word => self.bus.write(self.address, &[high, low, value]),
+        }
     }
 }

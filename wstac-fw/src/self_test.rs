@@ -4,7 +4,6 @@
 //! measured with every byte: their syncs, lines and words, and the last bytes of them. The sensors are told to fix
 //! chroma at [`FIXED_CHROMA`], so the bytes tell which of two is luma, in any light.
 
-use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use crate::sensor::FIXED_CHROMA;
@@ -34,7 +33,7 @@ pub struct Probe {
 
 /// A way in which a sensor does not send what it was set to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "h743", derive(defmt::Format))]
+#[cfg_attr(feature = "node", derive(defmt::Format))]
 pub enum Defect {
     /// There are no whole frames.
     NoFrames,
@@ -54,17 +53,18 @@ pub enum Defect {
     },
 }
 
-/// Judges frames that should have this size and rate at two bytes per pixel.
+/// Judges frames that should have this size and rate: two bytes per pixel if there is chroma, else one.
 ///
 /// `tail` has the last bytes of frames, in pairs. Returns whether luma is the first of two bytes, or `None` if the
-/// picture leaves that open because luma and chroma look the same.
+/// picture leaves that open because luma and chroma look the same, or if there is no chroma.
 ///
 /// # Errors
 /// Returns the first [`Defect`] that is found.
 pub fn judge(
     probe: Probe,
     tail: &[u8],
-    size: FrameSize,
+    [width, height]: [u16; 2],
+    has_chroma: bool,
     rate: FrameRate,
     tick_hz: Ticks,
 ) -> Result<Option<bool>, Defect> {
@@ -72,10 +72,10 @@ pub fn judge(
         return Err(Defect::NoFrames);
     }
     let (lines, words) = (probe.lines, probe.words);
-    if lines != u32::from(size.height()) || words != u32::from(size.width()) * lines / 2 {
+    if lines != u32::from(height) || words != u32::from(width) * lines / if has_chroma { 2 } else { 4 } {
         return Err(Defect::Size { lines, words });
     }
-    let luma_first = luma_is_first(tail)?;
+    let luma_first = if has_chroma { luma_is_first(tail)? } else { None };
     judge_rate(probe.frames, probe.ticks, rate, tick_hz)?;
     Ok(luma_first)
 }
@@ -157,17 +157,13 @@ mod tests {
 
     const HZ: Ticks = 32_768;
 
-    fn size() -> FrameSize {
-        FrameSize::new(320, 240).unwrap()
-    }
-
     /// Ten frames of the right size at this rate, times 100.
     fn probe(rate: u32) -> Probe {
         Probe { frames: 10, ticks: 1000 * 32_768 / rate, lines: 240, words: 38_400 }
     }
 
     fn of(probe: Probe, tail: &[u8]) -> Result<Option<bool>, Defect> {
-        judge(probe, tail, size(), FrameRate::NOMINAL, HZ)
+        judge(probe, tail, [320, 240], true, FrameRate::NOMINAL, HZ)
     }
 
     /// Pairs of bytes, with luma that changes.
@@ -204,6 +200,13 @@ mod tests {
         }
         assert_eq!(of(Probe { lines: 0, ..probe(3000) }, &[]), Err(Defect::NoFrames));
         assert_eq!(of(Probe::default(), &[]), Err(Defect::NoFrames));
+    }
+
+    #[test]
+    fn gray_pixels_have_one_byte_and_no_order() {
+        let gray = |words| judge(Probe { words, ..probe(3000) }, &[1, 2], [320, 240], false, FrameRate::NOMINAL, HZ);
+        assert_eq!(gray(19_200), Ok(None));
+        assert_eq!(gray(38_400), Err(Defect::Size { lines: 240, words: 38_400 }));
     }
 
     #[test]

@@ -1,15 +1,11 @@
-//! USART3 of the STM32H743. It sends bytes from a queue, all of a message or none, and receives requests.
+//! A serial line with queues. It sends bytes from a queue, and receives requests into one. The interrupt of a board's
+//! own peripheral moves them: `h743::usart`, `rp::uart`.
 //!
 //! Sending never waits. A message without room is left out, and its number in the sequence tells the host.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
 
-use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
-use embassy_stm32::interrupt::typelevel::{self, Binding, Handler, Interrupt};
-use embassy_stm32::pac::USART3;
-use embassy_stm32::usart::{RxPin, TxPin};
-use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embedded_io::{ErrorType, Read, ReadReady, Write};
 use heapless::Deque;
@@ -32,55 +28,28 @@ struct Queues {
     received: Deque<u8, IN>,
 }
 
-/// Handles the interrupt of USART3.
-pub struct SerialInterrupts;
+/// The serial line.
+pub struct Serial {
+    /// Enables the interrupt that takes the next byte.
+    begin: fn(),
+}
 
-// SAFETY: only hardware calls it; the data that it shares is behind a mutex.
-#[allow(unsafe_code)]
-impl Handler<typelevel::USART3> for SerialInterrupts {
-    unsafe fn on_interrupt() {
-        serve();
+impl Serial {
+    /// Creates the line of a peripheral that is set up. `begin` enables the interrupt that takes the bytes to be sent.
+    pub(crate) fn new(begin: fn()) -> Self {
+        Self { begin }
     }
 }
 
-/// The serial line.
-pub struct Serial(());
+/// Returns the next byte to be sent.
+pub(crate) fn next() -> Option<u8> {
+    QUEUES.lock(|queues| queues.borrow_mut().out.pop_front())
+}
 
-impl Serial {
-    /// Starts the line at this many bits per second, with eight data bits, no parity, and one stop bit.
-    pub fn new(
-        _usart: Peri<'static, peripherals::USART3>,
-        _interrupts: impl Binding<typelevel::USART3, SerialInterrupts>,
-        transmit: Peri<'static, impl TxPin<peripherals::USART3>>,
-        receive: Peri<'static, impl RxPin<peripherals::USART3>>,
-        baud: u32,
-    ) -> Self {
-        let (sends, receives) = (transmit.af_num(), receive.af_num());
-        let mut transmit = Flex::new(transmit);
-        transmit.set_as_af_unchecked(sends, AfType::output(OutputType::PushPull, Speed::Medium));
-        let mut receive = Flex::new(receive);
-        receive.set_as_af_unchecked(receives, AfType::input(Pull::Up));
-        // A dropped pin would be disconnected.
-        core::mem::forget((transmit, receive));
-        rcc::enable_and_reset::<peripherals::USART3>();
-        let clock = rcc::frequency::<peripherals::USART3>().0;
-        USART3.brr().write(|w| w.set_brr(((clock + baud / 2) / baud) as u16));
-        // Bytes that are not read in time are lost; requests are sent again.
-        USART3.cr3().write(|w| w.set_ovrdis(true));
-        USART3.cr1().write(|w| {
-            w.set_te(true);
-            w.set_re(true);
-            w.set_rxneie(true);
-            w.set_ue(true);
-        });
-        typelevel::USART3::unpend();
-        // SAFETY: the handler is bound, and shares its queues only behind a mutex.
-        #[allow(unsafe_code)]
-        unsafe {
-            typelevel::USART3::enable();
-        }
-        Self(())
-    }
+/// Takes a byte that has arrived. Without room it is lost, and the request with it.
+pub(crate) fn arrived(byte: u8) {
+    let _ = QUEUES.lock(|queues| queues.borrow_mut().received.push_back(byte));
+    CHANGED.signal(());
 }
 
 impl Line for Serial {
@@ -101,13 +70,14 @@ impl Write for Serial {
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         // Without room it would wait for the interrupt.
         while self.room() == 0 {}
-        Ok(QUEUES.lock(|queues| {
+        let fit = QUEUES.lock(|queues| {
             let out = &mut queues.borrow_mut().out;
             let fit = bytes.len().min(OUT - out.len());
             out.extend(bytes.iter().take(fit).copied());
-            USART3.cr1().modify(|w| w.set_txeie(true));
             fit
-        }))
+        });
+        (self.begin)();
+        Ok(fit)
     }
 
     fn flush(&mut self) -> Result<(), Infallible> {
@@ -132,23 +102,4 @@ impl Read for Serial {
             }
         }
     }
-}
-
-fn serve() {
-    QUEUES.lock(|queues| {
-        let queues = &mut *queues.borrow_mut();
-        let state = USART3.isr().read();
-        if state.rxne() {
-            let byte = USART3.rdr().read().0 as u8;
-            // Without room the byte is lost, and the request with it.
-            let _ = queues.received.push_back(byte);
-            CHANGED.signal(());
-        }
-        if state.txe() {
-            match queues.out.pop_front() {
-                Some(byte) => USART3.tdr().write(|w| w.0 = byte.into()),
-                None => USART3.cr1().modify(|w| w.set_txeie(false)),
-            }
-        }
-    });
 }

@@ -27,6 +27,11 @@
 
 #[cfg(feature = "h743")]
 pub mod dcmi;
+#[cfg(feature = "rp")]
+pub mod pio;
+
+/// A ring of two stripes of `WORDS` words each.
+pub type Ring<const WORDS: usize> = [[u32; WORDS]; 2];
 
 /// The ticks of a clock that does not stop or run backwards.
 pub type Ticks = u64;
@@ -65,7 +70,7 @@ pub enum Trouble {
 
 /// The fault that interrupted the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "h743", derive(defmt::Format))]
+#[cfg_attr(feature = "node", derive(defmt::Format))]
 pub enum Fault {
     /// Rows were lost or overwritten: the DMA or the core was too late.
     Overrun,

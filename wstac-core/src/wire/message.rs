@@ -351,7 +351,7 @@ pub enum Fault<'a> {
     /// The camera answers, but does not keep the values that are written to it.
     SensorRefuses {
         /// The register that holds another value.
-        register: u8,
+        register: u16,
     },
 }
 

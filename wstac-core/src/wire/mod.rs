@@ -56,7 +56,8 @@
 //!
 //! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
 //! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
-//! [`Request::Picture`] asks for a picture, and `Request::Set` sets the board's settings.
+//! [`Request::Picture`] asks for a picture, `Request::Set` sets the board's settings, and the register of
+//! [`Fault::SensorRefuses`] has 16 bits.
 
 mod decoder;
 mod frame;

@@ -128,7 +128,7 @@ fn messages() -> Vec<Message<'static>> {
         Message::Telemetry(Telemetry::default()),
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
-        Message::Fault(Fault::SensorRefuses { register: u8::MAX }),
+        Message::Fault(Fault::SensorRefuses { register: u16::MAX }),
         Message::PicturePart(PicturePart::new(u8::MAX, LAST, u32::MAX, &[u8::MAX; PICTURE_PART])),
         Message::PicturePart(PicturePart::new(0, 0, 0, &[0; 3])),
         Message::PictureEnd(PictureEnd::new(u8::MAX, u16::MAX, u32::MAX)),

@@ -10,7 +10,6 @@ use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
 use wstac_fw::bus::SensorBus;
 use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, Wiring};
-use wstac_fw::serial::Serial;
 
 /// The debugger's clock of 8 MHz.
 const CRYSTAL: Crystal = Crystal::new(8_000_000, HseMode::Bypass, 1, 72);
@@ -27,7 +26,7 @@ async fn main(_spawner: Spawner) {
         stream: p.DMA1_CH0,
         clock: (p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, None),
-        line: Serial::new(p.USART3, Irqs, p.PD8, p.PD9, BAUD),
+        line: h743::usart3(p.USART3, Irqs, p.PD8, p.PD9, BAUD),
         events: Light::new(p.PB0.into(), Level::High),
         trouble: Light::new(p.PB14.into(), Level::High),
         watchdog: p.IWDG1,

@@ -10,7 +10,6 @@ use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
 use wstac_fw::bus::{SensorBus, SensorPower};
 use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, Wiring};
-use wstac_fw::serial::Serial;
 
 /// The crystal of 12 MHz.
 const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
@@ -27,7 +26,7 @@ async fn main(_spawner: Spawner) {
         stream: p.DMA1_CH0,
         clock: (p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), p.PA10.into()))),
-        line: Serial::new(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
+        line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
         // Green and red of the colored light, which shine while their pins are low.
         events: Light::new(p.PC1.into(), Level::Low),
         trouble: Light::new(p.PC0.into(), Level::Low),

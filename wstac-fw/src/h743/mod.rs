@@ -5,8 +5,10 @@
 //! sensor's bus on I2C1, the line to the host on USART3. A pin of the wrong function does not compile.
 
 mod start;
+mod usart;
 
 pub use start::{Crystal, start};
+pub use usart::usart3;
 
 use core::convert::Infallible;
 
@@ -31,9 +33,10 @@ use crate::sensor::Sensor;
 use crate::sensor::ov7690::OV7690;
 use crate::sensor::ov7692::OV7692;
 use crate::sensor::ov7725::OV7725;
-use crate::serial::{Serial, SerialInterrupts};
+use crate::serial::Serial;
 use crate::setup;
-use crate::stripes::dcmi::{Dcmi, DcmiInterrupts, Ring};
+use crate::stripes::Ring;
+use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 
 /// The sensors that are looked for, in this order. All produce frames of one size.
 static SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
@@ -59,7 +62,7 @@ bind_interrupts!(
     pub struct Irqs {
         DCMI => DcmiInterrupts;
         DMA1_STREAM0 => DcmiInterrupts;
-        USART3 => SerialInterrupts;
+        USART3 => usart::UsartInterrupts;
     }
 );
 

@@ -1,9 +1,10 @@
 //! Camera sensors. Tables make each of them send QVGA at 30 frames per second with a fixed light response. One
-//! procedure identifies them and sets them up.
+//! procedure identifies them and sets them up, whether their registers have addresses of 8 or of 16 bits.
 //!
 //! Automatic exposure, gain, white balance and a gamma curve would change the features without any touch. So every
 //! table first switches the automatic controls off, then sets values, and makes gamma a straight line.
 
+pub mod hm01b0;
 pub mod ov7690;
 pub mod ov7692;
 pub mod ov7725;
@@ -15,19 +16,19 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 use wstac_core::layout::FrameSize;
 
-use crate::sccb::Sccb;
+use crate::sccb::Registers;
 
 /// A register and the value that is written to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setting {
     /// The register.
-    pub register: u8,
+    pub register: u16,
     /// The value of the register.
     pub value: u8,
 }
 
 /// Creates a setting.
-const fn set(register: u8, value: u8) -> Setting {
+const fn set(register: u16, value: u8) -> Setting {
     Setting { register, value }
 }
 
@@ -38,6 +39,8 @@ pub struct Sensor {
     pub name: &'static str,
     /// The 7-bit address on the bus.
     pub address: u8,
+    /// The bits of a register's address.
+    pub addressing: Addressing,
     /// The two identity registers, high byte first, and their values.
     pub identity: [Setting; 2],
     /// The setting that restarts the sensor with every register at its default. No acknowledge or value follows.
@@ -48,41 +51,47 @@ pub struct Sensor {
     pub banked: &'static [Setting],
     /// The settings of format, size and rate, then the locks. Each is read back.
     pub settings: &'static [&'static [Setting]],
+    /// The settings that are written last and not read back, because they change by themselves.
+    pub start: &'static [Setting],
+    /// The register of the switches of automatic controls, which a reset sets.
+    pub switches: u16,
     /// The milliseconds from the last setting to frames that show it.
     pub settle_ms: u32,
-    /// The size of the sensor's frames.
+    /// The size of the sensor's frames, as they are used.
     pub size: FrameSize,
+    /// The pixels that the sensor sends on every side of that, and that the camera interface leaves out.
+    pub border: u16,
     /// The signals of the sensor's parallel port.
     pub signals: Signals,
     /// The registers that are named when frames are wrong although every setting was kept.
     pub suspects: Suspects,
-    /// The values of the clock's register for half and for a quarter of the rate.
-    pub slower: [u8; 2],
+    /// The values of the clock's register for half and for a quarter of the rate, if it has them.
+    pub slower: Option<[u8; 2]>,
     /// The value of the clock's register, if it is not that of the settings because they gave another rate.
     pub clock: Option<u8>,
     /// The registers of the exposure in lines, high byte first.
-    pub exposure: [u8; 2],
+    pub exposure: [u16; 2],
     /// The exposure in lines, if it is not that of the settings: at most [`LONGEST_EXPOSURE`].
     pub lines: Option<u16>,
 }
 
-/// The longest exposure in lines. The frames of all sensors have more.
+/// The longest exposure in lines that a host can set. The frames of sensors of boards with settings have more.
 pub const LONGEST_EXPOSURE: u16 = 500;
 
 /// The registers that decide what a sensor sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Suspects {
     /// The register of the width of a frame.
-    pub size: u8,
+    pub size: u16,
     /// The register of the order of bytes.
-    pub format: u8,
+    pub format: u16,
     /// The register of the clock.
-    pub rate: u8,
+    pub rate: u16,
 }
 
 /// The polarities and the byte order of a parallel port, which a camera interface needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(clippy::struct_excessive_bools, reason = "four lines, each one way or the other")]
+#[expect(clippy::struct_excessive_bools, reason = "each is one way or the other")]
 pub struct Signals {
     /// Whether VSYNC is high between frames.
     pub vsync_high_between_frames: bool,
@@ -90,8 +99,19 @@ pub struct Signals {
     pub href_high_in_lines: bool,
     /// Whether data is to be taken at the rising edge of PCLK.
     pub sample_at_rising_edge: bool,
+    /// Whether a pixel has a byte of chroma.
+    pub has_chroma: bool,
     /// Whether the first of two bytes is a pixel's luma. The second one is then chroma.
     pub luma_first: bool,
+}
+
+/// The bits of the addresses of a sensor's registers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Addressing {
+    /// Eight, on a bus without a repeated start (SCCB).
+    Byte,
+    /// Sixteen, the high byte first, on I²C.
+    Word,
 }
 
 /// The reason why a sensor could not be set up.
@@ -100,7 +120,7 @@ pub enum SensorError<E> {
     /// The bus failed at this register. No acknowledge means that the sensor is absent.
     Bus {
         /// The register that was to be read or written.
-        register: u8,
+        register: u16,
         /// The error of the bus.
         error: E,
     },
@@ -114,7 +134,7 @@ pub enum SensorError<E> {
     /// A register does not hold the value that was written to it.
     NotTaken {
         /// The register.
-        register: u8,
+        register: u16,
         /// The value found.
         found: u8,
         /// The value expected.
@@ -141,6 +161,11 @@ impl Sensor {
         u16::from_be_bytes([high.value, low.value])
     }
 
+    /// Returns the width and height of what the sensor sends.
+    pub fn sent(&self) -> [u16; 2] {
+        [self.size.width(), self.size.height()].map(|side| side.saturating_add(2 * self.border))
+    }
+
     /// Returns the settings of format, size and rate, then the locks.
     pub fn table(&self) -> impl Iterator<Item = Setting> + use<> {
         let (clock, rate, lines, [high, low]) = (self.clock, self.suspects.rate, self.lines, self.exposure);
@@ -155,7 +180,7 @@ impl Sensor {
     /// Divides the clock if its rate is `times` that of the settings, 2 or 4, and was not divided before. Returns whether
     /// it does.
     pub fn slow_down(&mut self, times: u32) -> bool {
-        let [half, quarter] = self.slower;
+        let Some([half, quarter]) = self.slower else { return false };
         let clock = match times {
             2 => Some(half),
             4 => Some(quarter),
@@ -171,7 +196,7 @@ impl Sensor {
     /// # Errors
     /// Returns [`SensorError::Bus`] or [`SensorError::Identity`].
     pub fn identify<B: I2c>(&self, bus: &mut B) -> Result<(), SensorError<B::Error>> {
-        let mut port = Port(Sccb::new(bus, self.address));
+        let mut port = Port(Registers::new(bus, self.address, self.addressing));
         let [high, low] = self.identity;
         let found = u16::from_be_bytes([port.read(high.register)?, port.read(low.register)?]);
         if found == self.id() { Ok(()) } else { Err(SensorError::Identity { found, expected: self.id() }) }
@@ -184,22 +209,25 @@ impl Sensor {
     /// again.
     pub fn set_up<B: I2c>(&self, bus: &mut B, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
         self.identify(bus)?;
-        let mut port = Port(Sccb::new(bus, self.address));
+        let mut port = Port(Registers::new(bus, self.address, self.addressing));
         port.write(self.reset)?;
         delay.delay_ms(self.reset_ms);
         for setting in self.banked.iter().copied().chain(self.table()) {
             port.write(setting)?;
             port.verify(setting)?;
         }
+        for &setting in self.start {
+            port.write(setting)?;
+        }
         Ok(())
     }
 }
 
 /// A bus whose errors name the register.
-struct Port<'b, B>(Sccb<'b, B>);
+struct Port<'b, B>(Registers<'b, B>);
 
 impl<B: I2c> Port<'_, B> {
-    fn read(&mut self, register: u8) -> Result<u8, SensorError<B::Error>> {
+    fn read(&mut self, register: u16) -> Result<u8, SensorError<B::Error>> {
         self.0.read(register).map_err(|error| SensorError::Bus { register, error })
     }
 

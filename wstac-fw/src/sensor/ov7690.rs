@@ -25,28 +25,33 @@
 //! | 0xC8–0xCF | width and height into the scaler, and out of it |
 //! | 0xD2, 0xDA, 0xDB | effects: 4–3 fix U and V at these two values; 2: contrast |
 
-use super::{FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
+use super::{Addressing, FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
 
 /// The OV7690.
 pub const OV7690: Sensor = Sensor {
     name: "OV7690",
     address: 0x21,
+    addressing: Addressing::Byte,
     identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
     reset: set(0x12, 0x80),
     reset_ms: 5,
     banked: &[],
     settings: &[&FORMAT, &RATE, &WINDOW, &GAMMA, &LOCKS],
+    start: &[],
+    switches: 0x13,
     // The time of six frames.
     settle_ms: 200,
     size: QVGA,
+    border: 0,
     signals: Signals {
         vsync_high_between_frames: true,
         href_high_in_lines: true,
         sample_at_rising_edge: true,
+        has_chroma: true,
         luma_first: true,
     },
     suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
-    slower: [0x01, 0x03],
+    slower: Some([0x01, 0x03]),
     clock: None,
     exposure: [0x0F, 0x10],
     lines: None,

@@ -7,21 +7,44 @@ use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 
+use super::hm01b0::{DataWires, hm01b0};
 use super::ov7690::OV7690;
 use super::ov7692::OV7692;
 use super::ov7725::OV7725;
 use super::watch::Watch;
-use super::{LONGEST_EXPOSURE, Sensor, SensorError, Setting, set};
+use super::{Addressing, LONGEST_EXPOSURE, Sensor, SensorError, Setting, set};
 
-const ALL: [Sensor; 3] = [OV7690, OV7692, OV7725];
+const OMNIVISION: [Sensor; 3] = [OV7690, OV7692, OV7725];
+const ALL: [Sensor; 6] =
+    [OV7690, OV7692, OV7725, hm01b0(DataWires::One), hm01b0(DataWires::Four), hm01b0(DataWires::Eight)];
 
-fn is_read(sensor: &Sensor, Setting { register, value }: Setting) -> [Transaction; 2] {
-    // A stop lies between the two: each transaction of the mock stands alone.
-    [Transaction::write(sensor.address, [register].into()), Transaction::read(sensor.address, [value].into())]
+/// Returns the steps on the bus that read this value.
+fn is_read(sensor: &Sensor, Setting { register, value }: Setting) -> Vec<Transaction> {
+    let [high, low] = register.to_be_bytes();
+    match sensor.addressing {
+        // A stop lies between the two: each transaction of the mock stands alone.
+        Addressing::Byte => Vec::from([
+            Transaction::write(sensor.address, [low].into()),
+            Transaction::read(sensor.address, [value].into()),
+        ]),
+        Addressing::Word => Vec::from([Transaction::write_read(sensor.address, [high, low].into(), [value].into())]),
+    }
 }
 
 fn is_written(sensor: &Sensor, Setting { register, value }: Setting) -> Transaction {
-    Transaction::write(sensor.address, [register, value].into())
+    let [high, low] = register.to_be_bytes();
+    Transaction::write(
+        sensor.address,
+        match sensor.addressing {
+            Addressing::Byte => [low, value].into(),
+            Addressing::Word => [high, low, value].into(),
+        },
+    )
+}
+
+/// Returns the steps on the bus that a read takes.
+fn steps_of_read(sensor: &Sensor) -> usize {
+    if sensor.addressing == Addressing::Byte { 2 } else { 1 }
 }
 
 fn settings(sensor: &Sensor) -> Vec<Setting> {
@@ -36,6 +59,7 @@ fn whole(sensor: &Sensor) -> Vec<Transaction> {
         steps.push(is_written(sensor, setting));
         steps.extend(is_read(sensor, setting));
     }
+    steps.extend(sensor.start.iter().map(|setting| is_written(sensor, *setting)));
     steps
 }
 
@@ -56,7 +80,7 @@ fn a_sensor_is_identified_reset_and_set_up_and_every_setting_read_back() {
 
 #[test]
 fn another_sensor_is_named_and_nothing_is_written_to_it() {
-    let mut steps = Vec::from(is_read(&OV7725, OV7690.identity[0]));
+    let mut steps = is_read(&OV7725, OV7690.identity[0]);
     steps.extend(is_read(&OV7725, OV7690.identity[1]));
     let error = set_up(&OV7725, &steps).unwrap_err();
     assert_eq!(error, SensorError::Identity { found: 0x7691, expected: 0x7721 });
@@ -75,12 +99,13 @@ fn no_acknowledge_at_any_step_ends_it_there_and_names_the_register() {
                 panic!("{}, step {at}: no error", sensor.name)
             };
             assert_eq!(found, error);
-            // The identity takes four steps, the reset one, and each setting three.
-            let expected = match at {
-                0..4 => sensor.identity[at / 2].register,
-                4 => sensor.reset.register,
-                _ => settings(&sensor)[(at - 5) / 3].register,
-            };
+            // The identity takes two reads, the reset one step, and each setting a step and a read.
+            let read = steps_of_read(&sensor);
+            let registers = sensor.identity.iter().flat_map(|setting| [setting.register].repeat(read));
+            let registers = registers.chain([sensor.reset.register]);
+            let settings = settings(&sensor);
+            let registers = registers.chain(settings.iter().flat_map(|setting| [setting.register].repeat(read + 1)));
+            let expected = registers.chain(sensor.start.iter().map(|setting| setting.register)).nth(at).unwrap();
             assert_eq!(register, expected, "{}, step {at}", sensor.name);
         }
     }
@@ -91,9 +116,11 @@ fn a_setting_that_is_not_taken_is_named() {
     for sensor in ALL {
         for (k, setting) in settings(&sensor).into_iter().enumerate() {
             let mut steps = whole(&sensor);
-            steps.truncate(5 + 3 * k + 3);
+            let read = steps_of_read(&sensor);
+            // The steps before the read of the setting.
+            steps.truncate(2 * read + 1 + k * (read + 1) + 1);
             let found = setting.value ^ 1;
-            steps[5 + 3 * k + 2] = Transaction::read(sensor.address, [found].into());
+            steps.extend(is_read(&sensor, Setting { value: found, ..setting }));
             let error = SensorError::NotTaken { register: setting.register, found, expected: setting.value };
             assert_eq!(set_up(&sensor, &steps), Err(error), "{}", sensor.name);
         }
@@ -105,10 +132,13 @@ fn automatic_controls_are_off_before_their_values_are_set() {
     for sensor in ALL {
         let settings: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();
         let place = |register| settings.iter().position(|setting| setting.register == register).unwrap();
-        // 0x13 holds the switches of all three in both families. Gain, blue, red, green, and exposure's low byte
-        // follow.
-        assert_eq!(settings[place(0x13)].value & 7, 0, "{}", sensor.name);
-        assert!([0x00, 0x01, 0x02, 0x03, 0x10].into_iter().all(|value| place(value) > place(0x13)), "{}", sensor.name);
+        assert_eq!(settings[place(sensor.switches)].value & 7, 0, "{}", sensor.name);
+        // Gain, blue, red, green, and exposure's low byte follow; of the other family, gains and exposure.
+        let values: &[u16] = match sensor.addressing {
+            Addressing::Byte => &[0x00, 0x01, 0x02, 0x03, 0x10],
+            Addressing::Word => &[0x0205, 0x020E, 0x020F, 0x0202, 0x0203],
+        };
+        assert!(values.iter().all(|value| place(*value) > place(sensor.switches)), "{}", sensor.name);
         // No setting resets it again, and none is undone by a later one.
         for (k, setting) in settings.iter().enumerate() {
             assert_ne!(*setting, sensor.reset);
@@ -119,21 +149,23 @@ fn automatic_controls_are_off_before_their_values_are_set() {
 
 #[test]
 fn a_clock_that_is_too_fast_is_divided_once() {
-    for sensor in ALL {
+    assert!(!hm01b0(DataWires::Eight).slow_down(2));
+    for sensor in OMNIVISION {
+        let [half, quarter] = sensor.slower.unwrap();
         let mut slow = sensor;
         assert!(!slow.slow_down(1) && !slow.slow_down(3) && slow.slow_down(2) && !slow.slow_down(4), "{}", sensor.name);
         let changed: Vec<_> = sensor.table().zip(slow.table()).filter(|(before, after)| before != after).collect();
         let [(before, after)] = changed[..] else { panic!("{changed:?}") };
-        assert_eq!((before.register, after.register, after.value), (0x11, 0x11, sensor.slower[0]));
+        assert_eq!((before.register, after.register, after.value), (0x11, 0x11, half));
         // The divider is 1 plus the register, which the OV7725 doubles.
         assert_eq!(u32::from(after.value) + 1, 2 * (u32::from(before.value) + 1), "{}", sensor.name);
-        assert_eq!(u32::from(sensor.slower[1]) + 1, 4 * (u32::from(before.value) + 1), "{}", sensor.name);
+        assert_eq!(u32::from(quarter) + 1, 4 * (u32::from(before.value) + 1), "{}", sensor.name);
     }
 }
 
 #[test]
 fn another_exposure_changes_its_two_registers_alone() {
-    for sensor in ALL {
+    for sensor in OMNIVISION {
         let [high, low] = sensor.exposure;
         let longer = Sensor { lines: Some(LONGEST_EXPOSURE), ..sensor };
         let changed: Vec<_> = sensor.table().zip(longer.table()).filter(|(before, after)| before != after).collect();
@@ -149,7 +181,7 @@ fn another_exposure_changes_its_two_registers_alone() {
 fn every_setting_is_read_back_within_a_second() {
     for sensor in ALL {
         let table: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();
-        let switches = *table.iter().find(|setting| setting.register == 0x13).unwrap();
+        let switches = *table.iter().find(|setting| setting.register == sensor.switches).unwrap();
         // Two per frame, and the switches of automatic controls in each. The last frame of a turn may have one or none.
         let mut steps = Vec::new();
         for pair in table.chunks(2) {
@@ -164,10 +196,9 @@ fn every_setting_is_read_back_within_a_second() {
         }
         bus.done();
         // A changed setting is found in its turn, and the switches at once.
-        let [address, _] = is_read(&sensor, switches);
-        let mut bus = Mock::new(&[address, Transaction::read(sensor.address, [0xE5].into())]);
+        let mut bus = Mock::new(&is_read(&sensor, Setting { value: 0xE5, ..switches }));
         let error = Watch::default().check(&sensor, &mut bus).unwrap_err();
-        assert_eq!(error, SensorError::NotTaken { register: 0x13, found: 0xE5, expected: 0 });
+        assert_eq!(error, SensorError::NotTaken { register: sensor.switches, found: 0xE5, expected: 0 });
         bus.done();
     }
 }

@@ -4,10 +4,8 @@
 use embedded_hal::i2c::I2c;
 
 use super::{Port, Sensor, SensorError};
-use crate::sccb::Sccb;
+use crate::sccb::Registers;
 
-/// The register that switches the automatic controls of all supported sensors. A reset sets it.
-const SWITCHES: u8 = 0x13;
 /// The settings that are read back per frame, in turn. All of a table are read within a second.
 const PER_FRAME: usize = 2;
 
@@ -23,8 +21,8 @@ impl Watch {
     /// # Errors
     /// Returns [`SensorError::NotTaken`] if the sensor has another value, or [`SensorError::Bus`].
     pub fn check<B: I2c>(&mut self, sensor: &Sensor, bus: &mut B) -> Result<(), SensorError<B::Error>> {
-        let mut port = Port(Sccb::new(bus, sensor.address));
-        for setting in sensor.table().filter(|setting| setting.register == SWITCHES) {
+        let mut port = Port(Registers::new(bus, sensor.address, sensor.addressing));
+        for setting in sensor.table().filter(|setting| setting.register == sensor.switches) {
             port.verify(setting)?;
         }
         for _ in 0..PER_FRAME {

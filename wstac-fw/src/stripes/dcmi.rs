@@ -27,13 +27,10 @@ use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_time::Instant;
 use wstac_core::layout::FrameSize;
 
-use super::{Capture, Ticks, Trouble};
+use super::{Capture, Ring, Ticks, Trouble};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
-
-/// A ring of two stripes of `WORDS` words each.
-pub type Ring<const WORDS: usize> = [[u32; WORDS]; 2];
 
 /// The stream of DMA1 that is used. The channel of DMAMUX1 has the same number.
 const STREAM: usize = 0;
@@ -78,6 +75,7 @@ const DEFAULT_SIGNALS: Signals = Signals {
     vsync_high_between_frames: true,
     href_high_in_lines: true,
     sample_at_rising_edge: true,
+    has_chroma: true,
     luma_first: true,
 };
 

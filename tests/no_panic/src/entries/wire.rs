@@ -1,16 +1,19 @@
 //! Entry points for messages between a board and a host.
 
+use wstac_core::features::Floor;
 use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
+use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::Model;
 use wstac_core::motion::Velocity;
 use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::texture;
 use wstac_core::trigger::Event;
-use wstac_core::wire::{self, Answers, Decoder, Message, Outbox, Received, DecodeError, PictureEnd, PicturePart, Refusal, Request, Settings, SettingsInUse, Text};
-use wstac_core::features::Floor;
-use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::trigger::TriggerConfig;
+use wstac_core::wire::{
+    self, Answers, DecodeError, Decoder, Message, Outbox, PictureEnd, PicturePart, Received, Refusal, Request,
+    Settings, SettingsInUse, Text,
+};
 
 entries! {
     wire:
@@ -50,7 +53,9 @@ entries! {
         outbox.push(answers, now)
     }
     outbox_due(outbox: &mut Outbox<'static>, now: u32) -> Option<Answers<'static>> { outbox.due(now) }
-    outbox_answer(outbox: &mut Outbox<'static>, request: Request) { outbox.answer(request); }
+    outbox_answer(outbox: &mut Outbox<'static>, request: Request) -> () {
+        outbox.answer(request);
+    }
     outbox_state(outbox: &Outbox<'static>) -> (u16, u8, bool) {
         (outbox.next_event(), outbox.kept(), outbox.is_heard())
     }

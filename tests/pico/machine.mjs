@@ -1,0 +1,284 @@
+// A Raspberry Pi Pico in rp2040js, with an HM01B0 at its pins and a host at its serial line.
+//
+// The emulator is used as it is, but for this:
+// - The machines of the PIO are stepped with the camera's pins, as often as they can do something.
+// - The pins that the PIO reads are kept as one number.
+// - An address without acknowledge flags the empty queue of the bus.
+// - An SEV instruction sets the core's event, which the emulator leaves out.
+// Not modeled: electricity, and the time of instructions in flash. The time of a byte on the serial line is not either.
+
+import fs from 'node:fs';
+import { RP2040 } from 'rp2040js';
+import { Hm01b0 } from './sensor.mjs';
+
+// The wires of wstac-fw/README.md.
+const DATA = 6, PCLK = 14, HREF = 15, VSYNC = 16, CLOCK = 21, SDA = 4, SCL = 5, SENDS = 0, EVENTS = 25, TROUBLE = 22;
+// Functions of pins (RP2040 data sheet, 2.19.2).
+const UART = 2, I2C = 3, SIO = 5, PIO0 = 6, GPOUT = 8;
+const FLASH = 0x1000_0000, BOOT2 = 0x100;
+const CYCLE = 1e9 / 120e6;
+const FRAME = 1e9 / 30;
+
+/** CRC-32/MPEG-2, which the boot ROM demands of the second boot loader. */
+function crc(bytes) {
+  let rest = 0xffff_ffff;
+  for (const byte of bytes) {
+    rest ^= byte << 24;
+    for (let bit = 0; bit < 8; bit++) rest = rest & 0x8000_0000 ? (rest << 1) ^ 0x04c1_1db7 : rest << 1;
+  }
+  return rest >>> 0;
+}
+
+/** Returns the parts of a program that are flashed, and its symbols. */
+function parts(file) {
+  const elf = fs.readFileSync(file);
+  const [table, size, count] = [elf.readUInt32LE(28), elf.readUInt16LE(42), elf.readUInt16LE(44)];
+  const found = [];
+  for (let at = table; at < table + size * count; at += size) {
+    const [type, offset, , place, length] = [0, 4, 8, 12, 16].map((field) => elf.readUInt32LE(at + field));
+    if (type === 1 && length > 0) found.push([place, elf.subarray(offset, offset + length)]);
+  }
+  return found;
+}
+
+/** The board with a program and a clip of pictures. `faults` has the faults of the clip's frames, by number. */
+export class Board {
+  constructor(program, clip, faults = {}) {
+    this.parts = parts(program);
+    this.clip = clip;
+    this.faults = faults;
+    this.sensor = new Hm01b0();
+    this.sent = [];
+    this.requests = [];
+    this.now = 0;
+    this.began = null; // the time of the clip's first frame
+    this.warnings = new Set();
+    this.instructions = 0;
+    this.stalledUntil = 0;
+    this.resets = 0;
+    this.lights = [];
+    this.power();
+  }
+
+  /** Switches the chip on, or resets it: memory keeps what it has. */
+  power() {
+    const before = this.mcu;
+    const mcu = (this.mcu = new RP2040());
+    const core = mcu.core;
+    const warn = (part, text) => this.warnings.add(`${part}: ${text}`);
+    mcu.logger = { debug() {}, info: (_, text) => text === 'SEV' && (core.eventRegistered = true), warn, error: warn };
+    for (const [place, bytes] of this.parts) mcu.flash.set(bytes, place - FLASH);
+    if (before) {
+      mcu.sram.set(before.sram);
+      mcu.clock.tick(before.clock.nanos);
+    }
+    const boot = mcu.flash.subarray(0, BOOT2);
+    if (crc(boot.subarray(0, BOOT2 - 4)) !== boot[252] + (boot[253] << 8) + (boot[254] << 16) + boot[255] * 2 ** 24) {
+      throw new Error('the boot ROM refuses the second boot loader');
+    }
+    // What the second boot loader does when it has set the flash up.
+    const vectors = mcu.flash.subarray(BOOT2);
+    const word = (at) => new DataView(vectors.buffer, vectors.byteOffset + at).getUint32(0, true);
+    core.VTOR = FLASH + BOOT2;
+    [core.SP, core.PC] = [word(0), word(4) & ~1];
+    mcu.uart[0].onByte = (byte) => mcu.gpio[SENDS].functionSelect === UART && this.sent.push(byte);
+    const dog = mcu.peripherals[0x40058];
+    dog.onWatchdogTrigger = () => (this.resetBy = dog.reason);
+    if (this.reason !== undefined) dog.reason = this.reason;
+    this.bus(mcu.i2c[0]);
+    this.pio = mcu.pio[0];
+    this.pio.run = () => {};
+    this.levels = (1 << SDA) | (1 << SCL);
+    Object.defineProperty(mcu, 'gpioValues', { get: () => this.levels });
+    for (const pin of [SDA, SCL]) mcu.gpio[pin].rawInputValue = true;
+    // A bus with open drains: a line is low if the core drives it low, or the sensor holds it.
+    const lines = () => {
+      const low = (pin) => mcu.gpio[pin].outputEnable && !mcu.gpio[pin].outputValue;
+      if (this.wasLow && !low(SCL)) this.sensor.holds = Math.max(0, this.sensor.holds - 1);
+      this.wasLow = low(SCL);
+      mcu.gpio[SDA].rawInputValue = !low(SDA) && this.sensor.holds === 0;
+      mcu.gpio[SCL].rawInputValue = !low(SCL);
+    };
+    this.lines = lines;
+    mcu.gpio[SCL].addListener(lines);
+    mcu.gpio[SDA].addListener(lines);
+    for (const pin of [EVENTS, TROUBLE]) mcu.gpio[pin].addListener(() => this.lights.push(this.lit()));
+    lines();
+  }
+
+  /** Returns which lights are lit. */
+  lit() {
+    return [EVENTS, TROUBLE].map((pin) => this.mcu.gpio[pin].outputEnable && this.mcu.gpio[pin].outputValue);
+  }
+
+  bus(i2c) {
+    const wired = () => [SDA, SCL].every((pin) => this.mcu.gpio[pin].functionSelect === I2C);
+    i2c.onStart = () => (this.sensor.start(), i2c.completeStart());
+    i2c.onConnect = (address) => {
+      const answers = wired() && this.hertz() > 0 && this.sensor.answers(address);
+      i2c.completeConnect(answers);
+      // An abort empties the queue of what is sent (RP2040 data sheet, 4.3.10), which the emulator does not flag.
+      if (!answers) i2c.setInterrupts(1 << 4);
+    };
+    i2c.onWriteByte = (value) => (this.sensor.write(value), i2c.completeWrite(true));
+    i2c.onReadByte = () => i2c.completeRead(this.sensor.read());
+    i2c.onStop = () => i2c.completeStop();
+  }
+
+  /** Returns the frequency of the sensor's clock, by the registers of the clock output. */
+  hertz() {
+    const { clocks, gpio, clkSys } = this.mcu;
+    const control = clocks.gpout0Ctrl;
+    const isOn = gpio[CLOCK].functionSelect === GPOUT && control & 0x800 && ((control >> 5) & 15) === 6;
+    return isOn ? clkSys / (clocks.gpout0Div / 256) : 0;
+  }
+
+  /** Lets the core run for some time. */
+  run(nanos) {
+    const { core, clock } = this.mcu;
+    const end = this.now + nanos;
+    this.debt = (this.debt ?? 0) + nanos;
+    while (this.debt > 0) {
+      if (this.now >= this.stalledUntil && !core.waiting) {
+        const cycles = core.executeInstruction();
+        this.instructions += 1;
+        this.debt -= cycles * CYCLE;
+        this.tick(cycles * CYCLE);
+      } else {
+        const next = clock.nextAlarm ? Math.max(0, clock.nextAlarm.nanos - clock.nanos) : this.debt;
+        const step = Math.min(next, this.debt) || Math.min(1, this.debt);
+        this.debt -= step;
+        this.tick(step);
+      }
+      if (this.resetBy) {
+        this.reason = this.resetBy;
+        this.resetBy = undefined;
+        this.resets += 1;
+        this.power();
+        return this.run(Math.max(0, end - this.now));
+      }
+    }
+  }
+
+  tick(nanos) {
+    this.now += nanos;
+    this.mcu.clock.tick(nanos);
+  }
+
+  /** Sets a pin of the camera, as far as the program lets it in, and lets the machines follow. */
+  pin(number, value) {
+    const gpio = this.mcu.gpio[number];
+    if (gpio.rawInputValue === value) return;
+    gpio.rawInputValue = value;
+    this.level(number, gpio.inputValue && gpio.functionSelect === PIO0);
+    this.follow(4);
+  }
+
+  level(number, value) {
+    this.levels = value ? this.levels | (1 << number) : this.levels & ~(1 << number);
+  }
+
+  /** Steps the machines. */
+  follow(steps) {
+    for (let step = 0; step < steps; step++) {
+      for (const machine of this.pio.machines) if (machine.enabled) machine.step();
+    }
+  }
+
+  /** Returns whether the program captures the picture to use it: machines 0 and 1 run, and no line interrupts. */
+  uses() {
+    const [pixels, lines] = this.pio.machines;
+    return pixels.enabled && lines.enabled && !(this.pio.irq0IntEnable & 0x200);
+  }
+
+  /** Plays the clip, and the frames before it. Returns what came out of the serial line. */
+  play(longest = 90) {
+    const latest = () => this.now > (this.clip.length + longest) * FRAME;
+    while (!latest()) {
+      const slot = this.began === null ? null : Math.round((this.now - this.began) / FRAME);
+      if (slot !== null && slot >= this.clip.length) {
+        // The last results are sent.
+        this.run(FRAME / 2);
+        break;
+      }
+      this.frame(slot);
+    }
+    return Buffer.from(this.sent);
+  }
+
+  /** Sends a frame, or lets its time pass. `number` is that of the clip. */
+  frame(number) {
+    for (const request of this.requests.splice(0)) for (const byte of request) this.mcu.uart[0].feedByte(byte);
+    const begins = this.now;
+    const hertz = this.hertz();
+    const fault = this.faults[number];
+    const done = typeof fault === 'function' ? fault(this) : fault;
+    let period = this.sensor.streams() && hertz ? this.sensor.period(hertz) * 1e9 : FRAME;
+    if (this.began !== null) period = FRAME;
+    if (!this.sensor.streams() || !hertz || done === 'silent') return this.until(begins + period);
+    if (this.began === null && this.uses()) {
+      this.began = begins;
+      return this.frame(0);
+    }
+    const isSeen = this.pio.machines.some((machine) => machine.enabled);
+    if (isSeen) this.picture(number === null ? null : this.clip[number], period, done);
+    this.until(begins + period);
+  }
+
+  /** Lets the time pass until then. */
+  until(time) {
+    if (time > this.now) this.run(time - this.now);
+  }
+
+  picture(picture, period, fault) {
+    const { sensor } = this;
+    const [columns, rows] = sensor.size();
+    const pixels = sensor.pixels(picture);
+    const lines = sensor.number(0x0340), clocks = sensor.number(0x0342);
+    const line = period / lines, pixel = line / clocks;
+    const wires = sensor.wires(), rises = sensor.rises();
+    const begins = this.now;
+    const parts = Array.from({ length: 256 }, (_, value) => sensor.bits(value));
+    // Only the pins that the program lets in, at their places.
+    const mask = [...Array(wires).keys()].reduce((sum, wire) => {
+      const gpio = this.mcu.gpio[DATA + wire];
+      return gpio.inputEnable && gpio.functionSelect === PIO0 ? sum | (1 << wire) : sum;
+    }, 0);
+    const clock = this.mcu.gpio[PCLK];
+    const clocked = clock.inputEnable && clock.functionSelect === PIO0;
+    const machine = this.pio.machines[0];
+    this.pin(PCLK, !rises);
+    this.pin(VSYNC, true);
+    this.until(begins + 2 * line);
+    for (let y = 0; y < rows; y++) {
+      if (fault === 'sync inside' && y === rows >> 1) {
+        this.pin(VSYNC, false);
+        this.run(line);
+        this.pin(VSYNC, true);
+      }
+      const lineBegins = begins + (2 + y) * line;
+      this.until(lineBegins);
+      if (fault === 'lost line' && y === 100) continue;
+      this.pin(HREF, true);
+      for (let x = 0; x < columns; x++) {
+        const values = parts[pixels[y * columns + x]];
+        for (const value of values) {
+          this.levels = (this.levels & ~(0xff << DATA)) | ((value & mask) << DATA);
+          if (!clocked) continue;
+          clock.rawInputValue = rises;
+          this.level(PCLK, clock.inputValue);
+          if (machine.enabled) for (let step = 0; step < 3; step++) machine.step();
+          clock.rawInputValue = !rises;
+          this.level(PCLK, clock.inputValue);
+          if (machine.enabled) for (let step = 0; step < 3; step++) machine.step();
+        }
+        // The core runs every 16 pixels, and the DMA whenever a word is there.
+        if (x % 4 === 3) this.mcu.clock.tick(0);
+        if (x % 16 === 15) this.until(lineBegins + (x + 1) * pixel);
+      }
+      this.pin(HREF, false);
+    }
+    this.until(begins + (2 + rows + 1) * line);
+    this.pin(VSYNC, false);
+  }
+}

@@ -1,0 +1,41 @@
+//! The firmware of a Raspberry Pi Pico or Pico 2 with an HM01B0: frames in stripes by the PIO, events out of the serial
+//! line. The wiring is in `README.md`.
+#![no_std]
+#![no_main]
+#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
+
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use wstac_fw::rp::{self, RpBus, RpIrqs, RpLight, RpWiring};
+use wstac_fw::stripes::pio::Wires;
+
+/// The data wires of the camera, from GP6 upwards: 1 unless `WSTAC_DATA_WIRES` says 4 or 8.
+const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
+    None => 1,
+    Some(wires) => match wires.as_bytes() {
+        b"" | b"1" => 1,
+        b"4" => 4,
+        b"8" => 8,
+        _ => panic!("WSTAC_DATA_WIRES: expected 1, 4 or 8"),
+    },
+};
+/// The bits per second of the serial line.
+const BAUD: u32 = 115_200;
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let p = rp::start();
+    rp::sensor_clock(p.PIN_21);
+    let wiring = RpWiring {
+        camera: Wires { data: 6, count: DATA_WIRES, pclk: 14, href: 15, vsync: 16 },
+        pio: p.PIO0,
+        channels: (p.DMA_CH0, p.DMA_CH1),
+        // Clock and data.
+        bus: RpBus::new(p.I2C0, p.PIN_5, p.PIN_4),
+        line: rp::uart0(p.UART0, RpIrqs, p.PIN_0, p.PIN_1, BAUD),
+        events: RpLight::new(p.PIN_25.into()),
+        trouble: RpLight::new(p.PIN_22.into()),
+        watchdog: p.WATCHDOG,
+    };
+    rp::run(wiring).await
+}

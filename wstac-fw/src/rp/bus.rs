@@ -1,0 +1,125 @@
+//! The sensor's bus: I2C0, and its two lines as pins.
+//!
+//! A reset in the middle of a read leaves the sensor with a bit on the data line. If it is low, no transfer can begin:
+//! the sensor waits for clocks that never come. Nine clocks and a stop free it.
+
+use embassy_rp::i2c::{self, AbortReason, Blocking, I2c, SclPin, SdaPin};
+use embassy_rp::pac::{IO_BANK0, SIO};
+use embassy_rp::{Peri, peripherals};
+use embedded_hal::i2c::{ErrorType, Operation};
+
+use crate::node::Bus;
+
+/// The cycles of half a clock: 5 µs at 120 MHz.
+const HALF: u32 = 600;
+/// The bits of a byte and its acknowledge, of which the sensor may have sent any.
+const CLOCKS: u32 = 9;
+/// The functions of a pin: I²C, and the core's own.
+const I2C: u8 = 3;
+const CORE: u8 = 5;
+
+/// The bus.
+pub struct RpBus {
+    i2c: I2c<'static, peripherals::I2C0, Blocking>,
+    pins: SensorPins,
+}
+
+/// The numbers of the bus's pins.
+#[derive(Clone, Copy, Debug)]
+pub struct SensorPins {
+    /// The clock.
+    pub scl: u8,
+    /// The data.
+    pub sda: u8,
+}
+
+impl RpBus {
+    /// Starts the bus at 100 kHz.
+    pub fn new(
+        peripheral: Peri<'static, peripherals::I2C0>,
+        scl: Peri<'static, impl SclPin<peripherals::I2C0>>,
+        sda: Peri<'static, impl SdaPin<peripherals::I2C0>>,
+    ) -> Self {
+        let pins = SensorPins { scl: scl.pin(), sda: sda.pin() };
+        Self { i2c: I2c::new_blocking(peripheral, scl, sda, i2c::Config::default()), pins }
+    }
+
+    /// Returns an error if the sensor holds the data line. A transfer would wait for it.
+    fn check(&self) -> Result<(), i2c::Error> {
+        if is_high(self.pins.sda) { Ok(()) } else { Err(i2c::Error::Abort(AbortReason::ArbitrationLoss)) }
+    }
+
+    fn clock(&self, high: bool) {
+        drive(self.pins.scl, high);
+        wait();
+    }
+}
+
+impl ErrorType for RpBus {
+    type Error = i2c::Error;
+}
+
+impl embedded_hal::i2c::I2c for RpBus {
+    fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), i2c::Error> {
+        self.check()?;
+        self.i2c.transaction(address, operations)
+    }
+
+    fn write_read(&mut self, address: u8, write: &[u8], read: &mut [u8]) -> Result<(), i2c::Error> {
+        self.check()?;
+        self.i2c.blocking_write_read(address, write, read)
+    }
+}
+
+impl Bus for RpBus {
+    fn free(&mut self) -> bool {
+        let SensorPins { scl, sda } = self.pins;
+        if is_high(sda) {
+            return false;
+        }
+        for pin in [scl, sda] {
+            drive(pin, true);
+            IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(CORE));
+        }
+        for _ in 0..CLOCKS {
+            self.clock(false);
+            self.clock(true);
+            if is_high(sda) {
+                break;
+            }
+        }
+        // A stop: data rises while the clock is high.
+        self.clock(false);
+        drive(sda, false);
+        wait();
+        self.clock(true);
+        drive(sda, true);
+        wait();
+        let is_free = is_high(sda);
+        for pin in [scl, sda] {
+            IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(I2C));
+        }
+        is_free
+    }
+
+    // The modules have no line for it.
+    async fn restart_sensor(&mut self) {}
+}
+
+fn is_high(pin: u8) -> bool {
+    SIO.gpio_in(0).read() & 1 << pin != 0
+}
+
+/// Drives a pin low, or leaves it to its pull-up: the bus has open drains.
+fn drive(pin: u8, high: bool) {
+    SIO.gpio_out(0).value_clr().write_value(1 << pin);
+    if high {
+        SIO.gpio_oe(0).value_clr().write_value(1 << pin);
+    } else {
+        SIO.gpio_oe(0).value_set().write_value(1 << pin);
+    }
+}
+
+fn wait() {
+    cortex_m::asm::delay(HALF);
+}

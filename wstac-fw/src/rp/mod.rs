@@ -1,0 +1,195 @@
+//! RP2040 and RP2350: what the Raspberry Pi Pico and Pico 2 share, and every board with one of these chips.
+
+mod bus;
+mod uart;
+
+pub use bus::{RpBus, SensorPins};
+pub use uart::{UartInterrupts, uart0};
+
+use core::convert::Infallible;
+
+use embassy_rp::clocks::{ClockConfig, Gpout, GpoutPin, GpoutSrc};
+use embassy_rp::config::Config;
+use embassy_rp::gpio::{AnyPin, Level, Output};
+use embassy_rp::watchdog::{ResetReason, Watchdog as ChipWatchdog};
+use embassy_rp::{Peri, Peripherals, bind_interrupts, peripherals};
+use embassy_time::Duration;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use wstac_core::layout::{FrameSize, Layout};
+
+use crate::keeper::FixedSettings;
+use crate::link::Link;
+use crate::node::{self, Board, HANGS, Node, Watchdog};
+use crate::sensor::Sensor;
+use crate::sensor::hm01b0::{DataWires, hm01b0};
+use crate::serial::Serial;
+use crate::setup;
+use crate::stripes::Ring;
+use crate::stripes::pio::{Picture, Pio, PioInterrupts, Wires};
+
+/// The clock of the core. The sensor's is a fifth of it.
+const CLOCK: u32 = 120_000_000;
+/// The clock of the sensor.
+const SENSOR_CLOCK: u32 = 24_000_000;
+/// The rows of a stripe, which divide those of a frame.
+const ROWS: u16 = 22;
+/// The sensors with each number of data wires.
+static WITH_1: [Sensor; 1] = [hm01b0(DataWires::One)];
+static WITH_4: [Sensor; 1] = [hm01b0(DataWires::Four)];
+static WITH_8: [Sensor; 1] = [hm01b0(DataWires::Eight)];
+/// The size of what is used of their frames.
+const SIZE: FrameSize = hm01b0(DataWires::Eight).size;
+const BORDER: u16 = hm01b0(DataWires::Eight).border;
+
+/// The rows that are captured. Those below the picture are no part of it, but a line that is lost is then missed at the
+/// next sync.
+const HEIGHT: u16 = SIZE.height() + BORDER;
+const LAYOUT: Layout = match setup::layout(SIZE) {
+    Ok(layout) => match FrameSize::new(SIZE.width() as u32, HEIGHT as u32) {
+        Ok(size) => match Layout::new(size, layout.taxel(), *layout.corners()) {
+            Ok(layout) => layout,
+            Err(_) => panic!("taxels of 320 x 240 are inside 320 x 242"),
+        },
+        Err(_) => panic!("320 x 242 is a size of frames"),
+    },
+    Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
+};
+/// The bytes of a row.
+const WIDTH: usize = SIZE.width() as usize;
+/// The stripes of a frame.
+const STRIPES: usize = (HEIGHT / ROWS) as usize;
+/// The words of a stripe.
+const WORDS: usize = WIDTH * ROWS as usize / 4;
+
+bind_interrupts!(
+    /// The interrupts of the PIO, its DMA and the serial line.
+    pub struct RpIrqs {
+        PIO0_IRQ_0 => PioInterrupts;
+        DMA_IRQ_1 => PioInterrupts;
+        UART0_IRQ => UartInterrupts;
+    }
+);
+
+/// The parts of an RP2040 or RP2350.
+pub struct Rp;
+
+impl Board for Rp {
+    type Camera = Pio;
+    type Bus = RpBus;
+    type Line = Serial;
+    type Light = RpLight;
+    type Watchdog = Dog;
+    type Keeper = FixedSettings;
+}
+
+/// The watchdog, with the time after which it restarts the chip.
+pub struct Dog(ChipWatchdog);
+
+impl Watchdog for Dog {
+    fn pet(&mut self) {
+        self.0.feed(Duration::from_micros(HANGS.into()));
+    }
+}
+
+/// A board's pins, and the peripherals behind them.
+pub struct RpWiring {
+    /// The camera's wires.
+    pub camera: Wires,
+    /// The PIO.
+    pub pio: Peri<'static, peripherals::PIO0>,
+    /// The channels of the DMA.
+    pub channels: (Peri<'static, peripherals::DMA_CH0>, Peri<'static, peripherals::DMA_CH1>),
+    /// The sensor's bus.
+    pub bus: RpBus,
+    /// The line to the host.
+    pub line: Serial,
+    /// The light that changes with every event.
+    pub events: RpLight,
+    /// The light that shows a fault.
+    pub trouble: RpLight,
+    /// The watchdog.
+    pub watchdog: Peri<'static, peripherals::WATCHDOG>,
+}
+
+/// Starts the chip at 120 MHz from its crystal of 12 MHz.
+///
+/// # Panics
+/// Panics if the PLL cannot make it, which is decided by numbers alone.
+pub fn start() -> Peripherals {
+    let Ok(clocks) = ClockConfig::system_freq(CLOCK) else { panic!("120 MHz is what the PLL makes of 12 MHz") };
+    let mut config = Config::default();
+    config.clocks = clocks;
+    embassy_rp::init(config)
+}
+
+/// Gives the sensor its clock of 24 MHz at this pin. A module with an oscillator of its own needs no wire to it.
+pub fn sensor_clock<T: GpoutPin>(pin: Peri<'static, T>) {
+    let clock = Gpout::new(pin);
+    clock.set_src(GpoutSrc::Sys);
+    clock.set_div((CLOCK / SENSOR_CLOCK) as _, 0);
+    clock.enable();
+    // A dropped output would be disconnected.
+    core::mem::forget(clock);
+}
+
+/// Answers for ever.
+///
+/// # Panics
+/// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or at a second
+/// call.
+pub async fn run(wiring: RpWiring) -> ! {
+    let mut watchdog = ChipWatchdog::new(wiring.watchdog);
+    let hung = watchdog.reset_reason() == Some(ResetReason::TimedOut);
+    watchdog.pause_on_debug(true);
+    watchdog.start(Duration::from_micros(HANGS.into()));
+    let sensors = match wiring.camera.count {
+        1 => &WITH_1,
+        4 => &WITH_4,
+        _ => &WITH_8,
+    };
+    let picture = Picture { width: SIZE.width(), height: HEIGHT, border: BORDER, rows: ROWS };
+    let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
+    let signals = sensors[0].signals;
+    let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, picture, signals) else {
+        panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
+    };
+    let node = Node::<Rp, WIDTH, STRIPES> {
+        sensors,
+        keeper: FixedSettings::new(LAYOUT),
+        camera,
+        bus: wiring.bus,
+        line: Link::new(wiring.line, wiring.trouble),
+        events: wiring.events,
+        watchdog: Dog(watchdog),
+        hung,
+        is_own_clock: false,
+        id: None,
+    };
+    node::run(node).await
+}
+
+/// A light, which is lit while its pin is high.
+pub struct RpLight(Output<'static>);
+
+impl RpLight {
+    /// Creates a light that is off.
+    pub fn new(pin: Peri<'static, AnyPin>) -> Self {
+        Self(Output::new(pin, Level::Low))
+    }
+}
+
+impl ErrorType for RpLight {
+    type Error = Infallible;
+}
+
+impl OutputPin for RpLight {
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.set_high();
+        Ok(())
+    }
+
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.set_low();
+        Ok(())
+    }
+}

@@ -1,0 +1,160 @@
+//! HM01B0: 324 × 244 gray pixels, of which the inner 320 × 240 are used, 30 times per second at a clock of 24 MHz. Its
+//! data bus has 8, 4 or 1 wires.
+//!
+//! Register addresses and bits are those of Himax's register list as public drivers quote it (OpenMV, Zephyr, and two
+//! drivers for the RP2040). There was no sensor, so nothing of this is confirmed on hardware. The rate is arithmetic:
+//! 24 MHz / 8 / (376 pixels × 266 lines per frame) = 29.995.
+//!
+//! | register | bits that are used |
+//! | --- | --- |
+//! | 0x0000, 0x0001 | model |
+//! | 0x0100 | 1 for streaming |
+//! | 0x0101 | 1: upside down, 0: mirrored |
+//! | 0x0103 | 1 for reset |
+//! | 0x0104 | 1: settings take effect |
+//! | 0x0202, 0x0203 | exposure in lines |
+//! | 0x0205 | 6–4: analog gain, a power of 2 |
+//! | 0x020E, 0x020F | digital gain; 0x0100 for 1 |
+//! | 0x0340, 0x0341 | lines of a frame |
+//! | 0x0342, 0x0343 | pixel clocks of a line |
+//! | 0x0383, 0x0387, 0x0390 | 1, 1 and 0: every pixel |
+//! | 0x0601 | 0: test pattern |
+//! | 0x1000–0x1012 | black level; correction of defect pixels; shift of syncs |
+//! | 0x2000, 0x2100, 0x210E, 0x2150 | 0: statistics, automatic exposure and gain, flicker control, motion detection |
+//! | 0x3010 | 0: the window of 324 × 244 |
+//! | 0x3011 | 0: pixels of 6 bits |
+//! | 0x3022, 0x3023 | lines and pixels by which the syncs come early |
+//! | 0x3044–0x3058 | analog tuning, as all drivers have it |
+//! | 0x3059 | 6: 4 data wires, 5: 1 data wire; 4–0: 2 |
+//! | 0x3060 | 5: PCLK only with pixels, 4: high bits first, 3–2: register clock, 1–0: pixel clock, 0 for / 8 |
+//! | 0x3068 | 0: PCLK inverted |
+
+use super::{Addressing, QVGA, Sensor, Setting, Signals, Suspects, set};
+
+/// The width of the data bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DataWires {
+    /// A bit at a time, the lowest of a pixel first.
+    One,
+    /// Four bits at a time, the low half of a pixel first.
+    Four,
+    /// A pixel at a time.
+    Eight,
+}
+
+impl DataWires {
+    /// Returns their number.
+    pub const fn count(self) -> u8 {
+        match self {
+            Self::One => 1,
+            Self::Four => 4,
+            Self::Eight => 8,
+        }
+    }
+}
+
+/// Creates the HM01B0 with this data bus.
+pub const fn hm01b0(wires: DataWires) -> Sensor {
+    let settings: &'static [&'static [Setting]] = match wires {
+        DataWires::One => &WITH_1,
+        DataWires::Four => &WITH_4,
+        DataWires::Eight => &WITH_8,
+    };
+    Sensor {
+        name: "HM01B0",
+        address: 0x24,
+        addressing: Addressing::Word,
+        identity: [set(0x0000, 0x01), set(0x0001, 0xB0)],
+        reset: set(0x0103, 0x01),
+        reset_ms: 100,
+        banked: &[],
+        settings,
+        start: &START,
+        switches: 0x2100,
+        // The time of six frames.
+        settle_ms: 200,
+        size: QVGA,
+        border: 2,
+        signals: Signals {
+            vsync_high_between_frames: false,
+            href_high_in_lines: true,
+            sample_at_rising_edge: true,
+            has_chroma: false,
+            luma_first: true,
+        },
+        suspects: Suspects { size: 0x3010, format: 0x3059, rate: 0x3060 },
+        slower: None,
+        clock: None,
+        exposure: [0x0202, 0x0203],
+        lines: None,
+    }
+}
+
+/// Every pixel of the window, at 30 frames per second from a clock of 24 MHz.
+static FORMAT: [Setting; 15] = [
+    set(0x3010, 0x01), // 324 x 244
+    set(0x0383, 0x01), // every column
+    set(0x0387, 0x01), // every row
+    set(0x0390, 0x00), // no binning
+    set(0x0340, 0x01), // 266 lines
+    set(0x0341, 0x0A),
+    set(0x0342, 0x01), // of 376 clocks
+    set(0x0343, 0x78),
+    set(0x3022, 0x00), // syncs with the pixels
+    set(0x3023, 0x00),
+    set(0x1012, 0x00),
+    set(0x0101, 0x00), // neither mirrored nor upside down
+    set(0x0601, 0x00), // no test pattern
+    set(0x3011, 0x70), // pixels of 8 bits
+    set(0x3060, 0x28), // clock / 8; PCLK only with pixels; low bits first
+];
+
+static BUS_8: [Setting; 2] = [set(0x3059, 0x02), NOT_INVERTED];
+static BUS_4: [Setting; 2] = [set(0x3059, 0x42), NOT_INVERTED];
+static BUS_1: [Setting; 2] = [set(0x3059, 0x22), NOT_INVERTED];
+static WITH_1: [&[Setting]; 4] = [&FORMAT, &BUS_1, &TUNING, &LOCKS];
+static WITH_4: [&[Setting]; 4] = [&FORMAT, &BUS_4, &TUNING, &LOCKS];
+static WITH_8: [&[Setting]; 4] = [&FORMAT, &BUS_8, &TUNING, &LOCKS];
+/// Data is to be taken at the rising edge of PCLK.
+const NOT_INVERTED: Setting = set(0x3068, 0x20);
+
+/// The analog part, as Himax tunes it.
+static TUNING: [Setting; 15] = [
+    set(0x3044, 0x0A),
+    set(0x3045, 0x00),
+    set(0x3047, 0x0A),
+    set(0x3050, 0xC0),
+    set(0x3051, 0x42),
+    set(0x3052, 0x50),
+    set(0x3053, 0x00),
+    set(0x3054, 0x03),
+    set(0x3055, 0xF7),
+    set(0x3056, 0xF8),
+    set(0x3057, 0x29),
+    set(0x3058, 0x1F),
+    set(0x3064, 0x00), // no trigger
+    set(0x3065, 0x04),
+    set(0x3067, 0x00), // the clock comes from outside
+];
+
+/// Switches automatic controls off, then sets values.
+static LOCKS: [Setting; 15] = [
+    set(0x2100, 0x00), // no automatic exposure or gain
+    set(0x2000, 0x00),
+    set(0x210E, 0x00), // no flicker control
+    set(0x2150, 0x00), // no motion detection
+    set(0x1000, 0x43), // black level from covered pixels
+    set(0x1003, 0x08),
+    set(0x1006, 0x01),
+    set(0x1007, 0x08),
+    set(0x1008, 0x00), // no pixel is corrected by its neighbors
+    set(0x0205, 0x00), // analog gain 1
+    set(0x020E, 0x01), // digital gain 1
+    set(0x020F, 0x00),
+    set(0x0350, 0x7F),
+    set(0x0202, 0x00), // 240 lines: nearly all of a frame
+    set(0x0203, 0xF0),
+];
+
+/// Settings take effect, and frames begin.
+static START: [Setting; 2] = [set(0x0104, 0x01), set(0x0100, 0x01)];

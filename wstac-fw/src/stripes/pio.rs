@@ -1,0 +1,573 @@
+//! A PIO of the RP2040 or RP2350 and two chained channels of its DMA, as [`Capture`].
+//!
+//! Four state machines share the 32 instructions of the PIO:
+//!
+//! | machine | what it does |
+//! | --- | --- |
+//! | 0 | takes the pixels of a line, without the border, when machine 1 says that a line has begun |
+//! | 1 | counts the lines of a frame behind its sync, without the border |
+//! | 2 | raises an interrupt at every vertical sync |
+//! | 3 | raises an interrupt at every line, to measure frames |
+//!
+//! The rows of the border below the picture are captured, too. So a line that is missing leaves the frame with too few
+//! words when the next sync comes: [`Trouble::MisplacedSync`]. A pixel clock that is missing or too many moves the rest of
+//! its line by a pixel, which nothing detects; the lines that follow stay in their places.
+//!
+//! The two channels of the DMA write half of the ring each, start each other, and interrupt when they are done. For a
+//! self-test, machine 0 takes every pixel of every line, and lines and words are counted.
+//!
+//! This is the only file that knows the DMA, and it has the only unsafe code of the capture; the reasons are those of
+//! the STM32H743's `dcmi`. The RP2040 has no caches between the DMA and its memory.
+
+use core::slice;
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering, compiler_fence};
+
+use embassy_rp::interrupt::typelevel::{self, Handler, Interrupt};
+use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
+use embassy_rp::pac::io::vals::{Inover, Oeover, Outover};
+use embassy_rp::pac::{DMA, IO_BANK0, PADS_BANK0, PIO0, RESETS};
+use embassy_rp::{Peri, peripherals};
+use embassy_time::Instant;
+
+use super::{Capture, Ring, Ticks, Trouble};
+use crate::node::{CHANGED, Camera};
+use crate::self_test::Probe;
+use crate::sensor::Signals;
+
+/// The channels of the DMA, one for each half of the ring.
+const CHANNELS: [usize; 2] = [0, 1];
+/// Their bits.
+const BOTH: u32 = 0b11;
+/// The interrupt of the DMA that is used.
+const DMA_INTERRUPT: usize = 1;
+/// The function of pins that the PIO reads.
+const PIO0_PINS: u8 = 6;
+/// The state machines.
+const PIXELS: usize = 0;
+const LINES: usize = 1;
+const SYNC: usize = 2;
+const LINE_COUNTER: usize = 3;
+/// The PIO's flags: of machine 2 and 3 to the core, and of machine 1 to machine 0.
+const SYNC_FLAG: u16 = 0;
+const LINE_FLAG: u16 = 1;
+const BEGIN_FLAG: u16 = 4;
+/// The number of times that the DMA is asked whether it has stopped.
+const PATIENCE: u32 = 1000;
+
+static COMPLETE: AtomicU32 = AtomicU32::new(0);
+/// The complete stripes of the frame under way.
+static IN_FRAME: AtomicU32 = AtomicU32::new(0);
+/// 0, or the [`Trouble`] since the restart.
+static TROUBLE: AtomicU8 = AtomicU8::new(NONE);
+static PER_FRAME: AtomicU32 = AtomicU32::new(1);
+static WORDS_PER_STRIPE: AtomicU32 = AtomicU32::new(0);
+/// The addresses of the halves of the ring.
+static HALVES: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
+
+/// The vertical syncs since power was on, modulo 2^32, and the ticks at the last one.
+static SYNCS: AtomicU32 = AtomicU32::new(0);
+static SYNC_AT: AtomicU32 = AtomicU32::new(0);
+/// Whether whole frames are measured, and the syncs that the measurement has seen.
+static PROBING: AtomicBool = AtomicBool::new(false);
+static PROBED: AtomicU32 = AtomicU32::new(0);
+/// The ticks at the first sync that is used.
+static PROBED_FROM: AtomicU32 = AtomicU32::new(0);
+/// The lines of the frame under way, and those of the last one.
+static LINES_SEEN: AtomicU32 = AtomicU32::new(0);
+static LAST_LINES: AtomicU32 = AtomicU32::new(0);
+/// The words since the restart at the last sync, and those between the last two.
+static WORDS_AT_SYNC: AtomicU32 = AtomicU32::new(0);
+static LAST_WORDS: AtomicU32 = AtomicU32::new(0);
+
+const NONE: u8 = 0;
+const OVERRUN: u8 = 1;
+const MISPLACED_SYNC: u8 = 2;
+
+/// Handles the interrupts of the PIO and of the DMA.
+pub struct PioInterrupts;
+
+// SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
+#[allow(unsafe_code)]
+impl Handler<typelevel::PIO0_IRQ_0> for PioInterrupts {
+    unsafe fn on_interrupt() {
+        serve();
+    }
+}
+
+// SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
+#[allow(unsafe_code)]
+impl Handler<typelevel::DMA_IRQ_1> for PioInterrupts {
+    unsafe fn on_interrupt() {
+        serve();
+    }
+}
+
+/// The wires of a parallel camera. Data wires are at consecutive pins.
+#[derive(Clone, Copy, Debug)]
+pub struct Wires {
+    /// The pin of the lowest data wire.
+    pub data: u8,
+    /// The number of data wires: 1, 4 or 8.
+    pub count: u8,
+    /// The pin of the pixel clock.
+    pub pclk: u8,
+    /// The pin that is high or low in lines.
+    pub href: u8,
+    /// The pin that is high or low between frames.
+    pub vsync: u8,
+}
+
+/// The picture that is captured, and how it is divided.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture {
+    /// The width of what is used of a frame, in pixels of one byte.
+    pub width: u16,
+    /// The rows that are captured: those that are used, and those below them.
+    pub height: u16,
+    /// The pixels left and right of it and the rows above it that are left out.
+    pub border: u16,
+    /// The rows of a stripe.
+    pub rows: u16,
+}
+
+/// The PIO and its DMA.
+pub struct Pio {
+    ring: *const u8,
+    stripe_bytes: usize,
+    wires: Wires,
+    picture: Picture,
+    signals: Signals,
+}
+
+/// What is captured.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum What {
+    /// The picture, to be used.
+    Frames,
+    /// Every pixel of whole frames, to be measured.
+    Whole,
+    /// The picture, to be measured.
+    Window,
+}
+
+impl Pio {
+    /// Takes the PIO, the channels of the DMA, the pins and the ring. Nothing is captured before [`Capture::restart`],
+    /// and the sensor's signals must be known by then ([`Camera::set_signals`]).
+    ///
+    /// `WORDS` must be the number of words of a stripe, which is checked.
+    pub fn new<const WORDS: usize>(
+        _pio: Peri<'static, peripherals::PIO0>,
+        _channels: (Peri<'static, peripherals::DMA_CH0>, Peri<'static, peripherals::DMA_CH1>),
+        _interrupts: impl typelevel::Binding<typelevel::PIO0_IRQ_0, PioInterrupts>
+        + typelevel::Binding<typelevel::DMA_IRQ_1, PioInterrupts>,
+        ring: &'static mut Ring<WORDS>,
+        wires: Wires,
+        picture: Picture,
+        signals: Signals,
+    ) -> Option<Self> {
+        let Picture { width, height, border, rows } = picture;
+        let stripe_bytes = usize::from(width) * usize::from(rows);
+        // A machine counts the clocks of the border in five bits.
+        let is_right = matches!(wires.count, 1 | 4 | 8) && u32::from(border) * clocks(wires) <= 32 && border <= 32;
+        if stripe_bytes != 4 * WORDS || rows == 0 || !height.is_multiple_of(rows) || !is_right {
+            return None;
+        }
+        PER_FRAME.store(u32::from(height / rows), Ordering::Relaxed);
+        WORDS_PER_STRIPE.store(WORDS as u32, Ordering::Relaxed);
+        for (half, stripe) in HALVES.iter().zip(ring.iter()) {
+            half.store(stripe.as_ptr() as u32, Ordering::Relaxed);
+        }
+        RESETS.reset().modify(|w| {
+            w.set_pio0(false);
+            w.set_dma(false);
+        });
+        while !(RESETS.reset_done().read().pio0() && RESETS.reset_done().read().dma()) {}
+        let data = (0..wires.count).map(|wire| wires.data + wire);
+        for pin in data.chain([wires.pclk, wires.href, wires.vsync]) {
+            connect(usize::from(pin));
+        }
+        let pio = Self { ring: ring.as_ptr().cast(), stripe_bytes, wires, picture, signals };
+        DMA.inte(DMA_INTERRUPT).write_value(BOTH);
+        typelevel::PIO0_IRQ_0::unpend();
+        typelevel::DMA_IRQ_1::unpend();
+        // SAFETY: the handlers are bound, and use only registers and atomics.
+        #[allow(unsafe_code)]
+        unsafe {
+            typelevel::PIO0_IRQ_0::enable();
+            typelevel::DMA_IRQ_1::enable();
+        }
+        Some(pio)
+    }
+
+    /// Stops the machines and the DMA. Returns whether the DMA has stopped.
+    fn halt() -> bool {
+        PIO0.ctrl().write(|w| w.set_sm_enable(0));
+        // An aborted channel may interrupt, and may start the other one.
+        DMA.inte(DMA_INTERRUPT).write_value(0);
+        for channel in CHANNELS {
+            DMA.ch(channel).al1_ctrl().write_value(0);
+        }
+        DMA.chan_abort().write(|w| w.set_chan_abort(BOTH as u16));
+        let is_stopped =
+            (0..PATIENCE).any(|_| CHANNELS.iter().all(|channel| !DMA.ch(*channel).ctrl_trig().read().busy()));
+        DMA.ints(DMA_INTERRUPT).write_value(BOTH);
+        DMA.inte(DMA_INTERRUPT).write_value(BOTH);
+        is_stopped
+    }
+
+    /// Starts capture at the next vertical sync.
+    fn start(&mut self, what: What) {
+        critical_section::with(|_| {
+            // If the DMA does not stop, nothing is captured: the sensor seems silent, and each attempt to set it up
+            // ends in a restart.
+            let is_stopped = Self::halt();
+            for counter in [&COMPLETE, &IN_FRAME, &PROBED, &LINES_SEEN, &LAST_LINES, &WORDS_AT_SYNC, &LAST_WORDS] {
+                counter.store(0, Ordering::Relaxed);
+            }
+            TROUBLE.store(NONE, Ordering::Relaxed);
+            PROBING.store(what != What::Frames, Ordering::Relaxed);
+            if !is_stopped {
+                defmt::error!("the DMA does not stop");
+                return;
+            }
+            self.load(what == What::Whole);
+            PIO0.irqs(0).inte().write(|w| {
+                w.set_sm0(true);
+                w.set_sm1(what != What::Frames);
+            });
+            for channel in CHANNELS {
+                let next = CHANNELS[1 - channel];
+                let registers = DMA.ch(channel);
+                registers.read_addr().write_value(PIO0.rxf(PIXELS).as_ptr() as u32);
+                registers.write_addr().write_value(HALVES[channel].load(Ordering::Relaxed));
+                set_count(channel);
+                let mut control = embassy_rp::pac::dma::regs::CtrlTrig(0);
+                control.set_en(true);
+                control.set_high_priority(true);
+                control.set_data_size(DataSize::SIZE_WORD);
+                control.set_incr_write(true);
+                control.set_chain_to(next as u8);
+                control.set_treq_sel(TreqSel::PIO0_RX0);
+                // This register does not start it.
+                registers.al1_ctrl().write_value(control.0);
+            }
+            DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << CHANNELS[0]));
+            // The DMA comes first: the machine alone has room for only eight words.
+            let lines = if what == What::Whole { 0 } else { 1 << LINES };
+            PIO0.ctrl().write(|w| w.set_sm_enable(1 << PIXELS | lines | 1 << SYNC | 1 << LINE_COUNTER));
+        });
+    }
+
+    /// Loads the programs, and sets the machines to their beginnings.
+    fn load(&self, whole: bool) {
+        let Self { wires, picture: Picture { width, height, border, .. }, signals, .. } = *self;
+        let (between, in_line, edge) =
+            (signals.vsync_high_between_frames, signals.href_high_in_lines, signals.sample_at_rising_edge);
+        let frame = [wait(between, wires.vsync), wait(!between, wires.vsync)];
+        let clock = [wait(edge, wires.pclk), wait(!edge, wires.pclk)];
+        let take = read_pins(wires.count);
+        let lost = (u32::from(border) * clocks(wires)).saturating_sub(1) as u16;
+        let mut program = Program::default();
+        let skips = border > 0;
+
+        // Every pixel of a line, or those inside the border.
+        let pixels = if whole {
+            program.add(&[wait(in_line, wires.href), clock[0], take, clock[1]])
+        } else {
+            let begin = program.add(&[wait_flag(BEGIN_FLAG)]);
+            if skips {
+                let [_, top] = program.add(&[set_y(lost)]);
+                program.add(&[clock[0], clock[1], jump_y(top)]);
+            }
+            let [_, top] = program.add(&[MOVE_OSR_TO_X]);
+            let [_, end] = program.add(&[clock[0], take, clock[1], jump_x(top)]);
+            [begin[0], end]
+        };
+        let lines = {
+            let begin = program.add(&frame);
+            if skips {
+                let [_, top] = program.add(&[set_y(border.saturating_sub(1))]);
+                program.add(&[wait(in_line, wires.href), wait(!in_line, wires.href), jump_y(top)]);
+            }
+            let [_, top] = program.add(&[MOVE_OSR_TO_X]);
+            let line = [wait(in_line, wires.href), set_flag(BEGIN_FLAG), wait(!in_line, wires.href), jump_x(top)];
+            let [_, end] = program.add(&line);
+            [begin[0], end]
+        };
+        let [first, _] = program.add(&frame);
+        let [_, end_of_sync] = program.add(&[set_flag(SYNC_FLAG)]);
+        let sync = [first, end_of_sync];
+        let counter = program.add(&[wait(!in_line, wires.href), wait(in_line, wires.href), set_flag(LINE_FLAG)]);
+
+        PIO0.irq().write(|w| w.set_irq(0xFF));
+        PIO0.fdebug().write(|w| w.set_rxstall(0xF));
+        for (machine, [first, end]) in [(PIXELS, pixels), (LINES, lines), (SYNC, sync), (LINE_COUNTER, counter)] {
+            let registers = PIO0.sm(machine);
+            registers.clkdiv().write(|w| w.set_int(1));
+            registers.execctrl().write(|w| {
+                w.set_wrap_bottom(first as u8);
+                w.set_wrap_top(end as u8 - 1);
+            });
+            // Changing the join empties the queue.
+            registers.shiftctrl().write(|w| w.set_fjoin_tx(true));
+            registers.shiftctrl().write(|w| {
+                w.set_autopush(machine == PIXELS);
+                w.set_in_shiftdir(true);
+            });
+            registers.pinctrl().write(|w| w.set_in_base(wires.data));
+            PIO0.ctrl().write(|w| w.set_sm_restart(1 << machine));
+            while PIO0.fstat().read().rxempty() & 1 << machine == 0 {
+                let _ = PIO0.rxf(machine).read();
+            }
+            // The counts, less one, by the queue to the output register.
+            let count = match machine {
+                PIXELS => u32::from(width) * clocks(wires),
+                LINES => u32::from(height),
+                _ => 1,
+            };
+            PIO0.txf(machine).write_value(count - 1);
+            registers.instr().write(|w| w.set_instr(PULL));
+            if machine == PIXELS {
+                registers.shiftctrl().modify(|w| w.set_fjoin_rx(true));
+            }
+            registers.instr().write(|w| w.set_instr(first));
+        }
+    }
+}
+
+impl Camera for Pio {
+    fn set_signals(&mut self, signals: Signals) {
+        self.signals = signals;
+    }
+
+    fn stop(&mut self) {
+        critical_section::with(|_| {
+            let _ = Self::halt();
+        });
+    }
+
+    fn begin_probe(&mut self) {
+        self.start(What::Whole);
+    }
+
+    fn begin_luma_probe(&mut self) {
+        self.start(What::Window);
+    }
+
+    fn luma_words(&self) -> u32 {
+        u32::from(self.picture.width) * u32::from(self.picture.height) / 4
+    }
+
+    fn probe(&self) -> Probe {
+        critical_section::with(|_| Probe {
+            frames: PROBED.load(Ordering::Relaxed).saturating_sub(1),
+            ticks: SYNC_AT.load(Ordering::Relaxed).wrapping_sub(PROBED_FROM.load(Ordering::Relaxed)),
+            lines: LAST_LINES.load(Ordering::Relaxed),
+            words: LAST_WORDS.load(Ordering::Relaxed),
+        })
+    }
+
+    fn syncs(&self) -> (u32, u32) {
+        critical_section::with(|_| (SYNCS.load(Ordering::Relaxed), SYNC_AT.load(Ordering::Relaxed)))
+    }
+}
+
+impl Capture for Pio {
+    fn restart(&mut self) {
+        self.start(What::Frames);
+    }
+
+    fn complete(&self) -> u32 {
+        // By now the compiler has made all its reads of rows.
+        compiler_fence(Ordering::SeqCst);
+        COMPLETE.load(Ordering::Acquire)
+    }
+
+    fn trouble(&self) -> Option<Trouble> {
+        match TROUBLE.load(Ordering::Relaxed) {
+            NONE if has_stalled() => Some(Trouble::Overrun),
+            NONE => None,
+            MISPLACED_SYNC => Some(Trouble::MisplacedSync),
+            _ => Some(Trouble::Overrun),
+        }
+    }
+
+    fn lines_come(&self) -> bool {
+        PIO0.irq().read().irq() & 1 << LINE_FLAG != 0
+    }
+
+    fn rows(&self, half: usize) -> &[u8] {
+        compiler_fence(Ordering::SeqCst);
+        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialized; every byte is a number.
+        // No code writes to it, only the DMA. As for the STM32H743 (`dcmi`), rows that it overwrites while they are read
+        // are wrong numbers, and the count of stripes in `complete` detects that.
+        #[allow(unsafe_code)]
+        unsafe {
+            slice::from_raw_parts(self.ring.add(half % 2 * self.stripe_bytes), self.stripe_bytes)
+        }
+    }
+
+    fn now(&self) -> Ticks {
+        Instant::now().as_ticks()
+    }
+}
+
+/// Counts complete stripes and takes note of faults.
+fn serve() {
+    let done = DMA.ints(DMA_INTERRUPT).read() & BOTH;
+    DMA.ints(DMA_INTERRUPT).write_value(done);
+    for channel in CHANNELS.into_iter().filter(|channel| done & 1 << channel != 0) {
+        // The channel begins here when the other one starts it; its count is loaded anew then.
+        DMA.ch(channel).write_addr().write_value(HALVES[channel].load(Ordering::Relaxed));
+    }
+    let complete = COMPLETE.load(Ordering::Relaxed).wrapping_add(done.count_ones());
+    COMPLETE.store(complete, Ordering::Release);
+    let in_frame = (IN_FRAME.load(Ordering::Relaxed) + done.count_ones())
+        .checked_rem(PER_FRAME.load(Ordering::Relaxed))
+        .unwrap_or(0);
+    IN_FRAME.store(in_frame, Ordering::Relaxed);
+
+    let probing = PROBING.load(Ordering::Relaxed);
+    // If frames are used, the flag of lines stays, and shows that they come.
+    let wanted = 1 << SYNC_FLAG | if probing { 1 << LINE_FLAG } else { 0 };
+    let flags = PIO0.irq().read().irq() & wanted;
+    let (sync, line) = (flags & 1 << SYNC_FLAG != 0, flags & 1 << LINE_FLAG != 0);
+    PIO0.irq().write(|w| w.set_irq(flags));
+    if sync {
+        SYNCS.store(SYNCS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+        SYNC_AT.store(Instant::now().as_ticks() as u32, Ordering::Relaxed);
+    }
+    if probing {
+        measure(line, sync, complete);
+    } else if sync && !(in_frame == 0 && in_half(complete) == 0) {
+        TROUBLE.store(MISPLACED_SYNC, Ordering::Relaxed);
+    } else if has_stalled() {
+        TROUBLE.store(OVERRUN, Ordering::Relaxed);
+    }
+    if sync || done != 0 {
+        CHANGED.signal(());
+    }
+}
+
+/// Counts lines, and at a vertical sync the words of the frame that it ends.
+fn measure(line: bool, sync: bool, complete: u32) {
+    if sync {
+        let words = WORDS_PER_STRIPE.load(Ordering::Relaxed).wrapping_mul(complete).wrapping_add(in_half(complete));
+        LAST_WORDS.store(words.wrapping_sub(WORDS_AT_SYNC.load(Ordering::Relaxed)), Ordering::Relaxed);
+        WORDS_AT_SYNC.store(words, Ordering::Relaxed);
+        LAST_LINES.store(LINES_SEEN.load(Ordering::Relaxed), Ordering::Relaxed);
+        LINES_SEEN.store(0, Ordering::Relaxed);
+        let probed = PROBED.load(Ordering::Relaxed);
+        if probed == 0 {
+            PROBED_FROM.store(SYNC_AT.load(Ordering::Relaxed), Ordering::Relaxed);
+        }
+        PROBED.store(probed + 1, Ordering::Relaxed);
+    }
+    if line {
+        LINES_SEEN.store(LINES_SEEN.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+    }
+}
+
+/// Returns the words of the stripe under way. The DMA counts down from a stripe's.
+fn in_half(complete: u32) -> u32 {
+    let left = count_left(CHANNELS[complete as usize % 2]);
+    WORDS_PER_STRIPE.load(Ordering::Relaxed).saturating_sub(left)
+}
+
+/// Returns whether a pixel found no room: the machine has waited for the DMA.
+fn has_stalled() -> bool {
+    PIO0.fdebug().read().rxstall() & 1 << PIXELS != 0
+}
+
+#[cfg(feature = "rp2040")]
+fn set_count(channel: usize) {
+    DMA.ch(channel).trans_count().write_value(WORDS_PER_STRIPE.load(Ordering::Relaxed));
+}
+
+#[cfg(not(feature = "rp2040"))]
+fn set_count(channel: usize) {
+    DMA.ch(channel).trans_count().write(|w| w.set_count(WORDS_PER_STRIPE.load(Ordering::Relaxed)));
+}
+
+#[cfg(feature = "rp2040")]
+fn count_left(channel: usize) -> u32 {
+    DMA.ch(channel).trans_count().read()
+}
+
+#[cfg(not(feature = "rp2040"))]
+fn count_left(channel: usize) -> u32 {
+    DMA.ch(channel).trans_count().read().count()
+}
+
+/// Gives a pin to the PIO as an input with a pull-down, so that a wire that is off does not float.
+fn connect(pin: usize) {
+    PADS_BANK0.gpio(pin).write(|w| {
+        w.set_ie(true);
+        w.set_pde(true);
+        w.set_schmitt(true);
+        #[cfg(not(feature = "rp2040"))]
+        w.set_iso(false);
+    });
+    IO_BANK0.gpio(pin).ctrl().write(|w| {
+        w.set_funcsel(PIO0_PINS);
+        w.set_inover(Inover::NORMAL);
+        w.set_outover(Outover::NORMAL);
+        w.set_oeover(Oeover::DISABLE);
+    });
+}
+
+/// Returns the pixel clocks of a pixel.
+const fn clocks(wires: Wires) -> u32 {
+    8 / wires.count as u32
+}
+
+/// The instructions of a PIO (RP2040 data sheet, 3.4).
+const PULL: u16 = 0x80A0;
+const MOVE_OSR_TO_X: u16 = 0xA027;
+
+const fn wait(high: bool, pin: u8) -> u16 {
+    0x2000 | (high as u16) << 7 | pin as u16
+}
+
+/// Waits for a flag, and clears it.
+const fn wait_flag(flag: u16) -> u16 {
+    0x20C0 | flag
+}
+
+const fn set_flag(flag: u16) -> u16 {
+    0xC000 | flag
+}
+
+const fn read_pins(count: u8) -> u16 {
+    0x4000 | count as u16
+}
+
+const fn set_y(value: u16) -> u16 {
+    0xE040 | value & 31
+}
+
+const fn jump_x(to: u16) -> u16 {
+    0x0040 | to & 31
+}
+
+const fn jump_y(to: u16) -> u16 {
+    0x0080 | to & 31
+}
+
+/// The position behind the instructions that were loaded.
+#[derive(Default)]
+struct Program {
+    end: u16,
+}
+
+impl Program {
+    /// Loads instructions behind the others. Returns where they begin and end.
+    fn add(&mut self, instructions: &[u16]) -> [u16; 2] {
+        let first = self.end;
+        for instruction in instructions {
+            PIO0.instr_mem(usize::from(self.end)).write(|w| w.set_instr_mem(*instruction));
+            self.end += 1;
+        }
+        [first, self.end]
+    }
+}
