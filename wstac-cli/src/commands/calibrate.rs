@@ -28,7 +28,7 @@ pub(super) struct Arguments {
     /// A camera, a recording or a scene, as for wstac run, or a board
     ///
     /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent. It
-    /// sends pictures slowly: see below.
+    /// sends pictures slowly, as told below.
     source: OsString,
 
     /// The configuration file to write, for --config

@@ -313,7 +313,10 @@ mod tests {
             ("twice, another missing", [&parts[..1], &parts[..1], &parts[2..]].concat()),
             ("changed", [&[PicturePart::new(3, first.frame, first.first, &changed)], &parts[1..]].concat()),
             ("outside", [&parts[..], &[PicturePart::new(3, 9, LENGTH as u32 - 1, &changed)]].concat()),
-            ("of another picture", [&[PicturePart::new(4, first.frame, first.first, first.bytes)], &parts[1..]].concat()),
+            (
+                "of another picture",
+                [&[PicturePart::new(4, first.frame, first.first, first.bytes)], &parts[1..]].concat(),
+            ),
         ];
         for (name, found) in cases {
             let mut assembly = Assembly::new(LENGTH);
