@@ -42,9 +42,10 @@ direction = 180
 """
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE = 0, 1, 2, 4, 5
-# The number of an event among the messages of a board.
-EVENT = 3
+HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9
+# Messages from the board, by their numbers.
+EVENT, PICTURE_PART, PICTURE_END, IN_USE, ANSWER = 3, 13, 14, 15, 16
+BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 
 
 class Host:
@@ -68,6 +69,12 @@ class Host:
         file = self.folder / "serial"
         file.write_bytes(data)
         return self._says("monitor", file, "--json", *options).splitlines()
+
+    def calibrated(self, source):
+        """Returns the configuration that `wstac calibrate` writes, without its first line, which names the source."""
+        config = self.folder / "found.toml"
+        self._says("calibrate", source, "-o", config, "--force")
+        return config.read_text().split("\n", 1)[1]
 
     def _says(self, *arguments):
         done = subprocess.run([self.wstac, *arguments], capture_output=True, text=True, check=False)
@@ -95,23 +102,72 @@ def request(message, *wanted):
     return b"\0" + stuffed + b"\0"
 
 
-def messages(data):
-    """Returns the numbers of the messages that a board sent, each with the bytes of its fields."""
+def contents(data):
+    """Returns the contents of the frames in the bytes that a board sent, without version, sequence number and checksum."""
     found = []
-    for frame in filter(None, bytes(data).split(b"\0")):
-        content = b""
-        while frame:
-            code = frame[0]
-            content += frame[1:code] + (b"" if code == 0xFF else b"\0")
-            frame = frame[code:]
-        # The last zero is not sent. The sequence number is a varint behind the version.
-        content = content[:-1]
-        at = 1
-        while content[at] & 0x80:
-            at += 1
-        if crc(content[:-4]).to_bytes(4, "little") == content[-4:]:
-            found.append((content[at + 1], content[at + 2 : -4]))
+    for stuffed in data.split(b"\0"):
+        content, at = b"", 0
+        while at < len(stuffed):
+            block = stuffed[at + 1 : at + stuffed[at]]
+            at += stuffed[at]
+            content += block + (b"\0" if at < len(stuffed) and len(block) < 254 else b"")
+        if len(content) > 4 and crc(content[:-4]) == int.from_bytes(content[-4:], "little"):
+            found.append(varint(content[:-4], 1)[1])
     return found
+
+
+def as_varint(number):
+    """Returns the bytes of a number."""
+    data = b""
+    while number > 0x7F:
+        data, number = data + bytes([number & 0x7F | 0x80]), number >> 7
+    return data + bytes([number])
+
+
+def with_layout(settings, taxel, corners):
+    """Returns the bytes of settings with another layout: frame, taxel and corners are their first 54 numbers."""
+    numbers = []
+    for _ in range(54):
+        number, settings = varint(settings)
+        numbers.append(number)
+    numbers[2:] = [*taxel, *(place for corner in corners for place in corner)]
+    return b"".join(map(as_varint, numbers)) + settings
+
+
+def varint(data, at=0):
+    """Returns the number at a place, and the bytes behind it."""
+    number = shift = 0
+    while True:
+        number |= (data[at] & 0x7F) << shift
+        shift, at = shift + 7, at + 1
+        if data[at - 1] < 0x80:
+            return number, data[at:]
+
+
+def pictures(data):
+    """Returns the pictures in the bytes that a board sent: the parts of each, as frame, place and bytes."""
+    parts, whole = [], []
+    for content in contents(data):
+        if content[0] == PICTURE_PART:
+            frame, rest = varint(content, 2)
+            first, rest = varint(rest)
+            length, pixels = varint(rest)
+            assert len(pixels) == length
+            parts.append((frame, first, pixels))
+        elif content[0] == PICTURE_END:
+            whole.append(parts)
+            parts = []
+    return whole
+
+
+def together(parts):
+    """Returns the picture of parts of which each byte came once."""
+    parts = sorted(parts, key=lambda part: part[1])
+    picture = b""
+    for _, first, pixels in parts:
+        assert first == len(picture), "a part is missing, or came twice"
+        picture += pixels
+    return picture
 
 
 def of_kind(lines, *kinds):
@@ -177,7 +233,7 @@ class Check:
 
     def again(self, name, acknowledged):
         """A host that acknowledges events gets them again until it does so, and prints each once."""
-        board = Board(self.elf, self.host.frames)
+        board = self.board(self.host.frames)
         board.line.receive(request(KEEP_EVENTS, 1))
         for number, event in enumerate(map(json.loads, self.events)):
             if acknowledged:
@@ -188,10 +244,10 @@ class Check:
         events = of_kind(self.host.of_line(sent), "event")
         problems = [] if events == self.events else [f"events are {events}, expected {self.events}"]
         tries = {}
-        for message, fields in messages(sent):
-            if message == EVENT:
+        for content in contents(sent):
+            if content[0] == EVENT:
                 # An event's first field is its frame.
-                tries[fields[:2]] = tries.get(fields[:2], 0) + 1
+                tries[content[1:3]] = tries.get(content[1:3], 0) + 1
         first, *_ = tries.values()
         # Ten frames are a third of a second. The line is still read 4 seconds after the first event.
         if first != 2 if acknowledged else not 5 <= first <= 16:
@@ -202,7 +258,7 @@ class Check:
 
     def status(self, name):
         """The board reports its chip, its revision and its state to the host."""
-        board = Board(self.elf, self.host.frames, faults={40: "overrun"})
+        board = self.board(self.host.frames, faults={40: "overrun"})
         board.machine.paint_stack()
         self.host.of_line(board.run(), "--status")
         problems = []
@@ -220,6 +276,137 @@ class Check:
         elif not abs(int(states[-1][3]) - board.machine.deepest_stack()) <= 256:
             problems.append(f"{states[-1][3]} bytes of stack, expected {board.machine.deepest_stack()}")
         self.say(name, problems)
+    def picture(self, name, speed, late=()):
+        """While frames are used, a picture is sent. Each part is that of the frame that it names, byte for byte, and no
+        feature or event is missing. `late` has frames in which the core stops so many cycles after a stripe.
+        """
+        board = self.board(self.host.frames)
+        board.line.speed = speed
+        board.camera.faults[20] = lambda: board.line.receive(request(PICTURE))
+        for frame, cycles in dict(late).items():
+            board.camera.faults[frame] = lambda cycles=cycles: halt_in_stripe(board, cycles)
+        board.line.receive(request(FEATURES, 1))
+        data = board.run()
+        # Events have no samples without a loss.
+        kinds = ["features"] if late else ["features", "event"]
+        lines, expected = self.host.of_line(data, "--features"), self.host.of_clip("--features")
+        right = [line for line in of_kind(expected, *kinds) if json.loads(line)["frame"] not in dict(late)]
+        # A fast line also brings the features of a frame after the clip.
+        found = [line for line in of_kind(lines, *kinds) if json.loads(line)["frame"] < len(self.features)]
+        problems = [] if found == right else ["features and events are not the host's"]
+        found = pictures(data)
+        if len(found) != 1:
+            problems.append(f"{len(found)} pictures are sent, expected 1")
+        for frame, first, pixels in sum(found, []):
+            if pixels != self.host.frames[frame][first : first + len(pixels)]:
+                problems.append(f"the part at {first} is not that of frame {frame}")
+        frames = {frame for frame, *_ in sum(found, [])}
+        if found and len(together(found[0])) != WIDTH * HEIGHT:
+            problems.append("the picture has another size than a frame")
+        if not all(frame + 1 in frames for frame in dict(late)):
+            problems.append(f"the picture is over before the core is late: frames {sorted(frames)}")
+        self.say(name, problems[:5])
+
+    def calibrate(self, name):
+        """A host that asks for pictures, untouched and then pressed on, calibrates the board as it calibrates a camera."""
+        dark, lit = self.host.frames[:25], bytes(map(max, zip(*self.host.frames[30:100], strict=True)))
+        clip = [*dark, *[lit] * 6]
+        raw = self.host.folder / "press.y4m"
+        header = f"YUV4MPEG2 W{WIDTH} H{HEIGHT} F30:1 Cmono\n".encode()
+        raw.write_bytes(header + b"".join(b"FRAME\n" + frame for frame in clip))
+        board = self.board([dark[0]] * 4000)
+        board.line.speed = 16
+        board.line.receive(request(HELLO))
+        problems = []
+        for number, frame in enumerate(clip):
+            board.machine.run(lambda: board.camera.frame is not None)
+            board.camera.clip = [frame] * 4000
+            # The frame under way is still the last one.
+            begun = board.camera.frame
+            board.machine.run(lambda: board.camera.frame > begun + 1)
+            from_here = len(board.line.sent)
+            board.line.receive(request(PICTURE))
+            board.machine.run(lambda: board.camera.frame > begun + 28)
+            found = pictures(bytes(board.line.sent[from_here:]))
+            if len(found) != 1 or together(found[0]) != frame:
+                problems.append(f"picture {number} is not the frame, byte for byte")
+        sent = self.host.folder / "pictures.bin"
+        sent.write_bytes(board.line.sent)
+        found, expected = self.host.calibrated(f"board:{sent}"), self.host.calibrated(raw)
+        if found != expected or "corners" not in found:
+            problems.append(f"the board's calibration is {found}, expected {expected}")
+        self.say(name, problems[:5])
+
+    def settings(self, name):
+        """A layout that is set over the link is kept: after a reset and without power, the answers are the host's with it.
+        A bad one is refused, and changes nothing. A reset in the middle leaves the old layout or the new one.
+        """
+        problems = []
+
+        def asked(board, wanted, *kinds):
+            """Sends a request when the board uses frames. Returns the contents that come back until all of these kinds
+            have come, or for two seconds.
+            """
+            board.machine.run(lambda: board.camera.frame is not None)
+            sent, until = len(board.line.sent), board.machine.now + 60 * FRAME
+            found = lambda: contents(bytes(board.line.sent[sent:]))
+            board.line.receive(wanted)
+            while board.machine.now < until and not {*kinds} <= {content[0] for content in found()}:
+                later = board.machine.now + FRAME
+                board.machine.run(lambda later=later: board.machine.now > later)
+            return found()
+
+        def in_use(board):
+            """Returns the settings in use, and whether they were set."""
+            (answer,) = [content for content in asked(board, request(SETTINGS), IN_USE) if content[0] == IN_USE]
+            return answer[1:-1], answer[-1]
+
+        def after_power(board, clip=()):
+            """Returns the board after it was without power."""
+            again = self.board(clip)
+            again.machine.uc.mem_write(BANK2, bytes(board.machine.uc.mem_read(BANK2, BANK2_SIZE)))
+            again.flash.torn = set(board.flash.torn)
+            return again
+
+        board = self.board([])
+        compiled_in, is_set = in_use(board)
+        if is_set:
+            problems.append("an empty flash has settings")
+        corners = [[40 + 45 * (k % 5), 12 + 44 * (k // 5)] for k in range(25)]
+        new = with_layout(compiled_in, [24, 28], corners)
+        bad = with_layout(compiled_in, [24, 28], [*corners[:-1], [310, 12]])
+        (answer,) = [content for content in asked(board, request(SET, *bad), ANSWER) if content[0] == ANSWER]
+        # Refused: the layout, because of a taxel that is outside, the 25th.
+        if answer[1:5] != bytes([1, 1, 2, 24]) or in_use(board) != (compiled_in, 0) or board.flash.words:
+            problems.append(f"a bad layout is answered by {answer.hex()}, and {in_use(board)} is used")
+        answers = asked(board, request(SET, *new), ANSWER, 0)
+        if [content[1:] for content in answers if content[0] == ANSWER] != [b"\0"]:
+            problems.append(f"a layout is answered by {[content.hex() for content in answers]}")
+        if not any(content[0] == 0 for content in answers) or in_use(board) != (new, 1):
+            problems.append("it is not used after the restart")
+        words = board.flash.words
+        toml = self.host.folder / "layout.toml"
+        toml.write_text(f"[layout]\nframe = [{WIDTH}, {HEIGHT}]\ntaxel = [24, 28]\ncorners = {corners}\n")
+        expected = of_kind(self.host.of_clip("--config", toml), "event")
+        events = of_kind(self.host.of_line(after_power(board, self.host.frames).run()), "event")
+        if events != expected or not events or events == self.events:
+            problems.append(f"events are {events}, expected {expected}")
+        # A reset at some of the writes of four bytes, eight of which are a word.
+        left = set()
+        for cut in (1, 4, 8, 9, 16, 8 * words // 2 + 3, 8 * words - 1, 8 * words):
+            other = after_power(board)
+            other.flash.cut_after = cut
+            asked(other, request(SET, *compiled_in), 0)
+            found = in_use(after_power(other))
+            left.add(found[0] == new)
+            if found not in ((new, 1), (compiled_in, 1)):
+                problems.append(f"after a reset at write {cut}, {found} is used")
+        if left != {True, False}:
+            problems.append("a reset shows the old settings only, or the new ones: this shows less than it should")
+        asked(board, request(FORGET), ANSWER, 0)
+        if in_use(board) != (compiled_in, 0):
+            problems.append("settings are not forgotten")
+        self.say(name, problems[:5])
 
     def faulty(self, name, faults, missing, said):
         """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
@@ -346,18 +533,6 @@ class Check:
             problems.append(f"the host notes {self.host.notes!r}")
         self.say(name, problems)
 
-    def order(self, name):
-        """The camera interface drops bytes before it crops: the window is right all the same."""
-        board = self.board(self.host.frames[:5])
-        board.dcmi.selects_first = True
-        board.line.receive(request(FEATURES, 1))
-        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
-        problems = [] if lines == self.features[:5] else [f"features are {lines}"]
-        log = [line.split(": ", 1)[1] for _, line in board.log.lines]
-        if log != [FOUND, DROPS_FIRST]:
-            problems.append(f"the log says {log}")
-        self.say(name, problems)
-
     def halted(self, name):
         """A debugger that halts the core does not wake the watchdog: the program has asked for that."""
         board = self.board(self.host.frames[:1])
@@ -405,7 +580,6 @@ FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
 FORGETS = "the sensor does not keep register {=u16:#04x}"
 SIZE, FORMAT = "frames have {=u32} lines and {=u32} words", "bytes are not luma and fixed chroma in turn"
 RATE, DIVIDED = "{=u32} frames in 1000 seconds", "{=u32} times the rate: the clock is divided"
-DROPS_FIRST = "the camera interface drops bytes before it crops"
 HELD = "the sensor held its bus"
 CHROMA_FIRST = "chroma comes first, which is not as it was set: it is left out all the same"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
@@ -449,15 +623,20 @@ def halt(board):
     machine.at(machine.now + FRAME // 2, lambda: machine.stall(FRAME // 5))
 
 
+def halt_in_stripe(board, cycles):
+    """The core stops some cycles after the twelfth stripe of a frame, while the next three arrive."""
+    machine, line = board.machine, board.camera.line_time
+    machine.at(machine.now + (8 + 12 * 10 - 1) * line + cycles, lambda: machine.stall(30 * line))
+
+
 def halt_at_end(board, cycles):
     """The core stops some cycles after the last rows of a frame, until the next frame's second stripe has begun. Only
     the interrupts at the sync run in between.
     """
     machine, line, sync = board.machine, board.camera.line_time, board.machine.now + board.camera.period
-    # 8 lines before the first row, 9 rows above the window, and the window's 224 rows; then the first 19 of the next
-    # frame.
-    machine.at(machine.now + 240 * line + cycles, lambda: machine.stall(sync - machine.now))
-    machine.at(sync + 2500, lambda: machine.stall(36 * line))
+    # 8 lines before the first row, and 240 rows; then the first 15 of the next frame.
+    machine.at(machine.now + 247 * line + cycles, lambda: machine.stall(sync - machine.now))
+    machine.at(sync + 2500, lambda: machine.stall(23 * line))
 
 
 def main():
@@ -478,6 +657,12 @@ def main():
         check.status("state of the board")
         check.again("events that are acknowledged", acknowledged=True)
         check.again("events that are not acknowledged", acknowledged=False)
+        check.picture("a picture at twice the speed of the line", 2)
+        check.picture("a picture at 921,600 bits per second", 8)
+        late = {frame: 150 * (frame - 20) for frame in range(24, 48, 2)}
+        check.picture("a picture while the core is late", 4, late)
+        check.calibrate("wstac calibrate")
+        check.settings("settings")
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])
@@ -510,7 +695,7 @@ def main():
             check.never(name, [FORGETS], told, first=[FOUND, *said], slips=slips)
         check.start("60 frames per second", [FOUND, DIVIDED], slips={0x0D: 0xC1})
         check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
-        check.faulty("brown-out", {60: brown_out}, range(60, 75), [(60, FORGETS), (None, BACK)])
+        check.faulty("brown-out", {60: brown_out}, range(60, 74), [(60, FORGETS), (None, BACK)])
         check.drift("the rate changes by 4 %")
         check.start("data line held low", [HELD, FOUND], holds=5)
         check.faulty("data line held low for a while", {40: hold}, [], [(40, HELD)])
@@ -525,7 +710,6 @@ def main():
         check.crash("the program hangs", lambda machine: machine.stall(150 * FRAME), hung, frames=180)
         check.quiet("a debugger that reads no log")
         check.own_clock("no clock from the debugger")
-        check.order("bytes dropped before the crop")
         check.halted("halted by a debugger")
         check.pulls("pulled inputs")
         check.lights("lights")
@@ -553,6 +737,7 @@ def check_openmv(host, elf):
     check.pulls("pulled inputs")
     check.lights("lights")
     check.own_stack("stack")
+    check.picture("a picture at 921,600 bits per second", 8)
     return check.failures
 
 

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from machine import Machine
-from model import camera, clocks, core, i2c, ports, rtt, timer, usart
+from model import camera, clocks, core, flash, i2c, ports, rtt, timer, usart
 from model.ports import NUCLEO
 from model.registers import Registers
 from model.sensor import Ov7725
@@ -52,8 +52,9 @@ class Board:
         self.dma = camera.Dma(machine, mux)
         self.dcmi = camera.Dcmi(self.dma, self.ports)
         self.line = usart.Usart(machine, SERIAL_DIVIDER, lambda: self.ports.has(wiring.line, ports.USART3))
+        self.flash = flash.Flash(machine)
         machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, pwr, syscfg, *others, mux, self.dma, self.dcmi)
-        machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), *self.ports.ports)
+        machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), *self.ports.ports, self.flash)
         machine.add(i2c.I2c([self.sensor], self.ports.has_bus), timer.Timer(machine), self.line)
         machine.add(*map(Registers, KEPT))
         self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), CLOCK, faults)

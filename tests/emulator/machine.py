@@ -16,6 +16,7 @@ from elftools.elf.elffile import ELFFile
 from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn.arm_const import (
     UC_ARM_REG_D0,
+    UC_ARM_REG_FAULTMASK,
     UC_ARM_REG_FPSCR,
     UC_ARM_REG_LR,
     UC_ARM_REG_PC,
@@ -55,7 +56,7 @@ EXC_RETURN = 0xFFFF_FFF9  # return to the thread, main stack, without floating p
 EXCEPTION_EXIT = 8  # the emulator's name for a jump to such an address
 HARD_FAULT = 3 - 16  # in place of the number of an interrupt
 WAITS = (b"\x20\xbf", b"\x30\xbf")  # WFE, WFI
-SLICE = 1000  # cycles that a busy core runs between two checks
+SLICE, SHORT_SLICE = 1000, 50  # cycles that a busy core runs between two checks, the latter in an interrupt
 
 
 class Stopped(Exception):
@@ -172,6 +173,11 @@ class Machine:
         self.uc.reg_write(UC_ARM_REG_SP, stack)
         self.reset_wanted = False
 
+    def ignores_bus_faults(self):
+        """Returns whether loads that the bus refuses are ignored: CCR bit 8 with FAULTMASK."""
+        control = self.pages[0xE000_EC00 // PAGE].read(0x114)
+        return bool(control >> 8 & 1 and self.uc.reg_read(UC_ARM_REG_FAULTMASK) & 1)
+
     def add(self, *peripherals):
         """Maps peripherals."""
         for peripheral in peripherals:
@@ -227,7 +233,9 @@ class Machine:
         """Runs for some time. Returns whether the core went to sleep."""
         self.stopped_by = None
         before = self.now
-        slice_ = SLICE if not self.events else max(1, min(SLICE, self.events[0][0] - self.now))
+        # The time at which an interrupt returns is not known: a return ends a slice, which counts as a whole one.
+        most = SLICE if self.exception is None else SHORT_SLICE
+        slice_ = most if not self.events else max(1, min(most, self.events[0][0] - self.now))
         try:
             self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=slice_)
         except UcError as error:

@@ -33,6 +33,7 @@ pub fn line_sums(taxels: &[u32; TAXELS]) -> [u32; FEATURES] {
 /// The darkness floor (SPEC §2), computed once. In a `const`, a board needs no 64-bit floating point for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Floor {
     full_scale: u32,
     /// In units of 2^-11; `None` for one raw count.

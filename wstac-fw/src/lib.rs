@@ -10,12 +10,17 @@ pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
+#[cfg(all(feature = "h743", feature = "settings"))]
+pub mod flash;
 #[cfg(feature = "h743")]
 pub mod h743;
+#[cfg(feature = "node")]
+pub mod keeper;
 #[cfg(feature = "node")]
 pub mod link;
 #[cfg(feature = "node")]
 pub mod node;
+pub mod picture;
 pub mod reader;
 #[cfg(feature = "rp")]
 pub mod rp;
@@ -24,9 +29,10 @@ pub mod self_test;
 pub mod sensor;
 #[cfg(feature = "node")]
 pub mod serial;
+#[cfg(any(feature = "settings", test))]
+pub mod settings;
 pub mod setup;
 #[cfg(feature = "node")]
 pub mod stack;
 pub mod stripes;
 pub mod textures;
-pub mod window;

@@ -2,11 +2,18 @@
 
 use embedded_hal::digital::{OutputPin, PinState};
 use embedded_io::{Read, ReadReady, Write};
+#[cfg(feature = "settings")]
+use wstac_core::wire::LONGEST_REQUEST;
 use wstac_core::wire::{self, Decoder, Fault, Message, Request};
 
+use crate::picture;
 use crate::reader::Outlet;
 use crate::self_test::Defect;
 use crate::sensor::{Sensor, SensorError};
+
+/// The number of bytes of the longest request.
+#[cfg(not(feature = "settings"))]
+const LONGEST_REQUEST: usize = 16;
 
 /// The reason why there are no frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +71,7 @@ pub trait Line: Read + ReadReady + Write {
 pub struct Link<S, T> {
     serial: S,
     sequence: u16,
-    decoder: Decoder<16>,
+    decoder: Decoder<LONGEST_REQUEST>,
     trouble: T,
     events: u32,
 }
@@ -83,6 +90,11 @@ impl<S: Line, T: OutputPin> Link<S, T> {
     /// Returns whether there is room for any message.
     pub fn has_room(&self) -> bool {
         self.serial.room() >= wire::LONGEST
+    }
+
+    /// Returns whether there is room for a part of a picture, and for any message after it.
+    pub fn has_room_for_picture(&self) -> bool {
+        self.serial.room() >= picture::ROOM
     }
 
     /// Returns whether all messages have been sent.

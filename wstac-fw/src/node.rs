@@ -12,11 +12,13 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use embedded_hal::digital::{OutputPin, PinState};
 use embedded_hal::i2c::I2c;
-use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Request, Text};
 
+use crate::keeper::Keeper;
 use crate::link::{Absence, Line, Link};
+use crate::picture::Picture;
 use crate::reader::Reader;
 use crate::self_test::{self, Defect, Probe, RateMeter};
 use crate::sensor::watch::Watch;
@@ -30,13 +32,15 @@ pub const RATE: FrameRate = FrameRate::NOMINAL;
 /// The frames that a self-test measures, and the longest time for them.
 const SELF_TEST_FRAMES: u32 = 4;
 const SELF_TEST: Duration = Duration::from_millis(800);
-/// The longest time for a frame through the window after that.
-const WINDOW_TEST: Duration = Duration::from_millis(250);
+/// The longest time for a frame of luma after that.
+const LUMA_TEST: Duration = Duration::from_millis(250);
 /// The failures of the bus in a row after which the sensor counts as gone, although frames come.
 const BUS_FAILURES: u32 = 30;
 /// The microseconds after which the watchdog restarts a program that hangs. The longest self-test, with a second try,
 /// takes three seconds.
 pub const HANGS: u32 = 4_000_000;
+/// The cycles for the last two bytes of the line.
+const LAST_BYTES: u32 = 20_000;
 /// The time between two attempts to find a sensor.
 const TRY_AGAIN: Duration = Duration::from_millis(250);
 
@@ -62,14 +66,11 @@ pub trait Camera: Capture {
     /// restart.
     fn begin_probe(&mut self);
 
-    /// Begins to measure what is used of a frame, which must have [`Camera::window_words`].
-    fn begin_window_probe(&mut self);
+    /// Begins to measure the luma of frames, which must have [`Camera::luma_words`].
+    fn begin_luma_probe(&mut self);
 
-    /// Returns the words of what is used of a frame.
-    fn window_words(&self) -> u32;
-
-    /// Captures what is used of a frame in the other way if there are two.
-    fn change_order(&mut self);
+    /// Returns the words of a frame's luma.
+    fn luma_words(&self) -> u32;
 
     /// Returns what was measured, until now or until [`Camera::stop`].
     fn probe(&self) -> Probe;
@@ -105,16 +106,16 @@ pub trait Board {
     type Light: OutputPin;
     /// The watchdog.
     type Watchdog: Watchdog;
+    /// The settings.
+    type Keeper: Keeper;
 }
 
-/// A board's parts. A row of what it captures has `WIDTH` bytes.
-pub struct Node<B: Board, const WIDTH: usize> {
+/// A board's parts. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
+pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     /// The sensors that the node looks for, in this order. All produce frames of one size.
     pub sensors: &'static [Sensor],
-    /// The layout of the taxels in what is captured.
-    pub layout: &'static Layout,
-    /// The stripes of a frame.
-    pub stripes: u32,
+    /// The settings.
+    pub keeper: B::Keeper,
     /// The camera interface.
     pub camera: B::Camera,
     /// The sensor's bus.
@@ -138,22 +139,11 @@ pub struct Node<B: Board, const WIDTH: usize> {
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 #[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
-pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
-    let Node {
-        sensors,
-        layout,
-        camera,
-        stripes,
-        bus: mut i2c,
-        mut line,
-        mut events,
-        mut watchdog,
-        hung,
-        is_own_clock,
-        id,
-    } = node;
+pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
+    let Node { sensors, mut keeper, camera, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock, id } =
+        node;
     let size = sensors.first().map(|sensor| sensor.size);
-    let Some(reader) = size.and_then(|size| reader(layout, size)) else {
+    let Some(reader) = size.and_then(|size| reader(&keeper, size)) else {
         panic!("the configuration does not fit the camera")
     };
     if is_own_clock {
@@ -168,9 +158,11 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
     let telemetry = reader.telemetry_mut();
     (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
     let (mut depth, mut second) = (StackDepth::new(), 0);
-    let mut sensor = *find(sensors, &mut i2c, reader, &mut line, &mut watchdog).await;
+    let mut sensor = find(sensors, &mut i2c, reader, &mut keeper, &mut line, &mut watchdog).await;
 
-    let mut stripes = Stripes::new(camera, stripes, PERIOD);
+    let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
+    let frame_bytes = WIDTH * usize::from(sensor.size.height());
+    let mut picture = Picture::<STRIPES>::new(stripes.capture().rows(0).len(), frame_bytes);
     stripes.capture_mut().set_signals(sensor.signals);
     let mut stage = Stage::Test;
     let mut absent = Absence::None;
@@ -183,10 +175,14 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
             is_told = true;
             crash_record::erase();
         }
+        restart_if_wanted(&keeper, &line);
         while let Some(request) = line.request() {
             reader.answer(request, &mut line);
-            if request == Request::Hello {
-                line.absence(absent);
+            keeper.answer(request, &mut line);
+            match request {
+                Request::Hello => line.absence(absent),
+                Request::Picture => picture.begin(),
+                _ => {}
             }
         }
         if is_between {
@@ -222,17 +218,23 @@ pub async fn run<B: Board, const WIDTH: usize>(node: Node<B, WIDTH>) -> ! {
             is_between = true;
             continue;
         }
+        let stripe = stripes.number() as usize;
         match stripes.step() {
             Step::Rows { rows, last } => {
+                let part = if line.has_room_for_picture() { picture.part(stripe, rows) } else { None };
                 // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
                 // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
                 let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
                 let mut done = reader.rows(now, &mut line);
-                let released = stripes.release();
+                let is_whole = stripes.release();
+                // The part is only sent if it is of rows that were not overwritten.
+                if let Some(part) = part.filter(|_| is_whole) {
+                    picture.send(&part, reader.next_frame(), &mut line);
+                }
                 is_between = last;
-                if released && last {
+                if is_whole && last {
                     let lost = match watch.check(&sensor, &mut i2c) {
                         Ok(()) => {
                             bus_failures = 0;
@@ -365,17 +367,13 @@ async fn try_to_bring_up(
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
     dcmi.set_signals(Signals { luma_first, ..sensor.signals });
-    let mut words = 0;
-    for _ in 0..2 {
-        dcmi.begin_window_probe();
-        measured(dcmi, 1, WINDOW_TEST).await;
-        words = dcmi.probe().words;
-        if words == dcmi.window_words() {
-            return Ok(());
-        }
-        dcmi.change_order();
+    dcmi.begin_luma_probe();
+    measured(dcmi, 1, LUMA_TEST).await;
+    let Probe { lines, words, .. } = dcmi.probe();
+    if words == dcmi.luma_words() {
+        return Ok(());
     }
-    let defect = Defect::Size { lines: probe.lines, words };
+    let defect = Defect::Size { lines, words };
     Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) })
 }
 
@@ -407,14 +405,23 @@ fn log(defect: Option<Defect>) {
 
 /// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
 #[inline(never)]
-fn reader(layout: &Layout, size: FrameSize) -> Option<&'static mut Reader> {
+fn reader(keeper: &impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
-    match Reader::new(*layout, size, RATE, LAW) {
+    let (layout, floor, trigger) = keeper.parameters();
+    match Reader::with(layout, size, RATE, LAW, floor, trigger) {
         Ok(new) => Some(reader.insert(new)),
         Err(error) => {
             defmt::error!("configuration: {}", error);
             None
         }
+    }
+}
+
+/// Starts again if other settings are kept, and the host has been told.
+fn restart_if_wanted(keeper: &impl Keeper, line: &Link<impl Line, impl OutputPin>) {
+    if keeper.wants_restart() && line.is_drained() {
+        cortex_m::asm::delay(LAST_BYTES);
+        cortex_m::peripheral::SCB::sys_reset();
     }
 }
 
@@ -440,9 +447,10 @@ async fn find(
     sensors: &'static [Sensor],
     i2c: &mut impl Bus,
     reader: &mut Reader,
+    keeper: &mut impl Keeper,
     line: &mut Link<impl Line, impl OutputPin>,
     watchdog: &mut impl Watchdog,
-) -> &'static Sensor {
+) -> Sensor {
     let mut said = Absence::None;
     loop {
         watchdog.pet();
@@ -450,14 +458,17 @@ async fn find(
         if i2c.free() {
             defmt::warn!("the sensor held its bus");
         }
+        restart_if_wanted(keeper, line);
         while let Some(request) = line.request() {
             reader.answer(request, line);
+            keeper.answer(request, line);
             // A host that has just connected should know, too.
             said = if request == Request::Hello { Absence::None } else { said };
         }
         reader.set_time(Instant::now().as_millis());
         let mut reason = Absence::Gone;
         for sensor in sensors {
+            let sensor = Sensor { lines: keeper.exposure(), ..*sensor };
             match sensor.identify(i2c) {
                 Ok(()) => match sensor.set_up(i2c, &mut Delay) {
                     Ok(()) => {

@@ -3,6 +3,7 @@
 
 use wstac_core::early::SamplePrefix;
 use wstac_core::error::{ConfigError, FrameError};
+use wstac_core::features::Floor;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
 #[cfg(feature = "motion")]
@@ -15,7 +16,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
-use wstac_core::trigger::{ContactEnd, Event};
+use wstac_core::trigger::{ContactEnd, Event, TriggerConfig};
 use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 use crate::setup;
@@ -88,8 +89,23 @@ impl Reader {
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
+        Self::with(layout, size, rate, law, setup::FLOOR, setup::TRIGGER)
+    }
+
+    /// Creates the reader with another floor and trigger than those of the configuration.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Reader::new`].
+    pub fn with(
+        layout: Layout,
+        size: FrameSize,
+        rate: FrameRate,
+        law: setup::Law,
+        floor: Floor,
+        trigger: TriggerConfig,
+    ) -> Result<Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
-        let pipeline = setup::checked(camera)?;
+        let pipeline = setup::checked_with(camera, floor, trigger)?;
         // An error behind the built pipeline would leave a second one on the stack.
         let motion = setup::motion(rate)?;
         Ok(Self {
@@ -217,7 +233,7 @@ impl Reader {
             size: self.size,
             format: setup::PIXELS,
             rate: self.pipeline.geometry().rate(),
-            trigger: setup::TRIGGER,
+            trigger: *self.pipeline.trigger_config(),
             models,
             frame: self.pipeline.next_frame(),
             revision: Text::new(env!("WSTAC_REVISION")),
@@ -266,6 +282,11 @@ impl Reader {
             out.send(&Message::InterruptedSample(interrupted));
         }
         out.send(&Message::End { stream: end, dropped: self.dropped });
+    }
+
+    /// Returns the number of the frame under way, or of the next one.
+    pub fn next_frame(&self) -> u64 {
+        self.pipeline.next_frame()
     }
 
     /// Returns the number of camera frames lost since the start.

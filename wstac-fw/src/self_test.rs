@@ -1,7 +1,7 @@
 //! Judges what a sensor really sends: the size and format of a whole frame, and the rate.
 //!
 //! A table of settings can be wrong in ways that nothing on the bus shows. So after each setup, whole frames are
-//! measured without a window: their syncs, lines and words, and the last bytes of them. The sensors are told to fix
+//! measured with every byte: their syncs, lines and words, and the last bytes of them. The sensors are told to fix
 //! chroma at [`FIXED_CHROMA`], so the bytes tell which of two is luma, in any light.
 
 use wstac_core::rate::FrameRate;

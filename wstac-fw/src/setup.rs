@@ -30,8 +30,20 @@ pub type BoardPipeline = Pipeline<GreenChannel, Ln, BaselinePolicy, Taxels>;
 pub fn checked(
     geometry: FrameGeometry<GreenChannel>,
 ) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy, Taxels>, ConfigError> {
-    let builder = Pipeline::builder(geometry).floor(FLOOR).ln(Ln::default());
-    builder.trigger(TRIGGER).baseline(FOLLOWING).taxels().check()
+    checked_with(geometry, FLOOR, TRIGGER)
+}
+
+/// Checks the pipeline of this configuration with another floor and trigger.
+///
+/// # Errors
+/// Returns the errors of [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
+pub fn checked_with(
+    geometry: FrameGeometry<GreenChannel>,
+    floor: Floor,
+    trigger: TriggerConfig,
+) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy, Taxels>, ConfigError> {
+    let builder = Pipeline::builder(geometry).floor(floor).ln(Ln::default());
+    builder.trigger(trigger).baseline(FOLLOWING).taxels().check()
 }
 
 /// Builds the pipeline of this configuration for frames of this geometry.

@@ -190,6 +190,11 @@ impl<C: Capture> Stripes<C> {
         whole
     }
 
+    /// Returns the number of the stripe of its frame that is read next, from 0 on.
+    pub fn number(&self) -> u32 {
+        self.in_frame
+    }
+
     /// Returns the capture hardware.
     pub fn capture(&self) -> &C {
         &self.capture

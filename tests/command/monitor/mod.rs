@@ -2,6 +2,8 @@
 //! behind a serial line, TCP, a pipe or a file.
 
 pub(crate) mod board;
+mod pictures;
+mod settings;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};

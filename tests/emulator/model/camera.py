@@ -1,16 +1,16 @@
 """A parallel sensor, the DCMI that captures its pixels, and DMA1's stream 0 that moves the DCMI's words.
 
-Each line is cropped and every second byte is dropped if the program asks for that, and the words are written to the
-ring. The clip's first frame is the first one that is captured through a window. Before that, the sensor is dark.
+Every second byte is dropped if the program asks for that, and the words are written to the ring. The clip's first frame
+is the first one that is captured so and not measured. Before that, the sensor is dark.
 """
 
 from .registers import Registers
 
 DCMI, DCMI_IRQ = 0x4802_0000, 78
-CR, RIS, IER, ICR, CWSTRT, CWSIZE = 0x00, 0x08, 0x0C, 0x14, 0x20, 0x24
+CR, RIS, IER, ICR = 0x00, 0x08, 0x0C, 0x14
 CAPTURE, CROP, ENABLE = 1, 1 << 2, 1 << 14
 EVERY_SECOND_BYTE, THE_SECOND = 1 << 16, 1 << 18
-FRAME, OVERRUN, ERROR, VSYNC, LINE = 1, 2, 4, 8, 16
+OVERRUN, VSYNC, LINE = 2, 8, 16
 
 DMA1, DMA_IRQ, DMAMUX1 = 0x4002_0000, 11, 0x4002_0800
 LISR, LIFCR, SCR, NDTR, PAR, M0AR = 0x00, 0x08, 0x10, 0x14, 0x18, 0x1C
@@ -63,14 +63,12 @@ class Dma(Registers):
 
 
 class Dcmi(Registers):
-    """The camera interface, which captures a part of each line. The manual does not say whether it crops a line or
-    drops every second byte first: `selects_first` says so.
-    """
+    """The camera interface. Cropping is not modeled."""
 
     def __init__(self, dma, ports):
         super().__init__(DCMI)
         self.ports = ports
-        self.dma, self.capturing, self.row, self.selects_first = dma, False, 0, False
+        self.dma, self.capturing, self.row = dma, False, 0
 
     def reset(self):
         """Resets the registers."""
@@ -94,11 +92,12 @@ class Dcmi(Registers):
         """Returns whether it is on."""
         return bool(self.values.get(CR, 0) & ENABLE)
 
-    def wants_window(self):
-        """Returns whether the next frame is captured through a window, and not measured line by line."""
+    def uses_frames(self):
+        """Returns whether every second byte of the next frame is captured, and the frame not measured line by line."""
         if self.values.get(IER, 0) & LINE:
             return False
-        return self.values.get(CR, 0) & (ENABLE | CAPTURE | CROP) == ENABLE | CAPTURE | CROP
+        wants = ENABLE | CAPTURE | EVERY_SECOND_BYTE
+        return self.values.get(CR, 0) & wants == wants
 
     def flag(self, flag):
         """Sets a flag, if it is on."""
@@ -118,27 +117,21 @@ class Dcmi(Registers):
         if not self.ports.has_syncs():
             return
         self.flag(LINE)
-        start, size, control = (self.values.get(register, 0) for register in (CWSTRT, CWSIZE, CR))
-        top, rows = start >> 16 & 0x1FFF, (size >> 16 & 0x3FFF) + 1
-        left, clocks = start & 0x3FFF, (size & 0x3FFF) + 1
+        control = self.values.get(CR, 0)
         row, self.row = self.row, self.row + 1
-        if not self.capturing or control & CROP and not top <= row < top + rows:
+        if control & CROP:
+            raise ValueError("the camera interface crops, which is not modeled")
+        if not self.capturing:
             return
         data, mask = bytes_of(row), self.ports.mask()
         if mask != 0xFF:
             data = bytes(byte & mask for byte in data)
-        if control & CROP and not self.selects_first:
-            data = data[left : left + clocks]
         if control & EVERY_SECOND_BYTE:
             data = data[1 if control & THE_SECOND else 0 :: 2]
-        if control & CROP and self.selects_first:
-            data = data[left : left + clocks]
         # The rest of a frame that is not whole words is left out.
         data = data[: len(data) // 4 * 4]
         if not self.dma.take(data):
             self.flag(OVERRUN)
-        if control & CROP and row == top + rows - 1:
-            self.flag(FRAME)
 
 
 class Camera:
@@ -170,7 +163,7 @@ class Camera:
         ran at another rate in between sends nothing until the next of them begins.
         """
         begins, period, line_time = self.machine.now, self.period, self.line_time
-        if self.began is None and self.dcmi.wants_window():
+        if self.began is None and self.dcmi.uses_frames():
             self.began, self.nominal, self.frame = begins, period, -1
         on_time, fault = True, None
         if self.began is None or period != self.nominal:

@@ -1,8 +1,8 @@
-"""RCC, PWR and FLASH: everything that is requested is ready at once. The watchdog, which runs on a clock of its own."""
+"""RCC and PWR: everything that is requested is ready at once. The watchdog, which runs on a clock of its own."""
 
 from .registers import Registers
 
-RCC, PWR, FLASH = 0x5802_4400, 0x5802_4800, 0x5200_2000
+RCC, PWR = 0x5802_4400, 0x5802_4800
 CR, CFGR, BDCR, CSR = 0x00, 0x10, 0x70, 0x74
 D3CR, CSR1, CR3 = 0x18, 0x04, 0x0C
 PLLCKSELR, PLLCFGR, PLL1DIVR, RSR = 0x28, 0x2C, 0x30, 0xD0
@@ -154,9 +154,9 @@ class Watchdog(Registers):
 
 
 def all_of_them(hse, bypass):
-    """Creates RCC, PWR, SYSCFG and the flash controller, which stores its wait states."""
+    """Creates RCC, PWR and SYSCFG."""
     rcc, syscfg = Rcc(hse, bypass), Registers(SYSCFG)
-    return [rcc, Pwr(rcc, syscfg), syscfg, Registers(FLASH)]
+    return [rcc, Pwr(rcc, syscfg), syscfg]
 
 
 def run_bootloader(rcc, pwr, syscfg):

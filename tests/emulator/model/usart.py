@@ -8,13 +8,15 @@ RXNE, TC, TXE = 1 << 5, 1 << 6, 1 << 7
 
 
 class Usart(Registers):
-    """The serial line. `sent` has the bytes that came out, which only do so if `has_pin()`, and `receive` sends it some."""
+    """The serial line. `sent` has the bytes that came out, which only do so if `has_pin()`, and `receive` sends it some.
+    `speed` is how many times as fast it is as its registers say, for cases that would take long.
+    """
 
     def __init__(self, machine, cycles_per_clock, has_pin):
         super().__init__(USART3)
         self.has_pin = has_pin
         self.machine, self.cycles_per_clock = machine, cycles_per_clock
-        self.sent, self.arrived, self.busy_until = bytearray(), [], 0
+        self.sent, self.arrived, self.busy_until, self.speed = bytearray(), [], 0, 1
 
     def reset(self):
         """Resets the registers. Bytes that were sent stay in `sent`."""
@@ -45,7 +47,7 @@ class Usart(Registers):
         if self.has_pin():
             self.sent.append(value & 0xFF)
         # Ten bits pass before there is room again.
-        self.busy_until = self.machine.now + 10 * self.values.get(BRR, 0) * self.cycles_per_clock
+        self.busy_until = self.machine.now + 10 * self.values.get(BRR, 0) * self.cycles_per_clock // self.speed
         self.machine.at(self.busy_until, lambda: None)
 
     def _state(self):

@@ -13,8 +13,9 @@ use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::monitor::pictures::{BoardPictures, port_of};
 use wstac_host::plural::counted;
-use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent};
+use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 
 /// Find the 25 whiskers in the picture and write a configuration
@@ -24,7 +25,10 @@ use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// A camera, a recording or a scene, as for wstac run
+    /// A camera, a recording or a scene, as for wstac run, or a board
+    ///
+    /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent. It
+    /// sends pictures slowly, as told below.
     source: OsString,
 
     /// The configuration file to write, for --config
@@ -49,6 +53,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 
+    /// Bits per second of a board's serial device; 115200 by default
+    #[arg(long, value_name = "N", value_parser = at_least(1_u32))]
+    baud: Option<u32>,
+
     #[command(flatten)]
     options: SourceArguments,
 }
@@ -67,6 +75,13 @@ Refusals:
   sensor that was touched too early.
   A picture shows the reason: FILE.refused.png, which the next try
   replaces, or the file that --overlay names.
+
+Boards:
+  A board sends a picture in parts while it goes on finding events. One
+  picture of 320 x 240 takes 8 s at 115200 bits per second, so the 25
+  untouched ones take 3 minutes: standard error reports each. Then press
+  on all whiskers, and hold until 5 or more pictures have come. A slide
+  is too fast for such pictures.
 
 The overlay picture:
   White rings are spots that seemed to be whiskers, orange rings are
@@ -91,6 +106,7 @@ Output with --json, one object (wrapped here):
 Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml
   wstac calibrate /dev/video0 -o wstac.toml
+  wstac calibrate /dev/ttyACM0 -o board.toml
   wstac run /dev/video0 --config wstac.toml
   A scene that is turned needs room at its edges: set rotation_degrees to
   8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
@@ -127,10 +143,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         .into());
     }
     outputs.check([output, &overlay])?;
-    let (mut source, info) = arguments.options.open(&arguments.source, FramePolicy::Every)?;
+    let (mut source, info) = open(arguments)?;
     note(&info.about);
     let mut watch = Watch::new(&info)?;
-    read(source.as_mut(), &mut watch, arguments.frames)?;
+    let progress = Progress::new(port_of(&arguments.source).is_some());
+    read(source.as_mut(), &mut watch, arguments.frames, progress)?;
     let outcome = watch.calibrate();
     let calibration = match &outcome.result {
         Ok(calibration) => calibration,
@@ -152,10 +169,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     print(calibration, arguments.json)
 }
 
+/// Opens the source: a board, or any other.
+fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
+    let Some(port) = port_of(&arguments.source) else {
+        if arguments.baud.is_some() {
+            let message = "is no board, expected no --baud";
+            return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
+        }
+        return Ok(arguments.options.open(&arguments.source, FramePolicy::Every)?);
+    };
+    arguments.options.expect_none(&arguments.source)?;
+    let board = BoardPictures::open(port, arguments.baud)?;
+    let info = board.info().clone();
+    Ok((Box::new(board), info))
+}
+
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end.
-fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), Stop> {
+fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, progress: Progress) -> Result<(), Stop> {
     let interrupted = finishing(Ending::InTime);
-    let mut progress = Progress { shown: std::io::stderr().is_terminal() };
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
         match source.next_event()? {
@@ -180,11 +211,18 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64) -> Result<(), St
 /// A line on a terminal that is overwritten: what to do now, and how many spots glowed.
 struct Progress {
     shown: bool,
+    /// The number of frames from one line to the next.
+    every: u64,
 }
 
 impl Progress {
-    fn say(&mut self, watch: &Watch, frames: u64) {
-        if !self.shown || !frames.is_multiple_of(15) {
+    /// Creates the line. The pictures of a board are slow, so each of them is shown.
+    fn new(is_board: bool) -> Self {
+        Self { shown: std::io::stderr().is_terminal(), every: if is_board { 1 } else { 15 } }
+    }
+
+    fn say(&self, watch: &Watch, frames: u64) {
+        if !self.shown || !frames.is_multiple_of(self.every) {
             return;
         }
         let line = if watch.is_ready() {

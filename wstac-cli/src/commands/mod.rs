@@ -1,5 +1,6 @@
 //! The command line: arguments and output only, one file per command.
 
+mod board;
 mod calibrate;
 mod completions;
 mod dataset;
@@ -87,6 +88,8 @@ Recordings and other sources:
       read any video
   wstac monitor /dev/ttyACM0
       print the events that a board finds
+  wstac board /dev/ttyACM0 --set wstac.toml
+      set the layout and the trigger of a board
 
 Figures, fits and budgets:
   wstac view /dev/video0
@@ -114,6 +117,7 @@ enum Command {
     Train(train::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
+    Board(board::Arguments),
     View(view::Arguments),
     Plot(plot::Arguments),
     Trade(trade::Arguments),
@@ -145,6 +149,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Train(arguments) => train::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
+        Command::Board(arguments) => board::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Trade(arguments) => trade::run(&arguments),

@@ -121,6 +121,17 @@ impl SourceArguments {
         Ok((source, info))
     }
 
+    /// Refuses the options of a camera or a recording, for a source that is a board.
+    pub(super) fn expect_none(&self, source: &OsStr) -> Result<(), Error> {
+        let Self { fps, matrix, range, format, size, keep_controls, controls } = self;
+        let is_given = fps.is_some() || matrix.is_some() || range.is_some() || format.is_some() || size.is_some();
+        if is_given || *keep_controls || !controls.is_empty() {
+            let message = "is a board, expected no options of a camera: its firmware sets the camera up";
+            return Err(Error::new(ErrorKind::Usage, source.display(), message));
+        }
+        Ok(())
+    }
+
     /// Returns the same arguments with another format and size.
     pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {
         Self { format: Some(format), size: Some(size), matrix: None, range: None, ..self.clone() }

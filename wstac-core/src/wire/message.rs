@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Text;
+use super::{PictureEnd, PicturePart, Text};
+#[cfg(feature = "settings")]
+use super::{Refusal, Settings, SettingsInUse};
 use crate::direction::Direction;
 use crate::features::Features;
 use crate::green::any::PixelFormat;
@@ -100,6 +102,18 @@ pub enum Message<'a> {
     },
     /// The state of the board itself. It is sent after each [`Message::Status`].
     Telemetry(Telemetry),
+    /// A part of a picture that was asked for.
+    #[serde(borrow)]
+    PicturePart(PicturePart<'a>),
+    /// The end of a picture that was asked for.
+    PictureEnd(PictureEnd),
+    // These come last: without the feature they have no number.
+    /// The settings that the board uses: the answer to [`Request::Settings`].
+    #[cfg(feature = "settings")]
+    Settings(SettingsInUse),
+    /// The answer to [`Request::Set`]. If the settings are kept, the board starts again and uses them.
+    #[cfg(feature = "settings")]
+    Set(Result<(), Refusal>),
 }
 
 /// The state of a board, as far as the board knows it.
@@ -363,6 +377,19 @@ pub enum Request {
         /// The number of the event: [`Answers::number`].
         event: u16,
     },
+    /// Asks for a picture of what the camera sees, as [`PicturePart`]s and a [`PictureEnd`]. One that is being sent is
+    /// given up. A board without pictures sends none.
+    Picture,
+    // These come last: without the feature they have no number.
+    /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
+    #[cfg(feature = "settings")]
+    Settings,
+    /// Sets settings, which the board checks and keeps over resets.
+    #[cfg(feature = "settings")]
+    Set(Settings),
+    /// Returns the board to the settings that were compiled in.
+    #[cfg(feature = "settings")]
+    Forget,
 }
 
 /// The number of frames of a sample in one message.

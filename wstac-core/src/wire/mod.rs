@@ -58,14 +58,18 @@
 //!
 //! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
 //! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
-//! and the register of [`Fault::SensorRefuses`] has 16 bits.
+//! [`Request::Picture`] asks for a picture, `Request::Set` sets the board's settings, and the register of
+//! [`Fault::SensorRefuses`] has 16 bits.
 
 mod decoder;
 mod frame;
 mod message;
 mod numbers;
 mod outbox;
+mod picture;
 mod possible;
+#[cfg(feature = "settings")]
+mod settings;
 mod text;
 
 pub use decoder::{DecodeError, Decoder, Received};
@@ -74,7 +78,10 @@ pub use message::{
     Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
 };
 pub use outbox::{Outbox, RESEND_MS, TRIES};
+pub use picture::{PICTURE_PART, PictureEnd, PicturePart};
 pub use possible::Quantity;
+#[cfg(feature = "settings")]
+pub use settings::{LONGEST_REQUEST, Refusal, Settings, SettingsInUse};
 pub use text::Text;
 
 use serde::{Deserialize, Serialize};

@@ -100,6 +100,12 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
             ensure(telemetry.temperature.is_none_or(|tenths| TEMPERATURES.contains(&tenths)), Quantity::Temperature)
         }
         Message::Motion { frame, velocity } => number(*frame).and_then(|()| check_velocity(velocity)),
+        Message::PicturePart(part) => number(part.frame),
+        // The parts, which are counted where a picture is put together, show whether it is possible.
+        Message::PictureEnd(_) => Ok(()),
+        // Settings check themselves as they are read.
+        #[cfg(feature = "settings")]
+        Message::Settings(_) | Message::Set(_) => Ok(()),
     }
 }
 

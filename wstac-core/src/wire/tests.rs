@@ -129,6 +129,9 @@ fn messages() -> Vec<Message<'static>> {
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
         Message::Fault(Fault::SensorRefuses { register: u16::MAX }),
+        Message::PicturePart(PicturePart::new(u8::MAX, LAST, u32::MAX, &[u8::MAX; PICTURE_PART])),
+        Message::PicturePart(PicturePart::new(0, 0, 0, &[0; 3])),
+        Message::PictureEnd(PictureEnd::new(u8::MAX, u16::MAX, u32::MAX)),
     ])
 }
 
@@ -393,12 +396,24 @@ fn requests_fit_a_small_decoder() {
         Request::Samples(true),
         Request::KeepEvents(true),
         Request::Acknowledge { event: u16::MAX },
+        Request::Picture,
     ];
-    for (sequence, request) in (u16::MAX - 1..=u16::MAX).chain(0..4).zip(requests) {
+    for (sequence, request) in (u16::MAX - 1..=u16::MAX).chain(0..5).zip(requests) {
         let bytes = encode(&request, sequence, &mut [0; LONGEST]).to_vec();
         let found: Vec<_> = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect();
         assert_eq!(found, [Ok(Received { message: request, lost: 0, first: false })]);
     }
+}
+
+#[test]
+fn parts_of_a_picture_are_cut_and_summed_in_any_order() {
+    let bytes: Vec<u8> = (0..=255).collect();
+    let part = PicturePart::new(1, 2, 3, &bytes);
+    assert_eq!((part.bytes, part.first), (&bytes[..PICTURE_PART], 3));
+    assert_eq!(part.checksum(), crc32([3, 0, 0, 0].into_iter().chain(0..PICTURE_PART as u8)));
+    // The place counts, the frame does not.
+    assert_ne!(PicturePart::new(1, 2, 4, &bytes).checksum(), part.checksum());
+    assert_eq!(PicturePart::new(1, 9, 3, &bytes).checksum(), part.checksum());
 }
 
 #[test]

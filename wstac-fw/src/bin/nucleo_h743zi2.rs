@@ -29,6 +29,7 @@ async fn main(_spawner: Spawner) {
         events: Light::new(p.PB0.into(), Level::High),
         trouble: Light::new(p.PB14.into(), Level::High),
         watchdog: p.IWDG1,
+        flash: p.FLASH,
     };
     h743::run(has_crystal, wiring).await
 }

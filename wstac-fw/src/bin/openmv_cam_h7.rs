@@ -30,6 +30,7 @@ async fn main(_spawner: Spawner) {
         events: Light::new(p.PC1.into(), Level::Low),
         trouble: Light::new(p.PC0.into(), Level::Low),
         watchdog: p.IWDG1,
+        flash: p.FLASH,
     };
     h743::run(has_crystal, wiring).await
 }

@@ -22,6 +22,12 @@ use embassy_stm32::{Peri, bind_interrupts, dcmi, peripherals, uid};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
+#[cfg(feature = "settings")]
+use crate::flash::{BoardFlash, SECTORS};
+#[cfg(not(feature = "settings"))]
+use crate::keeper::FixedSettings;
+#[cfg(feature = "settings")]
+use crate::keeper::KeptSettings;
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;
@@ -32,26 +38,23 @@ use crate::serial::Serial;
 use crate::setup;
 use crate::stripes::Ring;
 use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
-use crate::window::Window;
 
 /// The sensors that are looked for, in this order. All produce frames of one size.
 static SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
 /// The size of their frames.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.
-const ROWS: u16 = 16;
+const ROWS: u16 = 10;
 
+/// The layout that is compiled in.
 const LAYOUT: Layout = match setup::layout(SIZE) {
     Ok(layout) => layout,
     Err(_) => panic!("the configuration's [layout] does not fit frames of 320 x 240"),
 };
-static WINDOW: Window = AROUND;
-const AROUND: Window = match Window::around(&LAYOUT, ROWS) {
-    Ok(window) => window,
-    Err(_) => panic!("the configuration's [layout] leaves the whole words and stripes of a frame"),
-};
 /// The bytes of a row.
-const WIDTH: usize = AROUND.width() as usize;
+const WIDTH: usize = SIZE.width() as usize;
+/// The stripes of a frame.
+const STRIPES: usize = (SIZE.height() / ROWS) as usize;
 /// The words of a stripe.
 const WORDS: usize = WIDTH * ROWS as usize / 4;
 
@@ -73,6 +76,10 @@ impl Board for H743 {
     type Line = Serial;
     type Light = Light;
     type Watchdog = IndependentWatchdog<'static, peripherals::IWDG1>;
+    #[cfg(feature = "settings")]
+    type Keeper = KeptSettings<BoardFlash>;
+    #[cfg(not(feature = "settings"))]
+    type Keeper = FixedSettings;
 }
 
 impl Watchdog for IndependentWatchdog<'_, peripherals::IWDG1> {
@@ -101,6 +108,8 @@ pub struct Wiring {
     pub trouble: Light,
     /// The watchdog.
     pub watchdog: Peri<'static, peripherals::IWDG1>,
+    /// The flash, for settings.
+    pub flash: Peri<'static, peripherals::FLASH>,
 }
 
 /// Answers for ever. `has_crystal` is what [`start`] returned.
@@ -116,13 +125,16 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
     RCC.rsr().modify(|w| w.set_rmvf(true));
     let _clock = Mco::new(wiring.clock.0, wiring.clock.1, Mco1Source::PLL1_Q, McoConfig::default());
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
-    let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring, &WINDOW, ROWS) else {
-        panic!("the ring does not fit the window, or is more than the DMA counts");
+    let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring, SIZE, ROWS) else {
+        panic!("the ring does not fit the frames, or is more than the DMA counts");
     };
-    let node = Node::<H743, WIDTH> {
+    #[cfg(feature = "settings")]
+    let keeper = KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE);
+    #[cfg(not(feature = "settings"))]
+    let keeper = FixedSettings::new(LAYOUT);
+    let node = Node::<H743, WIDTH, STRIPES> {
         sensors: &SENSORS,
-        layout: WINDOW.layout(),
-        stripes: u32::from(WINDOW.height() / ROWS),
+        keeper,
         camera,
         bus: wiring.bus,
         line: Link::new(wiring.line, wiring.trouble),

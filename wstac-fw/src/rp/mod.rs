@@ -17,6 +17,7 @@ use embassy_time::Duration;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
+use crate::keeper::FixedSettings;
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;
@@ -43,7 +44,7 @@ const BORDER: u16 = hm01b0(DataWires::Eight).border;
 /// The rows that are captured. Those below the picture are no part of it, but a line that is lost is then missed at the
 /// next sync.
 const HEIGHT: u16 = SIZE.height() + BORDER;
-static LAYOUT: Layout = match setup::layout(SIZE) {
+const LAYOUT: Layout = match setup::layout(SIZE) {
     Ok(layout) => match FrameSize::new(SIZE.width() as u32, HEIGHT as u32) {
         Ok(size) => match Layout::new(size, layout.taxel(), *layout.corners()) {
             Ok(layout) => layout,
@@ -55,6 +56,8 @@ static LAYOUT: Layout = match setup::layout(SIZE) {
 };
 /// The bytes of a row.
 const WIDTH: usize = SIZE.width() as usize;
+/// The stripes of a frame.
+const STRIPES: usize = (HEIGHT / ROWS) as usize;
 /// The words of a stripe.
 const WORDS: usize = WIDTH * ROWS as usize / 4;
 
@@ -76,6 +79,7 @@ impl Board for Rp {
     type Line = Serial;
     type Light = RpLight;
     type Watchdog = Dog;
+    type Keeper = FixedSettings;
 }
 
 /// The watchdog, with the time after which it restarts the chip.
@@ -149,10 +153,9 @@ pub async fn run(wiring: RpWiring) -> ! {
     let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, picture, signals) else {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
-    let node = Node::<Rp, WIDTH> {
+    let node = Node::<Rp, WIDTH, STRIPES> {
         sensors,
-        layout: &LAYOUT,
-        stripes: u32::from(HEIGHT / ROWS),
+        keeper: FixedSettings::new(LAYOUT),
         camera,
         bus: wiring.bus,
         line: Link::new(wiring.line, wiring.trouble),

@@ -85,6 +85,8 @@ pub const fn hm01b0(wires: DataWires) -> Sensor {
         suspects: Suspects { size: 0x3010, format: 0x3059, rate: 0x3060 },
         slower: None,
         clock: None,
+        exposure: [0x0202, 0x0203],
+        lines: None,
     }
 }
 

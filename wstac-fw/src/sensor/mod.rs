@@ -69,7 +69,14 @@ pub struct Sensor {
     pub slower: Option<[u8; 2]>,
     /// The value of the clock's register, if it is not that of the settings because they gave another rate.
     pub clock: Option<u8>,
+    /// The registers of the exposure in lines, high byte first.
+    pub exposure: [u16; 2],
+    /// The exposure in lines, if it is not that of the settings: at most [`LONGEST_EXPOSURE`].
+    pub lines: Option<u16>,
 }
+
+/// The longest exposure in lines that a host can set. The frames of sensors of boards with settings have more.
+pub const LONGEST_EXPOSURE: u16 = 500;
 
 /// The registers that decide what a sensor sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,9 +168,11 @@ impl Sensor {
 
     /// Returns the settings of format, size and rate, then the locks.
     pub fn table(&self) -> impl Iterator<Item = Setting> + use<> {
-        let (clock, rate) = (self.clock, self.suspects.rate);
-        self.settings.iter().copied().flatten().map(move |&Setting { register, value }| match clock {
-            Some(value) if register == rate => Setting { register, value },
+        let (clock, rate, lines, [high, low]) = (self.clock, self.suspects.rate, self.lines, self.exposure);
+        self.settings.iter().copied().flatten().map(move |&Setting { register, value }| match (clock, lines) {
+            (Some(value), _) if register == rate => Setting { register, value },
+            (_, Some(lines)) if register == high => Setting { register, value: (lines >> 8) as u8 },
+            (_, Some(lines)) if register == low => Setting { register, value: lines as u8 },
             _ => Setting { register, value },
         })
     }

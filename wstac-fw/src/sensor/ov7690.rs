@@ -53,6 +53,8 @@ pub const OV7690: Sensor = Sensor {
     suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
     slower: Some([0x01, 0x03]),
     clock: None,
+    exposure: [0x0F, 0x10],
+    lines: None,
 };
 
 /// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.

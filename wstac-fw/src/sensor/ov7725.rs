@@ -53,6 +53,8 @@ pub const OV7725: Sensor = Sensor {
     suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
     slower: Some([0x03, 0x07]),
     clock: None,
+    exposure: [0x08, 0x10],
+    lines: None,
 };
 
 /// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma

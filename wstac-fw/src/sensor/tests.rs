@@ -12,7 +12,7 @@ use super::ov7690::OV7690;
 use super::ov7692::OV7692;
 use super::ov7725::OV7725;
 use super::watch::Watch;
-use super::{Addressing, Sensor, SensorError, Setting};
+use super::{Addressing, LONGEST_EXPOSURE, Sensor, SensorError, Setting, set};
 
 const OMNIVISION: [Sensor; 3] = [OV7690, OV7692, OV7725];
 const ALL: [Sensor; 6] =
@@ -160,6 +160,20 @@ fn a_clock_that_is_too_fast_is_divided_once() {
         // The divider is 1 plus the register, which the OV7725 doubles.
         assert_eq!(u32::from(after.value) + 1, 2 * (u32::from(before.value) + 1), "{}", sensor.name);
         assert_eq!(u32::from(quarter) + 1, 4 * (u32::from(before.value) + 1), "{}", sensor.name);
+    }
+}
+
+#[test]
+fn another_exposure_changes_its_two_registers_alone() {
+    for sensor in OMNIVISION {
+        let [high, low] = sensor.exposure;
+        let longer = Sensor { lines: Some(LONGEST_EXPOSURE), ..sensor };
+        let changed: Vec<_> = sensor.table().zip(longer.table()).filter(|(before, after)| before != after).collect();
+        // The high byte is that of 480 lines already.
+        let [(before, after)] = changed[..] else { panic!("{changed:?}") };
+        assert_eq!((before.register, after), (low, set(low, 0xF4)), "{}", sensor.name);
+        let short: Vec<_> = Sensor { lines: Some(100), ..sensor }.table().collect();
+        assert!(short.contains(&set(high, 0)) && short.contains(&set(low, 100)), "{}", sensor.name);
     }
 }
 

@@ -1,8 +1,10 @@
 //! The camera interface (DCMI) of the STM32H743 and one stream of its DMA, as [`Capture`].
 //!
-//! The DCMI captures frame after frame, crops each to a window and drops every second byte, the chroma of YUYV. Stream
-//! 0 of DMA1 writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole
-//! frame is kept anywhere.
+//! The DCMI captures frame after frame and drops every second byte, the chroma of YUYV. Stream 0 of DMA1 writes the rest
+//! into a ring of two stripes, round and round, and interrupts when a half is full. No whole frame is kept anywhere.
+//!
+//! Frames are not cropped to the taxels: the host may ask for a picture of all that the camera sees, and then every row
+//! has to be there, while frames go on being used.
 //!
 //! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and
 //! words.
@@ -23,13 +25,13 @@ use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
 use embassy_stm32::pac::{DCMI, DMA1, DMAMUX1, RCC};
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_time::Instant;
+use wstac_core::layout::FrameSize;
 
 use super::counts::COUNTS;
 use super::{Capture, Ring, Ticks, Trouble};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
-use crate::window::Window;
 
 /// The stream of DMA1 that is used. The channel of DMAMUX1 has the same number.
 const STREAM: usize = 0;
@@ -76,43 +78,41 @@ pub struct Dcmi {
     ring: *const u8,
     stripe_bytes: usize,
     signals: Signals,
-    /// First column, first row, width and height of the window.
-    window: [u16; 4],
-    /// Whether the interface counts the window's columns after it has dropped every second byte.
-    crops_selected: bool,
+    /// The words of a frame's luma.
+    frame_words: u32,
 }
 
 /// The part of frames that is captured, and its purpose.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum What {
-    /// Luma of the window, to be used.
+    /// Luma, to be used.
     Frames,
-    /// All bytes of whole frames, to be measured.
-    Whole,
-    /// Luma of the window, to be measured.
-    Window,
+    /// All bytes, to be measured.
+    AllBytes,
+    /// Luma, to be measured.
+    Luma,
 }
 
 impl Dcmi {
     /// Takes the interface, the DMA stream and the ring. Pins must be set up. Nothing is captured before
     /// [`Capture::restart`], and the sensor's signals must be known by then ([`Camera::set_signals`]).
     ///
-    /// A stripe is `rows` rows of the window. `WORDS` must be their number of words, which is checked.
+    /// A stripe is `rows` rows of a frame. `WORDS` must be their number of words, which is checked.
     pub fn new<const WORDS: usize>(
         _dcmi: Peri<'static, peripherals::DCMI>,
         _stream: Peri<'static, peripherals::DMA1_CH0>,
         _interrupts: impl typelevel::Binding<typelevel::DCMI, DcmiInterrupts>
         + typelevel::Binding<typelevel::DMA1_STREAM0, DcmiInterrupts>,
         ring: &'static mut Ring<WORDS>,
-        window: &Window,
+        size: FrameSize,
         rows: u16,
     ) -> Option<Self> {
-        let stripe_bytes = usize::from(window.width()) * usize::from(rows);
+        let stripe_bytes = usize::from(size.width()) * usize::from(rows);
         // The DMA counts words in 16 bits.
-        if stripe_bytes != 4 * WORDS || 2 * WORDS > usize::from(u16::MAX) || !window.height().is_multiple_of(rows) {
+        if stripe_bytes != 4 * WORDS || 2 * WORDS > usize::from(u16::MAX) || !size.height().is_multiple_of(rows) {
             return None;
         }
-        COUNTS.set_size(u32::from(window.height() / rows), WORDS as u32);
+        COUNTS.set_size(u32::from(size.height() / rows), WORDS as u32);
 
         rcc::enable_and_reset::<peripherals::DCMI>();
         RCC.ahb1enr().modify(|w| w.set_dma1en(true));
@@ -130,17 +130,13 @@ impl Dcmi {
             typelevel::DCMI::enable();
             typelevel::DMA1_STREAM0::enable();
         }
-        let window = [window.left(), window.top(), window.width(), window.height()];
-        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals: DEFAULT_SIGNALS, window, crops_selected: false })
+        let frame_words = u32::from(size.width()) * u32::from(size.height()) / 4;
+        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals: DEFAULT_SIGNALS, frame_words })
     }
 
-    /// Starts capture at the next vertical sync: of the window's luma, or of all bytes of whole frames.
+    /// Starts capture at the next vertical sync, of luma or of all bytes.
     fn start(&mut self, what: What) {
         let probe = what != What::Frames;
-        // Columns are counted in pixel clocks, two per pixel unless every second one is gone. The register values of
-        // sizes are one less than the counts.
-        let [left, top, width, height] = self.window;
-        let clocks = if self.crops_selected { 1 } else { 2 };
         critical_section::with(|_| {
             self.stop();
             let stream = DMA1.st(STREAM);
@@ -171,18 +167,9 @@ impl Dcmi {
                 w.set_vspol(self.signals.vsync_high_between_frames);
                 w.set_hspol(!self.signals.href_high_in_lines);
                 w.set_pckpol(self.signals.sample_at_rising_edge);
-                w.set_crop(what != What::Whole);
-                if what != What::Whole {
+                if what != What::AllBytes {
                     w.0 |= EVERY_SECOND_BYTE | if self.signals.luma_first { 0 } else { THE_SECOND };
                 }
-            });
-            DCMI.cwstrt().write(|w| {
-                w.set_hoffcnt(clocks * left);
-                w.set_vst(top);
-            });
-            DCMI.cwsize().write(|w| {
-                w.set_capcnt(clocks * width - 1);
-                w.set_vline(height - 1);
             });
             DCMI.ier().write(|w| {
                 w.set_ovr_ie(true);
@@ -260,24 +247,15 @@ impl Camera for Dcmi {
     }
 
     fn begin_probe(&mut self) {
-        self.start(What::Whole);
+        self.start(What::AllBytes);
     }
 
-    fn begin_window_probe(&mut self) {
-        self.start(What::Window);
+    fn begin_luma_probe(&mut self) {
+        self.start(What::Luma);
     }
 
-    fn window_words(&self) -> u32 {
-        let [_, _, width, height] = self.window;
-        u32::from(width) * u32::from(height) / 4
-    }
-
-    // The manual does not say whether columns are counted before or after every second byte is dropped.
-    fn change_order(&mut self) {
-        self.crops_selected = !self.crops_selected;
-        if self.crops_selected {
-            defmt::warn!("the camera interface drops bytes before it crops");
-        }
+    fn luma_words(&self) -> u32 {
+        self.frame_words
     }
 
     fn probe(&self) -> Probe {

@@ -320,16 +320,13 @@ impl Camera for Pio {
         self.start(What::Whole);
     }
 
-    fn begin_window_probe(&mut self) {
+    fn begin_luma_probe(&mut self) {
         self.start(What::Window);
     }
 
-    fn window_words(&self) -> u32 {
+    fn luma_words(&self) -> u32 {
         u32::from(self.picture.width) * u32::from(self.picture.height) / 4
     }
-
-    // There is one order: pixels have one byte.
-    fn change_order(&mut self) {}
 
     fn probe(&self) -> Probe {
         COUNTS.probe()

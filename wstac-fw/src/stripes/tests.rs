@@ -80,7 +80,7 @@ impl World {
             }
             self.ring[self.complete as usize % 2] = (self.now / PERIOD * 10 + stripe - 1) as u8;
             self.complete += 1;
-            // Nothing is captured beyond the window until the next sync.
+            // Nothing is captured beyond the frame until the next sync.
             self.in_frame &= stripe < Ticks::from(STRIPES);
         }
         self.now += 1;

@@ -300,7 +300,7 @@ fn hello_in_words(hello: &Hello<'_>) -> String {
     words
 }
 
-fn fault_in_words(fault: &Fault<'_>) -> String {
+pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
     match fault {
         Fault::Overrun => "pixels came faster than they were taken".to_owned(),
         Fault::LostSync => "a frame did not begin or end when it should have".to_owned(),

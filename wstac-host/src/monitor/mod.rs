@@ -2,7 +2,9 @@
 
 mod board;
 mod delivery;
+pub mod pictures;
 pub mod port;
+pub mod settings;
 pub mod telemetry;
 
 use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, Telemetry, VERSION};

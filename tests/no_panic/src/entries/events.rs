@@ -3,12 +3,12 @@
 use wstac_core::baseline::Baseline;
 use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
 use wstac_core::direction::{self, Direction, Heading, Unclear};
-use wstac_core::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
 use wstac_core::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;

@@ -1,11 +1,11 @@
 //! Entry points for texture models: reading them, classifying, and labels.
 
-use wstac_core::model::{Classification, Model};
 use wstac_core::model::boosted::Boosted;
 use wstac_core::model::file::{self, ModelError, Task};
 use wstac_core::model::forest::Forest;
 use wstac_core::model::labels::{Label, Labels};
 use wstac_core::model::linear_svm::LinearSvm;
+use wstac_core::model::{Classification, Model};
 use wstac_core::texture;
 
 entries! {

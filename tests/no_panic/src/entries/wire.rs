@@ -1,13 +1,19 @@
 //! Entry points for messages between a board and a host.
 
+use wstac_core::features::Floor;
 use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
+use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::Model;
 use wstac_core::motion::Velocity;
 use wstac_core::sample::Sample;
 use wstac_core::speed::SpeedConfig;
 use wstac_core::texture;
 use wstac_core::trigger::Event;
-use wstac_core::wire::{self, Answers, Decoder, Message, Outbox, Received, DecodeError, Request, Text};
+use wstac_core::trigger::TriggerConfig;
+use wstac_core::wire::{
+    self, Answers, DecodeError, Decoder, Message, Outbox, PictureEnd, PicturePart, Received, Refusal, Request,
+    Settings, SettingsInUse, Text,
+};
 
 entries! {
     wire:
@@ -21,9 +27,17 @@ entries! {
     decode<'a>(decoder: &'a mut Decoder, byte: u8) -> Option<Result<Received<Message<'a>>, DecodeError>> {
         decoder.push(byte)
     }
-    decode_request(decoder: &mut Decoder<16>, byte: u8) -> Option<Result<Received<Request>, DecodeError>> {
+    decode_request(decoder: &mut Decoder<{ wire::LONGEST_REQUEST }>, byte: u8) -> Option<Result<Received<Request>, DecodeError>> {
         decoder.push(byte)
     }
+    picture_part<'a>(bytes: &'a [u8], first: u32) -> PicturePart<'a> { PicturePart::new(0, 0, first, bytes) }
+    picture_checksum(part: &PicturePart<'_>) -> u32 { part.checksum() }
+    picture_end(parts: u16, checksum: u32) -> PictureEnd { PictureEnd::new(0, parts, checksum) }
+    settings(layout: &Layout, floor: Floor, trigger: TriggerConfig) -> Settings {
+        Settings::new(layout, floor, trigger, None)
+    }
+    settings_layout(settings: &Settings, size: FrameSize) -> Result<Layout, Refusal> { settings.layout(size) }
+    settings_in_use(settings: Settings) -> SettingsInUse { SettingsInUse::new(settings, true) }
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }

@@ -1,0 +1,188 @@
+//! Tests `wstac board`: it asks a board for its settings, sets them, and reads them back.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{JoinHandle, spawn};
+
+use serde_json::Value;
+use wstac_core::features::Floor;
+use wstac_core::green::any::PixelFormat;
+use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::rate::FrameRate;
+use wstac_core::trigger::TriggerConfig;
+use wstac_core::wire::{Decoder, Hello, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse, Text};
+use wstac_tests::command::{printed, run, said};
+use wstac_tests::folder::Folder;
+
+use super::board::Sent;
+use super::{path, pty};
+
+const SIZE: [u32; 2] = [320, 240];
+
+fn size() -> FrameSize {
+    FrameSize::new(SIZE[0], SIZE[1]).unwrap()
+}
+
+fn compiled_in() -> Settings {
+    let trigger = TriggerConfig::default().one_event_per_touch();
+    Settings::new(&Layout::paper(size()).unwrap(), Floor::new(1.0, 255).unwrap(), trigger, None)
+}
+
+/// A board behind a line: it answers in a thread of its own until it is dropped.
+struct Board {
+    line: PathBuf,
+    over: &'static AtomicBool,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Board {
+    fn new() -> Self {
+        let (end, line) = pty();
+        let over: &AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+        Self { line, over, thread: Some(spawn(|| serve(end, over))) }
+    }
+
+    fn run(&self, arguments: &[&str]) -> std::process::Output {
+        run(&[&["board", path(&self.line)], arguments].concat())
+    }
+
+    /// Runs the command, which must succeed, and returns its object.
+    fn json(&self, arguments: &[&str]) -> Value {
+        serde_json::from_str(&printed(&self.run(&[arguments, &["--json"]].concat()))).unwrap()
+    }
+
+    /// Runs the command, which the board or the command must refuse, and returns the messages.
+    fn refused(&self, arguments: &[&str]) -> String {
+        let done = self.run(arguments);
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        said(&done)
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// Answers requests as the firmware does. What is set is used after the next request, as after a restart.
+fn serve(mut line: File, over: &AtomicBool) {
+    let (mut decoder, mut sent, mut done) = (Decoder::<LONGEST_REQUEST>::new(), Sent { frames: Vec::new() }, 0);
+    let (mut used, mut kept) = (None::<Settings>, None::<Settings>);
+    // A hangup of the line shows as an error that does not end.
+    while !over.load(Ordering::Relaxed) {
+        let mut byte = [0];
+        let Ok(1) = line.read(&mut byte) else {
+            std::thread::yield_now();
+            continue;
+        };
+        let Some(Ok(received)) = decoder.push::<Request>(byte[0]) else { continue };
+        match received.message {
+            Request::Hello => sent.push(&Message::Hello(hello())),
+            Request::Settings => {
+                let in_use = SettingsInUse::new(used.unwrap_or_else(compiled_in), used.is_some());
+                sent.push(&Message::Settings(in_use));
+                used = kept;
+            }
+            Request::Set(settings) => {
+                let answer = check(&settings);
+                kept = if answer.is_ok() { Some(settings) } else { kept };
+                sent.push(&Message::Set(answer));
+            }
+            Request::Forget => {
+                kept = None;
+                sent.push(&Message::Set(Ok(())));
+            }
+            other => panic!("{other:?}"),
+        }
+        line.write_all(&sent.frames[done..].concat()).unwrap();
+        done = sent.frames.len();
+    }
+}
+
+fn check(settings: &Settings) -> Result<(), Refusal> {
+    settings.layout(size())?;
+    match settings.exposure {
+        Some(found) if found > 500 => Err(Refusal::Exposure { found, most: 500 }),
+        _ => Ok(()),
+    }
+}
+
+fn hello() -> Hello<'static> {
+    Hello {
+        firmware: Text::new("test-board"),
+        version: Text::new("1.2.3"),
+        size: size(),
+        format: PixelFormat::Gray,
+        rate: FrameRate::NOMINAL,
+        trigger: compiled_in().trigger,
+        models: [None; 3],
+        frame: 7,
+        revision: Text::new(""),
+        id: None,
+    }
+}
+
+/// Returns a configuration with a layout whose last taxel has this left side.
+fn config(folder: &Folder, name: &str, last: u16) -> PathBuf {
+    let mut corners: Vec<_> = (0..25).map(|k| [40 + 45 * (k % 5), 12 + 44 * (k / 5)]).collect();
+    corners[24][0] = last;
+    let layout = format!("[layout]\nframe = [320, 240]\ntaxel = [24, 28]\ncorners = {corners:?}\n");
+    folder.file(name, format!("{layout}[trigger]\nmargin = 0.75\n"))
+}
+
+#[test]
+fn settings_are_shown_set_read_back_and_forgotten() {
+    let folder = Folder::new("board-settings");
+    let board = Board::new();
+    let first = board.json(&[]);
+    assert_eq!((&first["kind"], &first["set"], &first["exposure"]), (&"board".into(), &false.into(), &Value::Null));
+    assert_eq!(first["taxel"], serde_json::json!([30, 30]));
+    let file = config(&folder, "my.toml", 220);
+    let set = board.json(&["--set", path(&file), "--exposure", "240"]);
+    assert_eq!((&set["set"], &set["exposure"], &set["margin"]), (&true.into(), &240.into(), &0.75.into()));
+    assert_eq!((&set["taxel"], &set["corners"][24]), (&serde_json::json!([24, 28]), &serde_json::json!([220, 188])));
+    // What is not given stays.
+    let exposed = board.json(&["--exposure", "100"]);
+    assert_eq!((&exposed["exposure"], &exposed["corners"]), (&100.into(), &set["corners"]));
+    // The text is a configuration, which sets the same again.
+    let text = printed(&board.run(&[]));
+    assert!(text.ends_with("# The exposure is 100 lines.\n"), "{text}");
+    let again = folder.file("again.toml", &text);
+    assert_eq!(board.json(&["--set", path(&again)]), exposed);
+    assert_eq!(board.json(&["--forget"]), first);
+}
+
+#[test]
+fn what_a_board_refuses_changes_nothing() {
+    let folder = Folder::new("board-refusals");
+    let board = Board::new();
+    let file = config(&folder, "my.toml", 220);
+    let set = board.json(&["--set", path(&file)]);
+    let message = board.refused(&["--exposure", "501"]);
+    assert!(message.contains("refuses the settings: the exposure is 501 lines, expected 1 to 500"), "{message}");
+    // A configuration without a frame says nothing about its size, so the host cannot check its taxels.
+    let text = std::fs::read_to_string(config(&folder, "bad.toml", 310)).unwrap();
+    let bad = folder.file("bad.toml", text.replace("frame = [320, 240]\n", ""));
+    let message = board.refused(&["--set", path(&bad)]);
+    assert!(message.contains("refuses the settings: taxel"), "{message}");
+    let other = folder.file("other.toml", text.replace("320, 240", "640, 480"));
+    let message = board.refused(&["--set", path(&other)]);
+    assert!(message.contains("[layout] is for frames of 640 x 480 pixels, expected 320 x 240"), "{message}");
+    let law = folder.file("law.toml", "[speed]\nlaw = \"published\"\n");
+    let message = board.refused(&["--set", path(&law)]);
+    assert!(message.contains("has another [speed] law than the board"), "{message}");
+    assert_eq!(board.json(&[]), set);
+}
+
+#[test]
+fn a_port_without_such_a_board_is_refused() {
+    let folder = Folder::new("board-none");
+    let file = folder.file("noise.bin", [7; 99]);
+    let done = run(&["board", path(&file)]);
+    assert_eq!(done.status.code(), Some(1));
+    assert!(said(&done).contains("does not answer, expected a board whose settings can be set"), "{}", said(&done));
+}

@@ -1,0 +1,123 @@
+//! The last two sectors of the STM32H743's flash, which no program of this size reaches.
+//!
+//! They are in the other bank than the program, which runs on while a word is written.
+//!
+//! If the power fails while a word is written, its error correction may not fit it. Reading it is then a bus fault, which
+//! would end every start. So words are read with bus faults ignored, and such a word reads as zeros: the checksums of what
+//! is kept there do not fit it.
+
+use core::arch::asm;
+use core::ops::Range;
+use core::ptr::read_volatile;
+
+use embassy_stm32::flash::{Blocking, Error, FLASH_BASE, FLASH_SIZE, Flash, WRITE_SIZE};
+use embassy_stm32::pac::FLASH;
+use embassy_stm32::{Peri, peripherals};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+
+/// The sectors, from the start of the flash.
+pub const SECTORS: Range<u32> = 0x1C_0000..0x20_0000;
+/// The bytes of a sector.
+const SECTOR: usize = 0x2_0000;
+/// The bank of the sectors.
+const BANK: usize = 1;
+/// CCR bit 8: a handler of the highest priority ignores bus faults of its loads.
+const IGNORE_BUS_FAULTS: u32 = 1 << 8;
+
+/// The flash.
+pub struct BoardFlash(Flash<'static, Blocking>);
+
+/// A failure of the flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlashFailed;
+
+impl From<Error> for FlashFailed {
+    fn from(_: Error) -> Self {
+        Self
+    }
+}
+
+impl NorFlashError for FlashFailed {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl BoardFlash {
+    /// Takes the flash.
+    pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
+        Self(Flash::new_blocking(flash))
+    }
+}
+
+impl ErrorType for BoardFlash {
+    type Error = FlashFailed;
+}
+
+impl ReadNorFlash for BoardFlash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFailed> {
+        let end = u32::try_from(bytes.len()).ok().and_then(|length| offset.checked_add(length));
+        if end.is_none_or(|end| end > SECTORS.end) || offset < SECTORS.start {
+            return Err(FlashFailed);
+        }
+        let mut at = offset as usize;
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            // The bytes of one word, which has one error correction.
+            let length = rest.len().min(WRITE_SIZE - at % WRITE_SIZE);
+            let (some, others) = rest.split_at_mut(length);
+            read_word(at, some);
+            (at, rest) = (at + length, others);
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        FLASH_SIZE
+    }
+}
+
+impl NorFlash for BoardFlash {
+    const WRITE_SIZE: usize = WRITE_SIZE;
+    const ERASE_SIZE: usize = SECTOR;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFailed> {
+        if from < SECTORS.start || to > SECTORS.end {
+            return Err(FlashFailed);
+        }
+        Ok(self.0.blocking_erase(from, to)?)
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFailed> {
+        if offset < SECTORS.start || bytes.len() > (SECTORS.end.saturating_sub(offset)) as usize {
+            return Err(FlashFailed);
+        }
+        Ok(self.0.blocking_write(offset, bytes)?)
+    }
+}
+
+/// Reads bytes of one word, or zeros if the word's error correction does not fit it.
+fn read_word(at: usize, bytes: &mut [u8]) {
+    let flash = FLASH.bank(BANK);
+    // SAFETY: the register is the core's, and only this bit of it is changed, for as long as no other code runs.
+    #[allow(unsafe_code)]
+    let control = unsafe { &(*cortex_m::peripheral::SCB::PTR).ccr };
+    // SAFETY: no handler runs between the two instructions that change the priority, so none finds faults ignored. The
+    // addresses are in the flash, which is memory of bytes, as the caller has checked.
+    #[allow(unsafe_code)]
+    unsafe {
+        control.modify(|bits| bits | IGNORE_BUS_FAULTS);
+        asm!("cpsid f", options(nostack));
+        for (place, address) in bytes.iter_mut().zip(FLASH_BASE + at..) {
+            *place = read_volatile(address as *const u8);
+        }
+        asm!("dsb", "cpsie f", options(nostack));
+        control.modify(|bits| bits & !IGNORE_BUS_FAULTS);
+    }
+    if flash.sr().read().dbeccerr() {
+        flash.ccr().write(|w| w.set_clr_dbeccerr(true));
+        bytes.fill(0);
+    }
+}

@@ -1,0 +1,126 @@
+//! The settings that a board uses: those that are compiled in, or those that a host has set.
+
+#[cfg(feature = "settings")]
+use core::ops::Range;
+
+#[cfg(feature = "settings")]
+use embedded_storage_async::nor_flash::NorFlash;
+use wstac_core::features::Floor;
+use wstac_core::layout::Layout;
+#[cfg(feature = "settings")]
+use wstac_core::rate::FrameRate;
+use wstac_core::trigger::TriggerConfig;
+use wstac_core::wire::Request;
+#[cfg(feature = "settings")]
+use wstac_core::wire::{Message, Refusal, Settings, SettingsInUse};
+
+use crate::reader::Outlet;
+use crate::setup;
+#[cfg(feature = "settings")]
+use crate::{sensor::LONGEST_EXPOSURE, settings};
+
+/// The settings in use.
+pub trait Keeper {
+    /// Returns the layout, the darkness floor and the trigger.
+    fn parameters(&self) -> (Layout, Floor, TriggerConfig);
+
+    /// Returns the exposure in lines, if it is not that of the sensor's table.
+    fn exposure(&self) -> Option<u16>;
+
+    /// Answers requests about settings.
+    fn answer(&mut self, request: Request, line: &mut impl Outlet);
+
+    /// Returns whether others are to be used, which takes a new start.
+    fn wants_restart(&self) -> bool;
+}
+
+/// Settings that are compiled in.
+pub struct FixedSettings(Layout);
+
+impl FixedSettings {
+    /// Creates them with this layout.
+    pub fn new(layout: Layout) -> Self {
+        Self(layout)
+    }
+}
+
+impl Keeper for FixedSettings {
+    fn parameters(&self) -> (Layout, Floor, TriggerConfig) {
+        (self.0, setup::FLOOR, setup::TRIGGER)
+    }
+
+    fn exposure(&self) -> Option<u16> {
+        None
+    }
+
+    fn answer(&mut self, _: Request, _: &mut impl Outlet) {}
+
+    fn wants_restart(&self) -> bool {
+        false
+    }
+}
+
+/// Settings that a host has set, or those compiled in, with the flash that keeps the former.
+#[cfg(feature = "settings")]
+pub struct KeptSettings<F> {
+    flash: F,
+    range: Range<u32>,
+    /// The layout in use, whose frames are those of the board.
+    layout: Layout,
+    rate: FrameRate,
+    settings: Settings,
+    /// Whether a host has set them.
+    is_set: bool,
+    wants_restart: bool,
+}
+
+#[cfg(feature = "settings")]
+impl<F: NorFlash> KeptSettings<F> {
+    /// Takes the settings in a range of a flash, if there are any that this program can use. The others have this layout.
+    pub fn new(mut flash: F, range: Range<u32>, layout: Layout, rate: FrameRate) -> Self {
+        let size = layout.frame();
+        let usable =
+            |settings: Settings| Some((settings, settings::check(&settings, size, rate, LONGEST_EXPOSURE).ok()?));
+        let kept = settings::load(&mut flash, range.clone()).and_then(usable);
+        let compiled_in = (Settings::new(&layout, setup::FLOOR, setup::TRIGGER, None), layout);
+        let (settings, layout) = kept.unwrap_or(compiled_in);
+        Self { flash, range, layout, rate, settings, is_set: kept.is_some(), wants_restart: false }
+    }
+
+    fn keep(&mut self, settings: &Settings) -> Result<(), Refusal> {
+        settings::check(settings, self.layout.frame(), self.rate, LONGEST_EXPOSURE)?;
+        settings::keep(&mut self.flash, self.range.clone(), Some(settings))
+    }
+}
+
+#[cfg(feature = "settings")]
+impl<F: NorFlash> Keeper for KeptSettings<F> {
+    fn parameters(&self) -> (Layout, Floor, TriggerConfig) {
+        (self.layout, self.settings.floor, self.settings.trigger)
+    }
+
+    fn exposure(&self) -> Option<u16> {
+        self.settings.exposure
+    }
+
+    fn answer(&mut self, request: Request, line: &mut impl Outlet) {
+        let answer = match request {
+            Request::Settings => {
+                line.send(&Message::Settings(SettingsInUse::new(self.settings, self.is_set)));
+                return;
+            }
+            Request::Set(settings) => self.keep(&settings),
+            Request::Forget => settings::keep(&mut self.flash, self.range.clone(), None),
+            _ => return,
+        };
+        if let Err(refusal) = answer {
+            defmt::error!("settings are refused: {}", refusal);
+        }
+        self.wants_restart |= answer.is_ok();
+        line.send(&Message::Set(answer));
+    }
+
+    fn wants_restart(&self) -> bool {
+        self.wants_restart
+    }
+}

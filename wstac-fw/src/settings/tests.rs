@@ -1,0 +1,267 @@
+//! Cuts the power at every byte that is written and in every erasure, and looks for the settings.
+
+use std::collections::BTreeSet;
+use std::vec;
+use std::vec::Vec;
+
+use embedded_storage_async::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use wstac_core::features::Floor;
+use wstac_core::trigger::TriggerConfig;
+
+use super::*;
+
+/// The bytes of a word and of a sector. A word may be written once, as with error correction.
+const WORD: usize = 32;
+const SECTOR: usize = 1024;
+const RANGE: Range<u32> = 1024..3072;
+
+/// What a word holds after the power failed while it was written.
+#[derive(Clone, Copy, Debug)]
+enum Cut {
+    /// The bytes before the cut.
+    Bytes,
+    /// Some of the bits.
+    Bits,
+    /// Nothing that can be read: the driver gives zeros.
+    Unreadable,
+}
+
+/// A flash whose power fails after so many bytes. An erased sector counts as so many bytes, too.
+#[derive(Clone)]
+struct Flash {
+    bytes: Vec<u8>,
+    written: Vec<bool>,
+    left: usize,
+    cut: Cut,
+    /// Whether the power has failed. Then nothing can be done until the next start.
+    is_off: bool,
+    /// The number of words that were written over.
+    again: u32,
+}
+
+#[derive(Debug)]
+struct PowerFailed;
+
+impl NorFlashError for PowerFailed {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl Flash {
+    fn new() -> Self {
+        let (bytes, written) = (vec![0xFF; 4 * SECTOR], vec![false; 4 * SECTOR / WORD]);
+        Self { bytes, written, left: usize::MAX, cut: Cut::Bytes, is_off: false, again: 0 }
+    }
+
+    /// Returns the flash with power for `left` more bytes.
+    fn until(&self, left: usize, cut: Cut) -> Self {
+        Self { left, cut, is_off: false, ..self.clone() }
+    }
+
+    fn is_on(&self) -> Result<(), PowerFailed> {
+        if self.is_off { Err(PowerFailed) } else { Ok(()) }
+    }
+
+    fn fail(&mut self) -> Result<(), PowerFailed> {
+        self.is_off = true;
+        Err(PowerFailed)
+    }
+
+    /// Returns the flash after a reset, with power.
+    fn again(&self) -> Self {
+        self.until(usize::MAX, Cut::Bytes)
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = PowerFailed;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerFailed> {
+        self.is_on()?;
+        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerFailed> {
+        self.is_on()?;
+        let (from, to) = (from as usize, to as usize);
+        assert!(from >= RANGE.start as usize && to <= RANGE.end as usize && from.is_multiple_of(SECTOR));
+        if self.left < to - from {
+            // A part is erased, and the next words are anything.
+            let end = from + self.left / WORD * WORD;
+            self.bytes[from..end].fill(0xFF);
+            self.bytes[end..to].iter_mut().step_by(3).for_each(|byte| *byte |= 0x5A);
+            return self.fail();
+        }
+        self.left -= to - from;
+        self.bytes[from..to].fill(0xFF);
+        self.written[from / WORD..to / WORD].fill(false);
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerFailed> {
+        self.is_on()?;
+        assert!((offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
+        for (at, word) in (offset as usize..).step_by(WORD).zip(bytes.chunks(WORD)) {
+            assert!(at >= RANGE.start as usize && at < RANGE.end as usize, "a write elsewhere");
+            if self.left == 0 {
+                return self.fail();
+            }
+            let place = &mut self.bytes[at..at + WORD];
+            if std::mem::replace(&mut self.written[at / WORD], true) {
+                // After a cut, the mark of a full sector may be written again. Its error correction does not fit it then,
+                // so the driver reads zeros, which are the mark.
+                assert!(word.iter().all(|byte| *byte == 0), "the word at {at:#x} is written over");
+                self.again += 1;
+                place.fill(0);
+                self.left = self.left.saturating_sub(WORD);
+                continue;
+            }
+            if self.left < WORD {
+                match self.cut {
+                    Cut::Bytes => place[..self.left].copy_from_slice(&word[..self.left]),
+                    Cut::Bits => {
+                        place.iter_mut().zip(word).enumerate().for_each(|(k, (byte, new))| {
+                            *byte &= *new | [0x0F, 0xA5, 0xFF, 0x3C][(k + self.left) % 4];
+                        });
+                    }
+                    Cut::Unreadable => place.fill(0),
+                }
+                return self.fail();
+            }
+            place.copy_from_slice(word);
+            self.left -= WORD;
+        }
+        Ok(())
+    }
+}
+
+fn size() -> FrameSize {
+    FrameSize::new(320, 240).unwrap()
+}
+
+/// Returns settings whose every part depends on a number.
+fn settings(number: u16) -> Settings {
+    let corners = core::array::from_fn(|k| [k as u16 * 9 + number % 50, k as u16 * 7 + number % 40]);
+    let layout = Layout::new(size(), [20 + number % 10, 20], corners).unwrap();
+    let trigger = TriggerConfig::new(5, 1.5 + f64::from(number), 15, wstac_core::trigger::Rule::Signed, 0.5).unwrap();
+    Settings::new(&layout, Floor::new(1.0 + f64::from(number % 200), 255).unwrap(), trigger, Some(number))
+}
+
+fn changed(change: impl FnOnce(&mut Settings)) -> Settings {
+    let mut settings = settings(7);
+    change(&mut settings);
+    settings
+}
+
+fn kept(flash: &Flash) -> Option<Settings> {
+    load(&mut flash.again(), RANGE)
+}
+
+#[test]
+fn an_empty_or_arbitrary_flash_has_no_settings() {
+    assert_eq!(kept(&Flash::new()), None);
+    for fill in [0x00, 0x5A, 0xA5] {
+        let mut flash = Flash::new();
+        flash.bytes.fill(fill);
+        flash.written.fill(true);
+        assert_eq!(kept(&flash), None, "{fill:#x}");
+        // It takes some all the same.
+        assert_eq!(keep(&mut flash, RANGE, Some(&settings(1))), Ok(()), "{fill:#x}");
+        assert_eq!(kept(&flash), Some(settings(1)), "{fill:#x}");
+    }
+}
+
+#[test]
+fn settings_are_kept_until_they_are_set_again_or_forgotten() {
+    let mut flash = Flash::new();
+    // The sectors are filled many times.
+    for number in 0..200 {
+        keep(&mut flash, RANGE, Some(&settings(number))).unwrap();
+        assert_eq!(kept(&flash), Some(settings(number)));
+    }
+    keep(&mut flash, RANGE, None).unwrap();
+    assert_eq!(kept(&flash), None);
+    keep(&mut flash, RANGE, Some(&settings(3))).unwrap();
+    assert_eq!(kept(&flash), Some(settings(3)));
+    // Nothing outside the range was written.
+    assert!(flash.bytes[..SECTOR].iter().chain(&flash.bytes[3 * SECTOR..]).all(|byte| *byte == 0xFF));
+}
+
+#[test]
+fn power_may_fail_at_every_byte() {
+    let (mut cuts, mut erased, mut over) = (0, 0, 0);
+    let mut seen = BTreeSet::new();
+    // 16 changes fill both sectors more than once.
+    let mut flash = Flash::new();
+    keep(&mut flash, RANGE, Some(&settings(0))).unwrap();
+    for number in 1..=16 {
+        let (old, new) = (settings(number - 1), settings(number));
+        let mut whole = flash.again();
+        whole.left = 100_000;
+        keep(&mut whole, RANGE, Some(&new)).unwrap();
+        let needed = 100_000 - whole.left;
+        erased += u32::from(needed > SECTOR);
+        for left in 0..needed {
+            for cut in [Cut::Bytes, Cut::Bits, Cut::Unreadable] {
+                // Within an erasure and between words, all cuts are alike.
+                if left % WORD == 0 && !matches!(cut, Cut::Bytes) {
+                    continue;
+                }
+                let mut failed = flash.until(left, cut);
+                let _ = keep(&mut failed, RANGE, Some(&new));
+                let found = kept(&failed);
+                assert!(found == Some(old) || found == Some(new), "{number}, {cut:?} after {left} of {needed} bytes");
+                seen.insert((number, found == Some(new)));
+                cuts += 1;
+                // The board goes on: it takes other settings, and they survive.
+                if left % 11 == 0 {
+                    let mut next = failed.again();
+                    let other = settings(number + 100);
+                    assert_eq!(keep(&mut next, RANGE, Some(&other)), Ok(()), "{number}, {cut:?} after {left} bytes");
+                    over += next.again;
+                    assert_eq!(kept(&next), Some(other), "{number}, {cut:?} after {left} bytes");
+                }
+            }
+        }
+        flash = whole.again();
+    }
+    assert!(erased >= 2, "no sector was erased: this shows less than it should");
+    assert!(seen.iter().any(|(_, is_new)| *is_new) && seen.iter().any(|(_, is_new)| !is_new));
+    assert!(cuts > 5000 && over > 0, "{cuts}, {over}");
+}
+
+#[test]
+fn what_a_board_cannot_use_is_refused() {
+    let of = |settings: &Settings| check(settings, size(), FrameRate::NOMINAL, 500);
+    assert!(of(&settings(7)).is_ok());
+    let Err(Refusal::Frame { found: [320, 240], expected: [640, 480] }) =
+        check(&settings(7), FrameSize::new(640, 480).unwrap(), FrameRate::NOMINAL, 500)
+    else {
+        panic!("a layout for other frames passes")
+    };
+    let outside = changed(|settings| settings.corners = [[310, 0]; 25]);
+    assert!(matches!(of(&outside), Err(Refusal::Layout(_))));
+    let full_scale = changed(|settings| settings.floor = Floor::new(1.0, 1023).unwrap());
+    assert!(matches!(of(&full_scale), Err(Refusal::Layout(_))));
+    for found in [0, 501] {
+        assert_eq!(
+            of(&changed(|settings| settings.exposure = Some(found))),
+            Err(Refusal::Exposure { found, most: 500 })
+        );
+    }
+}

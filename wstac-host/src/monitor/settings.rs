@@ -1,0 +1,150 @@
+//! The settings of a board: asked for, set, and read back.
+
+use std::ffi::OsStr;
+use std::time::{Duration, Instant};
+
+use wstac_core::error::ConfigError;
+use wstac_core::features::Floor;
+use wstac_core::green::GreenChannel;
+use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::green::ycbcr::YcbcrEncoding;
+use wstac_core::layout::Layout;
+use wstac_core::wire::{DecodeError, Decoder, LONGEST, Message, Request, Settings, SettingsInUse, VERSION, encode};
+
+use super::port::{Got, Port};
+use crate::config::Config;
+use crate::error::{Error, ErrorKind};
+use crate::source::StreamInfo;
+
+/// The time after which a request is sent again.
+const AGAIN: Duration = Duration::from_secs(1);
+/// The time between two looks at a board that starts again.
+const RESTART: Duration = Duration::from_millis(100);
+/// The longest wait for an answer. A board that was just set starts again first.
+const LONGEST_WAIT: Duration = Duration::from_secs(10);
+
+/// A board whose settings can be set.
+#[derive(Debug)]
+pub struct SettableBoard {
+    port: Port,
+    decoder: Decoder,
+    sequence: u16,
+}
+
+impl SettableBoard {
+    /// Opens a port as `wstac monitor` does.
+    ///
+    /// # Errors
+    /// The port cannot be opened.
+    pub fn open(port: &OsStr, baud: Option<u32>) -> Result<Self, Error> {
+        Ok(Self { port: Port::open(port, baud)?, decoder: Decoder::new(), sequence: 0 })
+    }
+
+    /// Returns the settings that the board uses.
+    ///
+    /// # Errors
+    /// The port cannot be read, or the board does not answer.
+    pub fn in_use(&mut self) -> Result<SettingsInUse, Error> {
+        self.ask(&Request::Settings, |message| match message {
+            Message::Settings(settings) => Some(*settings),
+            _ => None,
+        })
+    }
+
+    /// Returns what a host knows about the board's frames.
+    ///
+    /// # Errors
+    /// As those of [`SettableBoard::in_use`].
+    pub fn info(&mut self) -> Result<StreamInfo, Error> {
+        self.ask(&Request::Hello, |message| match message {
+            Message::Hello(hello) => Some(super::pictures::info_of(hello)),
+            _ => None,
+        })
+    }
+
+    /// Sets settings, waits until the board has started again with them, and reads them back.
+    ///
+    /// # Errors
+    /// The board refuses them, does not answer, or uses others after that. The port cannot be read.
+    pub fn set(&mut self, settings: &Settings) -> Result<(), Error> {
+        self.change(&Request::Set(*settings), |found| found.set && found.settings == *settings)
+    }
+
+    /// Returns the board to the settings that were compiled in, and waits until it has started again.
+    ///
+    /// # Errors
+    /// As those of [`SettableBoard::set`].
+    pub fn forget(&mut self) -> Result<(), Error> {
+        self.change(&Request::Forget, |found| !found.set)
+    }
+
+    fn change(&mut self, request: &Request, is_done: impl Fn(&SettingsInUse) -> bool) -> Result<(), Error> {
+        let answer = self.ask(request, |message| match message {
+            Message::Set(answer) => Some(*answer),
+            _ => None,
+        })?;
+        let name = self.port.name().to_owned();
+        answer
+            .map_err(|refusal| Error::new(ErrorKind::Data, &name, format_args!("refuses the settings: {refusal}")))?;
+        // Until it has started again, the board uses those of before.
+        let began = Instant::now();
+        while !is_done(&self.in_use()?) {
+            if began.elapsed() > LONGEST_WAIT {
+                return Err(Error::new(ErrorKind::Data, &name, "does not use the settings that it took"));
+            }
+            std::thread::sleep(RESTART);
+        }
+        Ok(())
+    }
+
+    /// Sends a request until `pick` takes a message.
+    fn ask<T>(&mut self, request: &Request, pick: impl Fn(&Message<'_>) -> Option<T>) -> Result<T, Error> {
+        let began = Instant::now();
+        let mut asked = None::<Instant>;
+        let mut byte = [0];
+        loop {
+            if asked.is_none_or(|asked| asked.elapsed() > AGAIN) {
+                asked = Some(Instant::now());
+                self.port.send(encode(request, self.sequence, &mut [0; LONGEST]));
+                self.sequence = self.sequence.wrapping_add(1);
+            }
+            let got = self.port.read(&mut byte)?;
+            if got == Got::Ended || began.elapsed() > LONGEST_WAIT {
+                let message = "does not answer, expected a board whose settings can be set";
+                return Err(Error::new(ErrorKind::Data, self.port.name(), message));
+            }
+            let Got::Bytes(1) = got else { continue };
+            match self.decoder.push::<Message>(byte[0]) {
+                Some(Ok(received)) => {
+                    if let Some(picked) = pick(&received.message) {
+                        return Ok(picked);
+                    }
+                }
+                Some(Err(DecodeError::Version(version))) => {
+                    let message = format!("speaks version {version} of the link, expected {VERSION}");
+                    return Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message));
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Returns the settings of a configuration for a board: layout, darkness floor and trigger.
+///
+/// The layout is not checked: the board does that.
+///
+/// # Errors
+/// The configuration has no floor or trigger for such frames.
+pub fn settings_of(config: &Config, info: &StreamInfo, exposure: Option<u16>) -> Result<Settings, ConfigError> {
+    let green = Any::new(info.format, YcbcrEncoding::default(), YcbcrMethod::Exact);
+    let floor = Floor::new(config.features.floor_levels, green.full_scale())?;
+    let mut settings = Settings::new(&Layout::paper(info.size)?, floor, config.trigger()?, exposure);
+    if let Some(frame) = config.layout.frame() {
+        settings.frame = frame;
+    }
+    if let Some((taxel, corners)) = config.layout.explicit() {
+        (settings.taxel, settings.corners) = (taxel, corners);
+    }
+    Ok(settings)
+}
