@@ -56,7 +56,7 @@ EXC_RETURN = 0xFFFF_FFF9  # return to the thread, main stack, without floating p
 EXCEPTION_EXIT = 8  # the emulator's name for a jump to such an address
 HARD_FAULT = 3 - 16  # in place of the number of an interrupt
 WAITS = (b"\x20\xbf", b"\x30\xbf")  # WFE, WFI
-SLICE, SHORT_SLICE = 1000, 50  # cycles that a busy core runs between two checks, the latter in an interrupt
+SLICE, SHORT_SLICE = 1000, 200  # cycles that a busy core runs between two checks, the latter in an interrupt
 
 
 class Stopped(Exception):

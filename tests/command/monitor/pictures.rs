@@ -99,9 +99,13 @@ fn a_recorded_board_is_calibrated_like_a_camera() {
     let mut sent = Sent { frames: Vec::new() };
     hello(&mut sent);
     for (number, frame) in frames.iter().enumerate() {
+        picture(&mut sent, number as u8, frame);
+        if number % 2 == 0 {
+            // The next one follows at once, in the bytes of the same read.
+            continue;
+        }
         // Other messages come in between.
         sent.push(&Message::Lost { frames: 1 });
-        picture(&mut sent, number as u8, frame);
         // A picture of which a part is damaged, and one that is given up, are left out.
         let parts = sent.frames.len();
         picture(&mut sent, number as u8 + 100, &vec![255; frame.len()]);
@@ -117,7 +121,7 @@ fn a_recorded_board_is_calibrated_like_a_camera() {
     let stderr = said(&done);
     assert!(stderr.contains("pictures of test-board 1.2.3, 320x240 Gray"), "{stderr}");
     let lost = "board: a part of a picture was lost on the line; it is asked for again";
-    assert_eq!(stderr.matches(lost).count(), frames.len(), "{stderr}");
+    assert_eq!(stderr.matches(lost).count(), frames.len() / 2, "{stderr}");
 }
 
 #[test]

@@ -48,6 +48,8 @@ pub struct BoardPictures {
     decoder: Decoder,
     info: StreamInfo,
     picture: Assembly,
+    /// The picture that was returned last. Parts of the next one may have arrived before it was.
+    returned: Vec<u8>,
     /// The messages that were read while one picture was waited for, as events.
     events: VecDeque<Event>,
     /// Whether a picture is asked for next.
@@ -112,6 +114,7 @@ impl BoardPictures {
             decoder,
             info,
             picture: Assembly::new(bytes),
+            returned: Vec::new(),
             events: VecDeque::new(),
             wants_picture: true,
             sequence,
@@ -178,7 +181,10 @@ impl Source for BoardPictures {
             }
         }
         match self.events.pop_front() {
-            Some(Event::Picture(picture)) => Ok(SourceEvent::Frame(Frame::new(self.picture.keep(picture)))),
+            Some(Event::Picture(picture)) => {
+                self.returned = picture;
+                Ok(SourceEvent::Frame(Frame::new(&self.returned)))
+            }
             Some(Event::Fault(fault)) => Ok(SourceEvent::Fault(fault)),
             None => Ok(SourceEvent::Waiting),
         }
@@ -256,12 +262,6 @@ impl Assembly {
         let picture = std::mem::take(&mut self.bytes);
         *self = Self::new(picture.len());
         is_whole.then_some(picture)
-    }
-
-    /// Keeps a picture until the next part, and returns it.
-    fn keep(&mut self, picture: Vec<u8>) -> &[u8] {
-        self.bytes = picture;
-        &self.bytes
     }
 }
 
