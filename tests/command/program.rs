@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Command;
 
-use wstac_tests::command::{good, refusal, run, said, start, wstac};
+use wstac_tests::command::{good, printed, refusal, run, said, start, wstac};
 use wstac_tests::folder::Folder;
 
 fn output(arguments: &[&str]) -> Vec<String> {
@@ -215,9 +215,9 @@ fn a_model_without_a_price_keeps_what_is_known() {
     folder.file("base.toml", "");
     let says = "own.wsm has no price on boards: ci/prices --keep ";
     let table = output(&["trade", "--map", &map]).join("\n");
-    assert!(table.contains(says) && table.contains("| 45,732 | – | – | – |"), "{table}");
+    assert!(table.contains(says) && table.contains("| 45,737 | – | – | – |"), "{table}");
     let chosen = output(&["trade", "--map", &map, "--budget", "M4F<60k"]).join("\n");
-    assert!(chosen.contains(says) && chosen.contains("45,732 instructions per frame, – per event"), "{chosen}");
+    assert!(chosen.contains(says) && chosen.contains("45,737 instructions per frame, – per event"), "{chosen}");
     assert!(refusal(&["trade", "--map", &map, "--budget", "flash<64K"]).contains("bytes of flash not known"));
 }
 
@@ -241,7 +241,7 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
         ("M4F<fast", 2, ["\"fast\"", "a number above 0"]),
         ("M4F<60,000", 2, ["\"000\"", "60k"]),
         ("M4F<10", 1, ["the nearest is", "expected M4F<10"]),
-        ("model=nosuch", 2, ["\"nosuch\"", "expected one of none, svm"]),
+        ("model=nosuch", 2, ["\"nosuch\"", "expected one of none, path-svm"]),
         ("model=none", 1, ["tells what --by is about", "--by speed"]),
         ("ln=fixed,ln=libm", 2, ["ln=libm", "a second time"]),
     ] {
@@ -346,4 +346,8 @@ fn a_run_without_an_event_says_why() {
         assert!(said(&done).contains(says), "{says}: {}", said(&done));
     }
     assert!(!said(&run(&["run", "scene:Saw3@150"])).contains("no event"));
+    // A touch was seen, and its sample did not fit.
+    let done = run(&["run", "scene:Saw3@150", "--frames", "60"]);
+    assert!(printed(&done).contains("was incomplete: 25 of 70 frames"), "{}", printed(&done));
+    assert!(!said(&done).contains("no event"), "{}", said(&done));
 }

@@ -26,7 +26,7 @@ EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md"
 # Name, core, and budget.
 POINTS = (
-    ("smallest", "M0", "M0<160k,flash<32K"),
+    ("smallest", "M0", "M0<160k,flash<36K"),
     ("balanced", "M4F", "M4F<60k,M4F.event<90k"),
     ("most accurate", "M4F", "M4F<2M"),
 )

@@ -21,7 +21,7 @@ use wstac_core::trigger::{Rule, TriggerConfig};
 
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
-use crate::text_file::toml_error;
+use crate::text_file::{toml_error, whole_if_any};
 
 /// Everything that a configuration file can say.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -52,6 +52,7 @@ pub struct Config {
 pub struct LayoutConfig {
     preset: Option<Preset>,
     /// Width and height of the frames that the layout is for; `None` if it is for frames of any size.
+    #[serde(deserialize_with = "whole_if_any")]
     frame: Option<[u16; 2]>,
     taxel: Option<Vec<u16>>,
     corners: Option<Vec<Vec<u16>>>,

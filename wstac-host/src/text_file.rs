@@ -1,9 +1,14 @@
 //! Files of text that a person or a program wrote for this one.
 
+use std::fmt;
 use std::io;
+use std::marker::PhantomData;
 use std::path::Path;
 
-use serde::de::DeserializeOwned;
+use serde::de::value::SeqAccessDeserializer;
+use serde::de::{
+    Deserialize, DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor,
+};
 
 use crate::error::{Error, ErrorKind};
 use crate::files;
@@ -49,6 +54,75 @@ pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     toml::from_str(text).map_err(|error| toml_error(text, &error))
 }
 
+/// A list of TOML with a fixed number of values, an array or a tuple. The `toml` crate leaves out what stands behind them.
+struct Whole<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Whole<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct List<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for List<T> {
+            type Value = T;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a list")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<T, A::Error> {
+                let mut counted = Counted { list, taken: 0 };
+                let value = T::deserialize(SeqAccessDeserializer::new(&mut counted))?;
+                let expected = counted.taken;
+                while counted.next_element::<IgnoredAny>()?.is_some() {}
+                match counted.taken {
+                    found if found == expected => Ok(value),
+                    found => Err(A::Error::custom(format_args!("the list has {found} values, expected {expected}"))),
+                }
+            }
+        }
+        deserializer.deserialize_seq(List(PhantomData)).map(Self)
+    }
+}
+
+/// A list, and how many of its values were taken.
+struct Counted<A> {
+    list: A,
+    taken: usize,
+}
+
+impl<'de, A: SeqAccess<'de>> SeqAccess<'de> for Counted<A> {
+    type Error = A::Error;
+
+    fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, A::Error> {
+        let next = self.list.next_element_seed(seed)?;
+        self.taken += usize::from(next.is_some());
+        Ok(next)
+    }
+}
+
+/// Reads a list with a fixed number of values, an array or a tuple.
+///
+/// # Errors
+/// It is no list, or has another number of values. (The `toml` crate leaves out what stands behind them.)
+pub fn whole<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
+    Whole::deserialize(deserializer).map(|Whole(value)| value)
+}
+
+/// Reads a list with a fixed number of values that may be missing, as [`whole`].
+///
+/// # Errors
+/// It is no list, or has another number of values.
+pub fn whole_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    whole(deserializer).map(Some)
+}
+
+/// Reads a list of lists, each as [`whole`].
+///
+/// # Errors
+/// One of them has another number of values, or it is no list of lists.
+pub fn wholes<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<Vec<T>, D::Error> {
+    let wholes = Vec::<Whole<T>>::deserialize(deserializer)?;
+    Ok(wholes.into_iter().map(|Whole(value)| value).collect())
+}
+
 /// Says in one line what is wrong with a TOML text, and where.
 pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
     let message = error.message().trim_end().replace('\n', ", ");
@@ -74,6 +148,38 @@ mod tests {
             let error = toml::from_str::<toml::Table>(text).unwrap_err();
             let said = toml_error(text, &error);
             assert!(said.starts_with(says) && !said.contains('\n') && said.contains(" (in: "), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_list_has_neither_more_nor_fewer_values() {
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(default)]
+        struct Lists {
+            #[serde(deserialize_with = "whole")]
+            pair: [f64; 2],
+            #[serde(deserialize_with = "whole_if_any")]
+            size: Option<[u16; 2]>,
+            #[serde(deserialize_with = "wholes")]
+            places: Vec<(i64, f64)>,
+        }
+        impl Default for Lists {
+            fn default() -> Self {
+                Self { pair: [0.0; 2], size: None, places: Vec::new() }
+            }
+        }
+        let lists: Lists = from_toml("pair = [1, 2.5]\nplaces = [[3, 4], [5, 0.5]]").unwrap();
+        assert_eq!((lists.pair, lists.size, lists.places), ([1.0, 2.5], None, vec![(3, 4.0), (5, 0.5)]));
+        for (text, says) in [
+            ("pair = [1]", "invalid length 1"),
+            ("pair = [1, 2, 3]", "the list has 3 values, expected 2 (in: pair = [1, 2, 3])"),
+            ("size = [1, 2, 3]", "the list has 3 values, expected 2 (in: size = [1, 2, 3])"),
+            ("places = [[1, 2], [3, 4, 5]]", "the list has 3 values, expected 2 (in: places = "),
+            ("pair = 1", "expected a list (in: pair = 1)"),
+            ("size = [1, \"a\"]", "expected u16"),
+        ] {
+            let error = from_toml::<Lists>(text).unwrap_err();
+            assert!(error.contains(says) && error.starts_with("TOML line 1, column "), "{text}: {error}");
         }
     }
 

@@ -29,7 +29,7 @@ pub const NEVER: [&str; 8] = [
     "light that spreads through the elastomer from one base to the next",
     "fatigue and recovery of the phosphor, and its dependence on temperature",
     "a rolling shutter, a lens that is out of focus at its rim only",
-    "slides that turn, tilt, or change their speed",
+    "slides that turn or tilt",
     "texture across the slide: a specimen's profile is the same over its width",
 ];
 

@@ -5,8 +5,10 @@
 //! counted in fractions of full scale times seconds.
 
 use libm::{exp, fabs};
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
+use wstac_host::text_file::wholes;
 
 use super::keys::{Keys, within};
 use super::rng::Rng;
@@ -52,9 +54,14 @@ pub struct LightConfig {
 }
 
 /// Whiskers that give less light, read from a list of row, column (each 1 to 5) and gain (0 to 1).
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "Vec<(i64, i64, f64)>")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weak([f32; TAXELS]);
+
+impl<'de> Deserialize<'de> for Weak {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::try_from(wholes::<_, (i64, i64, f64)>(deserializer)?).map_err(D::Error::custom)
+    }
+}
 
 impl Default for Weak {
     fn default() -> Self {
@@ -101,9 +108,14 @@ pub(crate) fn taxel_of(key: &str, row: i64, column: i64) -> Result<usize, String
 }
 
 /// The set of whiskers that give no light, read from a list of rows and columns, each 1 to 5.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "Vec<[i64; 2]>")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dead(u32);
+
+impl<'de> Deserialize<'de> for Dead {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::try_from(wholes::<_, [i64; 2]>(deserializer)?).map_err(D::Error::custom)
+    }
+}
 
 impl Dead {
     /// Returns `true` if the whisker of this taxel gives no light.

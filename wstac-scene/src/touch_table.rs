@@ -1,6 +1,7 @@
 //! The tables `[[slide]]` and `[[touch]]` of a scene's file before they are checked.
 
 use serde::Deserialize;
+use wstac_host::text_file::whole_if_any;
 
 use super::keys::within;
 use super::light::taxel_of;
@@ -62,6 +63,7 @@ pub(crate) struct FileTouch {
     approach: Option<f64>,
     hold: Option<f64>,
     tilt: Option<f64>,
+    #[serde(default, deserialize_with = "whole_if_any")]
     whisker: Option<[i64; 2]>,
 }
 

@@ -42,7 +42,9 @@ impl Candidate {
     /// # Errors
     /// This does not fail: tests read all of them.
     pub fn all_built_in() -> Result<Vec<Self>, Error> {
-        let all = ModelFile::built_in().map(|(name, file)| Self::new(format!("{BUILT_IN}{name}"), file?));
+        // An embedding answers as the shipped model of its input does, and is larger: it is there to learn from.
+        let own = ModelFile::built_in().filter(|(name, _)| !name.ends_with("embedding"));
+        let all = own.map(|(name, file)| Self::new(format!("{BUILT_IN}{name}"), file?));
         // Others, such as those that learn textures, say nothing about specimens.
         all.filter(|model| model.as_ref().is_ok_and(|model| model.tells()[0]) || model.is_err()).collect()
     }

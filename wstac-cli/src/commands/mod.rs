@@ -74,6 +74,8 @@ Texture models of your own:
       train on simulated slides of many sensors, and test on others
   wstac train recordings/ -o my.wsm
       train on your own recordings
+  wstac model learn builtin:embedding slides/ -o my.wsm
+      make a model of new textures from five slides of each
   wstac dataset -o set.npz
       make a data set for other trainers; --help lists the keys
   wstac model import forest.onnx -o forest.wsm
@@ -92,8 +94,6 @@ Recordings and other sources:
       set the layout and the trigger of a board
 
 Figures, fits and budgets:
-  wstac view /dev/video0
-      watch a camera in the terminal
   wstac plot clip.y4m -o event.svg
       draw one event as a figure for a paper
   wstac fit-speed slides.npz -o speed.toml

@@ -50,7 +50,7 @@ pub(super) struct Arguments {
 
     /// A label of the recording, such as specimen=Saw3
     ///
-    /// wstac dataset reads specimen, speed and direction.
+    /// wstac dataset reads specimen, speed, direction and sensor.
     #[arg(long = "label", value_name = "NAME=VALUE", value_parser = label)]
     labels: Vec<(String, String)>,
 

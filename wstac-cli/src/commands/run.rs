@@ -201,8 +201,10 @@ Output with --json, one object per line (wrapped here):
               direction and texture are null if there is no answer, and
               "why" gives the reason. Models of other classes answer
               with "class". "confidence" is the probability that the
-              names are right, and "known" is false for a texture that
-              is unlike those of the training: then there are no names.
+              names are right if the texture is one of the training's.
+              "known" is false for a sample that is unlike those of the
+              training, by its texture or by its speed: then there are
+              no names.
               Both are null for a model that does not tell.
               --samples adds "sample": 10 lists of 70 numbers like "f".
               With law = "published" or "physical" the fields from

@@ -9,6 +9,8 @@ use wstac_core::params;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
 
+use crate::text_file::whole_if_any;
+
 /// A law by name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -80,6 +82,7 @@ pub struct SpeedKeys {
     slope: Option<f32>,
     track_mm: Option<f32>,
     afterglow_frames: Option<f32>,
+    #[serde(deserialize_with = "whole_if_any")]
     range_mm_s: Option<[f32; 2]>,
 }
 

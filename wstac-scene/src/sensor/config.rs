@@ -24,6 +24,7 @@ use serde::Deserialize;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
+use wstac_host::text_file::whole_if_any;
 
 use super::format::SensorFormat;
 use super::pose::Pose;
@@ -101,6 +102,7 @@ const DEFAULT_SIZE: FrameSize = match FrameSize::new(1280, 720) {
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 struct Keys {
+    #[serde(deserialize_with = "whole_if_any")]
     size: Option<[i64; 2]>,
     fps: Option<f64>,
     format: Option<String>,

@@ -18,6 +18,7 @@ use libm::{cos, sin, sqrt};
 use serde::Deserialize;
 use wstac_core::layout::FrameSize;
 use wstac_core::params::{COLUMNS, PAPER_IMAGE_SIDE, PAPER_PITCH, ROWS, TAXELS};
+use wstac_host::text_file::whole;
 
 use crate::keys::within;
 
@@ -35,10 +36,12 @@ pub struct Pose {
     /// Rotation of the picture in degrees, counterclockwise, −180..=180.
     pub rotation_degrees: f64,
     /// Tilt of the camera in degrees, −45..=45: first its right side further away, then its lower side further away.
+    #[serde(deserialize_with = "whole")]
     pub tilt_degrees: [f64; 2],
     /// Curvature of the lens, −0.15..=0.15: below 0 is barrel, above is pincushion.
     pub curvature: f64,
     /// Shift right and down, in fractions of the picture's shorter side, −2..=2.
+    #[serde(deserialize_with = "whole")]
     pub shift: [f64; 2],
     /// Scale of the picture, 0.1..=10.
     pub scale: f64,

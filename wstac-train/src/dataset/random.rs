@@ -16,6 +16,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::text_file::whole;
 use wstac_scene::specimen::Specimen;
 
 use super::path::RandomSlides;
@@ -33,8 +34,11 @@ const MOST_FIRST: u32 = 1_000_000_000;
 struct File {
     specimens: Vec<String>,
     slides: i64,
+    #[serde(deserialize_with = "whole")]
     speeds: [f64; 2],
+    #[serde(deserialize_with = "whole")]
     directions: [f64; 2],
+    #[serde(deserialize_with = "whole")]
     lengths: [f64; 2],
     sensors: i64,
     first_sensor: i64,
@@ -160,7 +164,10 @@ mod tests {
         let error = |text: &str| RandomSweep::parse("s.toml", text).unwrap_err().to_string();
         assert_eq!(error("slides = 0"), "s.toml: slides is 0, expected 1 to 200000");
         assert!(
-            error("speeds = [300, 50]").contains("speeds is [300, 50], expected from and to, within 10 to 600 mm/s")
+            error("speeds = [100, 150, 200]")
+                .contains("the list has 3 values, expected 2 (in: speeds = [100, 150, 200])")
+                && error("speeds = [300, 50]")
+                    .contains("speeds is [300, 50], expected from and to, within 10 to 600 mm/s")
         );
         assert!(error("lengths = [nan, 50]").contains("lengths is [NaN, 50]"));
         assert!(error("specimens = [\"Sew3\"]").contains("specimens has \"Sew3\""));

@@ -194,7 +194,7 @@ pub fn read_paths(path: &Path, config: Option<&Config>) -> Result<Recording, Err
 }
 
 /// Names of the labels that a data set uses.
-pub const NAMES: [&str; 3] = ["specimen", "speed", "direction"];
+pub const NAMES: [&str; 4] = ["specimen", "speed", "direction", "sensor"];
 
 /// Checks the labels that a data set uses, and returns the speed in mm/s and the direction in degrees, if present.
 ///

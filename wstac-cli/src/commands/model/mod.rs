@@ -34,6 +34,8 @@ const HELP: &str = r#"From data to a model file, in one command:
   wstac train -o my.wsm                    (see wstac train --help)
   wstac model inspect my.wsm
   wstac run /dev/video0 --model my.wsm
+  wstac model learn builtin:embedding slides/ -o my.wsm
+                                           (five slides of each texture)
 
 With scikit-learn, for any speed, direction and length:
   wstac dataset --input path sweep.toml -o train.npz

@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use wstac_host::output::Output;
+use wstac_host::output::{Output, StreamSummary};
 use wstac_host::session::Processor;
 
 /// The light of a run, and whether it had events.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct NoEvent {
-    /// Whether there was an event or an interrupted sample.
+    /// Whether there was an event, or a sample that is not complete.
     is_answered: bool,
     /// Whether a frame was seen, and whether the baseline was complete.
     frames: bool,
@@ -26,7 +26,12 @@ const DARK: f32 = 1.0 / 256.0;
 impl NoEvent {
     /// Takes note of an output.
     pub(super) fn output(&mut self, output: &Output) {
-        self.is_answered |= matches!(output, Output::Event(_) | Output::Interrupted(_));
+        let is_of_a_touch = |summary: &StreamSummary| summary.incomplete.is_some();
+        self.is_answered |= match output {
+            Output::Event(_) | Output::Interrupted(_) => true,
+            Output::End(summary) => is_of_a_touch(summary),
+            _ => false,
+        };
     }
 
     /// Takes note of the last frame's light.
@@ -74,7 +79,8 @@ impl fmt::Display for Reason {
             Self::Dark => f.write_str("every taxel stayed dark; check the light, the exposure and [layout]"),
             Self::Saturated => f.write_str("a taxel was saturated all the time; shorten the exposure"),
             Self::Quiet(most) => {
-                write!(f, "no touch was seen; the brightest taxel reached {:.0} % of full scale", 100.0 * most)
+                write!(f, "no touch was seen; the brightest taxel reached {:.0} % of full scale", 100.0 * most)?;
+                f.write_str(" (a lower margin under [trigger] sees weaker touches)")
             }
         }
     }
