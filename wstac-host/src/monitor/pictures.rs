@@ -100,7 +100,7 @@ impl BoardPictures {
                         break info_of(&hello);
                     }
                 }
-                Some(Err(error)) => check_version(&error)?,
+                Some(Err(error)) => check_version(error)?,
                 None => {}
             }
         };
@@ -133,7 +133,7 @@ impl BoardPictures {
                     }
                     Message::PictureEnd(end) => {
                         self.wants_picture = true;
-                        self.events.push_back(match self.picture.end(&end) {
+                        self.events.push_back(match self.picture.end(end) {
                             Some(picture) => Event::Picture(picture),
                             None => fault_of_board("a part of a picture was lost on the line; it is asked for again"),
                         });
@@ -143,7 +143,7 @@ impl BoardPictures {
                     }
                     _ => {}
                 },
-                Some(Err(error)) => check_version(&error)?,
+                Some(Err(error)) => check_version(error)?,
                 None => {}
             }
         }
@@ -204,7 +204,7 @@ pub(super) fn info_of(hello: &Hello<'_>) -> StreamInfo {
 }
 
 /// Refuses a board of another version; other messages that cannot be read are left out.
-fn check_version(error: &DecodeError) -> Result<(), Error> {
+fn check_version(error: DecodeError) -> Result<(), Error> {
     match error {
         DecodeError::Version(version) => {
             let message = format!("speaks version {version} of the link, expected {VERSION}");
@@ -253,7 +253,7 @@ impl Assembly {
     }
 
     /// Returns the picture if every byte of it has arrived once, and the checksums are right.
-    fn end(&mut self, end: &PictureEnd) -> Option<Vec<u8>> {
+    fn end(&mut self, end: PictureEnd) -> Option<Vec<u8>> {
         let is_whole = self.number == Some(end.picture)
             && self.parts == end.parts
             && self.checksum == end.checksum
@@ -288,8 +288,10 @@ mod tests {
         (parts, end)
     }
 
-    fn taken(assembly: &mut Assembly, parts: &[PicturePart<'_>], end: &PictureEnd) -> Option<Vec<u8>> {
-        parts.iter().for_each(|part| assembly.part(part));
+    fn taken(assembly: &mut Assembly, parts: &[PicturePart<'_>], end: PictureEnd) -> Option<Vec<u8>> {
+        for part in parts {
+            assembly.part(part);
+        }
         assembly.end(end)
     }
 
@@ -298,7 +300,7 @@ mod tests {
         let (picture, mut assembly) = (picture(), Assembly::new(LENGTH));
         for number in [254, 255, 0] {
             let (parts, end) = parts(number, &picture);
-            assert_eq!(taken(&mut assembly, &parts, &end).as_ref(), Some(&picture));
+            assert_eq!(taken(&mut assembly, &parts, end).as_ref(), Some(&picture));
         }
     }
 
@@ -320,16 +322,18 @@ mod tests {
         ];
         for (name, found) in cases {
             let mut assembly = Assembly::new(LENGTH);
-            assert_eq!(taken(&mut assembly, &found, &end), None, "{name}");
+            assert_eq!(taken(&mut assembly, &found, end), None, "{name}");
             // The next one is not spoiled by it.
             let (again, end) = tests::parts(4, &picture);
-            assert_eq!(taken(&mut assembly, &again, &end).as_ref(), Some(&picture), "after {name}");
+            assert_eq!(taken(&mut assembly, &again, end).as_ref(), Some(&picture), "after {name}");
         }
         // An end without parts, and that of a picture that was given up.
         let mut assembly = Assembly::new(LENGTH);
-        assert_eq!(assembly.end(&end), None);
-        parts.iter().for_each(|part| assembly.part(part));
-        assert_eq!(assembly.end(&PictureEnd::new(2, end.parts, end.checksum)), None);
+        assert_eq!(assembly.end(end), None);
+        for part in &parts {
+            assembly.part(part);
+        }
+        assert_eq!(assembly.end(PictureEnd::new(2, end.parts, end.checksum)), None);
     }
 
     #[test]
