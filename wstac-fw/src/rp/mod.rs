@@ -25,7 +25,7 @@ use crate::sensor::hm01b0::{DataWires, hm01b0};
 use crate::serial::Serial;
 use crate::setup;
 use crate::stripes::Ring;
-use crate::stripes::pio::{Picture, Pio, PioInterrupts, Wires};
+use crate::stripes::pio::{Area, Pio, PioInterrupts, Wires};
 
 /// The clock of the core. The sensor's is a fifth of it.
 const CLOCK: u32 = 120_000_000;
@@ -147,10 +147,10 @@ pub async fn run(wiring: RpWiring) -> ! {
         4 => &WITH_4,
         _ => &WITH_8,
     };
-    let picture = Picture { width: SIZE.width(), height: HEIGHT, border: BORDER, rows: ROWS };
+    let area = Area { width: SIZE.width(), height: HEIGHT, border: BORDER, rows: ROWS };
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
     let signals = sensors[0].signals;
-    let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, picture, signals) else {
+    let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, area, signals) else {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
     let node = Node::<Rp, WIDTH, STRIPES> {

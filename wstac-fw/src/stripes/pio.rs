@@ -92,9 +92,9 @@ pub struct Wires {
     pub vsync: u8,
 }
 
-/// The picture that is captured, and how it is divided.
+/// The part of a frame that is captured, and how it is divided.
 #[derive(Clone, Copy, Debug)]
-pub struct Picture {
+pub struct Area {
     /// The width of what is used of a frame, in pixels of one byte.
     pub width: u16,
     /// The rows that are captured: those that are used, and those below them.
@@ -110,18 +110,18 @@ pub struct Pio {
     ring: *const u8,
     stripe_bytes: usize,
     wires: Wires,
-    picture: Picture,
+    area: Area,
     signals: Signals,
 }
 
 /// The part of frames that is captured, and its purpose.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum What {
-    /// The picture, to be used.
+    /// The area, to be used.
     Frames,
     /// Every pixel of whole frames, to be measured.
     Whole,
-    /// The picture, to be measured.
+    /// The area, to be measured.
     Window,
 }
 
@@ -137,10 +137,10 @@ impl Pio {
         + typelevel::Binding<typelevel::DMA_IRQ_1, PioInterrupts>,
         ring: &'static mut Ring<WORDS>,
         wires: Wires,
-        picture: Picture,
+        area: Area,
         signals: Signals,
     ) -> Option<Self> {
-        let Picture { width, height, border, rows } = picture;
+        let Area { width, height, border, rows } = area;
         let stripe_bytes = usize::from(width) * usize::from(rows);
         // A machine counts the clocks of the border in five bits.
         let is_right = matches!(wires.count, 1 | 4 | 8) && u32::from(border) * clocks(wires) <= 32 && border <= 32;
@@ -160,7 +160,7 @@ impl Pio {
         for pin in data.chain([wires.pclk, wires.href, wires.vsync]) {
             connect(usize::from(pin));
         }
-        let pio = Self { ring: ring.as_ptr().cast(), stripe_bytes, wires, picture, signals };
+        let pio = Self { ring: ring.as_ptr().cast(), stripe_bytes, wires, area, signals };
         DMA.inte(DMA_INTERRUPT).write_value(BOTH);
         typelevel::PIO0_IRQ_0::unpend();
         typelevel::DMA_IRQ_1::unpend();
@@ -230,7 +230,7 @@ impl Pio {
 
     /// Loads the programs, and sets the machines to their beginnings.
     fn load(&self, whole: bool) {
-        let Self { wires, picture: Picture { width, height, border, .. }, signals, .. } = *self;
+        let Self { wires, area: Area { width, height, border, .. }, signals, .. } = *self;
         let (between, in_line, edge) =
             (signals.vsync_high_between_frames, signals.href_high_in_lines, signals.sample_at_rising_edge);
         let frame = [wait(between, wires.vsync), wait(!between, wires.vsync)];
@@ -325,7 +325,7 @@ impl Camera for Pio {
     }
 
     fn luma_words(&self) -> u32 {
-        u32::from(self.picture.width) * u32::from(self.picture.height) / 4
+        u32::from(self.area.width) * u32::from(self.area.height) / 4
     }
 
     fn probe(&self) -> Probe {
