@@ -9,6 +9,9 @@ import sys
 
 import boards
 
+# The frames of a sample behind which the requests are too late for it, with some for the later ones of them.
+LATE = 40
+
 
 def free_port():
     with socket.socket() as probe:
@@ -16,8 +19,8 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def check(board, elf, folder, wstac, expected):
-    """Compares the output with the lines of `wstac run --json --features --samples` on the same frames."""
+def monitored(board, elf, folder, wstac):
+    """Runs the board with `wstac monitor` at the other end of its UART. Returns the finished command."""
     port = free_port()
     # The board starts when the host is there.
     command = boards.command(board, elf, f"tcp:127.0.0.1:{port},server=on,wait=on")
@@ -31,13 +34,35 @@ def check(board, elf, folder, wstac, expected):
     finally:
         qemu.kill()
         qemu.wait()
-    got = done.stdout.splitlines()
-    if done.returncode:
-        sys.exit(f"{board.core}: wstac monitor failed ({done.returncode}): {done.stderr.strip()}")
+    return done
+
+
+def is_late(got, expected):
+    """Returns whether the first frame with features is too far into the sample of the first event."""
+    first = lambda lines, kind: next((line["frame"] for line in map(json.loads, lines) if line["kind"] == kind), None)
+    begins, event = first(got, "features"), first(expected, "event")
+    return begins is None or event is not None and begins >= event + LATE
+
+
+def check(board, elf, folder, wstac, expected):
+    """Compares the output with the lines of `wstac run --json --features --samples` on the same frames."""
+    # The emulated board is faster than a real one. On a busy machine the requests may reach it behind the first event.
+    for _ in range(5):
+        done = monitored(board, elf, folder, wstac)
+        if done.returncode:
+            sys.exit(f"{board.core}: wstac monitor failed ({done.returncode}): {done.stderr.strip()}")
+        got = done.stdout.splitlines()
+        if not is_late(got, expected):
+            break
+        print(f"{board.core}: the requests came too late; again")
     kind = lambda line: json.loads(line)["kind"]
     got_features = [line for line in got if kind(line) == "features"]
-    if [line for line in got if kind(line) != "features"] != [line for line in expected if kind(line) != "features"]:
-        sys.exit(f"{board.core}: events over the live link are not the host's: {done.stderr.strip()}")
+    got_others = [line for line in got if kind(line) != "features"]
+    want_others = [line for line in expected if kind(line) != "features"]
+    if got_others != want_others:
+        apart = next((pair for pair in zip(got_others, want_others) if pair[0] != pair[1]), (len(got_others), len(want_others)))
+        apart = " for ".join(str(one)[:300] for one in apart)
+        sys.exit(f"{board.core}: events over the live link are not the host's: {apart}: {done.stderr.strip()}")
     # The request takes some time to arrive. After that, the features of every frame are there.
     want_features = [line for line in expected if kind(line) == "features"]
     if not got_features or got_features != want_features[-len(got_features) :]:
