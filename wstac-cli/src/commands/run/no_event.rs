@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use wstac_host::output::{Output, StreamSummary};
+use wstac_host::output::Output;
 use wstac_host::session::Processor;
 
 /// The light of a run, and whether it had events.
@@ -26,10 +26,9 @@ const DARK: f32 = 1.0 / 256.0;
 impl NoEvent {
     /// Takes note of an output.
     pub(super) fn output(&mut self, output: &Output) {
-        let is_of_a_touch = |summary: &StreamSummary| summary.incomplete.is_some();
         self.is_answered |= match output {
             Output::Event(_) | Output::Interrupted(_) => true,
-            Output::End(summary) => is_of_a_touch(summary),
+            Output::End(summary) => summary.incomplete.is_some(),
             _ => false,
         };
     }
@@ -79,8 +78,9 @@ impl fmt::Display for Reason {
             Self::Dark => f.write_str("every taxel stayed dark; check the light, the exposure and [layout]"),
             Self::Saturated => f.write_str("a taxel was saturated all the time; shorten the exposure"),
             Self::Quiet(most) => {
-                write!(f, "no touch was seen; the brightest taxel reached {:.0} % of full scale", 100.0 * most)?;
-                f.write_str(" (a lower margin under [trigger] sees weaker touches)")
+                let percent = 100.0 * most;
+                write!(f, "no touch was seen; the brightest taxel reached {percent:.0} % of full scale ")?;
+                f.write_str("(a lower margin under [trigger] sees weaker touches)")
             }
         }
     }
