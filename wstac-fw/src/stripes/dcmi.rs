@@ -139,13 +139,13 @@ impl Dcmi {
         let probe = what != What::Frames;
         critical_section::with(|_| {
             self.stop();
+            COUNTS.restart(probe);
             let stream = DMA1.st(STREAM);
             stream.cr().modify(|w| w.set_en(false));
             // This waits at most for the transfer of one word. If the DMA does not stop, nothing is captured: the
             // sensor seems silent, and each attempt to set it up ends in a restart.
             if (0..PATIENCE).all(|_| stream.cr().read().en()) {
                 defmt::error!("the DMA does not stop");
-                COUNTS.restart(probe);
                 return;
             }
             DMA1.ifcr(0).write(|w| {
@@ -162,7 +162,6 @@ impl Dcmi {
                 w.set_vsync_isc(true);
                 w.set_line_isc(true);
             });
-            COUNTS.restart(probe);
             DCMI.cr().write(|w| {
                 w.set_vspol(self.signals.vsync_high_between_frames);
                 w.set_hspol(!self.signals.href_high_in_lines);
