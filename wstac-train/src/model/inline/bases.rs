@@ -69,15 +69,15 @@ impl Bases {
     }
 }
 
-/// Returns `true` if one instruction compares with the threshold directly.
+/// Returns `true` if one instruction compares with the threshold directly: with it, or strictly with the next number.
 ///
-/// The compiler may take the next number with a strict comparison. It turns negative thresholds into sums of a number
-/// in a register; bases do this better.
+/// The compiler turns negative thresholds into sums of a number in a register; bases do this better.
 fn is_short(threshold: i32) -> bool {
-    [threshold, threshold + 1].into_iter().all(|number| {
-        let number = number.cast_unsigned();
-        number < 1 << 8 || u32::BITS - number.leading_zeros() - number.trailing_zeros() <= 8
-    })
+    threshold >= 0
+        && [threshold, threshold + 1].into_iter().any(|number| {
+            let number = number.cast_unsigned();
+            number < 1 << 8 || u32::BITS - number.leading_zeros() - number.trailing_zeros() <= 8
+        })
 }
 
 #[cfg(test)]
