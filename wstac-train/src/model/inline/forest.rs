@@ -60,13 +60,45 @@ impl Count {
         }
     }
 
-    /// Returns the condition that a class has most of all votes: a carry into the top bit of its byte.
+    /// Returns `true` if so many of all trees can give a class most of all votes, and the code checks it.
+    fn can_win(&self, trees: usize, all: usize) -> bool {
+        self.is_packed() && trees > all / 2
+    }
+
+    /// Returns the word that makes a byte's top bit a carry if the byte holds most of all votes.
+    fn short(trees: usize) -> u32 {
+        (127 - trees as u32 / 2) * 0x0101_0101
+    }
+
+    /// Returns the condition that a class has most of all votes.
     ///
     /// It is some instructions only, where [`Self::first`] takes a hundred.
     fn majority(&self, trees: usize) -> String {
-        let short = (127 - trees as u32 / 2) * 0x0101_0101;
+        let short = Self::short(trees);
         let sums: Vec<String> = (0..self.words).map(|word| format!("v{word}.wrapping_add({short})")).collect();
         format!("({}) & 0x8080_8080 != 0", sums.join(" | "))
+    }
+
+    /// Returns the function that finds the class with most of all votes, if there is one.
+    fn most(&self, trees: usize) -> String {
+        if !self.is_packed() {
+            return String::new();
+        }
+        let mut body = String::new();
+        for word in 0..self.words {
+            let _ = writeln!(
+                body,
+                "    let over = all[{word}].wrapping_add({}) & 0x8080_8080;\n    \
+                 if over != 0 {{\n        return {}_u8.wrapping_add((over.trailing_zeros() / 8) as u8);\n    }}",
+                Self::short(trees),
+                CLASSES_A_WORD * word
+            );
+        }
+        format!(
+            "\n/// The class with most of all votes, which there is.\n{ATTRIBUTES}\
+             fn most(all: &[u32; {}]) -> u8 {{\n{body}    0\n}}\n",
+            self.words
+        )
     }
 
     /// Returns the function that finds the leading class and its lead.
@@ -117,8 +149,8 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
         for chunk in chunks(&trees[start..end]) {
             functions += &one_group(group, start, trees.len(), chunk, &count, &mut writer);
             let call = format!("group_{group}(s, bases, &mut votes)");
-            let _ = if count.is_packed() {
-                writeln!(answer, "    if {call} {{\n        return first(&votes).0;\n    }}")
+            let _ = if count.can_win(start + chunk.len(), trees.len()) {
+                writeln!(answer, "    if {call} {{\n        return most(&votes);\n    }}")
             } else {
                 writeln!(answer, "    {call};")
             };
@@ -137,11 +169,11 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
         }
     }
     answer += "    first(&votes).0\n";
-    classify(&bases, &answer) + &count.first() + &shares(&entries, classes) + &functions + &writer.functions
+    classify(&bases, &answer) + &count.first() + &count.most(trees.len()) + &shares(&entries, classes) + &functions + &writer.functions
 }
 
-/// Returns a function in which some trees of `all` vote, from the tree `start` on. It says whether a class is known to
-/// win.
+/// Returns a function in which some trees of `all` vote, from the tree `start` on. It returns whether a class has most
+/// of all votes, once that is possible.
 fn one_group(
     group: usize,
     start: usize,
@@ -150,7 +182,8 @@ fn one_group(
     count: &Count,
     writer: &mut Writer,
 ) -> String {
-    let gives = if count.is_packed() { " -> bool" } else { "" };
+    let can_win = count.can_win(start + trees.len(), all);
+    let gives = if can_win { " -> bool" } else { "" };
     let mut text =
         head(&format!("group_{group}"), writer.bases, &format!(", votes: &mut [u32; {}]", count.words), gives);
     let words: Vec<String> = (0..count.words).map(|word| format!("v{word}")).collect();
@@ -163,7 +196,7 @@ fn one_group(
     }
     for (number, tree) in (start..).zip(trees) {
         let since = number.saturating_sub(all / 2 + 1);
-        if count.is_packed() && number > start && number > all / 2 && since.is_multiple_of((all / MAJORITIES).max(1)) {
+        if count.can_win(number, all) && number > start && since.is_multiple_of((all / MAJORITIES).max(1)) {
             let _ = writeln!(
                 text,
                 "    if {} {{\n        *votes = [{}];\n        return true;\n    }}",
@@ -190,7 +223,10 @@ fn one_group(
         text += "    }\n";
     }
     if count.is_packed() {
-        let _ = writeln!(text, "    *votes = [{}];\n    {}", words.join(", "), count.majority(all));
+        let _ = writeln!(text, "    *votes = [{}];", words.join(", "));
+    }
+    if can_win {
+        let _ = writeln!(text, "    {}", count.majority(all));
     }
     text + "}\n"
 }
