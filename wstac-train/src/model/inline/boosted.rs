@@ -98,7 +98,9 @@ impl Scorer<'_> {
             let _ = writeln!(answer, "    let s{number} = {name}(s, bases, s{number});");
             let kind = self.writer.leaf_type;
             self.functions += &head(&name, self.bases, &format!(", mut sum: {kind}"), &format!(" -> {kind}"));
-            these.iter().for_each(|tree| self.add(tree));
+            for tree in these {
+                self.add(tree);
+            }
             self.functions += "    sum\n}\n";
         }
     }

@@ -169,7 +169,12 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
         }
     }
     answer += "    first(&votes).0\n";
-    classify(&bases, &answer) + &count.first() + &count.most(trees.len()) + &shares(&entries, classes) + &functions + &writer.functions
+    classify(&bases, &answer)
+        + &count.first()
+        + &count.most(trees.len())
+        + &shares(&entries, classes)
+        + &functions
+        + &writer.functions
 }
 
 /// Returns a function in which some trees of `all` vote, from the tree `start` on. It returns whether a class has most
