@@ -18,7 +18,7 @@ from model.registers import Registers
 from model.sensor import Ov7725
 
 WIDTH, HEIGHT = 320, 240
-CLOCK = 96_000_000  # of core and timer
+CLOCK = 72_000_000  # of core and timer
 SERIAL_DIVIDER = 2  # cycles of the core per clock of the serial line
 FRAME = CLOCK // 30
 # What embassy accesses but this program does not need.
