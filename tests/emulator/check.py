@@ -21,7 +21,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from emulate import FRAME, HEIGHT, WIDTH, Board, cost, frames_of
+from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import Machine
 from model.ports import NUCLEO, OPENMV
 from model.sensor import Ov7690, Ov7692, Ov7725
@@ -42,9 +42,9 @@ direction = 180
 """
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9
+HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, TIME, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9, 10
 # Messages from the board, by their numbers.
-EVENT, PICTURE_PART, PICTURE_END, IN_USE, ANSWER = 3, 13, 14, 15, 16
+EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER = 3, 13, 14, 15, 16, 17
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 
 
@@ -276,6 +276,24 @@ class Check:
         elif not abs(int(states[-1][3]) - board.machine.deepest_stack()) <= 256:
             problems.append(f"{states[-1][3]} bytes of stack, expected {board.machine.deepest_stack()}")
         self.say(name, problems)
+    def clock(self, name):
+        """Asked at any time of a frame, the board tells its clock. It differs from the machine's by the same time always."""
+        board = self.board(self.host.frames[:90])
+        us = lambda: board.machine.now * 1_000_000 // CLOCK
+        ask = lambda: board.line.receive(request(TIME, *as_varint(us())))
+        begin = lambda at: board.machine.at(board.machine.now + at * FRAME // 60, ask)
+        for frame in range(20, 80):
+            board.camera.faults[frame] = lambda at=frame - 20: begin(at)
+        answers = [content for content in contents(board.run()) if content[0] == BOARD_TIME]
+        apart = []
+        for content in answers:
+            host_us, rest = varint(content, 1)
+            apart.append(varint(rest)[0] - host_us)
+        problems = [] if len(answers) == 60 else [f"{len(answers)} answers, expected 60"]
+        if not apart or max(apart) - min(apart) > 1000:
+            problems.append(f"the clocks are apart by {apart} us, expected the same within 1000")
+        self.say(name, problems)
+
     def picture(self, name, speed, late=()):
         """While frames are used, a picture is sent. Each part is that of the frame that it names, byte for byte, and no
         feature or event is missing. `late` has frames in which the core stops so many cycles after a stripe.
@@ -659,6 +677,7 @@ def main():
             check.other(other_elf, config, model)
         check.samples()
         check.status("state of the board")
+        check.clock("the board's clock")
         check.again("events that are acknowledged", acknowledged=True)
         check.again("events that are not acknowledged", acknowledged=False)
         check.picture("a picture at twice the speed of the line", 2)

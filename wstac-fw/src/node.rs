@@ -5,6 +5,7 @@
 //! embassy's.
 
 use core::future::Future;
+use core::pin::pin;
 
 use embassy_futures::select::select;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -168,6 +169,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     let mut absent = Absence::None;
     // Whether a frame has ended, or none is coming. The time is read only then: that takes 120 instructions.
     let mut is_between = true;
+    // The last row of a frame.
+    let mut row = [0; WIDTH];
     let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
     loop {
         watchdog.pet();
@@ -182,12 +185,13 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             match request {
                 Request::Hello => line.absence(absent),
                 Request::Picture => picture.begin(),
+                Request::Time { host_us } => line.time(host_us, Instant::now().as_micros()),
                 _ => {}
             }
         }
         if is_between {
             let now = Instant::now();
-            reader.set_time(now.as_millis());
+            reader.set_time(now.as_micros());
             if second != now.as_secs() {
                 second = now.as_secs();
                 reader.telemetry_mut().stack = Some(depth.bytes());
@@ -225,7 +229,6 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
                 // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
-                let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
                 let mut done = reader.rows(now, &mut line);
                 let is_whole = stripes.release();
@@ -291,7 +294,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 }
             }
             Step::Wait(until) => {
-                select(CHANGED.wait(), Timer::at(Instant::from_ticks(until))).await;
+                // They stay where they are made: moved, they would be copied for every stripe.
+                select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(until)))).await;
             }
         }
     }
@@ -465,7 +469,7 @@ async fn find(
             // A host that has just connected should know, too.
             said = if request == Request::Hello { Absence::None } else { said };
         }
-        reader.set_time(Instant::now().as_millis());
+        reader.set_time(Instant::now().as_micros());
         let mut reason = Absence::Gone;
         for sensor in sensors {
             let sensor = Sensor { lines: keeper.exposure(), ..*sensor };
