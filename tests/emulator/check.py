@@ -265,16 +265,18 @@ class Check:
         # The lowest word is the last one.
         if not re.search(r", revision [0-9a-f]{12}, chip 0c0b0a090807060504030201\n", self.host.notes):
             problems.append(f"the host notes {self.host.notes!r}")
-        pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (\d) events?\n"
+        pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (?:(-?[\d.]+) °C, )?(\d) events?\n"
         states = re.findall(pattern, self.host.notes)
         seconds = [int(state[0]) for state in states]
         # The clock that the frames have is 0.05 % slow, and the first second has no frames.
         if not states or seconds != sorted(seconds) or abs(seconds[-1] - board.machine.now / (30 * FRAME)) > 2:
             problems.append(f"the uptimes are {seconds}")
-        elif not 29.9 < float(states[-1][1] or 0) < 30.1 or [states[-1][at] for at in (2, 4)] != ["1", "2"]:
+        elif not 29.9 < float(states[-1][1] or 0) < 30.1 or [states[-1][at] for at in (2, 5)] != ["1", "2"]:
             problems.append(f"the last state is {states[-1]}")
         elif not abs(int(states[-1][3]) - board.machine.deepest_stack()) <= 256:
             problems.append(f"{states[-1][3]} bytes of stack, expected {board.machine.deepest_stack()}")
+        elif abs(float(states[-1][4] or 0) - 42.5) > 0.2:
+            problems.append(f"{states[-1][4]} °C, expected 42.5")
         self.say(name, problems)
     def clock(self, name):
         """Asked at any time of a frame, the board tells its clock. It differs from the machine's by the same time always."""

@@ -95,6 +95,13 @@ pub trait Watchdog {
     fn pet(&mut self);
 }
 
+/// Measures the temperature of the chip.
+pub trait Thermometer {
+    /// Returns the last temperature in tenths of a degree Celsius, and begins to measure the next one; `None` if there is
+    /// none yet.
+    fn tenths(&mut self) -> Option<i16>;
+}
+
 /// The types of a board's parts.
 pub trait Board {
     /// The camera interface.
@@ -109,6 +116,8 @@ pub trait Board {
     type Watchdog: Watchdog;
     /// The settings.
     type Keeper: Keeper;
+    /// The sensor of the chip's temperature.
+    type Thermometer: Thermometer;
 }
 
 /// A board's parts. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
@@ -127,6 +136,8 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     pub events: B::Light,
     /// The watchdog.
     pub watchdog: B::Watchdog,
+    /// The sensor of the chip's temperature.
+    pub thermometer: B::Thermometer,
     /// Whether the watchdog has ended the last run.
     pub hung: bool,
     /// Whether the clock is the chip's own, because that of the board is missing.
@@ -141,8 +152,20 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 #[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
-    let Node { sensors, mut keeper, camera, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock, id } =
-        node;
+    let Node {
+        sensors,
+        mut keeper,
+        camera,
+        bus: mut i2c,
+        mut line,
+        mut events,
+        mut watchdog,
+        hung,
+        is_own_clock,
+        id,
+        ..
+    } = node;
+    let mut thermometer = node.thermometer;
     let size = sensors.first().map(|sensor| sensor.size);
     let Some(reader) = size.and_then(|size| reader(&keeper, size)) else {
         panic!("the configuration does not fit the camera")
@@ -194,7 +217,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             reader.set_time(now.as_micros());
             if second != now.as_secs() {
                 second = now.as_secs();
-                reader.telemetry_mut().stack = Some(depth.bytes());
+                let telemetry = reader.telemetry_mut();
+                (telemetry.stack, telemetry.temperature) = (Some(depth.bytes()), thermometer.tenths());
             }
         }
         while line.has_room() && (reader.send_held(&mut line) || is_between && reader.send_again(&mut line)) {}

@@ -31,7 +31,7 @@ pub(super) struct Board {
     /// The times of its frames. Whether it has described itself: then its rate is known.
     clock: Option<FrameClock>,
     /// Its own clock.
-    board_clock: BoardClock,
+    own_clock: BoardClock,
     /// Whether it has named a texture model.
     has_model: bool,
     delivery: Delivery,
@@ -54,7 +54,7 @@ impl Board {
             sample,
             progress,
             clock: None,
-            board_clock: BoardClock::default(),
+            own_clock: BoardClock::default(),
             has_model: false,
             delivery: Delivery::default(),
             uptime_ms: 0,
@@ -79,19 +79,19 @@ impl Board {
 
     /// Takes this machine's time. Returns a request for the board's if one is due.
     pub(super) fn set_now(&mut self, since_start: Duration, wall: SystemTime) -> Option<Request> {
-        self.board_clock.set_now(since_start, wall)
+        self.own_clock.set_now(since_start, wall)
     }
 
     /// Returns the match of the clocks.
     pub(super) fn clock_match(&self) -> Option<ClockMatch> {
-        self.board_clock.matched()
+        self.own_clock.matched()
     }
 
     /// Forgets what was known of a board that has started again, but this.
     fn restart(&mut self, progress: StreamSummary, clock: Option<FrameClock>) {
-        let mut board_clock = std::mem::take(&mut self.board_clock);
-        board_clock.restart();
-        *self = Self { progress, clock, board_clock, ..Self::new(self.wanted) };
+        let mut own_clock = std::mem::take(&mut self.own_clock);
+        own_clock.restart();
+        *self = Self { progress, clock, own_clock, ..Self::new(self.wanted) };
     }
 
     /// Returns whether its stream has ended.
@@ -173,7 +173,7 @@ impl Board {
             }
             Message::Telemetry(telemetry) => self.telemetry(telemetry, give),
             Message::Time { host_us, board_us } => {
-                self.board_clock.answered(*host_us, *board_us);
+                self.own_clock.answered(*host_us, *board_us);
                 Ok(())
             }
             // The decoder does not know the messages of a newer core either, so no others arrive here.
@@ -233,7 +233,7 @@ impl Board {
         }
         self.uptime_ms = telemetry.uptime_ms;
         if let (Some(clock), Some(FrameTime { frame, board_us })) = (&mut self.clock, telemetry.last_frame) {
-            clock.frame_arrives(frame, self.board_clock.wall(board_us));
+            clock.frame_arrives(frame, self.own_clock.wall(board_us));
         }
         lost_events(self.delivery.take_state(telemetry.events, telemetry.kept), give)?;
         if self.has_taken_requests(telemetry.wanted) {

@@ -20,15 +20,15 @@ const MOST_DRIFT: f64 = 200e-6;
 /// The time between two answers that tells a drift.
 const DRIFT_AFTER: Duration = Duration::from_secs(10);
 
-/// An answer of the board.
+/// An answer of the board. All times are microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Answer {
-    /// The middle between request and answer, in microseconds of this machine.
-    at_us: f64,
+    /// The middle between request and answer, by this machine.
+    at: f64,
     /// This machine's time less the board's.
-    offset_us: f64,
+    offset: f64,
     /// Half of the time from request to answer.
-    half_us: f64,
+    half: f64,
 }
 
 /// The match of a board's clock and this machine's.
@@ -69,9 +69,9 @@ impl BoardClock {
         if asked > arrived || arrived - asked > us(EVERY * KEPT as u32) {
             return;
         }
-        let at_us = f64::midpoint(asked, arrived);
+        let at = f64::midpoint(asked, arrived);
         self.answers.truncate(KEPT - 1);
-        self.answers.push_front(Answer { at_us, offset_us: at_us - board_us as f64, half_us: (arrived - asked) / 2.0 });
+        self.answers.push_front(Answer { at, offset: at - board_us as f64, half: (arrived - asked) / 2.0 });
     }
 
     /// Forgets all answers: the board has started again.
@@ -82,7 +82,7 @@ impl BoardClock {
     /// Returns the answer that is surest now, and how sure it is in microseconds.
     fn best(&self) -> Option<(Answer, f64)> {
         let now = us(self.now?.0);
-        let sure = |answer: &Answer| answer.half_us + (now - answer.at_us) * MOST_DRIFT;
+        let sure = |answer: &Answer| answer.half + (now - answer.at) * MOST_DRIFT;
         let best = self.answers.iter().min_by(|a, b| sure(a).total_cmp(&sure(b)))?;
         Some((*best, sure(best)))
     }
@@ -95,19 +95,18 @@ impl BoardClock {
 
     /// Compares the shortest answer of the older half with that of the newer one.
     fn fast_ppm(&self) -> Option<f64> {
-        let shortest = |from: usize, to: usize| {
-            self.answers.range(from..to).min_by(|a, b| a.half_us.total_cmp(&b.half_us)).copied()
-        };
+        let shortest =
+            |from: usize, to: usize| self.answers.range(from..to).min_by(|a, b| a.half.total_cmp(&b.half)).copied();
         let middle = self.answers.len() / 2;
         let (new, old) = (shortest(0, middle)?, shortest(middle, self.answers.len())?);
-        let apart = new.at_us - old.at_us;
-        (apart >= us(DRIFT_AFTER)).then(|| (old.offset_us - new.offset_us) / apart * 1e6)
+        let apart = new.at - old.at;
+        (apart >= us(DRIFT_AFTER)).then(|| (old.offset - new.offset) / apart * 1e6)
     }
 
     /// Returns the wall-clock time of a time of the board; `None` before the board has answered.
     pub(super) fn wall(&self, board_us: u64) -> Option<SystemTime> {
         let ((now, wall), (answer, _)) = (self.now?, self.best()?);
-        let ago = us(now) - (board_us as f64 + answer.offset_us);
+        let ago = us(now) - (board_us as f64 + answer.offset);
         let distance = Duration::try_from_secs_f64(ago.abs() / 1e6).ok()?;
         if ago < 0.0 { wall.checked_add(distance) } else { wall.checked_sub(distance) }
     }
