@@ -34,6 +34,12 @@ enum Step {
     Measure,
 }
 
+impl Default for ChipThermometer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl ChipThermometer {
     /// Starts the ADC, which nobody else may use.
     pub fn new() -> Self {
