@@ -1,11 +1,11 @@
-//! The settings that a host has set, in flash: they survive a reset at any time.
+//! The settings that a host has set, and learned textures, in flash: they survive a reset at any time.
 //!
-//! They are one item of a map of the crate `sequential-storage`. It is chosen because it writes each word once, which
+//! Each is one item of a map of the crate `sequential-storage`. It is chosen because it writes each word once, which
 //! memory with error correction needs, has checksums, and uses two sectors in turn. `ekv` is made for many keys in many
 //! pages of a few kB, and a sector of the STM32H743 has 128 kB.
 //!
 //! An item that was not written to its end is not valid, and the one before it holds. So a reset at any time leaves the
-//! old settings or the new ones.
+//! old item or the new one, and all others as they are.
 
 use core::ops::Range;
 
@@ -15,14 +15,25 @@ use sequential_storage::Error;
 use sequential_storage::cache::Cache;
 use sequential_storage::map::{MapConfig, MapStorage};
 use wstac_core::layout::{FrameSize, Layout};
+#[cfg(any(feature = "learn", test))]
+use wstac_core::learned::Center;
+#[cfg(any(feature = "learn", test))]
+use wstac_core::model::calibration::MOST_DIMENSIONS;
+#[cfg(any(feature = "learn", test))]
+use wstac_core::model::place::Place;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+#[cfg(any(feature = "learn", test))]
+use wstac_core::wire::{MOST_TEXTURES, TextureName};
 use wstac_core::wire::{Refusal, Settings};
 
 use crate::setup;
 
-/// The key of the settings. It changes if their bytes mean something else, so that they are not taken for others.
+/// The key of the settings. A key changes if its bytes mean something else, so that they are not taken for others.
 const KEY: u8 = 1;
+/// The key of the first learned texture. The others follow.
+#[cfg(any(feature = "learn", test))]
+const FIRST_TEXTURE: u8 = 16;
 /// The longest item: settings and their key, in whole words of 32 bytes.
 const MOST: usize = 224;
 
@@ -34,7 +45,7 @@ struct Buffer([u8; MOST]);
 ///
 /// The flash must not wait for anything but itself.
 pub fn load<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Option<Settings> {
-    fetch(flash, range).ok()?
+    fetch(flash, range, KEY, |bytes| postcard::from_bytes::<Option<Settings>>(bytes).ok()?).ok()?
 }
 
 /// The reason why there is no item.
@@ -51,15 +62,28 @@ impl<E> From<Error<E>> for Failure {
     }
 }
 
-/// Reads the item.
+/// Returns all keys.
+fn keys() -> impl Iterator<Item = u8> {
+    let settings = core::iter::once(KEY);
+    #[cfg(any(feature = "learn", test))]
+    let settings = settings.chain((FIRST_TEXTURE..).take(MOST_TEXTURES));
+    settings
+}
+
+/// Reads an item.
 // It is not inlined, so that its buffer does not lie on the stack for ever.
 #[inline(never)]
-fn fetch<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Result<Option<Settings>, Failure> {
+fn fetch<F: NorFlash, T>(
+    flash: &mut F,
+    range: Range<u32>,
+    key: u8,
+    read: impl FnOnce(&[u8]) -> Option<T>,
+) -> Result<Option<T>, Failure> {
     let config = MapConfig::try_new(range).map_err(|_| Failure::Flash)?;
     let mut map = MapStorage::<u8, _, _>::new(flash, config, Cache::new_uncached());
     let mut buffer = Buffer([0; MOST]);
-    let bytes = block_on(map.fetch_item::<&[u8]>(&mut buffer.0, &KEY))?;
-    Ok(bytes.and_then(|bytes| postcard::from_bytes::<Option<Settings>>(bytes).ok()?))
+    let bytes = block_on(map.fetch_item::<&[u8]>(&mut buffer.0, &key))?;
+    Ok(bytes.and_then(read))
 }
 
 /// Keeps settings in place of those before, or `None` of them.
@@ -70,28 +94,90 @@ fn fetch<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Result<Option<Setting
 pub fn keep<F: NorFlash>(flash: &mut F, range: Range<u32>, settings: Option<&Settings>) -> Result<(), Refusal> {
     let mut bytes = [0; MOST];
     let bytes: &[u8] = postcard::to_slice(&settings, &mut bytes).map_err(|_| Refusal::Memory)?;
-    if let Err(Failure::Map) = store(flash, range.clone(), bytes) {
-        let is_lost = match fetch(flash, range.clone()) {
-            Ok(found) => found.is_none(),
-            Err(failure) => matches!(failure, Failure::Map),
-        };
-        // What is there is no map with settings, so nothing is lost with it.
-        if is_lost {
-            block_on(flash.erase(range.start, range.end)).map_err(|_| Refusal::Memory)?;
-            let _ = store(flash, range.clone(), bytes);
-        }
-    }
+    put(flash, range.clone(), KEY, bytes);
     // Whatever happened, what can be read is what counts.
     if load(flash, range).as_ref() == settings { Ok(()) } else { Err(Refusal::Memory) }
 }
 
+/// Stores an item. If what is there is no map with items, it is erased first.
+fn put<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) {
+    if let Err(Failure::Map) = store(flash, range.clone(), key, item) {
+        let is_lost = |key| match fetch(flash, range.clone(), key, |_| Some(())) {
+            Ok(found) => found.is_none(),
+            Err(failure) => matches!(failure, Failure::Map),
+        };
+        // What is there is no map with items, so nothing is lost with it.
+        if keys().all(is_lost) && block_on(flash.erase(range.start, range.end)).is_ok() {
+            let _ = store(flash, range, key, item);
+        }
+    }
+}
+
 /// Stores an item.
 #[inline(never)]
-fn store<F: NorFlash>(flash: &mut F, range: Range<u32>, item: &[u8]) -> Result<(), Failure> {
+fn store<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) -> Result<(), Failure> {
     let config = MapConfig::try_new(range).map_err(|_| Failure::Flash)?;
     let mut map = MapStorage::<u8, _, _>::new(flash, config, Cache::new_uncached());
     let mut buffer = Buffer([0; MOST]);
-    Ok(block_on(map.store_item(&mut buffer.0, &KEY, &item))?)
+    Ok(block_on(map.store_item(&mut buffer.0, &key, &item))?)
+}
+
+/// A texture that was learned, as it is kept.
+#[cfg(any(feature = "learn", test))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeptTexture {
+    /// The checksum of the model in whose projection the center is.
+    pub model: u32,
+    /// The name.
+    pub name: TextureName,
+    /// The center.
+    pub center: Center,
+}
+
+/// The bytes of a texture that is kept, as postcard writes them.
+#[cfg(any(feature = "learn", test))]
+type TextureItem<'a> = Option<(u32, TextureName, u32, &'a [u8])>;
+
+#[cfg(any(feature = "learn", test))]
+impl KeptTexture {
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let (model, name, far, bytes) = postcard::from_bytes::<TextureItem<'_>>(bytes).ok()??;
+        let mut numbers = [0; MOST_DIMENSIONS];
+        let pairs = bytes.as_chunks::<2>().0;
+        for (number, pair) in numbers.iter_mut().zip(pairs) {
+            *number = i16::from_le_bytes(*pair);
+        }
+        let place = Place::new(numbers.get(..pairs.len())?)?;
+        Some(Self { model, name, center: Center::new(place, far) })
+    }
+}
+
+/// Returns the learned texture at a place; `None` if there is none.
+#[cfg(any(feature = "learn", test))]
+pub fn load_texture<F: NorFlash>(flash: &mut F, range: Range<u32>, place: u8) -> Option<KeptTexture> {
+    fetch(flash, range, FIRST_TEXTURE + place, KeptTexture::read).ok()?
+}
+
+/// Keeps a learned texture at a place, or `None`. Returns whether it can be read again.
+#[cfg(any(feature = "learn", test))]
+#[inline(never)]
+pub fn keep_texture<F: NorFlash>(
+    flash: &mut F,
+    range: Range<u32>,
+    place: u8,
+    texture: Option<&KeptTexture>,
+) -> bool {
+    let (mut bytes, mut numbers) = ([0; MOST], [0; 2 * MOST_DIMENSIONS]);
+    let item: TextureItem<'_> = texture.map(|KeptTexture { model, name, center }| {
+        let places = center.place().numbers();
+        for (pair, number) in numbers.as_chunks_mut::<2>().0.iter_mut().zip(places) {
+            *pair = number.to_le_bytes();
+        }
+        (*model, *name, center.far(), numbers.get(..2 * places.len()).unwrap_or_default())
+    });
+    let Ok(bytes) = postcard::to_slice(&item, &mut bytes) else { return false };
+    put(flash, range.clone(), FIRST_TEXTURE + place, bytes);
+    load_texture(flash, range, place).as_ref() == texture
 }
 
 /// Returns the layout of settings that a board with such frames can use, with at most so many lines of exposure.
