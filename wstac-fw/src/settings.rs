@@ -10,10 +10,12 @@
 use core::ops::Range;
 
 use embassy_futures::block_on;
-use embedded_storage_async::nor_flash::NorFlash;
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use sequential_storage::Error;
 use sequential_storage::cache::Cache;
 use sequential_storage::map::{MapConfig, MapStorage};
+#[cfg(any(feature = "learn", test))]
+use wstac_core::crc::crc32;
 use wstac_core::layout::{FrameSize, Layout};
 #[cfg(any(feature = "learn", test))]
 use wstac_core::learned::Center;
@@ -48,6 +50,45 @@ pub fn load<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Option<Settings> {
     fetch(flash, range, KEY, |bytes| postcard::from_bytes::<Option<Settings>>(bytes).ok()?).ok()?
 }
 
+/// A flash of which a part reads as erased.
+struct Masked<'f, F> {
+    flash: &'f mut F,
+    hidden: Range<u32>,
+}
+
+impl<F: NorFlash> ErrorType for Masked<'_, F> {
+    type Error = F::Error;
+}
+
+impl<F: NorFlash> ReadNorFlash for Masked<'_, F> {
+    const READ_SIZE: usize = F::READ_SIZE;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), F::Error> {
+        if self.hidden.contains(&offset) {
+            bytes.fill(0xFF);
+            return Ok(());
+        }
+        self.flash.read(offset, bytes).await
+    }
+
+    fn capacity(&self) -> usize {
+        self.flash.capacity()
+    }
+}
+
+impl<F: NorFlash> NorFlash for Masked<'_, F> {
+    const WRITE_SIZE: usize = F::WRITE_SIZE;
+    const ERASE_SIZE: usize = F::ERASE_SIZE;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {
+        self.flash.erase(from, to).await
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), F::Error> {
+        self.flash.write(offset, bytes).await
+    }
+}
+
 /// The reason why there is no item.
 enum Failure {
     /// What the flash holds is no map, not even one that can be repaired.
@@ -72,15 +113,26 @@ fn keys() -> impl Iterator<Item = u8> {
 
 /// Reads an item.
 // It is not inlined, so that its buffer does not lie on the stack for ever.
-#[inline(never)]
 fn fetch<F: NorFlash, T>(
     flash: &mut F,
     range: Range<u32>,
     key: u8,
     read: impl FnOnce(&[u8]) -> Option<T>,
 ) -> Result<Option<T>, Failure> {
+    fetch_without(flash, range, 0..0, key, read)
+}
+
+/// Reads an item as if a part of the flash were erased.
+#[inline(never)]
+fn fetch_without<F: NorFlash, T>(
+    flash: &mut F,
+    range: Range<u32>,
+    hidden: Range<u32>,
+    key: u8,
+    read: impl FnOnce(&[u8]) -> Option<T>,
+) -> Result<Option<T>, Failure> {
     let config = MapConfig::try_new(range).map_err(|_| Failure::Flash)?;
-    let mut map = MapStorage::<u8, _, _>::new(flash, config, Cache::new_uncached());
+    let mut map = MapStorage::<u8, _, _>::new(Masked { flash, hidden }, config, Cache::new_uncached());
     let mut buffer = Buffer([0; MOST]);
     let bytes = block_on(map.fetch_item::<&[u8]>(&mut buffer.0, &key))?;
     Ok(bytes.and_then(read))
@@ -101,6 +153,8 @@ pub fn keep<F: NorFlash>(flash: &mut F, range: Range<u32>, settings: Option<&Set
 
 /// Stores an item. If what is there is no map with items, it is erased first.
 fn put<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) {
+    #[cfg(any(feature = "learn", test))]
+    end_move(flash, &range);
     if let Err(Failure::Map) = store(flash, range.clone(), key, item) {
         let is_lost = |key| match fetch(flash, range.clone(), key, |_| Some(())) {
             Ok(found) => found.is_none(),
@@ -117,9 +171,42 @@ fn put<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) {
 #[inline(never)]
 fn store<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) -> Result<(), Failure> {
     let config = MapConfig::try_new(range).map_err(|_| Failure::Flash)?;
-    let mut map = MapStorage::<u8, _, _>::new(flash, config, Cache::new_uncached());
+    let mut map = MapStorage::<u8, _, _>::new(Masked { flash, hidden: 0..0 }, config, Cache::new_uncached());
     let mut buffer = Buffer([0; MOST]);
     Ok(block_on(map.store_item(&mut buffer.0, &key, &item))?)
+}
+
+/// Erases a sector whose items were all moved to the other one, if a reset came before it was erased.
+///
+/// The crate moves them again after a reset, and erases the copies first. If the reset came while the sector was erased,
+/// only the copies were whole.
+#[cfg(any(feature = "learn", test))]
+#[inline(never)]
+fn end_move<F: NorFlash>(flash: &mut F, range: &Range<u32>) {
+    let size = F::ERASE_SIZE as u32;
+    let Some(middle) = range.start.checked_add(size).filter(|middle| middle + size == range.end) else { return };
+    let is_set = |flash: &mut F, at| {
+        let mut byte = [0; 1];
+        block_on(flash.read(at, &mut byte)).is_ok() && byte != [0xFF]
+    };
+    // At rest, one of the sectors is empty. A sector that is full is marked in its last word, too.
+    if !is_set(flash, range.start) || !is_set(flash, middle) {
+        return;
+    }
+    for old in [range.start..middle, middle..range.end] {
+        if !is_set(flash, old.end - 1) {
+            continue;
+        }
+        let mut is_moved = |key| {
+            let [with, without] = [0..0, old.clone()]
+                .map(|hidden| fetch_without(flash, range.clone(), hidden, key, |item| Some(crc32(item.iter().copied()))));
+            matches!((with, without), (Ok(with), Ok(without)) if with == without)
+        };
+        if keys().all(&mut is_moved) {
+            let _ = block_on(flash.erase(old.start, old.end));
+            return;
+        }
+    }
 }
 
 /// A texture that was learned, as it is kept.
