@@ -96,6 +96,8 @@ fn serve(mut line: File, over: &AtomicBool) {
                 kept = None;
                 sent.push(&Message::Set(Ok(())));
             }
+            // Its firmware does not learn.
+            Request::Textures => {}
             other => panic!("{other:?}"),
         }
         line.write_all(&sent.frames[done..].concat()).unwrap();

@@ -2,6 +2,7 @@
 
 mod board;
 mod delivery;
+pub mod learning;
 pub mod pictures;
 pub mod port;
 pub mod settings;
