@@ -70,20 +70,20 @@ enum TextureTask {
 impl Learner {
     /// Takes the textures that were kept, as far as they were learned with the model of this checksum. Without a model,
     /// nothing can be learned.
-    pub fn new(
+    pub fn load(
+        &mut self,
         names: &'static Names,
         model: Option<u32>,
         mut kept: impl FnMut(u8) -> Option<KeptTexture>,
-    ) -> Self {
-        let mut learner = Self { names: model.map(|_| names), model: model.unwrap_or(0), ..Self::default() };
-        for (place, (name, center)) in (0..).zip(names.iter().zip(&mut learner.centers)) {
+    ) {
+        (self.names, self.model) = (model.map(|_| names), model.unwrap_or(0));
+        for (place, (name, center)) in (0..).zip(names.iter().zip(&mut self.centers)) {
             if let Some(texture) = kept(place).filter(|texture| Some(texture.model) == model)
                 && name.set(texture.name).is_ok()
             {
                 *center = Some(texture.center);
             }
         }
-        learner
     }
 
     /// Takes a request about textures.
@@ -164,25 +164,30 @@ impl Learner {
     /// Returns the answer about a sample, and learns from it.
     pub fn answer(&mut self, numbers: &[i16; INPUTS], model: &'static Kind) -> TextureAnswer<'static> {
         let found = texture::texture(numbers, model);
-        let Some(place) = model.place(numbers) else { return found.into() };
+        self.name_of(numbers, model, found.class).unwrap_or_else(|| found.into())
+    }
+
+    /// Returns the answer of a learned texture in place of the model's class, and learns from the sample.
+    // It is not inlined, so that its places do not lie on the stack of the model.
+    #[inline(never)]
+    fn name_of(&mut self, numbers: &[i16; INPUTS], model: &'static Kind, class: u8) -> Option<TextureAnswer<'static>> {
+        let place = model.place(numbers)?;
         if let Some(course) = &mut self.course
             && course.takes_sample
         {
             course.takes_sample = false;
             course.step = LearningStep::Taken;
-            self.task = course.lesson.push(place).map(TextureTask::Keep).or(self.task);
+            if let Some(center) = course.lesson.push(place) {
+                self.task = Some(TextureTask::Keep(center));
+            }
         }
-        let rival = model.mean_place(found.class).map(|mean| mean.squared_distance(&place));
+        let rival = model.mean_place(class).map(|mean| mean.squared_distance(&place));
         let names = self.names.into_iter().flatten();
         let learned = names.zip(&self.centers).filter_map(|(name, center)| Some((name.get()?, center.as_ref()?)));
-        match nearest(&place, rival, learned) {
-            Some(name) => {
-                let mut answer = TextureAnswer::new(Task::Other, Text::new(name.as_str()));
-                answer.known = Some(true);
-                answer
-            }
-            None => found.into(),
-        }
+        let name = nearest(&place, rival, learned)?;
+        let mut answer = TextureAnswer::new(Task::Other, Text::new(name.as_str()));
+        answer.known = Some(true);
+        Some(answer)
     }
 
     /// Leaves the event. What it taught is told.

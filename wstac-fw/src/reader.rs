@@ -220,7 +220,7 @@ impl Reader {
     #[cfg(feature = "learn")]
     pub fn load_textures(&mut self, names: &'static Names, keeper: &mut impl Keeper) {
         let model = setup::MODEL.map(|model| model.checksum());
-        self.sender.textures = Textures::new(names, model, |place| keeper.texture(place));
+        self.sender.textures.load(names, model, |place| keeper.texture(place));
     }
 
     /// Keeps a texture that was learned, forgets one that is to be forgotten, and sends what the host has to know of

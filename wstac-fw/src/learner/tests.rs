@@ -52,7 +52,8 @@ struct Fw {
 
 impl Fw {
     fn new(model: &'static Kind, kept: [Option<KeptTexture>; MOST_TEXTURES]) -> Self {
-        let learner = Learner::new(names(), Some(model.checksum()), |place| kept[usize::from(place)]);
+        let mut learner = Learner::default();
+        learner.load(names(), Some(model.checksum()), |place| kept[usize::from(place)]);
         Self { learner, kept, model, fails: false }
     }
 
@@ -181,7 +182,8 @@ fn a_board_that_cannot_learn_says_why() {
     };
     let mut plain = Fw::new(&PLAIN, [None; MOST_TEXTURES]);
     assert_eq!(why(plain.ask(Request::Learn(name("carpet")), 0)), NotLearned::NoModel);
-    let mut none = Learner::new(names(), None, |_| None);
+    let mut none = Learner::default();
+    none.load(names(), None, |_| None);
     none.request(Request::Learn(name("carpet")), None, 0);
     assert_eq!(why(none.step(|_, _| true)), NotLearned::NoModel);
     let mut fw = Fw::new(&EMBEDDING, [None; MOST_TEXTURES]);
