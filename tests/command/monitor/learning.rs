@@ -112,7 +112,11 @@ fn a_message_that_is_lost_does_not_matter() {
     for lost in [3, 5] {
         let board = Board::that(learns(Line::Loses(lost)));
         let done = board.run(&["--learn", "carpet"]);
-        assert!(said(&done).contains("3 of 5\n") && said(&done).contains("5 of 5; carpet is learned"), "{}", said(&done));
+        assert!(
+            said(&done).contains("3 of 5\n") && said(&done).contains("5 of 5; carpet is learned"),
+            "{}",
+            said(&done)
+        );
         assert!(printed(&done).contains("carpet"), "{lost}");
     }
 }

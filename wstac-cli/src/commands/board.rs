@@ -37,17 +37,17 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "LINES", value_parser = at_least(1_u16))]
     exposure: Option<u16>,
 
-    /// Let the board learn a texture from the next five slides
+    /// Learn a texture from the next five slides
     ///
     /// A name has 1 to 23 bytes. A texture of this name that was learned before is learned anew. Ctrl-C stops.
     #[arg(long, value_name = "NAME", value_parser = texture_name, conflicts_with_all = ["set", "exposure", "forget"])]
     learn: Option<TextureName>,
 
-    /// Let the board forget a texture that it has learned
+    /// Forget a texture that was learned
     #[arg(long, value_name = "NAME", value_parser = texture_name, conflicts_with_all = ["set", "exposure", "forget", "learn"])]
     unlearn: Option<TextureName>,
 
-    /// Return to the settings that are compiled in, and forget all learned textures
+    /// Return to what is compiled in; forget all textures
     #[arg(long, conflicts_with_all = ["set", "exposure"])]
     forget: bool,
 
@@ -73,8 +73,8 @@ Output:
   "taxel":[30,30],"corners":[[49,9], … 25 in all],"window":5,
   "multiplier":1.5,"backtrack":15,"margin":0.5,"exposure":null}
   set tells settings of a host from those compiled in. A board that
-  learns also has "textures":["carpet", …], the names of what it has
-  learned.
+  learns also has "textures":["carpet", …], the names of those that
+  it has learned so far.
 
 Learning:
   The board must have a calibrated texture model, such as

@@ -60,9 +60,8 @@ impl Place {
         let mut mean = Self::origin(places.first().map_or(0, |place| place.dimensions));
         for dimension in 0..usize::from(mean.dimensions) {
             // At most 2^16 numbers of 16 bits.
-            let sum = used().fold(0_i32, |sum, place| {
-                sum.wrapping_add(place.numbers.get(dimension).copied().unwrap_or(0).into())
-            });
+            let sum = used()
+                .fold(0_i32, |sum, place| sum.wrapping_add(place.numbers.get(dimension).copied().unwrap_or(0).into()));
             let (doubled, halves) = (i64::from(sum).wrapping_mul(2), i64::from(count));
             let rounded = doubled.wrapping_add(halves).checked_div_euclid(halves.wrapping_mul(2)).unwrap_or(0);
             mean.set(dimension, rounded as i16);

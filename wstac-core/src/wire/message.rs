@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{PictureEnd, PicturePart, Text};
 #[cfg(feature = "learn")]
 use super::{LearnedTextures, Learning, TextureName};
+use super::{PictureEnd, PicturePart, Text};
 #[cfg(feature = "settings")]
 use super::{Refusal, Settings, SettingsInUse};
 use crate::direction::Direction;

@@ -108,11 +108,7 @@ impl SettableBoard {
     }
 
     /// Takes a byte, and returns what `pick` takes of the message that it ends.
-    pub(super) fn push<T>(
-        &mut self,
-        byte: u8,
-        pick: impl Fn(&Message<'_>) -> Option<T>,
-    ) -> Result<Option<T>, Error> {
+    pub(super) fn push<T>(&mut self, byte: u8, pick: impl Fn(&Message<'_>) -> Option<T>) -> Result<Option<T>, Error> {
         match self.decoder.push::<Message>(byte) {
             Some(Ok(received)) => Ok(pick(&received.message)),
             Some(Err(DecodeError::Version(version))) => {

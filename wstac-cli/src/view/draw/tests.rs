@@ -278,12 +278,8 @@ fn a_board_is_shown_with_its_features_and_its_own_state() {
     (telemetry.uptime_ms, telemetry.millihertz) = (127_000, Some(29_970));
     (telemetry.overruns, telemetry.restarts, telemetry.stack) = (Some(2), Some(0), Some(5828));
     let features = |frame| Message::Features { frame, features: [1000; 10] };
-    let (_, state) = after_messages(&[
-        features(30),
-        features(33),
-        Message::Fault(Fault::Overrun),
-        Message::Telemetry(telemetry),
-    ]);
+    let (_, state) =
+        after_messages(&[features(30), features(33), Message::Fault(Fault::Overrun), Message::Telemetry(telemetry)]);
     let state = state.into_inner().unwrap();
     // Two frames had no features.
     assert_eq!(state.traces.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, false, true]);
@@ -317,7 +313,11 @@ fn a_board_is_asked_for_features_and_its_keys_say_what_they_cannot_do() {
         .iter()
         .flat_map(|frame| {
             let mut decoder = Decoder::<LONGEST>::new();
-            frame.iter().filter_map(move |&byte| decoder.push::<Request>(byte)?.ok()).map(|got| got.message).collect::<Vec<_>>()
+            frame
+                .iter()
+                .filter_map(move |&byte| decoder.push::<Request>(byte)?.ok())
+                .map(|got| got.message)
+                .collect::<Vec<_>>()
         })
         .collect();
     let wanted = [Request::Hello, Request::Features(true), Request::Samples(false), Request::Motion(true)];
