@@ -12,13 +12,13 @@ import sys
 from pathlib import Path
 
 from machine import Machine
-from model import camera, clocks, core, flash, i2c, ports, rtt, timer, usart
+from model import adc, camera, clocks, core, flash, i2c, ports, rtt, timer, usart
 from model.ports import NUCLEO
 from model.registers import Registers
 from model.sensor import Ov7725
 
 WIDTH, HEIGHT = 320, 240
-CLOCK = 96_000_000  # of core and timer
+CLOCK = 72_000_000  # of core and timer
 SERIAL_DIVIDER = 2  # cycles of the core per clock of the serial line
 FRAME = CLOCK // 30
 # What embassy accesses but this program does not need.
@@ -56,7 +56,7 @@ class Board:
         machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, pwr, syscfg, *others, mux, self.dma, self.dcmi)
         machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), *self.ports.ports, self.flash)
         machine.add(i2c.I2c([self.sensor], self.ports.has_bus), timer.Timer(machine), self.line)
-        machine.add(*map(Registers, KEPT))
+        machine.add(adc.Adc3(machine, self.rcc, CLOCK), *map(Registers, KEPT))
         self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), CLOCK, faults)
         self.log = rtt.Log(machine, elf)
 
@@ -68,7 +68,7 @@ class Board:
 
 
 def cost(elf, clip):
-    """Returns the resources that the program uses of the board, as a line."""
+    """Returns the resources that the program uses of the board, as a line and as numbers."""
     board = Board(elf, clip)
     board.machine.paint_stack()
     board.machine.count_instructions()
@@ -76,11 +76,13 @@ def cost(elf, clip):
     before = board.machine.instructions
     board.run()
     flash, ram = board.machine.sizes()
-    ring = 4 * board.dma.total
-    return (
-        f"{(board.machine.instructions - before) / len(clip):,.0f} instructions per frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
-        f"{ring:,} that the DMA writes to, {board.machine.deepest_stack():,} of stack"
+    ring, stack = 4 * board.dma.total, board.machine.deepest_stack()
+    frame = (board.machine.instructions - before) / len(clip)
+    words = (
+        f"{frame:,.0f} instructions per frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the {ring:,} that the DMA writes to, "
+        f"{stack:,} of stack"
     )
+    return words, {"frame": frame, "flash": flash, "ram": ram + stack}
 
 
 def main():
@@ -91,7 +93,7 @@ def main():
     board = Board(elf, frames_of(clip))
     Path(serial).write_bytes(board.run())
     print("\n".join(line for _, line in board.log.lines))
-    print(cost(elf, board.camera.clip))
+    print(cost(elf, board.camera.clip)[0])
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
 //! embassy's.
 
 use core::future::Future;
+use core::pin::pin;
 
 use embassy_futures::select::select;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -94,6 +95,13 @@ pub trait Watchdog {
     fn pet(&mut self);
 }
 
+/// Measures the temperature of the chip.
+pub trait Thermometer {
+    /// Returns the last temperature in tenths of a degree Celsius, and begins to measure the next one; `None` if there is
+    /// none yet.
+    fn tenths(&mut self) -> Option<i16>;
+}
+
 /// The types of a board's parts.
 pub trait Board {
     /// The camera interface.
@@ -101,31 +109,35 @@ pub trait Board {
     /// The sensor's bus.
     type Bus: Bus;
     /// The serial line to the host.
-    type Line: Line;
+    type Line: Line + 'static;
     /// A light, which is lit when it is high.
-    type Light: OutputPin;
+    type Light: OutputPin + 'static;
     /// The watchdog.
     type Watchdog: Watchdog;
     /// The settings.
-    type Keeper: Keeper;
+    type Keeper: Keeper + 'static;
+    /// The sensor of the chip's temperature.
+    type Thermometer: Thermometer;
 }
 
-/// A board's parts. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
+/// A board's parts. Large ones are lent: moved, they would lie on the stack more than once. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
 pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     /// The sensors that the node looks for, in this order. All produce frames of one size.
     pub sensors: &'static [Sensor],
     /// The settings.
-    pub keeper: B::Keeper,
+    pub keeper: &'static mut B::Keeper,
     /// The camera interface.
     pub camera: B::Camera,
     /// The sensor's bus.
     pub bus: B::Bus,
     /// The line to the host, with the light that shows a fault.
-    pub line: Link<B::Line, B::Light>,
+    pub line: &'static mut Link<B::Line, B::Light>,
     /// The light that changes with every event.
     pub events: B::Light,
     /// The watchdog.
     pub watchdog: B::Watchdog,
+    /// The sensor of the chip's temperature.
+    pub thermometer: B::Thermometer,
     /// Whether the watchdog has ended the last run.
     pub hung: bool,
     /// Whether the clock is the chip's own, because that of the board is missing.
@@ -140,10 +152,11 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 #[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
-    let Node { sensors, mut keeper, camera, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock, id } =
+    let Node { sensors, keeper, camera, bus: mut i2c, line, mut events, mut watchdog, hung, is_own_clock, id, .. } =
         node;
+    let mut thermometer = node.thermometer;
     let size = sensors.first().map(|sensor| sensor.size);
-    let Some(reader) = size.and_then(|size| reader(&keeper, size)) else {
+    let Some(reader) = size.and_then(|size| reader(keeper, size)) else {
         panic!("the configuration does not fit the camera")
     };
     if is_own_clock {
@@ -153,12 +166,12 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     if let Some(id) = id {
         reader.set_id(id);
     }
-    reader.hello(&mut line);
-    let (mut is_told, restarts) = tell_last_run(hung, &mut line);
+    reader.hello(line);
+    let (mut is_told, restarts) = tell_last_run(hung, line);
     let telemetry = reader.telemetry_mut();
     (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
     let (mut depth, mut second) = (StackDepth::new(), 0);
-    let mut sensor = find(sensors, &mut i2c, reader, &mut keeper, &mut line, &mut watchdog).await;
+    let mut sensor = find(sensors, &mut i2c, reader, keeper, line, &mut watchdog).await;
 
     let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
     let frame_bytes = WIDTH * usize::from(sensor.size.height());
@@ -168,6 +181,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     let mut absent = Absence::None;
     // Whether a frame has ended, or none is coming. The time is read only then: that takes 120 instructions.
     let mut is_between = true;
+    // The last row of a frame.
+    let mut row = [0; WIDTH];
     let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
     loop {
         watchdog.pet();
@@ -175,25 +190,28 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             is_told = true;
             crash_record::erase();
         }
-        restart_if_wanted(&keeper, &line);
-        while let Some(request) = line.request() {
-            reader.answer(request, &mut line);
-            keeper.answer(request, &mut line);
-            match request {
-                Request::Hello => line.absence(absent),
-                Request::Picture => picture.begin(),
-                _ => {}
-            }
+        restart_if_wanted(keeper, &line);
+        let asked = answer_requests(reader, keeper, line);
+        if asked.hello {
+            line.absence(absent);
+        }
+        if asked.picture {
+            picture.begin();
         }
         if is_between {
             let now = Instant::now();
-            reader.set_time(now.as_millis());
+            reader.set_time(now.as_micros());
             if second != now.as_secs() {
                 second = now.as_secs();
-                reader.telemetry_mut().stack = Some(depth.bytes());
+                let telemetry = reader.telemetry_mut();
+                (telemetry.stack, telemetry.temperature) = (Some(depth.bytes()), thermometer.tenths());
             }
         }
-        while line.has_room() && (reader.send_held(&mut line) || is_between && reader.send_again(&mut line)) {}
+        while line.has_room() && (reader.send_held(line) || is_between && reader.send_again(line)) {}
+        #[cfg(feature = "learn")]
+        if is_between && line.has_room() {
+            reader.keep_textures(keeper, line);
+        }
         is_between = false;
         if stage != Stage::Run {
             match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
@@ -209,7 +227,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                         line.absence(reason);
                     }
                     // This also serves a board without a camera.
-                    reader.status(&mut line);
+                    reader.status(line);
                     Timer::after(TRY_AGAIN).await;
                 }
             }
@@ -225,13 +243,12 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
                 // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
-                let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
-                let mut done = reader.rows(now, &mut line);
+                let mut done = reader.rows(now, line);
                 let is_whole = stripes.release();
                 // The part is only sent if it is of rows that were not overwritten.
                 if let Some(part) = part.filter(|_| is_whole) {
-                    picture.send(&part, reader.next_frame(), &mut line);
+                    picture.send(&part, reader.next_frame(), line);
                 }
                 is_between = last;
                 if is_whole && last {
@@ -253,7 +270,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                         Err(error) => Some(error.into()),
                     };
                     if let Some(reason) = lost {
-                        reader.abandon_frame(&mut line);
+                        reader.abandon_frame(line);
                         (stage, absent) = (Stage::SetUp, reason);
                         line.absence(reason);
                     } else {
@@ -261,7 +278,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                             absent = Absence::None;
                             line.fault(Fault::SensorBack);
                         }
-                        done = done.and_then(|()| reader.rows(&row, &mut line));
+                        done = done.and_then(|()| reader.rows(&row, line));
                     }
                 }
                 if let Err(error) = done {
@@ -271,9 +288,9 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             }
             Step::Abandoned => {
                 meter.restart();
-                reader.abandon_frame(&mut line);
+                reader.abandon_frame(line);
             }
-            Step::Lost(frames) => reader.lost(frames, &mut line),
+            Step::Lost(frames) => reader.lost(frames, line),
             Step::Fault(fault) => {
                 is_between = true;
                 meter.restart();
@@ -291,7 +308,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 }
             }
             Step::Wait(until) => {
-                select(CHANGED.wait(), Timer::at(Instant::from_ticks(until))).await;
+                // They stay where they are made: moved, they would be copied for every stripe.
+                select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(until)))).await;
             }
         }
     }
@@ -405,16 +423,51 @@ fn log(defect: Option<Defect>) {
 
 /// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
 #[inline(never)]
-fn reader(keeper: &impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
+#[cfg_attr(not(feature = "learn"), expect(clippy::needless_pass_by_ref_mut, reason = "learned textures are read"))]
+fn reader(keeper: &mut impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
     let (layout, floor, trigger) = keeper.parameters();
     match Reader::with(layout, size, RATE, LAW, floor, trigger) {
-        Ok(new) => Some(reader.insert(new)),
+        Ok(new) => {
+            let reader = reader.insert(new);
+            #[cfg(feature = "learn")]
+            if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::NO_NAMES) {
+                reader.load_textures(names, keeper);
+            }
+            Some(reader)
+        }
         Err(error) => {
             defmt::error!("configuration: {}", error);
             None
         }
     }
+}
+
+/// What the host has asked of the node itself.
+#[derive(Clone, Copy, Default)]
+struct Asked {
+    /// A description, and so the reason why there are no frames.
+    hello: bool,
+    /// A picture.
+    picture: bool,
+}
+
+/// Answers the requests that have arrived.
+// It is not inlined, so that requests do not lie on the stack of a function that runs for ever.
+#[inline(never)]
+fn answer_requests(reader: &mut Reader, keeper: &mut impl Keeper, line: &mut Link<impl Line, impl OutputPin>) -> Asked {
+    let mut asked = Asked::default();
+    while let Some(request) = line.request() {
+        reader.answer(request, line);
+        keeper.answer(request, line);
+        match request {
+            Request::Hello => asked.hello = true,
+            Request::Picture => asked.picture = true,
+            Request::Time { host_us } => line.time(host_us, Instant::now().as_micros()),
+            _ => {}
+        }
+    }
+    asked
 }
 
 /// Starts again if other settings are kept, and the host has been told.
@@ -459,13 +512,13 @@ async fn find(
             defmt::warn!("the sensor held its bus");
         }
         restart_if_wanted(keeper, line);
-        while let Some(request) = line.request() {
-            reader.answer(request, line);
-            keeper.answer(request, line);
-            // A host that has just connected should know, too.
-            said = if request == Request::Hello { Absence::None } else { said };
+        // A host that has just connected should know, too.
+        if answer_requests(reader, keeper, line).hello {
+            said = Absence::None;
         }
-        reader.set_time(Instant::now().as_millis());
+        reader.set_time(Instant::now().as_micros());
+        #[cfg(feature = "learn")]
+        reader.keep_textures(keeper, line);
         let mut reason = Absence::Gone;
         for sensor in sensors {
             let sensor = Sensor { lines: keeper.exposure(), ..*sensor };

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "learn")]
+use super::{LearnedTextures, Learning, TextureName};
 use super::{PictureEnd, PicturePart, Text};
 #[cfg(feature = "settings")]
 use super::{Refusal, Settings, SettingsInUse};
@@ -107,6 +109,15 @@ pub enum Message<'a> {
     PicturePart(PicturePart<'a>),
     /// The end of a picture that was asked for.
     PictureEnd(PictureEnd),
+    /// The board's clock: the answer to [`Request::Time`].
+    Time {
+        /// The time of the request, as the host gave it.
+        #[serde(serialize_with = "super::numbers::long")]
+        host_us: u64,
+        /// The microseconds since the board started.
+        #[serde(serialize_with = "super::numbers::long")]
+        board_us: u64,
+    },
     // These come last: without the feature they have no number.
     /// The settings that the board uses: the answer to [`Request::Settings`].
     #[cfg(feature = "settings")]
@@ -114,6 +125,12 @@ pub enum Message<'a> {
     /// The answer to [`Request::Set`]. If the settings are kept, the board starts again and uses them.
     #[cfg(feature = "settings")]
     Set(Result<(), Refusal>),
+    /// The state of learning a texture.
+    #[cfg(feature = "learn")]
+    Learning(Learning),
+    /// The textures that the board has learned: the answer to [`Request::Textures`] and [`Request::ForgetTexture`].
+    #[cfg(feature = "learn")]
+    Textures(LearnedTextures),
 }
 
 /// The state of a board, as far as the board knows it.
@@ -139,6 +156,20 @@ pub struct Telemetry {
     pub kept: u8,
     /// The requests that the board has taken. If one was lost, a host sends it again.
     pub wanted: Wanted,
+    /// The time of the last frame; `None` if the board does not know it.
+    pub last_frame: Option<FrameTime>,
+}
+
+/// The time of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+// It is exhaustive: a frame and its time.
+pub struct FrameTime {
+    /// The number of the feature frame.
+    #[serde(serialize_with = "super::numbers::long")]
+    pub frame: u64,
+    /// The microseconds from the start of the board to the frame's end.
+    #[serde(serialize_with = "super::numbers::long")]
+    pub board_us: u64,
 }
 
 /// The outputs that are wanted of a board.
@@ -380,6 +411,11 @@ pub enum Request {
     /// Asks for a picture of what the camera sees, as [`PicturePart`]s and a [`PictureEnd`]. One that is being sent is
     /// given up. A board without pictures sends none.
     Picture,
+    /// Asks for the board's clock. The answer repeats the host's time in microseconds, whatever its start.
+    Time {
+        /// The host's time.
+        host_us: u64,
+    },
     // These come last: without the feature they have no number.
     /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
     #[cfg(feature = "settings")]
@@ -390,6 +426,20 @@ pub enum Request {
     /// Returns the board to the settings that were compiled in.
     #[cfg(feature = "settings")]
     Forget,
+    /// Asks for the textures that the board has learned. A board that does not learn does not answer.
+    #[cfg(feature = "learn")]
+    Textures,
+    /// Asks the board to learn a texture of this name from the next slides. If it learns one of this name already, it goes
+    /// on. The answer is a [`Message::Learning`]. The host asks for [`Request::Textures`] about once per second, so that
+    /// the board knows that somebody watches.
+    #[cfg(feature = "learn")]
+    Learn(TextureName),
+    /// Asks the board to stop learning. What it has learned before stays.
+    #[cfg(feature = "learn")]
+    StopLearning,
+    /// Asks the board to forget a texture that it has learned. It starts again without it.
+    #[cfg(feature = "learn")]
+    ForgetTexture(TextureName),
 }
 
 /// The number of frames of a sample in one message.

@@ -51,6 +51,8 @@ pub enum Quantity {
     Classes,
     /// The temperature of a chip.
     Temperature,
+    /// A number of slides from which a texture is learned.
+    Slides,
 }
 
 impl fmt::Display for Quantity {
@@ -67,6 +69,7 @@ impl fmt::Display for Quantity {
             Self::FrameRate => "frame rate",
             Self::Classes => "number of classes",
             Self::Temperature => "temperature",
+            Self::Slides => "number of slides",
         })
     }
 }
@@ -97,15 +100,22 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         Message::ContactEnd(end) => number(end.frame).and_then(|()| number(end.event_frame)),
         Message::Telemetry(telemetry) => {
             number(telemetry.uptime_ms)?;
+            telemetry.last_frame.map_or(Ok(()), |last| number(last.frame).and_then(|()| number(last.board_us)))?;
             ensure(telemetry.temperature.is_none_or(|tenths| TEMPERATURES.contains(&tenths)), Quantity::Temperature)
         }
         Message::Motion { frame, velocity } => number(*frame).and_then(|()| check_velocity(velocity)),
         Message::PicturePart(part) => number(part.frame),
+        // The host's own time comes back as it was sent.
+        Message::Time { board_us, .. } => number(*board_us),
         // The parts, which are counted where a picture is put together, show whether it is possible.
         Message::PictureEnd(_) => Ok(()),
         // Settings check themselves as they are read.
         #[cfg(feature = "settings")]
         Message::Settings(_) | Message::Set(_) => Ok(()),
+        #[cfg(feature = "learn")]
+        Message::Learning(learning) => check_learning(learning),
+        #[cfg(feature = "learn")]
+        Message::Textures(textures) => textures.learning.as_ref().map_or(Ok(()), check_learning),
     }
 }
 
@@ -189,6 +199,11 @@ fn check_velocity(velocity: &Velocity) -> Result<(), Quantity> {
 fn check_interrupted(sample: &InterruptedSample) -> Result<(), Quantity> {
     number(sample.frame)?;
     count(sample.frames, 0..=SAMPLE_FRAMES - 1)
+}
+
+#[cfg(feature = "learn")]
+fn check_learning(learning: &super::Learning) -> Result<(), Quantity> {
+    ensure(learning.needed > 0 && learning.slides <= learning.needed, Quantity::Slides)
 }
 
 fn check_stream(stream: &StreamEnd) -> Result<(), Quantity> {

@@ -1,9 +1,11 @@
 //! RP2040 and RP2350: what the Raspberry Pi Pico and Pico 2 share, and every board with one of these chips.
 
 mod bus;
+mod thermometer;
 mod uart;
 
 pub use bus::{RpBus, SensorPins};
+pub use thermometer::RpThermometer;
 pub use uart::{UartInterrupts, uart0};
 
 use core::convert::Infallible;
@@ -80,6 +82,7 @@ impl Board for Rp {
     type Light = RpLight;
     type Watchdog = Dog;
     type Keeper = FixedSettings;
+    type Thermometer = RpThermometer;
 }
 
 /// The watchdog, with the time after which it restarts the chip.
@@ -153,14 +156,18 @@ pub async fn run(wiring: RpWiring) -> ! {
     let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, area, signals) else {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
+    let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
+    let line = cortex_m::singleton!(: Link<Serial, RpLight> = Link::new(wiring.line, wiring.trouble));
+    let (Some(keeper), Some(line)) = (keeper, line) else { panic!("a board has one node") };
     let node = Node::<Rp, WIDTH, STRIPES> {
         sensors,
-        keeper: FixedSettings::new(LAYOUT),
+        keeper,
         camera,
         bus: wiring.bus,
-        line: Link::new(wiring.line, wiring.trouble),
+        line,
         events: wiring.events,
         watchdog: Dog(watchdog),
+        thermometer: RpThermometer::new(),
         hung,
         is_own_clock: false,
         id: None,
