@@ -41,7 +41,7 @@ static WstacFwStatus init(const WstacFwOptions *options)
 static void memory_is_checked(void)
 {
     /* Memory that is larger than both, at an address with wrong alignment for both. */
-    static uint64_t memory[WSTAC_PIPELINE_SIZE / 8 + 1];
+    static uint64_t memory[WSTAC_FW_PIPELINE_SIZE / 8 + 1];
     WstacFwPipeline *odd = (WstacFwPipeline *)(void *)((char *)memory + 4);
     WstacFwEvent event;
     WstacFwSpeed speed;
