@@ -12,6 +12,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// The version of the header as text.
+#define WSTAC_FW_VERSION_TEXT "0.3.0"
+
 // The number of features of a frame: five rows, then five columns.
 #define WSTAC_FW_FEATURES 10
 
