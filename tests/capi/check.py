@@ -2,7 +2,7 @@
 """Checks the C interfaces: every warning is an error, programs run at their edges and on streams, and results equal
 those of `wstac run`.
 
-    check.py WSTAC HOST FIRMWARE BOARD    HOST: where ci/libwstac has installed; FIRMWARE, BOARD: libwstac_fw.a of this machine and of a Cortex-M4F
+    check.py WSTAC PREFIX    PREFIX: where ci/libwstac has installed, and ci/libwstac-fw for this machine and for a Cortex-M4F of either ABI
 """
 
 import json
@@ -10,15 +10,21 @@ import os
 import re
 import shlex
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import kconfiglib
 
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = ROOT / "tests/capi"
 EXAMPLES = ROOT / "wstac-fw/capi/examples"
 BOARD = EXAMPLES / "mps2-an386"
+CAMERA = EXAMPLES / "stm32h743"
 # A board gets its arguments as one line, which it splits at spaces. So the model is copied to where the programs run.
 MODEL = "svm.wsm"
 MODEL_FILE = ROOT / "wstac-host/models/svm.wsm"
@@ -26,7 +32,14 @@ STRICT = ["-std=c11", "-pedantic", "-Wall", "-Wextra", "-Werror", "-g"]
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 # A table that is made once and kept is not a leak.
 VALGRIND = ["valgrind", "--quiet", "--leak-check=full", "--errors-for-leak-kinds=definite,indirect,possible", "--error-exitcode=9"]
-ARM = "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard -O2 -ffunction-sections -fdata-sections".split()
+ARM = "-mcpu=cortex-m4 -mthumb -O2 -ffunction-sections -fdata-sections".split()
+# The floating-point ABIs of a Cortex-M4F, and the library that each links. Programs of `soft` run with the unit switched off.
+ABIS = {
+    "hard": ("thumbv7em-none-eabihf", ["-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]),
+    "softfp": ("thumbv7em-none-eabi", ["-mfpu=fpv4-sp-d16", "-mfloat-abi=softfp"]),
+    "soft": ("thumbv7em-none-eabi", ["-mfloat-abi=soft"]),
+}
+SOFT_FORMATS = ["GREY", "RGBP", "YUYV"]
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -kernel".split()
 # The formats of the firmware library, by the names that wstac gives them. YUYV and UYVY are also there with green
 # computed once per taxel.
@@ -212,25 +225,28 @@ def parsed(output):
 class Programs:
     """Builds C programs for this machine, with and without sanitizers, and for the board."""
 
-    def __init__(self, folder, host, firmware, board):
-        self.folder, self.host, self.libraries = folder, host, (firmware, board)
-        self.environment = os.environ | {"LD_LIBRARY_PATH": str(host / "lib"), "PKG_CONFIG_PATH": str(host / "lib/pkgconfig")}
+    def __init__(self, folder, prefix):
+        self.folder, self.prefix = folder, prefix
+        self.environment = os.environ | {"LD_LIBRARY_PATH": str(prefix / "lib"), "PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}
+        self.machine = re.search(r"^host: (.*)$", run(["rustc", "-vV"]), re.MULTILINE)[1]
+
+    def library(self, target):
+        return self.prefix / "lib" / target / "libwstac_fw.a"
 
     def build_host(self, source):
         flags = shlex.split(run(["pkg-config", "--cflags", "--libs", "wstac"], env=self.environment))
         return self.build(source, [*flags, "-lm", "-pthread"])
 
-    def build_firmware(self, source):
-        include = ["-I", ROOT / "wstac-fw/capi/include"]
-        programs = self.build(source, [*include, self.libraries[0], "-lm"])
-        elf = self.build_board(source)
-        return *programs, elf
+    def build_firmware(self, source, more=()):
+        programs = self.build(source, [*more, "-I", self.prefix / "include", self.library(self.machine), "-lm"])
+        return *programs, self.build_board(source, more=more)
 
-    def build_board(self, source):
-        elf = self.folder / f"{source.stem}.elf"
+    def build_board(self, source, abi="hard", more=()):
+        elf = self.folder / f"{source.stem}-{abi}.elf"
+        target, flags = ABIS[abi]
         link = ["--specs=rdimon.specs", "-nostartfiles", "-T", BOARD / "board.ld", "-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments"]
-        command = ["arm-none-eabi-gcc", *STRICT, *ARM, "-I", ROOT / "wstac-fw/capi/include", *link, source, BOARD / "startup.c"]
-        run([*command, self.libraries[1], "-lm", "-o", elf])
+        command = ["arm-none-eabi-gcc", *STRICT, *ARM, *flags, *more, "-I", self.prefix / "include", *link, source, BOARD / "startup.c"]
+        run([*command, self.library(target), "-lm", "-o", elf])
         return elf
 
     def build(self, source, more):
@@ -266,13 +282,61 @@ def same(found, expected, what):
         fail(f"{what}: found\n{str(found)[:2000]}\nexpected\n{str(expected)[:2000]}")
 
 
-def check_headers(host):
-    """Compiles both headers alone, together, and as C++."""
-    includes = ["-I", host / "include", "-I", ROOT / "wstac-fw/capi/include"]
-    for text in ('#include "wstac.h"\n', '#include "wstac_fw.h"\n', '#include "wstac.h"\n#include "wstac_fw.h"\n'):
-        for language in (["gcc", "-x", "c", "-std=c99"], ["gcc", "-x", "c", "-std=c11"], ["g++", "-x", "c++", "-std=c++11"]):
-            run([*language, "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-fsyntax-only", *includes, "-"], input=text)
-    print("headers: alone and together, in C99, C11 and C++11")
+def check_headers(prefix):
+    """Compiles both headers alone, together, and as C++, for this machine and for the board."""
+    warnings = ["-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wundef", "-Wcast-align", "-Wshadow", "-Werror"]
+    texts = ['#include "wstac.h"\n', '#include "wstac_fw.h"\n', '#include "wstac.h"\n#include "wstac_fw.h"\n']
+    compilers = [
+        *(["gcc", "-x", "c", f"-std={standard}", "-Wstrict-prototypes"] for standard in ("c99", "c11", "c17", "c2x")),
+        *(["g++", "-x", "c++", f"-std={standard}"] for standard in ("c++11", "c++14", "c++17", "c++20")),
+        ["arm-none-eabi-gcc", "-x", "c", "-std=c99", *ARM],
+    ]
+    for text in texts:
+        for compiler in compilers:
+            run([*compiler, *warnings, "-fsyntax-only", "-I", prefix / "include", "-"], input=text)
+    print(f"headers: alone and together, by {len(compilers)} compilers and standards")
+
+
+def macros(text, prefix):
+    """Returns the macros of a C text with their values."""
+    lines = run(["gcc", "-dM", "-E", "-I", prefix / "include", "-"], input=text).splitlines()
+    return {parts[1].partition("(")[0]: parts[2] if len(parts) > 2 else "" for parts in (line.split(" ", 2) for line in lines)}
+
+
+def check_names(prefix, machine):
+    """Checks that both headers define only names with their prefix, and that the static libraries give only such. Names
+    with two underscores belong to compilers.
+    """
+    plain = macros("#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n", prefix)
+    for header, upper, camel in (("wstac.h", "WSTAC_(?!FW_)", "Wstac(?!Fw)"), ("wstac_fw.h", "WSTAC_FW_", "WstacFw")):
+        given = {name for name in macros(f'#include "{header}"\n', prefix) if name not in plain}
+        text = re.sub(r"//[^\n]*|/\*.*?\*/|#[^\n]*", "", (prefix / "include" / header).read_text(), flags=re.DOTALL)
+        # Types, constants of enumerations, variables and functions.
+        for pattern in (r"\b(?:struct|enum)\s+(\w+)", r"^typedef [^{};]*?(\w+);", r"^}\s*(\w+);", r"^\s+(\w+) = ", r"^extern const [^;]*?(\w+);", r"(\w+)\("):
+            given |= set(re.findall(pattern, text, re.MULTILINE))
+        allowed = rf"({upper}|{upper.lower()}|{camel})\w*|{Path(header).stem.upper()}_H"
+        wrong = sorted(name for name in given if not re.fullmatch(allowed, name))
+        if wrong or len(given) < 40:
+            fail(f"{header}: {len(given)} names, of which {wrong} have no prefix")
+    for target in (machine, *{target for target, _ in ABIS.values()}):
+        symbols = run(["nm", "-g", "--defined-only", prefix / "lib" / target / "libwstac_fw.a"])
+        names = {found[1] for found in re.finditer(r"^[0-9a-f]+ \w (\w+)$", symbols, re.MULTILINE)}
+        wrong = sorted(name for name in names if not re.match(r"wstac_fw_|WSTAC_FW_|__", name))
+        if wrong or "wstac_fw_init" not in names:
+            fail(f"libwstac_fw.a of {target}: {wrong[:20]} of {len(names)} names have no prefix")
+    print("names: one prefix for each header and library")
+
+
+def check_version(prefix):
+    """Checks that both headers and their files for CMake and pkg-config have the version of the libraries."""
+    version = re.search(r'^version = "(.*)"$', (ROOT / "Cargo.toml").read_text(), re.MULTILINE)[1]
+    parts = [int(part) for part in version.split(".")]
+    for header, name in (("wstac.h", "WSTAC_VERSION"), ("wstac_fw.h", "WSTAC_FW_VERSION")):
+        given = macros(f'#include "{header}"\n', prefix)
+        same(given[f"{name}_TEXT"], f'"{version}"', f"{name}_TEXT")
+        same([int(given[f"{name}_{part}"]) for part in ("MAJOR", "MINOR", "PATCH")], parts, f"parts of {name}")
+        same(int(given[name]), parts[0] << 16 | parts[1] << 8 | parts[2], name)
+    same(f'set(PACKAGE_VERSION "{version}")' in (prefix / "lib/cmake/wstac/wstacConfigVersion.cmake").read_text(), True, "version for CMake")
 
 
 def check_symbols(host, elf):
@@ -283,12 +347,265 @@ def check_symbols(host, elf):
     header = (host / "include/wstac.h").read_text()
     same(sorted(given), sorted(set(re.findall(r"\b(wstac_\w+)\(", header))), "names that libwstac.so gives")
     names = run(["arm-none-eabi-nm", elf])
-    declared = set(re.findall(r"\b(wstac_fw_\w+)\(", (ROOT / "wstac-fw/capi/include/wstac_fw.h").read_text()))
+    declared = set(re.findall(r"\b(wstac_fw_\w+)\(", (host / "include/wstac_fw.h").read_text()))
     missing = [name for name in declared if f" {name}\n" not in names]
     panics = [name for name in names.splitlines() if re.search(r"panic|unwrap_failed|rust_begin_unwind", name)]
     if missing or panics:
         fail(f"{elf.name}: misses {missing}, expected all calls; has {panics}, expected no panic")
-    print(f"names: {len(given)} of the host library, {len(declared)} of the firmware's, and no panic with these")
+    print(f"calls: {len(given)} of the host library, {len(declared)} of the firmware's, and no panic with these")
+
+
+def configure(source, build, *arguments):
+    """Configures a project with CMake. Returns its exit code and its words."""
+    command = ["cmake", "-S", source, "-B", build, "-DCMAKE_BUILD_TYPE=Release", *arguments]
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False, timeout=300)
+    return done.returncode, done.stdout + done.stderr
+
+
+def check_cmake(programs, wstac):
+    """Builds the examples with find_package, for this machine and for all floating-point ABIs of the board. Their output
+    is the same everywhere. Then tries what has to be refused.
+    """
+    found = f"-DCMAKE_PREFIX_PATH={programs.prefix}"
+    folder, fw, host = programs.folder / "with cmake", EXAMPLES, ROOT / "wstac-c/examples"
+    toolchain = f"-DCMAKE_TOOLCHAIN_FILE={BOARD / 'toolchain.cmake'}"
+
+    def build(source, name, *arguments):
+        code, said = configure(source, folder / name, found, *arguments)
+        if code:
+            fail(f"cmake of {name}: {said[-2000:]}")
+        run(["cmake", "--build", folder / name])
+        return folder / name
+
+    expected = "".join(line(record) + "\n" for record in wstac.run("slides.mcap") if record["kind"] == "event")
+    same(programs.run(build(host, "host") / "events", "slides.mcap"), expected, "events.c of the host by CMake")
+    arguments = ["slides.raw", 400, 400, MODEL]
+    machine = build(fw, "machine")
+    events, sent = programs.run(machine / "events", *arguments), programs.run_bytes(machine / "link", *arguments)
+    same(events.count("contact="), expected.count("\n"), "events of the firmware's example")
+    for abi in ABIS:
+        board = build(fw, abi, toolchain, f"-DFLOAT_ABI={abi}")
+        has_unit = "Tag_FP_arch" in run(["arm-none-eabi-readelf", "-A", board / "link.elf"])
+        passes_in_unit = "Tag_ABI_VFP_args" in run(["arm-none-eabi-readelf", "-A", board / "link.elf"])
+        same((has_unit, passes_in_unit), (abi != "soft", abi == "hard"), f"floating-point ABI of {abi}")
+        same(programs.on_board(board / "events.elf", *arguments), events, f"events.c on the board, {abi}")
+        same(programs.on_board_bytes(board / "link.elf", *arguments), sent, f"link.c on the board, {abi}")
+    # The last one wins over the compiler.
+    refused = [
+        (host, [found, toolchain], "libwstac.so is for the host"),
+        (fw, ["-DCMAKE_PREFIX_PATH=/nowhere"], "wstacConfig.cmake"),
+        (fw, [found, toolchain, "-DCMAKE_C_FLAGS=-mcpu=cortex-m3 -mthumb"], "libwstac_fw.a is not there: ci/libwstac-fw installs it for thumbv7m-none-eabi"),
+        (fw, [found, "-Dwstac_TARGET=riscv32imc-unknown-none-elf"], "for riscv32imc-unknown-none-elf"),
+    ]
+    for version, taken in (("0.3", True), ("0.3.0", True), ("0.3.1", False), ("0.2", False), ("1", False)):
+        project = programs.folder / f"version {version}"
+        project.mkdir()
+        (project / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.16)\nproject(p C)\nfind_package(wstac {version} REQUIRED)\n")
+        if taken:
+            same(configure(project, project / "build", found)[0], 0, f"find_package(wstac {version})")
+        else:
+            refused.append((project, [found], "compatible"))
+    for number, (source, more, words) in enumerate(refused):
+        code, said = configure(source, folder / f"refused {number}", *more)
+        if code == 0 or words not in " ".join(said.split()):
+            fail(f"cmake of {source.name} with {more} says {said[-1500:]!r}, expected a refusal with {words!r}")
+    print(f"CMake: examples of this machine and of {len(ABIS)} floating-point ABIs give the same; {len(refused)} refusals")
+
+
+# Zephyr's symbols of a processor, and the target that the module chooses.
+ZEPHYR = {
+    ("CPU_CORTEX_M0PLUS",): "thumbv6m-none-eabi",
+    ("CPU_CORTEX_M3",): "thumbv7m-none-eabi",
+    ("CPU_CORTEX_M4",): "thumbv7em-none-eabi",
+    ("CPU_CORTEX_M4", "FPU"): "thumbv7em-none-eabi",
+    ("CPU_CORTEX_M7", "FPU", "FP_HARDABI"): "thumbv7em-none-eabihf",
+    ("CPU_CORTEX_M23",): "thumbv8m.base-none-eabi",
+    ("CPU_CORTEX_M33",): "thumbv8m.main-none-eabi",
+    ("CPU_CORTEX_M55", "FPU", "FP_HARDABI"): "thumbv8m.main-none-eabihf",
+    ("ARCH_POSIX", "64BIT"): "x86_64-unknown-linux-gnu",
+    ("RISCV",): "",
+}
+# These are not Zephyr's functions. They do what Zephyr's do with a library, so that the module is tried where Zephyr is not.
+ZEPHYR_STUB = """
+cmake_minimum_required(VERSION 3.20)
+project(program C)
+add_library(zephyr_interface INTERFACE)
+function(zephyr_include_directories)
+    target_include_directories(zephyr_interface INTERFACE ${ARGV})
+endfunction()
+function(zephyr_link_libraries)
+    target_link_libraries(zephyr_interface INTERFACE ${ARGV})
+endfunction()
+add_subdirectory("${MODULE}/zephyr" wstac)
+add_executable(program "${EXAMPLES}/events.c" "${EXAMPLES}/mps2-an386/startup.c")
+target_link_options(program PRIVATE --specs=rdimon.specs -nostartfiles -T "${EXAMPLES}/mps2-an386/board.ld")
+target_link_libraries(program PRIVATE zephyr_interface m)
+"""
+
+
+def check_zephyr(programs):
+    """Tries the Zephyr module: the target that its Kconfig chooses, and its CMakeLists.txt with stubs of Zephyr's functions."""
+    folder = programs.folder / "zephyr program"
+    folder.mkdir()
+    module = (programs.prefix / "zephyr/module.yml").read_text()
+    same(re.findall(r"^(\w+:|  \w+: .*|\w+: .*)$", module, re.MULTILINE), ["name: wstac", "build:", "  cmake: zephyr", "  kconfig: zephyr/Kconfig"], "module.yml")
+    for symbols, target in ZEPHYR.items():
+        stub = "".join(f"config {symbol}\n\tbool\n\tdefault y\n" for symbol in symbols)
+        (folder / "Kconfig").write_text(f'{stub}source "{programs.prefix}/zephyr/Kconfig"\n')
+        tree = kconfiglib.Kconfig(str(folder / "Kconfig"), warn=False)
+        same(tree.syms["WSTAC_TARGET"].str_value, "", "the module's target without CONFIG_WSTAC")
+        tree.syms["WSTAC"].set_value("y")
+        same(tree.syms["WSTAC_TARGET"].str_value, target, f"the module's target for {symbols}")
+    (folder / "CMakeLists.txt").write_text(ZEPHYR_STUB)
+    given = [f"-DMODULE={programs.prefix}", f"-DEXAMPLES={EXAMPLES}", f"-DCMAKE_TOOLCHAIN_FILE={BOARD / 'toolchain.cmake'}", "-DCONFIG_WSTAC=y"]
+    code, said = configure(folder, folder / "build", *given, "-DCONFIG_WSTAC_TARGET=thumbv7em-none-eabihf")
+    if code:
+        fail(f"cmake of the Zephyr module: {said[-2000:]}")
+    run(["cmake", "--build", folder / "build"])
+    events = programs.on_board(folder / "build/program", "slides.raw", 400, 400, MODEL)
+    same("contact=slide" in events, True, "events of the Zephyr module's program")
+    code, said = configure(folder, folder / "refused", *given, "-DCONFIG_WSTAC_TARGET=")
+    if code == 0 or "ci/libwstac-fw installs it for CONFIG_WSTAC_TARGET" not in said:
+        fail(f"the Zephyr module without a library says {said[-1000:]!r}")
+    print(f"Zephyr module: {len(ZEPHYR)} choices of Kconfig, and a program with stubs of Zephyr's functions")
+
+
+class Lossy:
+    """A line between a board's program and `wstac monitor`, which loses each event and each acknowledgment once."""
+
+    def __init__(self, board):
+        self.board, self.sent, self.acknowledged = board, {}, {}
+        self.server = socket.create_server(("127.0.0.1", 0))
+        self.server.settimeout(60)
+
+    @property
+    def port(self):
+        return f"tcp:127.0.0.1:{self.server.getsockname()[1]}"
+
+    @staticmethod
+    def frames(read):
+        """Yields frames with their zeros and their content without COBS."""
+        frame = b""
+        while byte := read(1):
+            if byte != b"\0":
+                frame += byte
+            elif frame:
+                content, at = b"", 0
+                while at < len(frame):
+                    code = frame[at]
+                    content += frame[at + 1 : at + code] + (b"\0" if code < 255 else b"")
+                    at += code
+                yield b"\0" + frame + b"\0", content[:-1] if frame else b""
+                frame = b""
+
+    @staticmethod
+    def message(content):
+        """Returns the message without version, sequence number and checksum."""
+        at = 1
+        while content[at] & 0x80:
+            at += 1
+        return content[at + 1 : -4]
+
+    def pass_on(self, read, write, number, seen, key):
+        """Passes frames on. The first frame of a message with this number and this key is lost."""
+        for frame, content in self.frames(read):
+            message = self.message(content)
+            if message[0] == number:
+                seen[message[key]] = seen.get(message[key], 0) + 1
+                if seen[message[key]] == 1:
+                    continue
+            try:
+                write(frame)
+            except OSError:
+                return
+
+    def run(self):
+        connection, _ = self.server.accept()
+        requests, board = connection.makefile("rb", 0), self.board
+
+        def to_board(frame):
+            board.stdin.write(frame)
+            board.stdin.flush()
+
+        # An event begins with its frame's number, an acknowledgment with the event's.
+        back = threading.Thread(target=self.pass_on, args=(requests.read, to_board, 5, self.acknowledged, slice(1, 3)), daemon=True)
+        back.start()
+        self.pass_on(board.stdout.read, connection.sendall, 3, self.sent, slice(1, 3))
+        connection.shutdown(socket.SHUT_RDWR)
+        connection.close()
+        self.server.close()
+
+
+def build_camera(programs):
+    """Builds the example of the STM32H743 with a model of ST's HAL: for this machine with sanitizers, and for the board."""
+    model, include = TESTS / "stm32h743", programs.prefix / "include"
+    settings = "-DWSTAC_CAMERA_WIDTH=400u -DWSTAC_CAMERA_HEIGHT=400u -DWSTAC_CAMERA_FORMAT=WSTAC_FW_GREY -DWSTAC_CAMERA_PIXEL_BYTES=1u".split()
+    strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-g", "-I", model, "-I", include, "-I", CAMERA]
+    # As it is, for a camera of 640 x 480 with YUYV, and for a Cortex-M7.
+    m7 = "-mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard -O2 -c".split()
+    run(["arm-none-eabi-gcc", *strict, *m7, CAMERA / "wstac_camera.c", "-o", programs.folder / "m7.o"])
+    built = []
+    target, flags = ABIS["hard"]
+    for name, compiler, library, link in (
+        # The model gives the DMA an address of 32 bits.
+        ("camera", ["gcc", "-O1", *SANITIZED, "-no-pie", "-fno-pie"], programs.library(programs.machine), []),
+        ("camera.elf", ["arm-none-eabi-gcc", *ARM, *flags], programs.library(target), [BOARD / "startup.c", "--specs=rdimon.specs", "-nostartfiles", "-T", BOARD / "board.ld", "-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments"]),
+    ):
+        run([*compiler, *strict, *settings, "-c", CAMERA / "wstac_camera.c", "-o", programs.folder / f"{name}.o"])
+        more = [*STRICT, "-D_DEFAULT_SOURCE", *settings, "-I", model, "-I", include, "-I", CAMERA]
+        run([*compiler, *more, model / "hal.c", programs.folder / f"{name}.o", *link, library, "-lm", "-o", programs.folder / name])
+        built.append(programs.folder / name)
+    return built
+
+
+def monitored(wstac, port, **more):
+    """Returns the records and the notes of `wstac monitor`."""
+    done = subprocess.run([wstac.command, "monitor", port, "--json", "--status"], capture_output=True, check=False, timeout=300, **more)
+    # A board knows no wall-clock time.
+    records = [json.loads(text) for text in done.stdout.splitlines()]
+    return [{name: value for name, value in record.items() if name != "stamp"} for record in records], done.stderr.decode()
+
+
+def check_camera(programs, wstac):
+    """Runs the example of the STM32H743: `wstac monitor` prints what `wstac run` prints, over a line that loses events
+    and acknowledgments, too. Faults of the camera lose their frames and no other.
+    """
+    camera, elf = build_camera(programs)
+    clocked = lambda record: {name: value for name, value in record.items() if name != "stamp"}
+    expected = [clocked(record) for record in wstac.run("slides.mcap") if record["kind"] in ("event", "contact_end")]
+    arguments = ["slides.raw", 400, 400, MODEL]
+    sent = programs.run_bytes(camera, *arguments)
+    records, notes = monitored(wstac, "-", input=sent)
+    same(records[:-1], expected, "the events of wstac_camera.c")
+    if "stm32h743 with HAL" not in notes or "lost" in notes or "damaged" in notes:
+        fail(f"wstac monitor says {notes!r} of wstac_camera.c")
+    same(programs.on_board_bytes(elf, *arguments), sent, "the bytes of wstac_camera.c on the board")
+
+    # Real time, four times as fast.
+    command = [str(part) for part in (camera, *arguments, 4)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=programs.folder, bufsize=0) as board:
+        line = Lossy(board)
+        passing = threading.Thread(target=line.run)
+        passing.start()
+        records, notes = monitored(wstac, line.port)
+        board.stdin.close()
+        passing.join()
+        same(board.wait(60), 0, "exit code of wstac_camera.c")
+    same(records[:-1], expected, f"the events of wstac_camera.c over a line that loses events; notes are {notes}")
+    events = sum(record["kind"] == "event" for record in expected)
+    if "lost, " in notes or len(line.sent) != events or min(line.sent.values()) < 3 or len(line.acknowledged) != events:
+        fail(f"{events} events: sent {line.sent}, acknowledged {line.acknowledged}, {notes!r}")
+
+    quiet = [5, 15, 20, 140]
+    faults = [f"{name}={frame}" for name, frame in zip(("noise", "short", "overrun", "late"), quiet, strict=True)]
+    records, notes = monitored(wstac, "-", input=programs.run_bytes(camera, *arguments, *faults))
+    lost = sum(int(found) for found in re.findall(r"(\d+) frames? lost by the board", notes))
+    if not 3 <= lost <= 6 or "2 overruns" not in notes:
+        fail(f"wstac_camera.c with {faults}: {lost} frames lost, {notes!r}")
+    same(records[-1]["frames"] >= expected[-1]["frame"], True, "frames behind faults")
+    frames = lambda found: [(record["kind"], record["frame"], record.get("contact")) for record in found]
+    same(frames(records[:-1]), frames(expected), f"events of wstac_camera.c with {faults}")
+    print(f"STM32H743's example: {len(expected)} records as wstac run; each event and acknowledgment lost once; {lost} frames of {len(faults)} faults lost")
 
 
 def check_host(programs, wstac):
@@ -356,7 +673,7 @@ def check_link(programs, wstac):
     program is C99, C++11 and -Wconversion clean.
     """
     source = EXAMPLES / "link.c"
-    include = ["-I", ROOT / "wstac-fw/capi/include"]
+    include = ["-I", programs.prefix / "include"]
     for language in (["gcc", "-x", "c", "-std=c99"], ["g++", "-x", "c++", "-std=c++11"]):
         run([*language, "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-fsyntax-only", *include, source])
     plain, sanitized, elf = programs.build_firmware(source)
@@ -384,7 +701,8 @@ def check_firmware(programs, wstac):
     it prints, by every law.
     """
     plain, sanitized, elf = programs.build_firmware(TESTS / "firmware.c")
-    check_symbols(programs.host, elf)
+    check_symbols(programs.prefix, elf)
+    soft = programs.build_board(TESTS / "firmware.c", "soft")
     laws = {"published": 'law = "published"', "coherence": 'law = "arrival"', "edges": 'estimator = "edges"'}
     width, height = SIZE
     for number, name in enumerate([*FORMATS, *(f"{name}-linear" for name in LINEAR)]):
@@ -405,6 +723,9 @@ def check_firmware(programs, wstac):
         rows = 0 if fourcc in PLANAR else 1 + number % 9
         arguments = [name, raw, width, height, MODEL, rows, frame_bytes]
         outputs = [programs.run(sanitized, *arguments), programs.on_board(elf, *arguments)]
+        if name in SOFT_FORMATS:
+            outputs.append(programs.on_board(soft, *arguments))
+            same(outputs[2], outputs[1], f"{name} on the board without its floating-point unit")
         if number == 0:
             outputs.append(programs.run(*VALGRIND, plain, *arguments))
         for output in outputs:
@@ -414,7 +735,10 @@ def check_firmware(programs, wstac):
                 fail(f"{name}: speeds are {found_speeds}, expected {speeds}")
             for found_motion, motion in zip(found_motions, motions, strict=True):
                 same_motion(found_motion, motion, name)
-    print(f"firmware library: {len(FORMATS) + len(LINEAR)} formats to the bit, with sanitizers and on the board; GREY in valgrind")
+    print(
+        f"firmware library: {len(FORMATS) + len(LINEAR)} formats to the bit, with sanitizers and on the board; "
+        f"{len(SOFT_FORMATS)} without its floating-point unit; GREY in valgrind"
+    )
 
 
 def check_stack(programs):
@@ -435,22 +759,30 @@ def check_stack(programs):
 
 
 def main():
-    if len(sys.argv) != 5:
+    if len(sys.argv) != 3:
         sys.exit(__doc__)
-    command, host, firmware, board = (Path(argument).resolve() for argument in sys.argv[1:])
+    command, prefix = (Path(argument).resolve() for argument in sys.argv[1:])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copy(MODEL_FILE, folder / MODEL)
-        wstac, programs = Wstac(command, folder), Programs(folder, host, firmware, board)
-        check_headers(host)
+        wstac, programs = Wstac(command, folder), Programs(folder, prefix)
+        check_headers(prefix)
+        check_names(prefix, programs.machine)
+        check_version(prefix)
         wstac.record()
-        check_host(programs, wstac)
-        check_page(programs)
-        check_host_records(programs, wstac)
-        check_firmware_example(programs, wstac)
-        check_link(programs, wstac)
-        check_firmware(programs, wstac)
-        check_stack(programs)
+        with ThreadPoolExecutor() as pool:
+            # It waits for a clock, mostly.
+            camera = pool.submit(check_camera, programs, wstac)
+            check_cmake(programs, wstac)
+            check_zephyr(programs)
+            check_host(programs, wstac)
+            check_page(programs)
+            check_host_records(programs, wstac)
+            check_firmware_example(programs, wstac)
+            check_link(programs, wstac)
+            check_firmware(programs, wstac)
+            check_stack(programs)
+            camera.result()
 
 
 if __name__ == "__main__":
