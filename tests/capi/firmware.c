@@ -426,7 +426,7 @@ static WstacFwWanted wanted;
 static uint8_t message[WSTAC_FW_LINK_BYTES];
 static size_t message_bytes;
 
-/* Takes a request of two bytes as a host sends it: version 4 of the link, a sequence number, the request and its sum, in COBS. */
+/* Takes a request of two bytes as a host sends it, in COBS: version 4 of the link, a sequence number, the request, its sum. */
 static WstacFwStatus ask(uint8_t number, uint8_t value, int damaged_bit)
 {
     uint8_t content[8] = {4, 9, number, value}, bytes[11] = {0};

@@ -3,8 +3,9 @@
 #   find_package(wstac REQUIRED)                  wstac::wstac   libwstac.so, for programs on a host
 #   find_package(wstac REQUIRED COMPONENTS fw)    wstac::fw      libwstac_fw.a, for firmware
 #
-# Without components, every library that is there for the target becomes a target of CMake. The firmware's library is that of
-# the compiler's processor and floating-point ABI. wstac_TARGET, if it is set, names another one, as Rust names its targets:
+# Without components, every library that is there for the target becomes a target of CMake. The firmware's library is
+# that of the compiler's processor and floating-point ABI. wstac_TARGET, if it is set, names another one, as Rust names its
+# targets:
 #
 #   cmake -Dwstac_TARGET=thumbv7em-none-eabihf …
 

@@ -1,12 +1,12 @@
 /*
- * Runs the example of the STM32H7 on a model of ST's HAL: a camera that sends frames of a file row by row, a circular DMA
- * with two halves, a line of 115200 bits per second, and interrupts between any two rows.
+ * Runs the example of the STM32H743 on a model of ST's HAL: a camera that sends frames of a file row by row, a circular
+ * DMA with two halves, a line of 115200 bits per second, and interrupts between any two rows.
  *
  *     hal FRAMES WIDTH HEIGHT MODEL.wsm [SPEED] [FAULT=FRAME…]
  *
- * Bytes to the host go to standard output. With a SPEED, bytes of the host come from standard input, and the clock runs so
- * many times as fast as the machine's. Faults of a frame: `short` loses its last rows, `overrun` stops its DMA as the HAL
- * does, `late` keeps the program from its loop, `noise` ends a reception with an error.
+ * Bytes to the host go to standard output. With a SPEED, bytes of the host come from standard input, and the clock runs
+ * so many times as fast as the machine's. Faults of a frame: `short` loses its last rows, `overrun` stops its DMA as the
+ * HAL does, `late` keeps the program from its loop, `noise` ends a reception with an error.
  */
 #include <stdbool.h>
 

@@ -1,6 +1,6 @@
 /*
- * This is not ST's header. It declares the names of ST's HAL that the example uses, as ST's public headers do, so that the
- * example is compiled and run where those are not at hand. hal.c models what is behind the names.
+ * This is not ST's header. It declares the names of ST's HAL that the example uses, as ST's public headers do, so that
+ * the example is compiled and run where those are not at hand. hal.c models what is behind the names.
  */
 #ifndef STM32H7XX_HAL_H
 #define STM32H7XX_HAL_H

@@ -658,7 +658,7 @@ WstacFwStatus wstac_fw_link_event(struct WstacFwLink *link,
                                   uint8_t *bytes,
                                   size_t *length);
 
-// Takes bytes that the host has sent, as they arrive: requests, and what acknowledges events. Writes what the host wants.
+// Takes bytes that the host has sent, as they arrive: requests and acknowledgments. Writes what the host wants.
 //
 // Damaged and unknown requests are ignored. A program that never calls it sends each event once.
 //
@@ -669,8 +669,9 @@ WstacFwStatus wstac_fw_link_receive(struct WstacFwLink *link,
                                     size_t length,
                                     struct WstacFwWanted *wanted);
 
-// Writes the bytes of the message of an event that the host has not acknowledged in time. Call it in every round of the
-// program's loop, with the milliseconds of a clock, which may wrap.
+// Writes the bytes of the message of an event that the host has not acknowledged in time.
+//
+// Call it in every round of the program's loop, with the milliseconds of a clock, which may wrap.
 //
 // Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is none. An event is sent again after 250 ms, for at most
 // 4 seconds.
@@ -680,8 +681,9 @@ WstacFwStatus wstac_fw_link_receive(struct WstacFwLink *link,
 // memory for a number.
 WstacFwStatus wstac_fw_link_due(struct WstacFwLink *link, uint32_t now_ms, uint8_t *bytes, size_t *length);
 
-// Writes the bytes of the message of a part of the sample of the event that the last push completed. All
-// WSTAC_FW_SAMPLE_PARTS parts, from 0 on, come before the event.
+// Writes the bytes of the message of a part of the sample of the event that the last push completed.
+//
+// All WSTAC_FW_SAMPLE_PARTS parts, from 0 on, come before the event.
 //
 // Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is no such part.
 //

@@ -432,7 +432,7 @@ pub unsafe extern "C" fn wstac_fw_link_event(
     unsafe { send(link, &Out { bytes, length }, event) }
 }
 
-/// Takes bytes that the host has sent, as they arrive: requests, and what acknowledges events. Writes what the host wants.
+/// Takes bytes that the host has sent, as they arrive: requests and acknowledgments. Writes what the host wants.
 ///
 /// Damaged and unknown requests are ignored. A program that never calls it sends each event once.
 ///
@@ -467,8 +467,9 @@ pub unsafe extern "C" fn wstac_fw_link_receive(
     status(receive())
 }
 
-/// Writes the bytes of the message of an event that the host has not acknowledged in time. Call it in every round of the
-/// program's loop, with the milliseconds of a clock, which may wrap.
+/// Writes the bytes of the message of an event that the host has not acknowledged in time.
+///
+/// Call it in every round of the program's loop, with the milliseconds of a clock, which may wrap.
 ///
 /// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is none. An event is sent again after 250 ms, for at most
 /// 4 seconds.
@@ -499,8 +500,9 @@ pub unsafe extern "C" fn wstac_fw_link_due(
     status(due())
 }
 
-/// Writes the bytes of the message of a part of the sample of the event that the last push completed. All
-/// WSTAC_FW_SAMPLE_PARTS parts, from 0 on, come before the event.
+/// Writes the bytes of the message of a part of the sample of the event that the last push completed.
+///
+/// All WSTAC_FW_SAMPLE_PARTS parts, from 0 on, come before the event.
 ///
 /// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is no such part.
 ///

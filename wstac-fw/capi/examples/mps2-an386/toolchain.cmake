@@ -1,4 +1,5 @@
-# Compiles for a Cortex-M4F with Arm's GNU tools. FLOAT_ABI is hard; or softfp or soft, which need the library of thumbv7em-none-eabi.
+# Compiles for a Cortex-M4F with Arm's GNU tools. FLOAT_ABI is hard, softfp or soft. The latter two need the library of
+# thumbv7em-none-eabi.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR cortex-m4)
 set(CMAKE_C_COMPILER arm-none-eabi-gcc)

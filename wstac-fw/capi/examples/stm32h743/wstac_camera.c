@@ -1,8 +1,8 @@
 /*
  * Stripes of a camera's frames, from the interrupts of a circular DMA into the pipeline, and messages to a host.
  *
- * Interrupts only count stripes and move bytes of the line. All else is in wstac_camera_poll, so that the library has one
- * user. A frame that was not whole is lost: the host is told, and the capture starts again at the next frame.
+ * Interrupts only count stripes and move bytes of the line. All else is in wstac_camera_poll, so that the library has
+ * one user. A frame that was not whole is lost: the host is told, and the capture starts again at the next frame.
  */
 #include "wstac_camera.h"
 
@@ -30,8 +30,8 @@
 #endif
 
 /*
- * The DMA's buffer. DMA1 and DMA2 of an STM32H7 do not reach the DTCM at 0x20000000. If the linker script puts .bss there, it
- * has to put .bss.dma_buffer into the SRAM at 0x24000000 or 0x30000000.
+ * The DMA's buffer. DMA1 and DMA2 of an STM32H7 do not reach the DTCM at 0x20000000. If the linker script puts .bss there,
+ * it has to put .bss.dma_buffer into the SRAM at 0x24000000 or 0x30000000.
  */
 static uint8_t dma_buffer[2 * STRIPE_BYTES] __attribute__((section(".bss.dma_buffer"), aligned(32)));
 /* The stripe that is read, while the DMA may already write to its place. */
@@ -140,7 +140,7 @@ void HAL_UART_ErrorCallback(UART_HandleTypeDef *uart)
 static uint8_t message[WSTAC_FW_LINK_BYTES];
 static size_t length;
 
-/* Sends the message that a call has written. One without room is left out: the host sees it, and events are sent again. */
+/* Sends the message that a call has written. One without room is left out: the host sees that, and events come again. */
 static void send_message(WstacFwStatus status)
 {
     if (status != WSTAC_FW_STATUS_OK || sizeof to_host - (to_host_head - to_host_tail) < length)
@@ -178,7 +178,8 @@ static void send_event(void)
     if (wstac_fw_motion(&pipeline, &motion) != WSTAC_FW_STATUS_OK)
         return;
     /* Only a slide has a texture. */
-    if (has_model && motion.contact == WSTAC_FW_CONTACT_SLIDE && wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK &&
+    if (has_model && motion.contact == WSTAC_FW_CONTACT_SLIDE &&
+        wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK &&
         wstac_fw_classify(&texture_model, sample, &texture) == WSTAC_FW_STATUS_OK)
         answers.texture = &texture;
     for (uint32_t part = 0; wanted.samples && part < WSTAC_FW_SAMPLE_PARTS; part++)
@@ -210,7 +211,7 @@ static void start_capture(void)
     taken = 0;
     /* The HAL's DCMI has no half of a buffer; its DMA has. The callback has to be there before the start. */
     camera->DMA_Handle->XferHalfCpltCallback = stripe_arrived;
-    if (HAL_DCMI_Start_DMA(camera, DCMI_MODE_CONTINUOUS, (uint32_t)(uintptr_t)dma_buffer, sizeof dma_buffer / 4) != HAL_OK)
+    if (HAL_DCMI_Start_DMA(camera, DCMI_MODE_CONTINUOUS, (uint32_t)(uintptr_t)dma_buffer, STRIPE_BYTES / 2) != HAL_OK)
         broken = true;
     /* In place of the HAL's own callback, which is for a frame in one piece. */
     camera->DMA_Handle->XferCpltCallback = stripe_arrived;
@@ -279,7 +280,7 @@ void wstac_camera_start(DCMI_HandleTypeDef *dcmi, UART_HandleTypeDef *uart, cons
     options.fps_denominator = 1;
     camera = dcmi;
     serial = uart;
-    has_model = model != NULL && wstac_fw_model_init(&texture_model, sizeof texture_model, model, model_bytes) == WSTAC_FW_STATUS_OK;
+    has_model = model != NULL && wstac_fw_model_init(&texture_model, sizeof texture_model, model, model_bytes) >= 0;
     if (wstac_fw_init(&pipeline, sizeof pipeline, &options) < 0 || wstac_fw_link_init(&line, sizeof line) < 0)
         return;
     chip[0] = HAL_GetUIDw0();

@@ -1,5 +1,5 @@
 /*
- * A WSTac sensor on an STM32H7 with ST's HAL: a camera on DCMI and DMA, and a serial line to a host that runs wstac monitor.
+ * A WSTac sensor on an STM32H7 with ST's HAL: a camera on DCMI and DMA, and a serial line to a host with wstac monitor.
  *
  * In the program that CubeMX has made, after its MX_…_Init calls:
  *
