@@ -196,6 +196,9 @@ static void frame_arrives(unsigned long number, uint32_t row_bytes, uint32_t row
         dcmi_registers.IER &= ~DCMI_IT_FRAME;
         HAL_DCMI_FrameEventCallback(&dcmi);
     }
+    wait_until(start + (uint64_t)FRAME_US * 9 / 10);
+    line_goes_on();
+    wstac_camera_poll();
 }
 
 static FILE *open_file(const char *name)
