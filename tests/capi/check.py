@@ -316,7 +316,7 @@ DEFINED = [
 
 def check_names(prefix, machine):
     """Checks that both headers define only names with their prefix, and that the static libraries give only such. Names
-    with two underscores belong to compilers.
+    that begin with two underscores, _R or _ZN belong to compilers.
     """
     plain = macros("#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n", prefix)
     for header, upper, camel in (("wstac.h", "WSTAC_(?!FW_)", "Wstac(?!Fw)"), ("wstac_fw.h", "WSTAC_FW_", "WstacFw")):
@@ -329,9 +329,10 @@ def check_names(prefix, machine):
         if wrong or len(given) < 40:
             fail(f"{header}: {len(given)} names, of which {wrong} have no prefix")
     for target in (machine, *{target for target, _ in ABIS.values()}):
-        symbols = run(["nm", "-g", "--defined-only", prefix / "lib" / target / "libwstac_fw.a"])
-        names = {found[1] for found in re.finditer(r"^[0-9a-f]+ \w (\w+)$", symbols, re.MULTILINE)}
-        wrong = sorted(name for name in names if not re.match(r"wstac_fw_|WSTAC_FW_|__", name))
+        symbols = run(["readelf", "--syms", "--wide", prefix / "lib" / target / "libwstac_fw.a"])
+        # Weak ones give way to those of a program, and C has no name with a dot.
+        names = set(re.findall(r" GLOBAL +\w+ +(?!UND)\w+ (\w+)$", symbols, re.MULTILINE))
+        wrong = sorted(name for name in names if not re.match(r"wstac_fw_|WSTAC_FW_|__|_R|_ZN", name))
         if wrong or "wstac_fw_init" not in names:
             fail(f"libwstac_fw.a of {target}: {wrong[:20]} of {len(names)} names have no prefix")
     print("names: one prefix for each header and library")
