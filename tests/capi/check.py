@@ -720,6 +720,39 @@ def check_stack(programs):
         print(f"note: {PAGE.name} is more than 2 % off what was measured of {', '.join(apart)}")
 
 
+# The programs of size.c by the rows of the page's table.
+SIZES = {
+    "flash: GREY in stripes, motion by coherence": ["FORMAT=WSTAC_FW_GREY", "LAW=motion_by_coherence"],
+    "the same with YUYV, exact": ["FORMAT=WSTAC_FW_YUYV", "LAW=motion_by_coherence"],
+    "the same with GREY, trigger set": ["FORMAT=WSTAC_FW_GREY", "LAW=motion_by_coherence", "TRIGGER"],
+    "the same with GREY and a model of any kind (without its file)": ["FORMAT=WSTAC_FW_GREY", "LAW=motion_by_coherence", "MODEL"],
+    "flash: GREY in stripes, motion by edges": ["FORMAT=WSTAC_FW_GREY", "LAW=motion_by_edges"],
+    "flash: GREY in stripes, speed and direction as published": ["FORMAT=WSTAC_FW_GREY", "LAW=as_published"],
+}
+
+
+def check_sizes(programs):
+    """Checks the flash of the smallest programs on a Cortex-M4F against the page: at most a tenth more."""
+    target, flags = ABIS["hard"]
+    page = dict(re.findall(r"^\| ((?:flash|the same)[^|]*?) \| ([\d,]+) bytes \|", PAGE.read_text(), re.MULTILINE))
+    same(list(page), list(SIZES), f"rows of {PAGE.name} about flash")
+    sizes = {}
+    for number, (row, defined) in enumerate(SIZES.items()):
+        elf = programs.folder / f"size{number}.elf"
+        command = ["arm-none-eabi-gcc", *STRICT, *ARM, "-Os", *flags, *(f"-D{name}" for name in defined), "-I", programs.prefix / "include"]
+        link = ["-nostartfiles", "-Wl,-e,main", "-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments"]
+        run([*command, TESTS / "size.c", programs.library(target), *link, "-o", elf])
+        text, data = run(["arm-none-eabi-size", elf]).splitlines()[1].split()[:2]
+        sizes[row] = int(text) + int(data)
+    published = {row: int(size.replace(",", "")) for row, size in page.items()}
+    over = {row: size for row, size in sizes.items() if size > 1.1 * published[row]}
+    if over:
+        fail(f"flash: {over} bytes, {PAGE.name} has {published}")
+    print(f"flash on the board, in bytes: {', '.join(map(str, sizes.values()))}")
+    if any(abs(size - published[row]) > 0.02 * published[row] for row, size in sizes.items()):
+        print(f"note: {PAGE.name} is more than 2 % off")
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
@@ -744,6 +777,7 @@ def main():
             check_link(programs, wstac)
             check_firmware(programs, wstac)
             check_stack(programs)
+            check_sizes(programs)
             camera.result()
 
 
