@@ -28,7 +28,10 @@ direction = 180
 `;
 const SIZE = 320 * 240;
 // Requests, as in tests/emulator/check.py: their numbers, and the version of the link.
-const FEATURES = 1, VERSION = 4;
+const HELLO = 0, FEATURES = 1, VERSION = 4;
+const OVERRUN = 'pixels came faster than they were taken';
+const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer', BACK = 'the camera sends frames again';
+const FORGETS = (register) => `the camera does not keep what register ${register} is set to`;
 const LOST_SYNC = 'a frame did not begin or end when it should have';
 
 const [, , wstac, one, four, eight, ...more] = process.argv;
@@ -101,7 +104,8 @@ function say(name, problems) {
 const same = (a, b) => a.length === b.length && a.every((line, k) => line === b[k]);
 
 /** Nothing goes wrong: every event is the host's. */
-function plain(name, program) {
+function plain(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return plain_(...args); }
+function plain_(name, program) {
   const board = new Board(program, frames);
   const lines = ofKind(ofLine(board.play()), 'event');
   const problems = same(lines, events) ? [] : [`events are ${lines}, expected ${events}`];
@@ -111,8 +115,12 @@ function plain(name, program) {
   say(name, problems);
 }
 
+/** Returns what the board told the host of, in order. */
+const told = () => notes.split('\n').filter((line) => line.includes('the board: ')).map((line) => line.split('the board: ')[1]);
+
 /** Features of all frames of a part of the clip but the missing ones are right, and the host is told these faults. */
-function faulty(name, program, count, faults, missing, told) {
+function faulty(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return faulty_(...args); }
+function faulty_(name, program, count, faults, missing, expectedFaults) {
   const board = new Board(program, frames.slice(0, count), faults);
   board.requests.push(request(FEATURES, 1));
   const lines = ofKind(ofLine(board.play(), '--features'), 'features');
@@ -121,30 +129,165 @@ function faulty(name, program, count, faults, missing, told) {
   if (!same(lines, expected)) {
     const numbers = (all) => all.map((line) => JSON.parse(line).frame);
     const lost = numbers(expected).filter((frame) => !numbers(lines).includes(frame));
+    const more = numbers(lines).filter((frame) => !numbers(expected).includes(frame));
     const wrong = numbers(lines.filter((line) => !expected.includes(line)));
-    problems.push(`frames that are missing, too: ${lost.slice(0, 9)}; wrong or too many: ${wrong.slice(0, 9)}`);
+    problems.push(`missing, too: ${lost.slice(0, 30)}; too many: ${more.slice(0, 30)}; wrong: ${wrong.slice(0, 30)}`);
   }
-  const faultsTold = notes.split('\n').filter((line) => line.includes('the board: ')).map((line) => line.split('the board: ')[1]);
-  if (!same(faultsTold, told)) problems.push(`the host is told ${JSON.stringify(faultsTold)}, expected ${JSON.stringify(told)}`);
+  if (!same(told(), expectedFaults)) {
+    problems.push(`the host is told ${JSON.stringify(told())}, expected ${JSON.stringify(expectedFaults)}`);
+  }
+  if (board.resets) problems.push(`the chip restarted ${board.resets} times`);
   say(name, problems);
 }
 
-/** The camera does not come up: the host is told why, and no frame is used. */
-function never(name, program, prepare, told) {
-  const board = new Board(program, []);
+/** The sensor fails when it is first set up: the host is told, and then everything works. */
+function start(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return start_(...args); }
+function start_(name, program, prepare, expectedFaults, expectedResets = null) {
+  const board = new Board(program, frames.slice(0, 3));
   prepare(board);
-  for (let k = 0; k < 40; k++) board.frame(null);
-  ofLine(Buffer.from(board.sent));
-  say(name, notes.includes(`the board: the camera ${told}\n`) ? [] : [`the host is told ${JSON.stringify(notes)}`]);
+  board.requests.push(request(FEATURES, 1));
+  const lines = ofKind(ofLine(board.play(), '--features'), 'features');
+  const problems = same(lines, features.slice(0, 3)) ? [] : [`features are those of ${lines.length} frames`];
+  if (!same(told(), expectedFaults)) problems.push(`the host is told ${JSON.stringify(told())}`);
+  if (expectedResets !== null && board.sensor.resets !== expectedResets) {
+    problems.push(`the sensor is reset ${board.sensor.resets} times, expected ${expectedResets}`);
+  }
+  say(name, problems);
 }
 
+/** The camera does not come up: the host is told why, and again when it asks; no frame is used. */
+function never(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return never_(...args); }
+function never_(name, program, prepare, reason) {
+  const board = new Board(program, []);
+  prepare(board);
+  const until = (frames) => {
+    while (board.now < (frames * 1e9) / 30) board.frame(null);
+  };
+  until(40);
+  board.requests.push(request(HELLO));
+  until(70);
+  ofLine(Buffer.from(board.sent));
+  const problems = same(told(), [reason, reason]) ? [] : [`the host is told ${JSON.stringify(told())}, expected ${reason} twice`];
+  if (board.began !== null) problems.push('frames are used');
+  say(name, problems);
+}
+
+/** The rate changes by 4 % while frames are used: the host is told, and they are used again when it is right. */
+function drift(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return drift_(...args); }
+function drift_(name, program) {
+  // A line has 391 clocks, and then 376 again.
+  const change = { 10: (board) => board.sensor.slip(0x0343, 0x87), 80: (board) => board.sensor.slip(0x0343, 0x78) };
+  const board = new Board(program, frames.slice(0, 110), change);
+  ofLine(board.play());
+  say(name, same(told(), [FORGETS('0x3060'), BACK]) ? [] : [`the host is told ${JSON.stringify(told())}`]);
+}
+
+/**
+ * The program fails: it restarts, reports why, and continues. It may be reset `again` at once, before it has found the
+ * sensor; then the report comes again after that. A later reset reports nothing.
+ */
+function crash(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return crash_(...args); }
+function crash_(name, program, how, why, { count = 40, again = false } = {}) {
+  const faults = {
+    20: (board) => {
+      how(board);
+      while (again && board.resets === 0) board.run(1e4);
+      if (again) board.run(1e7), board.reset();
+    },
+  };
+  const board = new Board(program, frames.slice(0, count), faults);
+  // After power was off, memory has arbitrary bytes.
+  board.mcu.sram.fill(0xa5);
+  board.play();
+  const problems = [];
+  ofLine(Buffer.from(board.sent));
+  const restarts = again ? 2 : 1;
+  const pattern = new RegExp(`^it started again because of: ${why}; restart ${restarts}$`);
+  if (told().length !== restarts || !pattern.test(told().at(-1))) {
+    problems.push(`the host is told ${JSON.stringify(told())}, expected ${why}; restart ${restarts}`);
+  }
+  if (board.resets !== restarts) problems.push(`the chip restarted ${board.resets} times`);
+  if (!board.uses()) problems.push('no frames are used after it');
+  const before = board.sent.length;
+  board.reset();
+  for (let k = 0; k < 40 && !board.uses(); k++) board.frame(null);
+  ofLine(Buffer.from(board.sent.slice(before)));
+  if (told().length > 0) problems.push(`the host is told again ${JSON.stringify(told())}`);
+  if (!board.uses()) problems.push('no frames are used after a reset');
+  say(name, problems);
+}
+
+/** Every wire of the camera is an input that is pulled down, so that a wire that is off does not float. */
+function pulls(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return pulls_(...args); }
+function pulls_(name, ...programs) {
+  const floating = programs.flatMap((program) => {
+    const board = new Board(program, frames.slice(0, 1));
+    board.play();
+    return board.floating();
+  });
+  say(name, floating.map((pin) => `GP${pin} is not pulled down`));
+}
+
+/** The light of events changes with each of them, and that of faults is lit from a fault to the next event. */
+function lights(...args) { if (process.env.ONLY && !new RegExp(process.env.ONLY).test(args[0])) return; return lights_(...args); }
+function lights_(name, program) {
+  const board = new Board(program, frames, { 40: 'late core' });
+  board.play();
+  const lit = board.lights.map(String);
+  const seen = lit.filter((state, k) => state !== lit[k - 1]);
+  const expected = ['false,false', 'false,true', 'true,false', 'false,false'];
+  say(name, same(seen, expected) ? [] : [`events and faults are lit ${seen.join('; ')}`]);
+}
+
+/** The sensor's power fails. */
+const unplug = (board) => {
+  board.sensor.present = false;
+  board.sensor.powerOn();
+  return 'silent';
+};
+const plugIn = (board) => {
+  board.sensor.present = true;
+};
+const range = (from, to) => Array.from({ length: to - from }, (_, k) => from + k);
+
+const only = process.env.ONLY; // TEMP
 const begun = Date.now();
 plain('events, 8 data wires', eight);
 faulty('features, 4 data wires', four, 12, {}, [], []);
 faulty('features, 1 data wire', one, 6, {}, [], []);
 // The next sync shows it, and capture begins again at the one after that.
 faulty('a line is missing', eight, 16, { 8: 'lost line' }, [8, 9], [LOST_SYNC]);
+faulty('a line is split', eight, 16, { 8: 'split line' }, [8], [LOST_SYNC]);
+faulty('a line too many', eight, 16, { 8: 'line too many' }, [8], [LOST_SYNC]);
 faulty('sync inside a frame', eight, 16, { 8: 'sync inside' }, [8], [LOST_SYNC]);
-never('no sensor', eight, (board) => (board.sensor.present = false), 'does not answer');
+faulty('lost sync', eight, 16, { 8: 'lost sync' }, [8, 9], [LOST_SYNC]);
+faulty('late core', eight, 16, { 8: 'late core' }, [8], [OVERRUN]);
+faulty('late DMA', eight, 16, { 8: 'late DMA' }, [8], [OVERRUN]);
+faulty('silent for two frames', eight, 50, { 8: 'silent', 9: 'silent' }, range(8, 30), [SILENT, BACK]);
+faulty('unplugged', eight, 70, { 8: unplug, 18: plugIn }, range(8, 50), [SILENT, GONE, BACK]);
+faulty('brown-out', eight, 50, { 8: (board) => board.sensor.powerOn() }, range(8, 30), [SILENT, BACK]);
+faulty('automatic exposure switches itself on', eight, 50, { 8: (board) => board.sensor.set(0x2100, 1) }, range(8, 30), [FORGETS('0x2100'), BACK]);
+faulty('data line held low for a while', eight, 16, { 8: (board) => (board.sensor.holds = 4) }, [], []);
+const deafen = (board) => (board.sensor.deaf = true), cure = (board) => (board.sensor.deaf = false);
+faulty('frames without an answer', eight, 90, { 8: deafen, 60: (board) => void cure(board) }, range(37, 90), [GONE, BACK]);
+start('data line held low', eight, (board) => (board.sensor.holds = 5), [], 1);
+// In the identity, at the reset, and in the settings.
+for (const at of [0, 1, 3, 5, 8, 40]) start(`no acknowledge at step ${at}`, eight, (board) => (board.sensor.nackAfter = at), [GONE]);
+never('no sensor', eight, (board) => (board.sensor.present = false), GONE);
+never('another sensor', eight, (board) => (board.sensor.registers[0x0001] = 0x60), 'the camera says it is 0x0160, which the firmware does not know');
+never('a setting that is not taken', eight, (board) => (board.sensor.stuck = 0x3055), FORGETS('0x3055'));
+never('60 frames per second', eight, (board) => (board.sensor.slips = { 0x3060: 0x29 }), FORGETS('0x3060'));
+never('half of the columns', eight, (board) => (board.sensor.slips = { 0x0383: 0x03 }), FORGETS('0x3010'));
+never('324 rows', eight, (board) => (board.sensor.slips = { 0x3010: 0x00 }), FORGETS('0x3010'));
+never('a sensor with another number of wires', eight, (board) => (board.sensor.slips = { 0x3059: 0x42 }), FORGETS('0x3010'));
+drift('the rate changes by 4 %', eight);
+const hard = 'hard fault at 0x20000100, called from 0x[0-9A-F]+';
+crash('hard fault', eight, (board) => board.crash(), hard);
+crash('hard fault, and a reset before it is reported', eight, (board) => board.crash(), hard, { again: true });
+crash('panic', eight, (board) => board.panic(), 'panic at \\S*/src/lib\\.rs:\\d+: explicit panic');
+crash('interrupt without a handler', eight, (board) => board.interrupt(30), 'an interrupt without a handler: 30');
+crash('the program hangs', eight, (board) => board.stall(5e9), 'the program hung, and the watchdog ended it', { count: 160 });
+pulls('pulled inputs', one, four, eight);
+lights('lights', eight);
 console.log(`${failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 process.exit(failures ? 1 : 0);
