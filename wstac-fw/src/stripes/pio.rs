@@ -178,7 +178,8 @@ impl Pio {
         let stripe_bytes = usize::from(width) * usize::from(rows);
         // A machine counts the clocks of the border in five bits.
         let is_right = matches!(wires.count, 1 | 4 | 8) && u32::from(border) * clocks(wires) <= 32 && border <= 32;
-        if stripe_bytes > 1 << BLOCK || stripe_bytes % 4 != 0 || rows == 0 || !height.is_multiple_of(rows) || !is_right {
+        if stripe_bytes > 1 << BLOCK || stripe_bytes % 4 != 0 || rows == 0 || !height.is_multiple_of(rows) || !is_right
+        {
             return None;
         }
         COUNTS.set_size(u32::from(height / rows), stripe_bytes as u32 / 4);
