@@ -289,7 +289,7 @@ export class Board {
     }
     const isSeen = this.pio.machines.some((machine) => machine.enabled);
     if (isSeen) this.picture(number === null ? null : this.clip[number], hertz, done);
-    this.sensor.sent += 1;
+    this.sensor.endFrame();
     this.until(begins + period);
   }
 
@@ -346,12 +346,13 @@ export class Board {
         this.pin(VSYNC, true);
       }
       const lineBegins = first + y * line;
-      this.until(lineBegins);
+      this.until(lineBegins - sensor.hrefEarly() * pixel);
       if (y === late && late > 0) this.pin(VSYNC, true);
       if (fault === 'lost line' && y === 100) continue;
       if (fault === 'late core' && y === 110) this.stall(30 * line);
       if (fault === 'late DMA' && (y === 110 || y === 111)) this.holdDma(y === 110);
       this.pin(HREF, true);
+      this.until(lineBegins);
       for (let clocks = sensor.clocksBefore(); clocks > 0; clocks--) send(0);
       for (let x = 0; x < columns; x++) {
         if (fault === 'split line' && y === 100 && x === 160) {

@@ -44,6 +44,7 @@ export class Hm01b0 {
   powerOn() {
     this.registers = { ...DEFAULTS };
     this.active = { ...DEFAULTS };
+    this.history = []; // what was written since the reset
     this.touched = new Map();
     this.pointer = 0;
     this.bytes = [];
@@ -81,6 +82,7 @@ export class Hm01b0 {
       this.resets += 1;
       this.powerOn();
     } else if (!READ_ONLY.has(register)) {
+      this.history.push([register, value]);
       if (register === this.stuck) return;
       this.registers[register] = value;
       this.touched.set(register, value);
@@ -116,6 +118,12 @@ export class Hm01b0 {
   streams() {
     const mode = this.at(0x0100) & 7;
     return this.present && !(this.at(0x3064) & 4) && (mode === 1 || (mode === 3 && this.sent < this.at(0x3020)));
+  }
+
+  /** Ends a frame. Automatic exposure changes the registers of the exposure, where drivers read what it found (SparkFun). */
+  endFrame() {
+    this.sent += 1;
+    if (this.at(0x2100) & 1) this.registers[0x0203] = (this.registers[0x0203] + 1) & 0xff;
   }
 
   /** Returns the seconds of a frame from a clock of this frequency. An exposure that does not fit skips frames. */
@@ -177,7 +185,12 @@ export class Hm01b0 {
    * (0x3060 bit 5). Bit 1 of 0x1012 makes HREF a pixel later, which is a guess.
    */
   clocksBefore() {
-    return this.at(0x3060) & 0x20 ? 0 : Math.max(0, (this.at(0x3023) & 0x1f) - ((this.at(0x1012) >> 1) & 1));
+    return this.at(0x3060) & 0x20 ? 0 : this.hrefEarly();
+  }
+
+  /** Returns how many pixels HREF comes before the first pixel. */
+  hrefEarly() {
+    return Math.max(0, (this.at(0x3023) & 0x1f) - ((this.at(0x1012) >> 1) & 1));
   }
 
   /** Returns what brightens and darkens: gains and exposure, and what is added. */

@@ -375,21 +375,22 @@ async fn try_to_bring_up(
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
     dcmi.set_signals(Signals { luma_first, ..sensor.signals });
+    dcmi.begin_luma_probe();
+    measured(dcmi, 1, LUMA_TEST).await;
+    let Probe { lines, words, .. } = dcmi.probe();
+    if words != dcmi.luma_words() {
+        let defect = Defect::Size { lines, words };
+        return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+    }
     if !sensor.pattern.is_empty() {
+        dcmi.stop();
         if let Err(defect) = self_test::judge_pattern([dcmi.rows(0), dcmi.rows(1)]) {
             return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
         }
         sensor.show_pattern(i2c, false).map_err(Failure::of)?;
         Timer::after_millis(sensor.settle_ms.into()).await;
     }
-    dcmi.begin_luma_probe();
-    measured(dcmi, 1, LUMA_TEST).await;
-    let Probe { lines, words, .. } = dcmi.probe();
-    if words == dcmi.luma_words() {
-        return Ok(());
-    }
-    let defect = Defect::Size { lines, words };
-    Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) })
+    Ok(())
 }
 
 /// Waits until so many frames have been measured, or for the longest time.
