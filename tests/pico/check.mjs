@@ -6,131 +6,36 @@
 // WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. `ci/pico` installs what
 // it needs and builds the programs.
 
-import { execFileSync, spawnSync } from 'node:child_process';
-import fs from 'node:fs';
-import os from 'node:os';
-import path from 'node:path';
 import { Board } from './machine.mjs';
-
-const SCENE = `
-lead_in = 30
-gap = 70
-[sensor]
-size = [320, 240]
-[[slide]]
-specimen = "Saw3"
-speed = 150
-direction = 90
-[[slide]]
-specimen = "Sin2"
-speed = 170
-direction = 180
-`;
-const SIZE = 320 * 240;
-// Requests, as in tests/emulator/check.py: their numbers, and the version of the link.
-const HELLO = 0, FEATURES = 1, VERSION = 4;
-const OVERRUN = 'pixels came faster than they were taken';
-const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer', BACK = 'the camera sends frames again';
-const FORGETS = (register) => `the camera does not keep what register ${register} is set to`;
-const LOST_SYNC = 'a frame did not begin or end when it should have';
+import { BACK, FEATURES, FORGETS, GONE, HELLO, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, request, same } from './host.mjs';
 
 const [, , wstac, one, four, eight, ...more] = process.argv;
 if (!eight || more.length > 0) {
   console.error('usage: node check.mjs WSTAC ONE FOUR EIGHT');
   process.exit(2);
 }
-const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'pico-'));
-process.on('exit', () => fs.rmSync(folder, { recursive: true }));
-const scene = path.join(folder, 'scene.toml'), clip = path.join(folder, 'clip.y4m'), raw = path.join(folder, 'clip.raw');
-fs.writeFileSync(scene, SCENE);
+const host = new Host(wstac);
+const { frames } = host;
+const ofLine = (...all) => host.ofLine(...all), told = () => host.told(), say = (...all) => host.say(...all);
 
-/** Runs the command. Returns its lines; those of standard error are in `notes`. */
-let notes = '';
-function says(...options) {
-  const done = spawnSync(wstac, options, { encoding: 'utf8', maxBuffer: 1 << 28 });
-  if (done.status !== 0) throw new Error(`wstac ${options[0]} failed: ${done.stderr}`);
-  notes = done.stderr;
-  return done.stdout.split('\n').filter((line) => line);
-}
-execFileSync(wstac, ['scene', 'render', scene, '-o', clip], { stdio: 'ignore' });
-execFileSync(wstac, ['scene', 'render', scene, '-o', raw], { stdio: 'ignore' });
-const pixels = fs.readFileSync(raw);
-const frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
-
-const ofKind = (lines, ...kinds) => lines.filter((line) => kinds.includes(JSON.parse(line).kind));
-const ofClip = (...options) => says('run', clip, '--json', ...options);
-const ofLine = (bytes, ...options) => {
-  const file = path.join(folder, 'serial');
-  fs.writeFileSync(file, bytes);
-  return says('monitor', file, '--json', ...options);
-};
-const events = ofKind(ofClip(), 'event');
-const features = ofKind(ofClip('--features'), 'features');
-
-/** CRC-32 (IEEE). */
-function crc(bytes) {
-  let rest = 0xffff_ffff;
-  for (const byte of bytes) {
-    rest ^= byte;
-    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? 0xedb8_8320 : 0);
-  }
-  return ~rest >>> 0;
-}
-
-/** Returns the frame of a request. */
-function request(message, ...wanted) {
-  const data = [VERSION, 0, message, ...wanted];
-  const sum = crc(data);
-  const all = [...data, ...[0, 8, 16, 24].map((shift) => (sum >>> shift) & 0xff), 0];
-  const stuffed = [0];
-  let part = [];
-  for (const byte of all) {
-    if (byte === 0) {
-      stuffed.push(part.length + 1, ...part);
-      part = [];
-    } else {
-      part.push(byte);
-    }
-  }
-  return [...stuffed, 0];
-}
-
-let failures = 0;
-function say(name, problems) {
-  failures += problems.length > 0 ? 1 : 0;
-  console.log(`${problems.length > 0 ? 'FAILED' : 'passed'}  ${name}`);
-  for (const problem of problems) console.log(`        ${problem}`);
-}
-const same = (a, b) => a.length === b.length && a.every((line, k) => line === b[k]);
-
-/** Nothing goes wrong: every event is the host's. */
+/** Nothing goes wrong: every event is the host's, and the program is within its budgets. */
 function plain(name, program) {
   const board = new Board(program, frames);
-  const lines = ofKind(ofLine(board.play()), 'event');
-  const problems = same(lines, events) ? [] : [`events are ${lines}, expected ${events}`];
-  if (events.length !== 2) problems.push(`the clip has ${events.length} events, expected 2: it shows less than it should`);
-  if (/the board: /.test(notes)) problems.push(`the host is told ${notes}`);
+  const sent = board.play();
+  const lines = ofKind(ofLine(sent), 'event');
+  const problems = same(lines, host.events) ? [] : [`events are ${lines}, expected ${host.events}`];
+  if (told().length > 0) problems.push(`the host is told ${told()}`);
   if (board.resets) problems.push(`the chip restarted ${board.resets} times`);
   say(name, problems);
+  host.budget('pico', program, sent, (board.instructions - board.instructionsBefore) / frames.length);
 }
-
-/** Returns what the board told the host of, in order. */
-const told = () => notes.split('\n').filter((line) => line.includes('the board: ')).map((line) => line.split('the board: ')[1]);
 
 /** Features of all frames of a part of the clip but the missing ones are right, and the host is told these faults. */
 function faulty(name, program, count, faults, missing, expectedFaults) {
   const board = new Board(program, frames.slice(0, count), faults);
   board.requests.push(request(FEATURES, 1));
   const lines = ofKind(ofLine(board.play(), '--features'), 'features');
-  const expected = features.slice(0, count).filter((_, frame) => !missing.includes(frame));
-  const problems = [];
-  if (!same(lines, expected)) {
-    const numbers = (all) => all.map((line) => JSON.parse(line).frame);
-    const lost = numbers(expected).filter((frame) => !numbers(lines).includes(frame));
-    const more = numbers(lines).filter((frame) => !numbers(expected).includes(frame));
-    const wrong = numbers(lines.filter((line) => !expected.includes(line)));
-    problems.push(`missing, too: ${lost.slice(0, 30)}; too many: ${more.slice(0, 30)}; wrong: ${wrong.slice(0, 30)}`);
-  }
+  const problems = host.compare(lines, count, missing);
   if (!same(told(), expectedFaults)) {
     problems.push(`the host is told ${JSON.stringify(told())}, expected ${JSON.stringify(expectedFaults)}`);
   }
@@ -144,7 +49,7 @@ function start(name, program, prepare, expectedFaults, expectedResets = null) {
   prepare(board);
   board.requests.push(request(FEATURES, 1));
   const lines = ofKind(ofLine(board.play(), '--features'), 'features');
-  const problems = same(lines, features.slice(0, 3)) ? [] : [`features are those of ${lines.length} frames`];
+  const problems = same(lines, host.features.slice(0, 3)) ? [] : [`features are those of ${lines.length} frames`];
   if (!same(told(), expectedFaults)) problems.push(`the host is told ${JSON.stringify(told())}`);
   if (expectedResets !== null && board.sensor.resets !== expectedResets) {
     problems.push(`the sensor is reset ${board.sensor.resets} times, expected ${expectedResets}`);
@@ -240,7 +145,6 @@ const unplug = (board) => {
 const plugIn = (board) => {
   board.sensor.present = true;
 };
-const range = (from, to) => Array.from({ length: to - from }, (_, k) => from + k);
 
 const begun = Date.now();
 plain('events, 8 data wires', eight);
@@ -288,5 +192,5 @@ crash('interrupt without a handler', eight, (board) => board.interrupt(30), 'an 
 crash('the program hangs', eight, (board) => board.stall(5e9), 'the program hung, and the watchdog ended it', { count: 180 });
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);
-console.log(`${failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
-process.exit(failures ? 1 : 0);
+console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
+process.exit(host.failures ? 1 : 0);

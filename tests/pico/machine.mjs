@@ -285,6 +285,7 @@ export class Board {
     if (!this.sensor.streams() || !hertz || done === 'silent') return this.until(begins + period);
     if (this.began === null && this.uses()) {
       this.began = begins;
+      this.instructionsBefore = this.instructions;
       return this.frame(0);
     }
     const isSeen = this.pio.machines.some((machine) => machine.enabled);

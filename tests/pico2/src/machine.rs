@@ -362,6 +362,8 @@ pub(crate) struct Board {
     began: Option<u64>,
     stalled_until: u64,
     pub(crate) resets: u32,
+    /// The instructions since the clip began.
+    pub(crate) instructions: u64,
     pub(crate) lights: Vec<[bool; 2]>,
     scl_was_low: bool,
     /// Whether machine 0 of the PIO is kept from running.
@@ -404,6 +406,7 @@ impl Board {
             began,
             stalled_until,
             resets,
+            instructions: 0,
             lights,
             scl_was_low,
             is_parked,
@@ -455,6 +458,7 @@ impl Board {
             }
             let begin = core.cycles();
             while core.cycles() - begin < u64::from(cycles) && !atomics.is_wfe_waiting(0) && !atomics.is_halted(0) {
+                self.instructions += 1;
                 let mut wired = Wired { bus, outside: &mut self.outside };
                 if !executes(core, &mut wired, &self.image, &mut self.exclusive) {
                     core.step(&mut wired);
@@ -615,7 +619,7 @@ impl Board {
             return;
         }
         if self.began.is_none() && self.uses() {
-            self.began = Some(begins);
+            (self.began, self.instructions) = (Some(begins), 0);
             return self.frame(Some(0));
         }
         let (clocks, lines) = self.outside.sensor.lengths();

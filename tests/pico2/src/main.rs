@@ -53,7 +53,10 @@ fn run(arguments: &[String]) -> Result<(), String> {
     let (uses, floating) = (board.uses(), board.floating());
     let mut lights = board.lights;
     lights.dedup();
-    println!("{{\"resets\":{},\"uses\":{uses},\"floating\":{floating:?},\"lights\":{lights:?}}}", board.resets);
+    let (resets, instructions) = (board.resets, board.instructions);
+    println!(
+        "{{\"resets\":{resets},\"uses\":{uses},\"floating\":{floating:?},\"lights\":{lights:?},\"instructions\":{instructions}}}"
+    );
     Ok(())
 }
 
