@@ -21,7 +21,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from emulate import FRAME, HEIGHT, WIDTH, Board, cost, frames_of
+from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import Machine
 from model.ports import NUCLEO, OPENMV
 from model.sensor import Ov7690, Ov7692, Ov7725
@@ -42,9 +42,9 @@ direction = 180
 """
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9
+HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, TIME, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9, 10
 # Messages from the board, by their numbers.
-EVENT, PICTURE_PART, PICTURE_END, IN_USE, ANSWER = 3, 13, 14, 15, 16
+EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER = 3, 13, 14, 15, 16, 17
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 
 
@@ -265,17 +265,37 @@ class Check:
         # The lowest word is the last one.
         if not re.search(r", revision [0-9a-f]{12}, chip 0c0b0a090807060504030201\n", self.host.notes):
             problems.append(f"the host notes {self.host.notes!r}")
-        pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (\d) events?\n"
+        pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (?:(-?[\d.]+) °C, )?(\d) events?\n"
         states = re.findall(pattern, self.host.notes)
         seconds = [int(state[0]) for state in states]
         # The clock that the frames have is 0.05 % slow, and the first second has no frames.
         if not states or seconds != sorted(seconds) or abs(seconds[-1] - board.machine.now / (30 * FRAME)) > 2:
             problems.append(f"the uptimes are {seconds}")
-        elif not 29.9 < float(states[-1][1] or 0) < 30.1 or [states[-1][at] for at in (2, 4)] != ["1", "2"]:
+        elif not 29.9 < float(states[-1][1] or 0) < 30.1 or [states[-1][at] for at in (2, 5)] != ["1", "2"]:
             problems.append(f"the last state is {states[-1]}")
         elif not abs(int(states[-1][3]) - board.machine.deepest_stack()) <= 256:
             problems.append(f"{states[-1][3]} bytes of stack, expected {board.machine.deepest_stack()}")
+        elif abs(float(states[-1][4] or 0) - 42.5) > 0.2:
+            problems.append(f"{states[-1][4]} °C, expected 42.5")
         self.say(name, problems)
+    def clock(self, name):
+        """Asked at any time of a frame, the board tells its clock. It differs from the machine's by the same time always."""
+        board = self.board(self.host.frames[:90])
+        us = lambda: board.machine.now * 1_000_000 // CLOCK
+        ask = lambda: board.line.receive(request(TIME, *as_varint(us())))
+        begin = lambda at: board.machine.at(board.machine.now + at * FRAME // 60, ask)
+        for frame in range(20, 80):
+            board.camera.faults[frame] = lambda at=frame - 20: begin(at)
+        answers = [content for content in contents(board.run()) if content[0] == BOARD_TIME]
+        apart = []
+        for content in answers:
+            host_us, rest = varint(content, 1)
+            apart.append(varint(rest)[0] - host_us)
+        problems = [] if len(answers) == 60 else [f"{len(answers)} answers, expected 60"]
+        if not apart or max(apart) - min(apart) > 1000:
+            problems.append(f"the clocks are apart by {apart} us, expected the same within 1000")
+        self.say(name, problems)
+
     def picture(self, name, speed, late=()):
         """While frames are used, a picture is sent. Each part is that of the frame that it names, byte for byte, and no
         feature or event is missing. `late` has frames in which the core stops so many cycles after a stripe.
@@ -659,6 +679,7 @@ def main():
             check.other(other_elf, config, model)
         check.samples()
         check.status("state of the board")
+        check.clock("the board's clock")
         check.again("events that are acknowledged", acknowledged=True)
         check.again("events that are not acknowledged", acknowledged=False)
         check.picture("a picture at twice the speed of the line", 2)

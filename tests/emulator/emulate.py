@@ -12,13 +12,13 @@ import sys
 from pathlib import Path
 
 from machine import Machine
-from model import camera, clocks, core, flash, i2c, ports, rtt, timer, usart
+from model import adc, camera, clocks, core, flash, i2c, ports, rtt, timer, usart
 from model.ports import NUCLEO
 from model.registers import Registers
 from model.sensor import Ov7725
 
 WIDTH, HEIGHT = 320, 240
-CLOCK = 96_000_000  # of core and timer
+CLOCK = 72_000_000  # of core and timer
 SERIAL_DIVIDER = 2  # cycles of the core per clock of the serial line
 FRAME = CLOCK // 30
 # What embassy accesses but this program does not need.
@@ -56,7 +56,7 @@ class Board:
         machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, pwr, syscfg, *others, mux, self.dma, self.dcmi)
         machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), *self.ports.ports, self.flash)
         machine.add(i2c.I2c([self.sensor], self.ports.has_bus), timer.Timer(machine), self.line)
-        machine.add(*map(Registers, KEPT))
+        machine.add(adc.Adc3(machine, self.rcc, CLOCK), *map(Registers, KEPT))
         self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), CLOCK, faults)
         self.log = rtt.Log(machine, elf)
 

@@ -56,6 +56,7 @@ EXC_RETURN = 0xFFFF_FFF9  # return to the thread, main stack, without floating p
 EXCEPTION_EXIT = 8  # the emulator's name for a jump to such an address
 HARD_FAULT = 3 - 16  # in place of the number of an interrupt
 WAITS = (b"\x20\xbf", b"\x30\xbf")  # WFE, WFI
+SCB_PAGE = 0xE000_EC00
 SLICE, SHORT_SLICE = 1000, 200  # cycles that a busy core runs between two checks, the latter in an interrupt
 
 
@@ -141,6 +142,8 @@ class Machine:
 
     def _written(self, uc, _, address, size, value, __):
         word = address & ~7
+        if self.keeps(address):
+            raise Stopped("the crash record may be lost in a reset: the core keeps copies of its memory")
         if self.writing and self.writing[0] == word:
             self.writing[2].update(range(address, address + size))
             if len(self.writing[2]) == 8:
@@ -175,8 +178,12 @@ class Machine:
 
     def ignores_bus_faults(self):
         """Returns whether loads that the bus refuses are ignored: CCR bit 8 with FAULTMASK."""
-        control = self.pages[0xE000_EC00 // PAGE].read(0x114)
+        control = self.pages[SCB_PAGE // PAGE].read(0x114)
         return bool(control >> 8 & 1 and self.uc.reg_read(UC_ARM_REG_FAULTMASK) & 1)
+
+    def keeps(self, address):
+        """Returns whether the core may keep a copy of memory."""
+        return self.pages[SCB_PAGE // PAGE].keeps(address)
 
     def add(self, *peripherals):
         """Maps peripherals."""
@@ -299,8 +306,8 @@ class Machine:
             self.uc.reg_write(register, word)
         for register, word in zip((*DOUBLES, UC_ARM_REG_FPSCR), self.saved, strict=True):
             self.uc.reg_write(register, word)
-        # The flags and, in the middle of an IT block, the rest of it.
-        self.uc.reg_write(UC_ARM_REG_XPSR, xpsr & 0xFF00_FC00)
+        # The flags, those of four bytes and, in the middle of an IT block, the rest of it.
+        self.uc.reg_write(UC_ARM_REG_XPSR, xpsr & 0xFF0F_FC00)
         self.uc.reg_write(UC_ARM_REG_SP, frame + 32 + (4 if xpsr & 1 << 9 else 0))
         self.pc, self.exception, self.event = pc | 1, None, True
 

@@ -1,5 +1,10 @@
 //! Borrowed rows of pixels: a whole frame, or a stripe of one.
 
+use core::ops::Range;
+
+use crate::layout::Layout;
+use crate::params::COLUMNS;
+
 /// Borrows rows of one frame as a camera lays them out.
 ///
 /// The number of bytes is not checked. Access out of bounds returns an empty slice.
@@ -144,6 +149,45 @@ impl<'a> Block<'a> {
             let at = row * self.bytes_per_row;
             self.bytes.get(at..at + self.width).unwrap_or_default()
         })
+    }
+}
+
+/// The blocks of taxels side by side: the same rows of each, and a column of its own that it begins with. They count
+/// every pixel.
+#[derive(Clone, Debug)]
+#[cfg_attr(not(dsp), expect(dead_code, reason = "only a Cortex-M4 or M7 has a kernel for them"))]
+pub struct Blocks<'a> {
+    rows: Rows<'a>,
+    corners: &'a [[u16; 2]; COLUMNS],
+    layout: &'a Layout,
+    y: Range<u16>,
+}
+
+impl<'a> Blocks<'a> {
+    /// Creates the blocks of taxels of the layout, whose corners are a row of it. They have the frame rows `y`.
+    #[inline(always)]
+    pub(crate) fn new(rows: Rows<'a>, corners: &'a [[u16; 2]; COLUMNS], layout: &'a Layout, y: Range<u16>) -> Self {
+        Self { rows, corners, layout, y }
+    }
+
+    /// Returns the rows of a frame of one byte per pixel as one block of less than 2^16 bytes a row, with the corners
+    /// of its taxels and their width. Returns `None` if any bytes are missing.
+    ///
+    /// A taxel of a layout does not leave its frame, so all blocks lie in that block.
+    #[cfg(dsp)]
+    #[inline(always)]
+    pub(crate) fn of_bytes(&self) -> Option<(Block<'a>, &'a [[u16; 2]; COLUMNS], usize)> {
+        let Rows { bytes, bytes_per_row, first, .. } = self.rows;
+        let (width, row) = (usize::from(self.layout.frame().width()), u16::try_from(bytes_per_row).ok()?);
+        // Products of 16-bit numbers, and one more of them, fit 32 bits.
+        let at = |rows: u16| (u32::from(rows) * u32::from(row)) as usize;
+        let (from, count) = (self.y.start.wrapping_sub(first), self.y.end.wrapping_sub(self.y.start));
+        let (bytes, before) = (bytes.get(at(from)..)?, at(count.wrapping_sub(1)));
+        if count == 0 || bytes.len() < before + width {
+            return None;
+        }
+        let block = Block { bytes, bytes_per_row, width, rows: usize::from(count) };
+        Some((block, self.corners, usize::from(self.layout.taxel()[0])))
     }
 }
 

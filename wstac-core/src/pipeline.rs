@@ -265,8 +265,12 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     /// Returns [`FrameError::StripeNotWholeRows`], [`FrameError::StripeTooLong`] or [`FrameError::StripeOfPlanar`] if
     /// the stripe was not taken.
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Update<'_>, FrameError> {
-        let Some(frame) = self.stream.push_stripe_to(bytes, &mut self.taxels)? else { return Ok(Update::NOTHING) };
-        Ok(self.advance(frame, 0))
+        // Most stripes complete no frame: the result is looked at where it is, and not copied.
+        match &self.stream.push_stripe_to(bytes, &mut self.taxels) {
+            Ok(Some(frame)) => Ok(self.advance(*frame, 0)),
+            Ok(None) => Ok(Update::NOTHING),
+            Err(error) => Err(*error),
+        }
     }
 
     /// Takes the 25 taxel sums of a frame that was summed elsewhere, row by row. Each is at most G · A; larger ones

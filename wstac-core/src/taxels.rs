@@ -1,7 +1,9 @@
 //! Rows of pixels → 25 taxel sums: exact integers, from whole frames or stripes (SPEC §1).
 
+use core::ops::Range;
+
 use crate::error::{ConfigError, FrameError};
-use crate::frame::{Rows, Run, Stride};
+use crate::frame::{Blocks, Rows, Run, Stride};
 use crate::green::GreenChannel;
 use crate::layout::Layout;
 use crate::params::{COLUMNS, ROWS, TAXELS};
@@ -12,7 +14,7 @@ use crate::rate::FrameRate;
 pub struct FrameGeometry<G> {
     green: G,
     layout: Layout,
-    /// For each row of taxels, the first frame row and the one behind the last. A stripe skips most of them.
+    /// The rows of frames that each row of taxels has ([`bands`]). A stripe skips most of them.
     bands: [[u16; 2]; ROWS],
     stride: Stride,
     bytes_per_row: u32,
@@ -100,13 +102,39 @@ impl<G: GreenChannel> FrameGeometry<G> {
         self.green.least_frame_bytes(self.layout.frame(), self.bytes_per_row())
     }
 
+    /// Adds the frame rows `y` to the sums of a row of taxels, one taxel after the other.
+    // It is not inlined, so that it takes no registers from a kernel for all of them.
+    #[inline(never)]
+    fn add_one_by_one(&self, sums: &mut [G::Sum; COLUMNS], corners: &[[u16; 2]; COLUMNS], bytes: &[u8], y: Range<u16>) {
+        let rows = Rows::new(bytes, self.bytes_per_row(), y.start, self.layout.frame().height());
+        let [width, height] = self.layout.taxel();
+        let cell_rows = self.green.cell() == 2;
+        for (sum, &[x, top]) in sums.iter_mut().zip(corners) {
+            let (from, to) = (y.start.max(top), y.end.min(top + height));
+            if from >= to {
+                continue;
+            }
+            let run = Run { y: from, x, width, stride: self.stride };
+            if self.stride == Stride::One {
+                self.green.add_block(sum, &rows, run, to - from);
+                continue;
+            }
+            for y in from..to {
+                if ((y - top) >> u16::from(cell_rows)) % self.stride.get() == 0 {
+                    self.green.add_run(sum, &rows, Run { y, ..run });
+                }
+            }
+        }
+    }
+
     /// Returns the least bytes of `rows` rows of a packed format.
     fn packed_bytes(&self, rows: usize) -> usize {
         self.green.packed_bytes(self.layout.frame().width(), rows, self.bytes_per_row())
     }
 }
 
-/// Returns the first frame row and the one behind the last, for each row of taxels.
+/// Returns the first frame row and the one behind the last, for each row of taxels. The first is at most that of the
+/// next row of taxels, so that a stripe that ends above it has nothing of any later one.
 fn bands(layout: &Layout) -> [[u16; 2]; ROWS] {
     let [_, height] = layout.taxel();
     let mut bands = [[u16::MAX, 0]; ROWS];
@@ -114,6 +142,11 @@ fn bands(layout: &Layout) -> [[u16; 2]; ROWS] {
         for [_, top] in corners {
             *band = [band[0].min(*top), band[1].max(top + height)];
         }
+    }
+    let mut highest = u16::MAX;
+    for [top, _] in bands.iter_mut().rev() {
+        highest = highest.min(*top);
+        *top = highest;
     }
     bands
 }
@@ -222,31 +255,30 @@ impl<G: GreenChannel> TaxelSums<G> {
         let camera = &self.camera;
         let frame_rows = camera.layout.frame().height();
         let (first, end) = (self.rows, self.rows + count);
-        let rows = Rows::new(bytes, camera.bytes_per_row(), first, frame_rows);
-        let [width, height] = camera.layout.taxel();
-        let cell_rows = camera.green.cell() == 2;
+        // Most stripes skip four bands of five: words are compared faster than parts of words.
+        let (before, behind) = (u32::from(first), u32::from(end));
+        let every_pixel = camera.stride == Stride::One;
+        let height = camera.layout.taxel()[1];
         let (sums, corners) =
             (self.sums.as_chunks_mut::<COLUMNS>().0, camera.layout.corners().as_chunks::<COLUMNS>().0);
-        for ((sums, corners), [top, bottom]) in sums.iter_mut().zip(corners).zip(camera.bands) {
-            if top >= end || bottom <= first {
+        for ((sums, corners), &[top, bottom]) in sums.iter_mut().zip(corners).zip(&camera.bands) {
+            // No later band begins higher.
+            if u32::from(top) >= behind {
+                break;
+            }
+            if u32::from(bottom) <= before {
                 continue;
             }
-            for (sum, &[x, top]) in sums.iter_mut().zip(corners) {
-                let (from, to) = (first.max(top), end.min(top + height));
-                if from >= to {
-                    continue;
-                }
-                let run = Run { y: from, x, width, stride: camera.stride };
-                if camera.stride == Stride::One {
-                    camera.green.add_block(sum, &rows, run, to - from);
-                    continue;
-                }
-                for y in from..to {
-                    if ((y - top) >> u16::from(cell_rows)) % camera.stride.get() == 0 {
-                        camera.green.add_run(sum, &rows, Run { y, ..run });
-                    }
-                }
+            // Taxels side by side share their rows if they are on a grid.
+            let rows = Rows::new(bytes, camera.bytes_per_row(), first, frame_rows);
+            let y = first.max(top)..end.min(bottom);
+            if every_pixel
+                && bottom - top == height
+                && camera.green.add_blocks(sums, Blocks::new(rows, corners, &camera.layout, y))
+            {
+                continue;
             }
+            camera.add_one_by_one(sums, corners, bytes, first..end);
         }
         self.rows = end;
     }

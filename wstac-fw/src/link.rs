@@ -145,6 +145,13 @@ impl<S: Line, T: OutputPin> Link<S, T> {
         self.send(&Message::Fault(fault));
     }
 
+    /// Sends the board's time, for a request of the host's time.
+    // It is not inlined, so that the message does not lie on the stack of a function that runs for ever.
+    #[inline(never)]
+    pub fn time(&mut self, host_us: u64, board_us: u64) {
+        self.send(&Message::Time { host_us, board_us });
+    }
+
     /// Reports why there are no frames.
     pub fn absence(&mut self, reason: Absence) {
         match reason {

@@ -5,6 +5,7 @@
 //! embassy's.
 
 use core::future::Future;
+use core::pin::pin;
 
 use embassy_futures::select::select;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -94,6 +95,13 @@ pub trait Watchdog {
     fn pet(&mut self);
 }
 
+/// Measures the temperature of the chip.
+pub trait Thermometer {
+    /// Returns the last temperature in tenths of a degree Celsius, and begins to measure the next one; `None` if there is
+    /// none yet.
+    fn tenths(&mut self) -> Option<i16>;
+}
+
 /// The types of a board's parts.
 pub trait Board {
     /// The camera interface.
@@ -108,6 +116,8 @@ pub trait Board {
     type Watchdog: Watchdog;
     /// The settings.
     type Keeper: Keeper;
+    /// The sensor of the chip's temperature.
+    type Thermometer: Thermometer;
 }
 
 /// A board's parts. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
@@ -126,6 +136,8 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     pub events: B::Light,
     /// The watchdog.
     pub watchdog: B::Watchdog,
+    /// The sensor of the chip's temperature.
+    pub thermometer: B::Thermometer,
     /// Whether the watchdog has ended the last run.
     pub hung: bool,
     /// Whether the clock is the chip's own, because that of the board is missing.
@@ -140,8 +152,20 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 #[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
-    let Node { sensors, mut keeper, camera, bus: mut i2c, mut line, mut events, mut watchdog, hung, is_own_clock, id } =
-        node;
+    let Node {
+        sensors,
+        mut keeper,
+        camera,
+        bus: mut i2c,
+        mut line,
+        mut events,
+        mut watchdog,
+        hung,
+        is_own_clock,
+        id,
+        ..
+    } = node;
+    let mut thermometer = node.thermometer;
     let size = sensors.first().map(|sensor| sensor.size);
     let Some(reader) = size.and_then(|size| reader(&keeper, size)) else {
         panic!("the configuration does not fit the camera")
@@ -168,6 +192,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     let mut absent = Absence::None;
     // Whether a frame has ended, or none is coming. The time is read only then: that takes 120 instructions.
     let mut is_between = true;
+    // The last row of a frame.
+    let mut row = [0; WIDTH];
     let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
     loop {
         watchdog.pet();
@@ -182,15 +208,17 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             match request {
                 Request::Hello => line.absence(absent),
                 Request::Picture => picture.begin(),
+                Request::Time { host_us } => line.time(host_us, Instant::now().as_micros()),
                 _ => {}
             }
         }
         if is_between {
             let now = Instant::now();
-            reader.set_time(now.as_millis());
+            reader.set_time(now.as_micros());
             if second != now.as_secs() {
                 second = now.as_secs();
-                reader.telemetry_mut().stack = Some(depth.bytes());
+                let telemetry = reader.telemetry_mut();
+                (telemetry.stack, telemetry.temperature) = (Some(depth.bytes()), thermometer.tenths());
             }
         }
         while line.has_room() && (reader.send_held(&mut line) || is_between && reader.send_again(&mut line)) {}
@@ -225,7 +253,6 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
                 // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
-                let mut row = [0; WIDTH];
                 row[..later.len()].copy_from_slice(later);
                 let mut done = reader.rows(now, &mut line);
                 let is_whole = stripes.release();
@@ -291,7 +318,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 }
             }
             Step::Wait(until) => {
-                select(CHANGED.wait(), Timer::at(Instant::from_ticks(until))).await;
+                // They stay where they are made: moved, they would be copied for every stripe.
+                select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(until)))).await;
             }
         }
     }
@@ -484,7 +512,7 @@ async fn find(
             // A host that has just connected should know, too.
             said = if request == Request::Hello { Absence::None } else { said };
         }
-        reader.set_time(Instant::now().as_millis());
+        reader.set_time(Instant::now().as_micros());
         let mut reason = Absence::Gone;
         for sensor in sensors {
             let sensor = Sensor { lines: keeper.exposure(), ..*sensor };

@@ -17,7 +17,7 @@ use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::trigger::{ContactEnd, Event, TriggerConfig};
-use wstac_core::wire::{Answers, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
+use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 use crate::setup;
 use crate::textures::ModelSample;
@@ -141,10 +141,14 @@ impl Reader {
         self.id = Some(id);
     }
 
-    /// Sets the milliseconds since the start. Events that are not acknowledged are sent again by this time.
-    pub fn set_time(&mut self, uptime_ms: u64) {
-        self.telemetry.uptime_ms = uptime_ms;
-        self.sender.now = uptime_ms as u32;
+    /// Sets the microseconds since the start. Events that are not acknowledged are sent again by this time. Call it soon
+    /// after a frame has ended: it counts as the time of the last frame.
+    pub fn set_time(&mut self, uptime_us: u64) {
+        // The division of large numbers takes long, and most are small: 71 minutes fit 32 bits.
+        self.telemetry.uptime_ms = u32::try_from(uptime_us).map_or(uptime_us / 1000, |us| u64::from(us / 1000));
+        self.sender.now = self.telemetry.uptime_ms as u32;
+        let frame = self.pipeline.next_frame().checked_sub(1);
+        self.telemetry.last_frame = frame.map(|frame| FrameTime { frame, board_us: uptime_us });
     }
 
     /// Returns what the caller knows of the board's state: its rate, overruns, restarts, stack and temperature. The

@@ -49,6 +49,8 @@ class Dma(Registers):
             return False
         if self.values.get(PAR) != DCMI + 0x28 or self.values[M0AR] not in RING_MEMORY:
             raise ValueError("the DMA stream is not between the DCMI and a memory that it reaches")
+        if self.machine.keeps(self.values[M0AR]) or self.machine.keeps(self.values[M0AR] + 4 * self.total - 1):
+            raise ValueError("the DMA writes to memory of which the core keeps copies")
         half, words = self.total // 2, len(data) // 4
         done = 0
         while done < words:

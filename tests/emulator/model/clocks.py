@@ -9,7 +9,7 @@ PLLCKSELR, PLLCFGR, PLL1DIVR, RSR = 0x28, 0x2C, 0x30, 0xD0
 PLL1_ON, REMOVE_FLAGS, BY_WATCHDOG = 1 << 24, 1 << 16, 1 << 26
 FIXED = 0x3F3  # of PLLCKSELR: the source, and PLL1's divider
 BYPASS, FROM_PLL1, MCO1_PLL1_Q = 1 << 18, 3, 3
-HSI, CORE = 64_000_000, 96_000_000
+HSI, CORE = 64_000_000, 72_000_000
 SYSCFG, PWRCR = 0x5800_0400, 0x2C
 # The lowest and highest reference and frequency of the PLL's two oscillators.
 WIDE, MEDIUM = ((2e6, 16e6), (192e6, 836e6)), ((1e6, 2e6), (150e6, 420e6))

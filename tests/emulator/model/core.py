@@ -6,6 +6,10 @@ NVIC_PAGE, SCB_PAGE = 0xE000_E000, 0xE000_EC00
 ENABLE, DISABLE, LAST = 0x100, 0x180, 0x200
 VTOR, AIRCR, CPUID, ICSR = 0x108, 0x10C, 0x100, 0x104
 RESET_REQUEST = 0x05FA_0004
+CCR, DATA_CACHE, CCSIDR = 0x114, 1 << 16, 0x180
+MPU_TYPE, MPU_CTRL, MPU_RNR, MPU_RBAR, MPU_RASR, REGIONS = 0x190, 0x194, 0x198, 0x19C, 0x1A0, 16
+# TEX, S, C and B of memory that is not cached: normal, strongly ordered, device.
+UNCACHED = {tex << 3 | shared << 2 | bits for tex, bits in ((1, 0), (0, 0), (0, 1), (2, 0)) for shared in (0, 1)}
 
 
 class Nvic(Registers):
@@ -34,11 +38,33 @@ class Nvic(Registers):
 
 
 class Scb(Registers):
-    """Vectors, and the reset that a program can request."""
+    """Vectors, the reset that a program can request, caches and memory protection.
+
+    Caches hold nothing here. What counts is whether the core may keep a copy of an address (`keeps`): then nothing but
+    the core may write there.
+    """
 
     def __init__(self, machine):
-        super().__init__(SCB_PAGE, {CPUID: 0x411F_C271})
-        self.machine = machine
+        # A data cache of 16 KiB has 128 sets of four lines of 32 bytes.
+        super().__init__(SCB_PAGE, {CPUID: 0x411F_C271, CCSIDR: 0xF00F_E019, MPU_TYPE: REGIONS << 8})
+        self.machine, self.regions = machine, {}
+
+    def reset(self):
+        """Resets the registers: caches and memory protection are off."""
+        super().reset()
+        self.regions = {}
+
+    def keeps(self, address):
+        """Returns whether the data cache may have a copy of an address (ARMv7-M, B3.1 and B3.5)."""
+        if not self.values.get(CCR, 0) & DATA_CACHE:
+            return False
+        if self.values.get(MPU_CTRL, 0) & 1:
+            if self.values[MPU_CTRL] & 6 != 6:
+                raise ValueError("memory protection is off in handlers of faults, or hides what has no region")
+            for base, attributes in sorted(self.regions.items(), reverse=True):
+                if attributes[1] & 1 and attributes[0] <= address < attributes[0] + (2 << (attributes[1] >> 1 & 0x1F)):
+                    return attributes[1] >> 16 & 0x3F not in UNCACHED
+        return not 0x4000_0000 <= address < 0x6000_0000 and address < 0xA000_0000
 
     def read(self, offset):
         """Returns a register. The lowest bits of ICSR have the number of the exception that runs."""
@@ -48,7 +74,15 @@ class Scb(Registers):
 
     def write(self, offset, value):
         """Stores a register, and performs what it requests."""
+        if offset in (MPU_TYPE, CCSIDR):
+            return
         super().write(offset, value)
+        if offset == MPU_RASR:
+            number, base = self.values.get(MPU_RNR, 0), self.values.get(MPU_RBAR, 0)
+            size = 2 << (value >> 1 & 0x1F)
+            if number >= REGIONS or base & 0x10 or base % size:
+                raise ValueError(f"region {number} of {size:#x} bytes at {base:#x} cannot be protected")
+            self.regions[number] = (base, value)
         if offset == VTOR:
             self.machine.vectors = value
         elif offset == AIRCR and value & 0xFFFF_0004 == RESET_REQUEST:

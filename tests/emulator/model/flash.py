@@ -59,6 +59,8 @@ class Flash(Registers):
         control = self.values[CR]
         if control & (LOCK | PROGRAM) != PROGRAM:
             raise ValueError(f"the flash is written at {address:#x} while it is locked or not to be programmed")
+        if self.machine.keeps(address):
+            raise ValueError(f"the flash word at {word:#x} is programmed while the core keeps copies of it")
         if self.partial is None:
             before = bytes(uc.mem_read(word, WORD))
             if before != b"\xff" * WORD:

@@ -7,7 +7,7 @@ import struct
 
 from elftools.elf.elffile import ELFFile
 
-EVERY = 96_000  # cycles between two reads: a millisecond
+EVERY = 72_000  # cycles between two reads: a millisecond
 BLOCKS = 2  # the mode of a channel that waits for room
 LEVELS = {"defmt_error": "error", "defmt_warn": "warning", "defmt_info": "info"}
 

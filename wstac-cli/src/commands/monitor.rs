@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::mem;
 use std::sync::atomic::Ordering;
+use std::time::{Instant, SystemTime};
 
 use wstac_core::wire::{LONGEST, Request, encode};
 
@@ -93,11 +94,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     requests.extend(monitor.requests());
     let mut room = [0; 4096];
     let (mut waits, mut lost_events) = (0, 0);
+    let start = Instant::now();
     while !interrupted.load(Ordering::Relaxed) {
+        // A file has the answers of a clock that is gone.
+        if line.takes_requests() {
+            requests.extend(monitor.set_now(start.elapsed(), SystemTime::now()));
+        }
         requests.send(&mut line);
         let bytes = match line.read(&mut room) {
             Ok(Got::Bytes(count)) => {
                 waits = 0;
+                if line.takes_requests() {
+                    requests.extend(monitor.set_now(start.elapsed(), SystemTime::now()));
+                }
                 &room[..count]
             }
             Ok(Got::Nothing) => {
@@ -131,6 +140,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 return Err(error.into());
             }
         };
+        let clock = monitor.clock_match();
         let goes_on = monitor.take(bytes, |report| match report {
             Report::Output(output) => records.write(&output),
             Report::Note(text) => {
@@ -148,7 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             }
             Report::Telemetry(telemetry) => {
                 if arguments.status {
-                    note(format_args!("the board: {}", telemetry::in_words(&telemetry)));
+                    note(format_args!("the board: {}", telemetry::in_words(&telemetry, clock)));
                 }
                 Ok(())
             }

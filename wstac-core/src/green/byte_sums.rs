@@ -22,6 +22,10 @@ mod packed;
 mod words;
 
 use crate::frame::Block;
+#[cfg(dsp)]
+use crate::frame::Blocks;
+#[cfg(dsp)]
+use crate::params::COLUMNS;
 
 /// Sums a block's bytes. The sum is below 2^32 if there are fewer than 2^24 bytes.
 #[cfg(not(target_arch = "arm"))]
@@ -74,6 +78,32 @@ impl<'a, const MOST: usize> Strip<'a, MOST> {
         let alike = block.bytes_per_row().is_multiple_of(4) || block.rows() == 1;
         let fits = alike && (Self::LEAST..=MOST).contains(&block.width()) && block.rows() > 0;
         fits.then_some(Self(block))
+    }
+}
+
+/// Blocks side by side that a kernel sums at once. They lie in the band, which has at least one row. All rows have the
+/// same alignment, and those of the blocks have an aligned word each and at most `MOST` bytes.
+#[cfg(dsp)]
+pub(super) struct SideBySide<'a, const MOST: usize = { packed::MOST_WIDTH }> {
+    band: Block<'a>,
+    corners: &'a [[u16; 2]; COLUMNS],
+    width: usize,
+}
+
+#[cfg(dsp)]
+impl<'a> SideBySide<'a> {
+    /// Returns the blocks of one byte per pixel, if the kernel can sum them.
+    #[inline(always)]
+    pub(super) fn new(blocks: &Blocks<'a>) -> Option<Self> {
+        let (band, corners, width) = blocks.of_bytes()?;
+        let fits = band.bytes_per_row().is_multiple_of(4) && (Strip::<0>::LEAST..=packed::MOST_WIDTH).contains(&width);
+        fits.then_some(Self { band, corners, width })
+    }
+
+    /// Adds the sum of each block.
+    #[inline(always)]
+    pub(super) fn add_to(self, sums: &mut [u32; COLUMNS]) {
+        packed::add_to(self, sums);
     }
 }
 

@@ -20,8 +20,9 @@ mod simd;
 pub mod words;
 pub mod ycbcr;
 
-use crate::frame::{Rows, Run, Stride};
+use crate::frame::{Blocks, Rows, Run, Stride};
 use crate::layout::FrameSize;
+use crate::params::COLUMNS;
 
 /// Returns the name of the instructions that frames are summed with on this machine.
 ///
@@ -104,6 +105,13 @@ pub trait GreenChannel: Copy {
     #[inline(always)]
     fn add_block(&self, sum: &mut Self::Sum, rows: &Rows<'_>, run: Run, count: u16) {
         row_by_row(self, sum, rows, run, count);
+    }
+
+    /// Adds each of the blocks of taxels side by side to its sum, if there is a kernel for all of them. Returns false if
+    /// there is none; then nothing was added.
+    #[inline(always)]
+    fn add_blocks(&self, _sums: &mut [Self::Sum; COLUMNS], _blocks: Blocks<'_>) -> bool {
+        false
     }
 
     /// Returns the taxel sum S of `pixels` gathered pixels: 0..=G · pixels.

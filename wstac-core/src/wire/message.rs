@@ -107,6 +107,15 @@ pub enum Message<'a> {
     PicturePart(PicturePart<'a>),
     /// The end of a picture that was asked for.
     PictureEnd(PictureEnd),
+    /// The board's clock: the answer to [`Request::Time`].
+    Time {
+        /// The time of the request, as the host gave it.
+        #[serde(serialize_with = "super::numbers::long")]
+        host_us: u64,
+        /// The microseconds since the board started.
+        #[serde(serialize_with = "super::numbers::long")]
+        board_us: u64,
+    },
     // These come last: without the feature they have no number.
     /// The settings that the board uses: the answer to [`Request::Settings`].
     #[cfg(feature = "settings")]
@@ -139,6 +148,20 @@ pub struct Telemetry {
     pub kept: u8,
     /// The requests that the board has taken. If one was lost, a host sends it again.
     pub wanted: Wanted,
+    /// The time of the last frame; `None` if the board does not know it.
+    pub last_frame: Option<FrameTime>,
+}
+
+/// The time of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+// It is exhaustive: a frame and its time.
+pub struct FrameTime {
+    /// The number of the feature frame.
+    #[serde(serialize_with = "super::numbers::long")]
+    pub frame: u64,
+    /// The microseconds from the start of the board to the frame's end.
+    #[serde(serialize_with = "super::numbers::long")]
+    pub board_us: u64,
 }
 
 /// The outputs that are wanted of a board.
@@ -380,6 +403,11 @@ pub enum Request {
     /// Asks for a picture of what the camera sees, as [`PicturePart`]s and a [`PictureEnd`]. One that is being sent is
     /// given up. A board without pictures sends none.
     Picture,
+    /// Asks for the board's clock. The answer repeats the host's time in microseconds, whatever its start.
+    Time {
+        /// The host's time.
+        host_us: u64,
+    },
     // These come last: without the feature they have no number.
     /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
     #[cfg(feature = "settings")]

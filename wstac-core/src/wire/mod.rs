@@ -58,7 +58,7 @@
 //!
 //! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
 //! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
-//! [`Request::Picture`] asks for a picture, `Request::Set` sets the board's settings, and the register of
+//! [`Request::Picture`] asks for a picture, [`Request::Time`] for the board's clock, `Request::Set` sets the board's settings, and the register of
 //! [`Fault::SensorRefuses`] has 16 bits.
 
 mod decoder;
@@ -75,7 +75,8 @@ mod text;
 pub use decoder::{DecodeError, Decoder, Received};
 pub use frame::encode;
 pub use message::{
-    Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
+    Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
+    sample_parts,
 };
 pub use outbox::{Outbox, RESEND_MS, TRIES};
 pub use picture::{PICTURE_PART, PictureEnd, PicturePart};

@@ -97,10 +97,13 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         Message::ContactEnd(end) => number(end.frame).and_then(|()| number(end.event_frame)),
         Message::Telemetry(telemetry) => {
             number(telemetry.uptime_ms)?;
+            telemetry.last_frame.map_or(Ok(()), |last| number(last.frame).and_then(|()| number(last.board_us)))?;
             ensure(telemetry.temperature.is_none_or(|tenths| TEMPERATURES.contains(&tenths)), Quantity::Temperature)
         }
         Message::Motion { frame, velocity } => number(*frame).and_then(|()| check_velocity(velocity)),
         Message::PicturePart(part) => number(part.frame),
+        // The host's own time comes back as it was sent.
+        Message::Time { board_us, .. } => number(*board_us),
         // The parts, which are counted where a picture is put together, show whether it is possible.
         Message::PictureEnd(_) => Ok(()),
         // Settings check themselves as they are read.

@@ -184,7 +184,7 @@ mod tests {
         // Version, sequence number, and the message's number behind the frame's zero and its first code.
         let number = |bytes: &[u8]| bytes[4];
         let mut buffer = [0; LONGEST];
-        let last = [Request::Picture, Request::Settings, Request::Set(settings()), Request::Forget]
+        let last = [Request::Time { host_us: 0 }, Request::Settings, Request::Set(settings()), Request::Forget]
             .map(|request| number(encode(&request, 1, &mut buffer)));
         assert_eq!(last, [last[0], last[0] + 1, last[0] + 2, last[0] + 3]);
     }

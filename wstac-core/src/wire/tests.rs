@@ -75,6 +75,7 @@ fn telemetry() -> Telemetry {
         events: u16::MAX,
         kept: u8::MAX,
         wanted: Wanted { features: true, samples: true, motion: true, kept_events: true },
+        last_frame: Some(FrameTime { frame: LAST, board_us: LAST }),
     }
 }
 
@@ -126,6 +127,7 @@ fn messages() -> Vec<Message<'static>> {
         Message::Motion { frame: LAST, velocity: Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 } },
         Message::Telemetry(telemetry()),
         Message::Telemetry(Telemetry::default()),
+        Message::Time { host_us: u64::MAX, board_us: LAST },
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
         Message::Fault(Fault::SensorRefuses { register: u16::MAX }),
@@ -397,6 +399,8 @@ fn requests_fit_a_small_decoder() {
         Request::KeepEvents(true),
         Request::Acknowledge { event: u16::MAX },
         Request::Picture,
+        // 17 years.
+        Request::Time { host_us: (1 << 49) - 1 },
     ];
     for (sequence, request) in (u16::MAX - 1..=u16::MAX).chain(0..5).zip(requests) {
         let bytes = encode(&request, sequence, &mut [0; LONGEST]).to_vec();

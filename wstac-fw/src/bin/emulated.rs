@@ -19,7 +19,7 @@ use wstac_fw::setup;
 const SIDE: usize = 400;
 /// The rows that a DMA would bring at a time.
 const ROWS: usize = 8;
-const MS_PER_30_FRAMES: u64 = 1000;
+const US_PER_30_FRAMES: u64 = 1_000_000;
 const STRIPES_PER_30_FRAMES: u64 = 30 * (SIDE / ROWS) as u64;
 
 /// The UART with the messages that are sent on it.
@@ -59,7 +59,7 @@ fn run() -> Option<()> {
     while frames.read(&mut stripe) {
         // The time is that of the frames, so that a run is always the same.
         stripes += 1;
-        reader.set_time(stripes * MS_PER_30_FRAMES / STRIPES_PER_30_FRAMES);
+        reader.set_time(stripes * US_PER_30_FRAMES / STRIPES_PER_30_FRAMES);
         while let Some(byte) = link.uart.receive() {
             if let Some(Ok(Received { message, .. })) = decoder.push::<Request>(byte) {
                 reader.answer(message, &mut link);

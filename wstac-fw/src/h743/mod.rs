@@ -6,10 +6,12 @@
 
 mod bus;
 mod start;
+mod thermometer;
 mod usart;
 
 pub use bus::{SensorBus, SensorPower};
 pub use start::{Crystal, start};
+pub use thermometer::ChipThermometer;
 pub use usart::usart3;
 
 use core::convert::Infallible;
@@ -80,6 +82,7 @@ impl Board for H743 {
     type Keeper = KeptSettings<BoardFlash>;
     #[cfg(not(feature = "settings"))]
     type Keeper = FixedSettings;
+    type Thermometer = ChipThermometer;
 }
 
 impl Watchdog for IndependentWatchdog<'_, peripherals::IWDG1> {
@@ -140,6 +143,7 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
         line: Link::new(wiring.line, wiring.trouble),
         events: wiring.events,
         watchdog,
+        thermometer: ChipThermometer::new(),
         hung,
         is_own_clock: !has_crystal,
         id: Some(chip_id()),

@@ -11,6 +11,9 @@ use embassy_stm32::{Config, Peripherals};
 /// The cycles between two looks at the board's clock, and their number: a quarter of a second at 64 MHz.
 const HSE_CYCLES: u32 = 6400;
 const HSE_LOOKS: u32 = 2500;
+/// The memories without copies in the core, and their sizes: the AXI SRAM, and the last sectors of the flash
+/// (`flash.rs`). A size is a power of two, and the start a multiple of it.
+const UNCACHED: [(u32, u32); 2] = [(0x2400_0000, 0x8_0000), (0x081C_0000, 0x4_0000)];
 /// The frequency of the PLL's oscillator.
 const VCO: u32 = 576_000_000;
 
@@ -41,7 +44,39 @@ impl Crystal {
 pub fn start(crystal: Crystal) -> (Peripherals, bool) {
     take_over();
     let has_crystal = has_hse(crystal.mode);
-    (embassy_stm32::init(clocks(has_crystal.then_some(crystal))), has_crystal)
+    let peripherals = embassy_stm32::init(clocks(has_crystal.then_some(crystal)));
+    enable_caches();
+    (peripherals, has_crystal)
+}
+
+/// Lets the core keep copies of what it reads of the program, which nothing writes. It keeps none of what others write:
+/// the RAM, which has the DMA's ring and the crash record, and the sectors of the settings.
+fn enable_caches() {
+    // SAFETY: nobody else uses these parts of the core.
+    #[allow(unsafe_code)]
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    for (number, (base, bytes)) in (0..).zip(UNCACHED) {
+        // Normal memory without a cache, for reading and writing, not for instructions (ARMv7-M, B3.5.9).
+        let (no_instructions, full_access, uncached) = (1 << 28, 0b011 << 24, 0b001 << 19);
+        let size = (bytes.trailing_zeros() - 1) << 1;
+        // SAFETY: the regions have no code in them, and everything else stays as it is.
+        #[allow(unsafe_code)]
+        unsafe {
+            core.MPU.rnr.write(number);
+            core.MPU.rbar.write(base);
+            core.MPU.rasr.write(no_instructions | full_access | uncached | size | 1);
+        }
+    }
+    // SAFETY: other memory is as it was (bit 2). The regions hold in handlers of faults, too (bit 1), where the crash
+    // record is written.
+    #[allow(unsafe_code)]
+    unsafe {
+        core.MPU.ctrl.write(1 << 2 | 1 << 1 | 1);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    core.SCB.enable_icache();
+    core.SCB.enable_dcache(&mut core.CPUID);
 }
 
 /// Leaves the state of a bootloader: its clock and supply, its interrupts, its memory protection. After a reset without
@@ -85,12 +120,12 @@ fn has_hse(mode: HseMode) -> bool {
     })
 }
 
-/// Returns the clock configuration: 96 MHz from the board's clock or the chip's 64 MHz, and 24 MHz for the sensor.
+/// Returns the clock configuration: 72 MHz from the board's clock or the chip's 64 MHz, and 24 MHz for the sensor.
 ///
 /// The supply range is VOS3, the lowest to run in.
 ///
-/// The camera interface needs 2.5 times the pixel clock of 24 MHz, which is 60 MHz. The PLL's range for a reference of
-/// more than 2 MHz begins at 192 MHz; 576 MHz gives 96 MHz and 24 MHz.
+/// The camera interface needs 2.5 times the pixel clock of 24 MHz, which is 60 MHz; 72 MHz leaves it some. The PLL's
+/// range for a reference of more than 2 MHz begins at 192 MHz; 576 MHz gives 72 MHz and 24 MHz.
 fn clocks(crystal: Option<Crystal>) -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
@@ -104,7 +139,7 @@ fn clocks(crystal: Option<Crystal>) -> Config {
         (PllSource::HSI, PllPreDiv::DIV8, PllMul::MUL72)
     };
     rcc.pll1 =
-        Some(Pll { source, prediv, mul, fracn: None, divp: Some(PllDiv::DIV6), divq: Some(PllDiv::DIV24), divr: None });
+        Some(Pll { source, prediv, mul, fracn: None, divp: Some(PllDiv::DIV8), divq: Some(PllDiv::DIV24), divr: None });
     rcc.sys = Sysclk::PLL1_P;
     rcc.apb1_pre = APBPrescaler::DIV2;
     rcc.apb2_pre = APBPrescaler::DIV2;

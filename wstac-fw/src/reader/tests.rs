@@ -244,14 +244,14 @@ fn an_event_is_sent_again_until_the_host_has_it() {
             reader.rows(&frame(t), log).unwrap();
         }
     };
-    reader.set_time(1000);
+    reader.set_time(1000_000);
     play(&mut reader, &mut log);
     assert_eq!(log.0, [(0, 0)]);
     assert!(!reader.send_again(&mut log));
-    reader.set_time(1250);
+    reader.set_time(1250_000);
     assert!(reader.send_again(&mut log) && !reader.send_again(&mut log));
     play(&mut reader, &mut log);
-    reader.set_time(1600);
+    reader.set_time(1600_000);
     while reader.send_again(&mut log) {}
     assert_eq!(log.0, [(0, 0), (0, 0), (1, 1), (0, 0), (1, 1)]);
     reader.status(&mut log);
@@ -261,6 +261,6 @@ fn an_event_is_sent_again_until_the_host_has_it() {
     for event in [0, 1] {
         reader.answer(Request::Acknowledge { event }, &mut log);
     }
-    reader.set_time(9000);
+    reader.set_time(9000_000);
     assert!(!reader.send_again(&mut log));
 }

@@ -1,9 +1,11 @@
 //! RP2040 and RP2350: what the Raspberry Pi Pico and Pico 2 share, and every board with one of these chips.
 
 mod bus;
+mod thermometer;
 mod uart;
 
 pub use bus::{RpBus, SensorPins};
+pub use thermometer::RpThermometer;
 pub use uart::{UartInterrupts, uart0};
 
 use core::convert::Infallible;
@@ -77,6 +79,7 @@ impl Board for Rp {
     type Light = RpLight;
     type Watchdog = Dog;
     type Keeper = FixedSettings;
+    type Thermometer = RpThermometer;
 }
 
 /// The watchdog, with the time after which it restarts the chip.
@@ -158,6 +161,7 @@ pub async fn run(wiring: RpWiring) -> ! {
         line: Link::new(wiring.line, wiring.trouble),
         events: wiring.events,
         watchdog: Dog(watchdog),
+        thermometer: RpThermometer::new(),
         hung,
         is_own_clock: false,
         id: None,

@@ -1,15 +1,17 @@
 //! Turns a board's messages into reports.
 
 use std::fmt::Write;
+use std::time::{Duration, SystemTime};
 
 use wstac_core::features::Features;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{
-    Answers, Fault, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
+    Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
 };
 
 use super::Report;
+use super::clock::{BoardClock, ClockMatch};
 use super::delivery::{Arrival, Delivery};
 use crate::frame_clock::FrameClock;
 use crate::output::{
@@ -28,6 +30,8 @@ pub(super) struct Board {
     progress: StreamSummary,
     /// The times of its frames. Whether it has described itself: then its rate is known.
     clock: Option<FrameClock>,
+    /// Its own clock.
+    own_clock: BoardClock,
     /// Whether it has named a texture model.
     has_model: bool,
     delivery: Delivery,
@@ -50,6 +54,7 @@ impl Board {
             sample,
             progress,
             clock: None,
+            own_clock: BoardClock::default(),
             has_model: false,
             delivery: Delivery::default(),
             uptime_ms: 0,
@@ -70,6 +75,23 @@ impl Board {
     fn has_taken_requests(&self, taken: Wanted) -> bool {
         let OutputOptions { features, samples, motion, .. } = self.wanted;
         (taken.features, taken.samples, taken.motion, taken.kept_events) == (features, samples, motion, true)
+    }
+
+    /// Takes this machine's time. Returns a request for the board's if one is due.
+    pub(super) fn set_now(&mut self, since_start: Duration, wall: SystemTime) -> Option<Request> {
+        self.own_clock.set_now(since_start, wall)
+    }
+
+    /// Returns the match of the clocks.
+    pub(super) fn clock_match(&self) -> Option<ClockMatch> {
+        self.own_clock.matched()
+    }
+
+    /// Forgets what was known of a board that has started again, but this.
+    fn restart(&mut self, progress: StreamSummary, clock: Option<FrameClock>) {
+        let mut own_clock = std::mem::take(&mut self.own_clock);
+        own_clock.restart();
+        *self = Self { progress, clock, own_clock, ..Self::new(self.wanted) };
     }
 
     /// Returns whether its stream has ended.
@@ -150,6 +172,10 @@ impl Board {
                 give(Report::Output(self.finish()))
             }
             Message::Telemetry(telemetry) => self.telemetry(telemetry, give),
+            Message::Time { host_us, board_us } => {
+                self.own_clock.answered(*host_us, *board_us);
+                Ok(())
+            }
             // The decoder does not know the messages of a newer core either, so no others arrive here.
             _ => Ok(()),
         }
@@ -168,7 +194,7 @@ impl Board {
             // are gone: that proves a start whose first message was lost.
             let back = self.progress.frames > 0;
             if first || back {
-                *self = Self { clock, ..Self::new(self.wanted) };
+                self.restart(StreamSummary::default(), clock);
             }
             if back || (first && again) {
                 give(Report::Note("the board has started again".to_owned()))?;
@@ -202,11 +228,13 @@ impl Board {
     fn telemetry<E>(&mut self, telemetry: &Telemetry, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
         if telemetry.uptime_ms < self.uptime_ms {
             // The board has started again, and its first message was lost. The status before this message was new.
-            let (progress, clock) = (self.progress, self.clock);
-            *self = Self { progress, clock, ..Self::new(self.wanted) };
+            self.restart(self.progress, self.clock);
             give(Report::Note("the board has started again".to_owned()))?;
         }
         self.uptime_ms = telemetry.uptime_ms;
+        if let (Some(clock), Some(FrameTime { frame, board_us })) = (&mut self.clock, telemetry.last_frame) {
+            clock.frame_arrives(frame, self.own_clock.wall(board_us));
+        }
         lost_events(self.delivery.take_state(telemetry.events, telemetry.kept), give)?;
         if self.has_taken_requests(telemetry.wanted) {
             self.repeats = 0;

@@ -1,15 +1,19 @@
 //! A board's messages as outputs, which are those that a [`Session`](crate::session::Session) gives of a source here.
 
 mod board;
+pub mod clock;
 mod delivery;
 pub mod pictures;
 pub mod port;
 pub mod settings;
 pub mod telemetry;
 
+use std::time::{Duration, SystemTime};
+
 use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, Telemetry, VERSION};
 
 use self::board::Board;
+use self::clock::ClockMatch;
 use crate::error::{Error, ErrorKind};
 use crate::output::{Output, OutputOptions};
 use crate::plural::counted;
@@ -64,6 +68,17 @@ impl Monitor {
     /// Returns the requests to a board that has just been connected: its description, and the outputs that are wanted.
     pub fn requests(&self) -> impl Iterator<Item = Request> + use<> {
         std::iter::once(Request::Hello).chain(self.board.requests())
+    }
+
+    /// Takes this machine's time, which is that of the next bytes: the time since any start, and the wall clock. Returns
+    /// a request for the board's clock if one is due. Without it, events have no wall-clock time.
+    pub fn set_now(&mut self, since_start: Duration, wall: SystemTime) -> Option<Request> {
+        self.board.set_now(since_start, wall)
+    }
+
+    /// Returns the match of the board's clock and this machine's; `None` before the board has answered.
+    pub fn clock_match(&self) -> Option<ClockMatch> {
+        self.board.clock_match()
     }
 
     /// Returns whether any message has arrived.

@@ -102,6 +102,11 @@ impl Port {
         Ok(Self { name: name.to_owned(), path: path.to_owned(), baud, file: Some(file), writable, unsent: Vec::new() })
     }
 
+    /// Returns whether requests reach the board: a file or standard input takes none.
+    pub fn takes_requests(&self) -> bool {
+        self.writable
+    }
+
     /// Returns its name.
     pub fn name(&self) -> &str {
         &self.name

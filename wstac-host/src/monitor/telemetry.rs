@@ -2,10 +2,11 @@
 
 use wstac_core::wire::Telemetry;
 
+use super::clock::ClockMatch;
 use crate::plural::counted;
 
-/// Returns the state of a board in words, as far as the board knows it.
-pub fn in_words(telemetry: &Telemetry) -> String {
+/// Returns the state of a board in words, as far as the board knows it, and the match of its clock.
+pub fn in_words(telemetry: &Telemetry, clock: Option<ClockMatch>) -> String {
     let mut words = vec![format!("up for {}", duration(telemetry.uptime_ms))];
     if let Some(millihertz) = telemetry.millihertz {
         words.push(format!("{:.2} frames per second", f64::from(millihertz) / 1000.0));
@@ -17,6 +18,10 @@ pub fn in_words(telemetry: &Telemetry) -> String {
     words.push(counted(telemetry.events, "event"));
     if telemetry.kept > 0 {
         words.push(format!("{} not acknowledged", telemetry.kept));
+    }
+    if let Some(ClockMatch { within_ms, fast_ppm, .. }) = clock {
+        words.push(format!("clock within {within_ms:.1} ms"));
+        words.extend(fast_ppm.map(|ppm| format!("{:.0} ppm {}", ppm.abs(), if ppm < 0.0 { "slow" } else { "fast" })));
     }
     words.join(", ")
 }
@@ -38,7 +43,7 @@ mod tests {
     #[test]
     fn what_is_not_known_is_left_out() {
         let mut telemetry = Telemetry::default();
-        assert_eq!(in_words(&telemetry), "up for 0 s, 0 events");
+        assert_eq!(in_words(&telemetry, None), "up for 0 s, 0 events");
         telemetry.uptime_ms = 3_723_004;
         telemetry.millihertz = Some(29_970);
         (telemetry.overruns, telemetry.restarts) = (Some(1), Some(0));
@@ -46,7 +51,10 @@ mod tests {
         (telemetry.events, telemetry.kept) = (1, 1);
         let expected = "up for 1 h 2 min, 29.97 frames per second, 1 overrun, 0 restarts, 3120 bytes of stack used, \
                         -0.5 °C, 1 event, 1 not acknowledged";
-        assert_eq!(in_words(&telemetry), expected);
+        assert_eq!(in_words(&telemetry, None), expected);
+        let clock = |fast_ppm| Some(ClockMatch { within_ms: 0.34, fast_ppm });
+        assert_eq!(in_words(&telemetry, clock(None)), format!("{expected}, clock within 0.3 ms"));
+        assert_eq!(in_words(&telemetry, clock(Some(-12.4))), format!("{expected}, clock within 0.3 ms, 12 ppm slow"));
         assert_eq!([59_999, 60_000, 3_599_999].map(duration), ["59 s", "1 min 0 s", "59 min 59 s"]);
     }
 }
