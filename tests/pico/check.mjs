@@ -116,6 +116,19 @@ function crash(name, program, how, why, { count = 60, again = false } = {}) {
   say(name, problems);
 }
 
+/** The program fails before it has set the watchdog: it restarts all the same. */
+function early(name, program) {
+  const board = new Board(program, frames.slice(0, 1));
+  board.run(20e3);
+  board.crash();
+  const problems = [];
+  ofLine(board.play());
+  if (board.resets !== 1 || !told()[0]?.startsWith('it started again because of: hard fault')) {
+    problems.push(`the chip restarted ${board.resets} times, and the host is told ${JSON.stringify(told())}`);
+  }
+  say(name, problems);
+}
+
 /** Every wire of the camera is an input that is pulled down, so that a wire that is off does not float. */
 function pulls(name, ...programs) {
   const floating = programs.flatMap((program) => {
@@ -189,6 +202,7 @@ crash('hard fault', eight, (board) => board.crash(), hard);
 crash('hard fault, and a reset before it is reported', eight, (board) => board.crash(), hard, { again: true });
 crash('panic', eight, (board) => board.panic(), 'panic at \\S*/src/lib\\.rs:\\d+: explicit panic');
 crash('interrupt without a handler', eight, (board) => board.interrupt(30), 'an interrupt without a handler: 30');
+early('hard fault before the watchdog is set', eight);
 crash('the program hangs', eight, (board) => board.stall(5e9), 'the program hung, and the watchdog ended it', { count: 180 });
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);

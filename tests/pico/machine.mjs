@@ -107,7 +107,8 @@ export class Board {
     mcu.uart[0].onByte = (byte) => mcu.gpio[SENDS].functionSelect === UART && this.sent.push(byte);
     const dog = mcu.peripherals[0x40058];
     dog.onWatchdogTrigger = () => {
-      this.resetBy = dog.reason;
+      // What the watchdog resets is chosen by WDSEL (RP2040 data sheet, 2.13.5): nothing until the program has chosen.
+      if (mcu.peripherals[0x40010].wdsel !== 0) this.resetBy = dog.reason;
       // The emulator would trigger again in the same instant, for ever.
       dog.alarm.enable = false;
     };

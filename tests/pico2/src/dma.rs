@@ -53,9 +53,11 @@ impl Dma {
             0x400 | 0x41C => self.raised &= !now,
             0x414 => self.enabled = now,
             0x450 => self.start(now),
-            0x464 => self.channels.iter_mut().enumerate().filter(|(k, _)| now >> k & 1 != 0).for_each(|(_, channel)| {
-                channel.is_busy = false;
-            }),
+            0x464 => {
+                self.channels.iter_mut().enumerate().filter(|(k, _)| now >> k & 1 != 0).for_each(|(_, channel)| {
+                    channel.is_busy = false;
+                })
+            }
             0..0x80 => {
                 let channel = &mut self.channels[(offset / 0x40) as usize];
                 match offset % 0x40 {

@@ -131,6 +131,7 @@ impl Outside {
             (dma::BASE, _) => self.dma.write(offset, written(self.dma.read(offset), address, value)),
             (UART0, 0x00) => self.sent.push(value as u8),
             // CTRL: a trigger resets at once.
+            // What it resets is chosen by PSM.WDSEL, which `advance` looks at.
             (WATCHDOG, 0x00) => {
                 let old = self.dog.get(&0).copied().unwrap_or(0);
                 let new = written(old, address, value);
@@ -746,12 +747,7 @@ fn check_block(image: &[u8]) -> Result<(), String> {
 /// Executes the next instruction in the flash if the emulator cannot. Returns whether it did. The encodings are those of the
 /// Armv8-M manual: CPS; VPUSH and VPOP; VSEL, VMAXNM and VMINNM; LDA, STL, LDAEX and STLEX with their bytes and
 /// halfwords.
-fn executes(
-    core: &mut CortexM33,
-    bus: &mut Wired<'_>,
-    image: &[u8],
-    exclusive: &mut Option<(u32, u32)>,
-) -> bool {
+fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: &mut Option<(u32, u32)>) -> bool {
     let pc = core.reg(15);
     let at = pc.wrapping_sub(FLASH) as usize;
     let Some(&[a, b, c, d]) = image.get(at..at + 4) else { return false };
@@ -797,7 +793,13 @@ fn executes(
             (true, 0) if a == 0.0 && b == 0.0 => {
                 f32::from_bits(if is_min { a.to_bits() | b.to_bits() } else { a.to_bits() & b.to_bits() })
             }
-            (true, 0) => if is_min { a.min(b) } else { a.max(b) },
+            (true, 0) => {
+                if is_min {
+                    a.min(b)
+                } else {
+                    a.max(b)
+                }
+            }
             (true, _) => return false,
         };
         core.set_reg(15, pc + 4);

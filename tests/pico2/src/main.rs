@@ -71,7 +71,8 @@ fn image(elf: &[u8]) -> Result<Vec<u8>, String> {
         let (table, size, count) = (word(28)? as usize, half(42)?, half(44)?);
         let mut image = Vec::new();
         for at in (0..count).map(|number| table + number * size) {
-            let (kind, offset, place, length) = (word(at)?, word(at + 4)? as usize, word(at + 12)?, word(at + 16)? as usize);
+            let (kind, offset, place, length) =
+                (word(at)?, word(at + 4)? as usize, word(at + 12)?, word(at + 16)? as usize);
             if kind == 1 && length > 0 {
                 let begin = place.checked_sub(FLASH)? as usize;
                 image.resize(image.len().max(begin + length), 0xFF);
