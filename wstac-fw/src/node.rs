@@ -444,7 +444,7 @@ fn log(defect: Option<Defect>) {
         Some(Defect::Size { lines, words }) => defmt::error!("frames have {=u32} lines and {=u32} words", lines, words),
         Some(Defect::Format) => defmt::error!("bytes are not luma and fixed chroma in turn"),
         Some(Defect::Pattern) => {
-            defmt::error!("the test pattern is not right: a data wire is off, or bits come in another order")
+            defmt::error!("the test pattern is not right: a data wire is off, or bits come in another order");
         }
         Some(Defect::Rate { millihertz }) => defmt::error!("{=u32} frames in 1000 seconds", millihertz),
     }

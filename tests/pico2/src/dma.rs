@@ -54,9 +54,9 @@ impl Dma {
             0x414 => self.enabled = now,
             0x450 => self.start(now),
             0x464 => {
-                self.channels.iter_mut().enumerate().filter(|(k, _)| now >> k & 1 != 0).for_each(|(_, channel)| {
-                    channel.is_busy = false;
-                })
+                for (number, channel) in self.channels.iter_mut().enumerate() {
+                    channel.is_busy &= now >> number & 1 == 0;
+                }
             }
             0..0x80 => {
                 let channel = &mut self.channels[(offset / 0x40) as usize];

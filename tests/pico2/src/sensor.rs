@@ -183,7 +183,7 @@ impl Hm01b0 {
             * (f64::from(self.at(0x020E) & 3) + f64::from(self.at(0x020F)) / 256.0)
             * if self.at(0x2100) & 1 == 0 { 1.0 } else { 1.2 };
         let black = |switch, target| if self.at(switch) & 1 == 0 { 16.0 } else { f64::from(self.at(target)) };
-        let more = (black(0x1000, 0x1003) + black(0x1006, 0x1007)) / 2.0 - NOMINAL_BLACK;
+        let more = f64::midpoint(black(0x1000, 0x1003), black(0x1006, 0x1007)) - NOMINAL_BLACK;
         let blacks = if self.at(0x1000) & 1 == 0 { 0 } else { self.at(0x1003) };
         let (flip_x, flip_y) = (self.at(0x0101) & 1 != 0, self.at(0x0101) & 2 != 0);
         let mut walking = 1_u8;
