@@ -2,11 +2,11 @@
 """Checks the programs of boards with an STM32H743 on modeled ones: its events and features are those of `wstac run` on the same
 frames, whatever happens to the camera.
 
-    check.py WSTAC ELF OPENMV [CONFIG MODEL OTHER]…
+    check.py WSTAC ELF OPENMV CONFIG MODEL OTHER…
 
 WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7, and each
-OTHER is the former with this configuration ("-" for the default) and this texture model compiled in. Needs the packages
-of requirements.txt (`ci/emulator`).
+OTHER is the former with this configuration ("-" for the default) and this texture model compiled in. The last OTHER
+learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -40,12 +40,24 @@ specimen = "Sin2"
 speed = 170
 direction = 180
 """
+# A press, five slides of a texture that no model knows by its name, and then one more of it and one of a specimen.
+NEW = "specimen = \"Saw3\"\nperiod = 12"
+LESSON = "kind = \"press\"", *(
+    f'kind = "slide"\n{NEW}\nspeed = {speed}\ndirection = {direction}'
+    for speed, direction in ((150, 90), (120, 200), (200, 315), (170, 20), (135, 260))
+)
+AFTERWARDS = (
+    f'kind = "slide"\n{NEW}\nspeed = 160\ndirection = 140',
+    'kind = "slide"\nspecimen = "Sin2"\nspeed = 150\ndirection = 180',
+)
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
 HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, TIME, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9, 10
+TEXTURES, LEARN, STOP_LEARNING, FORGET_TEXTURE = 11, 12, 13, 14
 # Messages from the board, by their numbers.
-EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER = 3, 13, 14, 15, 16, 17
+EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER, LEARNING, LEARNED = 3, 13, 14, 15, 16, 17, 18, 19
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
+ROWS = 8  # of a stripe
 
 
 class Host:
@@ -53,16 +65,23 @@ class Host:
 
     def __init__(self, wstac, folder):
         self.wstac, self.folder, self.notes = wstac, Path(folder), ""
-        scene, self.clip = self.folder / "scene.toml", self.folder / "clip.y4m"
-        scene.write_text(SCENE)
-        self._says("scene", "render", scene, "-o", self.clip)
-        raw = self.folder / "clip.raw"
+        self.clip, self.frames = self.rendered(SCENE, "clip")
+
+    def rendered(self, text, name):
+        """Returns the clip of a scene as a file, and its frames."""
+        scene, clip, raw = (self.folder / f"{name}.{ending}" for ending in ("toml", "y4m", "raw"))
+        scene.write_text(text)
+        self._says("scene", "render", scene, "-o", clip)
         self._says("scene", "render", scene, "-o", raw)
-        self.frames = frames_of(raw)
+        return clip, frames_of(raw)
 
     def of_clip(self, *options):
         """Returns the lines of `wstac run`."""
-        return self._says("run", self.clip, "--json", *options).splitlines()
+        return self.of_file(self.clip, *options)
+
+    def of_file(self, clip, *options):
+        """Returns the lines of `wstac run` on another clip."""
+        return self._says("run", clip, "--json", *options).splitlines()
 
     def of_line(self, data, *options):
         """Returns the lines of `wstac monitor` on bytes that a board sent. Its messages are in `notes`."""
@@ -345,7 +364,7 @@ class Check:
             from_here = len(board.line.sent)
             hello = hello or bytes(board.line.sent)
             board.line.receive(request(PICTURE))
-            board.machine.run(lambda: board.camera.frame > begun + 28)
+            board.machine.run(lambda: board.camera.frame > begun + 45)
             bytes_of.append(bytes(board.line.sent[from_here:]))
             found = pictures(bytes_of[-1])
             if len(found) != 1 or together(found[0]) != frame:
@@ -431,6 +450,79 @@ class Check:
         if in_use(board) != (compiled_in, 0):
             problems.append("settings are not forgotten")
         self.say(name, problems[:5])
+
+    def learn(self, name, elf, model):
+        """A texture is learned from five slides while a host watches. After that, and after a reset, a slide of it has
+        its name, and a slide of another texture is what the host says. A reset in the middle leaves it learned or not.
+        """
+        problems, texture = [], b"carpet"
+        scene = lambda touches, seed: f"lead_in = 30\ngap = 64\nseed = {seed}\n[sensor]\nsize = [{WIDTH}, {HEIGHT}]\n" + "".join(
+            f"[[touch]]\n{touch}\n" for touch in touches
+        )
+        named = bytes([len(texture)]) + texture
+        _, lesson = self.host.rendered(scene(LESSON, 0), "lesson")
+        clip, afterwards = self.host.rendered(scene(AFTERWARDS, 7), "afterwards")
+        dark = afterwards[:25]
+
+        def after_power(board, frames):
+            """Returns the board with its flash after it was without power."""
+            again = self.board(frames, elf=elf)
+            again.machine.uc.mem_write(BANK2, bytes(board.machine.uc.mem_read(BANK2, BANK2_SIZE)))
+            again.flash.torn = set(board.flash.torn)
+            return again
+
+        def taught(cut_after=None):
+            """Returns the board after the lesson, in which the board may be reset at a write of four bytes."""
+            board = self.board(lesson, elf=elf)
+            board.flash.cut_after = cut_after
+            board.camera.faults[5] = lambda: board.line.receive(request(LEARN, *named))
+            # A host that watches asks for the state.
+            for frame in range(100, len(lesson), 100):
+                board.camera.faults[frame] = lambda: board.line.receive(request(TEXTURES))
+            board.run()
+            return board
+
+        def events_of(board):
+            """Returns the events of the clip afterwards, and the names of the learned textures."""
+            board.camera.faults[20] = lambda: board.line.receive(request(TEXTURES))
+            sent = bytes(board.run())
+            (told,) = [content[1:] for content in contents(sent) if content[0] == LEARNED]
+            return of_kind(self.host.of_line(sent), "event"), told
+
+        board = taught()
+        told = [content[1:] for content in contents(bytes(board.line.sent)) if content[0] == LEARNING]
+        # Begun, not taken because it is no slide, four slides taken, and learned.
+        steps = [b"\0\5\0", b"\0\5\2\0", *(bytes([number, 5, 1]) for number in range(1, 5)), b"\5\5\3"]
+        if told != [named + step for step in steps]:
+            problems.append(f"the board tells {told}")
+        words = board.flash.words
+        plain = of_kind(self.host.of_file(clip, "--model", model), "event")
+        first = json.loads(plain[0])
+        first["texture"] = {
+            "specimen": None, "pattern": None, "depth_mm": None, "class": texture.decode(), "confidence": None, "known": True
+        }  # fmt: skip
+        expected = [json.dumps(first, separators=(",", ":")), plain[1]]
+        all_of = lambda *names: b"".join(b"\1" + name for name in names) + bytes(9 - len(names))
+        events, names = events_of(after_power(board, afterwards))
+        if [json.loads(event) for event in events] != [json.loads(event) for event in expected] or len(events) != 2:
+            problems.append(f"events are {events}, expected {expected}")
+        if names != all_of(named):
+            problems.append(f"the learned textures are {names}")
+        # In the middle of the writes.
+        _, names = events_of(after_power(taught(4 * words), dark))
+        if names not in (all_of(named), all_of()):
+            problems.append(f"after a reset in the middle, {names} are learned")
+        # It can be forgotten, which takes a new start.
+        forgets = after_power(board, [])
+        forgets.machine.run(lambda: forgets.camera.frame is not None)
+        forgets.line.receive(request(FORGET_TEXTURE, *named))
+        until = forgets.machine.now + 30 * FRAME
+        forgets.machine.run(lambda: forgets.machine.now > until)
+        starts = [content for content in contents(bytes(forgets.line.sent)) if content[0] == 0]
+        _, names = events_of(after_power(forgets, dark))
+        if names != all_of() or len(starts) != 2:
+            problems.append(f"after it was forgotten, {names} are learned, and {len(starts)} starts are told")
+        self.say(name, problems)
 
     def faulty(self, name, faults, missing, said):
         """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
@@ -650,7 +742,7 @@ def halt(board):
 def halt_in_stripe(board, cycles):
     """The core stops some cycles after the twelfth stripe of a frame, while the next three arrive."""
     machine, line = board.machine, board.camera.line_time
-    machine.at(machine.now + (8 + 12 * 10 - 1) * line + cycles, lambda: machine.stall(30 * line))
+    machine.at(machine.now + (8 + 12 * ROWS - 1) * line + cycles, lambda: machine.stall(3 * ROWS * line))
 
 
 def halt_at_end(board, cycles):
@@ -658,14 +750,14 @@ def halt_at_end(board, cycles):
     the interrupts at the sync run in between.
     """
     machine, line, sync = board.machine, board.camera.line_time, board.machine.now + board.camera.period
-    # 8 lines before the first row, and 240 rows; then the first 15 of the next frame.
+    # 8 lines before the first row, and 240 rows; then the first one and a half stripes of the next frame.
     machine.at(machine.now + 247 * line + cycles, lambda: machine.stall(sync - machine.now))
-    machine.at(sync + 800, lambda: machine.stall(23 * line))
+    machine.at(sync + 800, lambda: machine.stall((8 + 3 * ROWS // 2) * line))
 
 
 def main():
     """Runs all cases."""
-    if len(sys.argv) < 4 or len(sys.argv) % 3 != 1:
+    if len(sys.argv) < 7 or len(sys.argv) % 3 != 1:
         sys.exit(__doc__)
     _, wstac, elf, openmv, *other = sys.argv
     start = time.monotonic()
@@ -677,6 +769,7 @@ def main():
         for at in range(0, len(other), 3):
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
+        check.learn("learning", other_elf, model)
         check.samples()
         check.status("state of the board")
         check.clock("the board's clock")
@@ -692,7 +785,7 @@ def main():
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])
         # While the last rows are read, and after that.
-        reading, idle = (lambda board, cycles=cycles: halt_at_end(board, cycles) for cycles in (1000, 50_000))
+        reading, idle = (lambda board, cycles=cycles: halt_at_end(board, cycles) for cycles in (300, 50_000))
         check.faulty("late in a frame's last rows", {40: reading}, [40, 41], [(40, OVERRUN)])
         check.faulty("late after them", {40: idle}, [], [])
         check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])

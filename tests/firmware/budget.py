@@ -17,6 +17,7 @@ SLACK = 0.02
 ROWS = {
     "whole": "whole frame → features, instructions",
     "stripes": "frame → features in 50 stripes of 8 rows, instructions",
+    "logs": "logarithms of the ten line sums, instructions per frame (a part of the rows above)",
     "trigger": "trigger, instructions per frame",
     "speed": "speed, instructions per event",
     "direction": "direction, instructions per event",

@@ -28,7 +28,7 @@ MODELS = (
     | {name: ROOT / f"wstac-host/models/path/{name}.wsm" for name in ("path-svm", "taxel-path-svm")}
 )
 # The numbers of an image without a model.
-BASE = ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live", "flash", "ram")
+BASE = ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "motion", "live", "flash", "ram")
 # Keys of [speed].
 LAWS = ('estimator = "edges"', 'law = "published"', 'law = "physical"', 'law = "arrival"')
 FRAME = 400 * 400
@@ -75,7 +75,7 @@ def measure(wstac, folder, models):
                 if name is None:
                     print(f"{board.core}: {link.check(board, programs / 'emulated', folder, wstac, everything)}", flush=True)
                     print(f"{board.core}: {golden.check(board, programs, folder)}", flush=True)
-                    found |= {key: cost[key] for key in ("whole", "stripes", "trigger", "speed", "direction", "edges", "motion", "live") if cost[key]}
+                    found |= {key: cost[key] for key in ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "motion", "live") if cost[key]}
                     found |= {"flash": size.flash, "ram": size.ram + stack}
                 else:
                     found |= {name: cost["texture"], f"{name}, flash": size.flash - found["flash"], f"{name}, ram": size.ram + stack}

@@ -1,7 +1,8 @@
 //! Tests that new textures are learned from a few slides, with the embedding that is shipped.
 
+use wstac_core::learned::{Center, Lesson, nearest};
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
 use wstac_train::dataset::path::{PathSlide, RandomSlides};
@@ -9,16 +10,21 @@ use wstac_train::dataset::textures::NEW;
 use wstac_train::model::calibrate::{LabeledSamples, Quality};
 use wstac_train::model::learn::learn;
 
-/// Returns slides of the ten new textures on one sensor.
+/// Returns slides of the ten new textures on one sensor, as a model of ten sums takes them.
 fn slides(seed: u64, count: u32) -> LabeledSamples {
+    slides_for(Input::Path, seed, count)
+}
+
+/// Returns slides of the ten new textures on one sensor, as a model of this input takes them.
+fn slides_for(input: Input, seed: u64, count: u32) -> LabeledSamples {
     let wanted =
         RandomSlides { specimens: NEW.to_vec(), slides: count, seed, sensors: [700_000, 1], ..RandomSlides::default() };
     let mut samples =
         LabeledSamples { names: (0..10).map(|k| format!("new {k}")).collect(), ..LabeledSamples::default() };
-    for PathSlide { slide, path, .. } in wanted.all().unwrap() {
+    for PathSlide { slide, path, taxel_path, .. } in wanted.all().unwrap() {
         let is_it = |new: &Specimen| Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen;
         let label = NEW.iter().position(is_it).unwrap() as u16;
-        if let Some(path) = path {
+        if let Some(path) = if input == Input::Path { path } else { taxel_path } {
             samples.numbers.push(*path.numbers());
             samples.labels.push(label);
         }
@@ -72,6 +78,44 @@ fn ten_new_textures_are_learned_from_five_slides_of_each() {
     };
     let plain = learn(file.words(), &two, "{}").unwrap();
     assert!(!plain.is_calibrated && !Model::from_words(&plain.words).unwrap().is_calibrated());
+}
+
+/// A board learns slide after slide, and a host from all of them at once: the centers, what is known, and the names are
+/// the same, bit for bit.
+#[test]
+fn a_board_learns_what_a_host_learns() {
+    for base in ["builtin:embedding", "builtin:taxel-embedding"] {
+        let file = ModelFile::open(base.as_ref()).unwrap();
+        let base = file.model().unwrap();
+        let (few, rest) = five(&slides_for(base.input(), 45, 200));
+        let mut lessons = vec![Lesson::new(); few.names.len()];
+        let mut centers: Vec<Option<Center>> = vec![None; few.names.len()];
+        for (numbers, &label) in few.numbers.iter().zip(&few.labels) {
+            let center = lessons[usize::from(label)].push(base.place(numbers).unwrap());
+            centers[usize::from(label)] = center.or(centers[usize::from(label)]);
+        }
+        // The bound of a host is one for all textures, and it leaves out one slide of fifty.
+        let of_eight = few.labels.iter().map(|label| *label < 8);
+        let eight = LabeledSamples {
+            numbers: few.numbers.iter().zip(of_eight.clone()).filter(|(_, is_in)| *is_in).map(|(x, _)| *x).collect(),
+            labels: few.labels.iter().zip(of_eight).filter(|(_, is_in)| *is_in).map(|(label, _)| *label).collect(),
+            names: few.names[..8].to_vec(),
+        };
+        let learned = learn(file.words(), &eight, "{}").unwrap();
+        let model = Model::from_words(&learned.words).unwrap();
+        let centers: Vec<Center> = centers[..8].iter().map(|center| center.unwrap()).collect();
+        for (class, center) in centers.iter().enumerate() {
+            assert_eq!(model.mean_place(class as u8).as_ref(), Some(center.place()), "{class}");
+        }
+        let (mut known, mut unknown) = (0, 0);
+        for numbers in rest.numbers.iter().chain(&few.numbers) {
+            let host = model.classification(numbers);
+            let board = nearest(&base.place(numbers).unwrap(), None, centers.iter().enumerate());
+            assert_eq!(board, (host.known == Some(true)).then_some(usize::from(host.class)));
+            *if board.is_some() { &mut known } else { &mut unknown } += 1;
+        }
+        assert!(known > 100 && unknown > 20, "{known} {unknown}");
+    }
 }
 
 #[test]

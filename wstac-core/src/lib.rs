@@ -18,7 +18,7 @@
 //! | sums → features | [`ln`], [`features`], [`stream`] |
 //! | features → events | [`trigger`], [`baseline`], [`baseline_policy`], [`sample`] |
 //! | event → speed, direction and kind of touch | [`law`]: [`motion`], or as published [`speed`] and [`direction`] |
-//! | event → texture | [`texture`] with a [`model`] |
+//! | event → texture | [`texture`] with a [`model`], and with textures that are [`learned`] |
 //! | half an event → texture | [`early`] |
 //! | all of it | [`pipeline`] |
 //! | events → a host, with the feature `wire` | `wire` |
@@ -75,6 +75,7 @@ pub mod frame;
 pub mod green;
 pub mod law;
 pub mod layout;
+pub mod learned;
 pub mod ln;
 pub mod model;
 pub mod motion;

@@ -1,4 +1,4 @@
-//! The settings that a board uses: those that are compiled in, or those that a host has set.
+//! The settings that a board uses: those that are compiled in, or those that a host has set. And learned textures.
 
 #[cfg(feature = "settings")]
 use core::ops::Range;
@@ -15,6 +15,8 @@ use wstac_core::wire::Request;
 use wstac_core::wire::{Message, Refusal, Settings, SettingsInUse};
 
 use crate::reader::Outlet;
+#[cfg(feature = "learn")]
+use crate::settings::KeptTexture;
 use crate::setup;
 #[cfg(feature = "settings")]
 use crate::{sensor::LONGEST_EXPOSURE, settings};
@@ -32,6 +34,14 @@ pub trait Keeper {
 
     /// Returns whether others are to be used, which takes a new start.
     fn wants_restart(&self) -> bool;
+
+    /// Returns the learned texture at a place.
+    #[cfg(feature = "learn")]
+    fn texture(&mut self, place: u8) -> Option<KeptTexture>;
+
+    /// Keeps a learned texture at a place, or forgets it, which takes a new start. Returns whether that was done.
+    #[cfg(feature = "learn")]
+    fn keep_texture(&mut self, place: u8, texture: Option<&KeptTexture>) -> bool;
 }
 
 /// Settings that are compiled in.
@@ -56,6 +66,16 @@ impl Keeper for FixedSettings {
     fn answer(&mut self, _: Request, _: &mut impl Outlet) {}
 
     fn wants_restart(&self) -> bool {
+        false
+    }
+
+    #[cfg(feature = "learn")]
+    fn texture(&mut self, _: u8) -> Option<KeptTexture> {
+        None
+    }
+
+    #[cfg(feature = "learn")]
+    fn keep_texture(&mut self, _: u8, _: Option<&KeptTexture>) -> bool {
         false
     }
 }
@@ -122,5 +142,18 @@ impl<F: NorFlash> Keeper for KeptSettings<F> {
 
     fn wants_restart(&self) -> bool {
         self.wants_restart
+    }
+
+    #[cfg(feature = "learn")]
+    fn texture(&mut self, place: u8) -> Option<KeptTexture> {
+        settings::load_texture(&mut self.flash, self.range.clone(), place)
+    }
+
+    #[cfg(feature = "learn")]
+    fn keep_texture(&mut self, place: u8, texture: Option<&KeptTexture>) -> bool {
+        let is_kept = settings::keep_texture(&mut self.flash, self.range.clone(), place, texture);
+        // Events that are not acknowledged have the names, so a name goes with a new start.
+        self.wants_restart |= is_kept && texture.is_none();
+        is_kept
     }
 }

@@ -16,6 +16,8 @@ pub mod flash;
 pub mod h743;
 #[cfg(feature = "node")]
 pub mod keeper;
+#[cfg(any(feature = "learn", test))]
+pub mod learner;
 #[cfg(feature = "node")]
 pub mod link;
 #[cfg(feature = "node")]

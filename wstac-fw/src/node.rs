@@ -167,7 +167,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     } = node;
     let mut thermometer = node.thermometer;
     let size = sensors.first().map(|sensor| sensor.size);
-    let Some(reader) = size.and_then(|size| reader(&keeper, size)) else {
+    let Some(reader) = size.and_then(|size| reader(&mut keeper, size)) else {
         panic!("the configuration does not fit the camera")
     };
     if is_own_clock {
@@ -222,6 +222,10 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             }
         }
         while line.has_room() && (reader.send_held(&mut line) || is_between && reader.send_again(&mut line)) {}
+        #[cfg(feature = "learn")]
+        if is_between && line.has_room() {
+            reader.keep_textures(&mut keeper, &mut line);
+        }
         is_between = false;
         if stage != Stage::Run {
             match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
@@ -452,11 +456,19 @@ fn log(defect: Option<Defect>) {
 
 /// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
 #[inline(never)]
-fn reader(keeper: &impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
+#[cfg_attr(not(feature = "learn"), expect(clippy::needless_pass_by_ref_mut, reason = "learned textures are read"))]
+fn reader(keeper: &mut impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
     let (layout, floor, trigger) = keeper.parameters();
     match Reader::with(layout, size, RATE, LAW, floor, trigger) {
-        Ok(new) => Some(reader.insert(new)),
+        Ok(new) => {
+            let reader = reader.insert(new);
+            #[cfg(feature = "learn")]
+            if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::NO_NAMES) {
+                reader.load_textures(names, keeper);
+            }
+            Some(reader)
+        }
         Err(error) => {
             defmt::error!("configuration: {}", error);
             None
@@ -513,6 +525,8 @@ async fn find(
             said = if request == Request::Hello { Absence::None } else { said };
         }
         reader.set_time(Instant::now().as_micros());
+        #[cfg(feature = "learn")]
+        reader.keep_textures(keeper, line);
         let mut reason = Absence::Gone;
         for sensor in sensors {
             let sensor = Sensor { lines: keeper.exposure(), ..*sensor };

@@ -15,12 +15,15 @@ use wstac_core::pipeline::Update;
 use wstac_core::rate::FrameRate;
 use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::texture;
 use wstac_core::trigger::{ContactEnd, Event, TriggerConfig};
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
+#[cfg(feature = "learn")]
+use crate::keeper::Keeper;
+#[cfg(feature = "learn")]
+use crate::learner::Names;
 use crate::setup;
-use crate::textures::ModelSample;
+use crate::textures::{ModelSample, Textures};
 
 /// The number of frames from one status to the next: about one second.
 const STATUS_EVERY: u64 = 30;
@@ -53,6 +56,7 @@ pub struct Reader {
 struct Sender {
     law: setup::Law,
     motion: MotionConfig,
+    textures: Textures,
     /// The events that were sent and not acknowledged.
     outbox: Outbox<'static>,
     /// The time in milliseconds, which wraps.
@@ -113,6 +117,7 @@ impl Reader {
             sender: Sender {
                 law,
                 motion,
+                textures: Textures::default(),
                 outbox: Outbox::new(),
                 now: 0,
                 wants_features: false,
@@ -206,8 +211,29 @@ impl Reader {
             Request::Samples(wanted) => self.sender.wants_samples = wanted,
             // Without the feature `motion`, none is sent.
             Request::Motion(wanted) => self.sender.wants_motion = wanted,
+            #[cfg(feature = "learn")]
+            Request::Textures | Request::Learn(_) | Request::StopLearning | Request::ForgetTexture(_) => {
+                self.sender.textures.request(request, setup::MODEL, self.sender.now);
+            }
             // Others are about events, or from a newer host.
             request => self.sender.outbox.answer(request),
+        }
+    }
+
+    /// Takes the textures that were learned. Their names have places of their own, so that events can have them.
+    #[cfg(feature = "learn")]
+    pub fn load_textures(&mut self, names: &'static Names, keeper: &mut impl Keeper) {
+        let model = setup::MODEL.map(|model| model.checksum());
+        self.sender.textures.load(names, model, |place| keeper.texture(place));
+    }
+
+    /// Keeps a texture that was learned, forgets one that is to be forgotten, and sends what the host has to know of
+    /// that. It is to be called between frames, when there is room for a message.
+    #[cfg(feature = "learn")]
+    #[inline(never)]
+    pub fn keep_textures(&mut self, keeper: &mut impl Keeper, out: &mut impl Outlet) {
+        if let Some(message) = self.sender.textures.step(|place, texture| keeper.keep_texture(place, texture)) {
+            out.send(&message);
         }
     }
 
@@ -322,7 +348,7 @@ impl Sender {
             && let Some(model) = setup::MODEL
             && let Some(prefix) = update.prefix(model.frames())
         {
-            early_texture(&prefix, model, out);
+            early_texture(&prefix, model, &mut self.textures, out);
         }
     }
 
@@ -346,7 +372,8 @@ impl Sender {
         self.send_held_event(out);
         hold(&mut self.held, event, &self.law);
         if let Some(model) = setup::MODEL {
-            add_texture(&mut self.held, event, taxels, self.motion, model);
+            let Self { held, motion, textures, now, .. } = self;
+            add_texture(held, event, taxels, *motion, model, (textures, *now));
         }
         if !self.wants_samples {
             self.send_held_event(out);
@@ -395,10 +422,15 @@ impl Sender {
 /// Sends the answer of a model that needs no more frames, for the sample under way.
 // It is not inlined: its copy of the sample would lie on the stack all the time.
 #[inline(never)]
-fn early_texture(prefix: &SamplePrefix<'_>, model: &setup::Kind, out: &mut impl Outlet) {
+fn early_texture(
+    prefix: &SamplePrefix<'_>,
+    model: &'static setup::Kind,
+    textures: &mut Textures,
+    out: &mut impl Outlet,
+) {
     let mut numbers = [0; INPUTS];
     prefix.copy_to(&mut numbers);
-    let texture = texture::texture(&numbers, model).into();
+    let texture = textures.answer(&numbers, model);
     out.send(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
 }
 
@@ -418,13 +450,17 @@ fn add_texture(
     taxels: Option<&TaxelRing>,
     motion: MotionConfig,
     model: &'static setup::Kind,
+    (textures, now): (&mut Textures, u32),
 ) {
-    if let Some(held) = held
-        && held.answers.has_texture()
-        && let Some(texture) = <setup::ModelSample as ModelSample>::texture(event, taxels, &held.answers, motion, model)
+    let Some(held) = held else { return };
+    textures.look(&held.answers, now);
+    if held.answers.has_texture()
+        && let Some(texture) =
+            <setup::ModelSample as ModelSample>::texture(event, taxels, &held.answers, motion, model, textures)
     {
         held.answers = held.answers.with_texture(texture);
     }
+    textures.leave();
 }
 
 #[cfg(test)]

@@ -3,11 +3,41 @@
 use wstac_core::model::file::INPUTS;
 use wstac_core::motion::MotionConfig;
 use wstac_core::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
+#[cfg(not(feature = "learn"))]
 use wstac_core::texture;
 use wstac_core::trigger::Event;
 use wstac_core::wire::{Answers, TextureAnswer};
 
 use crate::setup::Kind;
+
+/// The textures that a board names.
+#[cfg(feature = "learn")]
+pub type Textures = crate::learner::Learner;
+/// The textures that a board names.
+#[cfg(not(feature = "learn"))]
+pub type Textures = TrainedTextures;
+
+/// The textures of the model alone.
+#[derive(Clone, Debug, Default)]
+#[cfg(not(feature = "learn"))]
+pub struct TrainedTextures;
+
+#[cfg(not(feature = "learn"))]
+impl TrainedTextures {
+    /// Looks at an event before its sample.
+    #[inline(always)]
+    pub fn look(&mut self, _: &Answers<'_>, _: u32) {}
+
+    /// Returns the answer about a sample.
+    #[inline(always)]
+    pub fn answer(&mut self, numbers: &[i16; INPUTS], model: &'static Kind) -> TextureAnswer<'static> {
+        texture::texture(numbers, model).into()
+    }
+
+    /// Leaves the event.
+    #[inline(always)]
+    pub fn leave(&mut self) {}
+}
 
 /// A sample that a texture model takes.
 pub trait ModelSample {
@@ -26,6 +56,7 @@ pub trait ModelSample {
         answers: &Answers<'_>,
         motion: MotionConfig,
         model: &'static Kind,
+        textures: &mut Textures,
     ) -> Option<TextureAnswer<'static>>;
 }
 
@@ -45,10 +76,11 @@ impl ModelSample for OverTime {
         _: &Answers<'_>,
         _: MotionConfig,
         model: &'static Kind,
+        textures: &mut Textures,
     ) -> Option<TextureAnswer<'static>> {
         let mut numbers = [0; INPUTS];
         event.sample.copy_to(&mut numbers);
-        Some(texture::texture(&numbers, model).into())
+        Some(textures.answer(&numbers, model))
     }
 }
 
@@ -68,10 +100,11 @@ impl ModelSample for AlongPath {
         answers: &Answers<'_>,
         motion: MotionConfig,
         model: &'static Kind,
+        textures: &mut Textures,
     ) -> Option<TextureAnswer<'static>> {
         let mut path = PathSample::DARK;
         let is_there = path.fill_from_sums(event, &answers.velocity()?, motion, model.frames());
-        (is_there && path.covers(model.frames())).then(|| texture::texture(path.numbers(), model).into())
+        (is_there && path.covers(model.frames())).then(|| textures.answer(path.numbers(), model))
     }
 }
 
@@ -91,9 +124,10 @@ impl ModelSample for AlongTaxels {
         answers: &Answers<'_>,
         motion: MotionConfig,
         model: &'static Kind,
+        textures: &mut Textures,
     ) -> Option<TextureAnswer<'static>> {
         let mut path = PathSample::DARK;
         let is_there = path.fill_from_taxels(taxels?, &answers.velocity()?, motion, model.frames());
-        (is_there && path.covers(model.frames())).then(|| texture::texture(path.numbers(), model).into())
+        (is_there && path.covers(model.frames())).then(|| textures.answer(path.numbers(), model))
     }
 }

@@ -2,6 +2,7 @@
 //! behind a serial line, TCP, a pipe or a file.
 
 pub(crate) mod board;
+mod learning;
 mod pictures;
 mod settings;
 

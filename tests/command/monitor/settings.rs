@@ -25,13 +25,13 @@ fn size() -> FrameSize {
     FrameSize::new(SIZE[0], SIZE[1]).unwrap()
 }
 
-fn compiled_in() -> Settings {
+pub(super) fn compiled_in() -> Settings {
     let trigger = TriggerConfig::default().one_event_per_touch();
     Settings::new(&Layout::paper(size()).unwrap(), Floor::new(1.0, 255).unwrap(), trigger, None)
 }
 
 /// A board behind a line: it answers in a thread of its own until it is dropped.
-struct Board {
+pub(super) struct Board {
     line: PathBuf,
     over: &'static AtomicBool,
     thread: Option<JoinHandle<()>>,
@@ -39,22 +39,27 @@ struct Board {
 
 impl Board {
     fn new() -> Self {
-        let (end, line) = pty();
-        let over: &AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
-        Self { line, over, thread: Some(spawn(|| serve(end, over))) }
+        Self::that(serve)
     }
 
-    fn run(&self, arguments: &[&str]) -> std::process::Output {
+    /// Creates a board that answers in this way.
+    pub(super) fn that(serve: impl FnOnce(File, &AtomicBool) + Send + 'static) -> Self {
+        let (end, line) = pty();
+        let over: &AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+        Self { line, over, thread: Some(spawn(move || serve(end, over))) }
+    }
+
+    pub(super) fn run(&self, arguments: &[&str]) -> std::process::Output {
         run(&[&["board", path(&self.line)], arguments].concat())
     }
 
     /// Runs the command, which must succeed, and returns its object.
-    fn json(&self, arguments: &[&str]) -> Value {
+    pub(super) fn json(&self, arguments: &[&str]) -> Value {
         serde_json::from_str(&printed(&self.run(&[arguments, &["--json"]].concat()))).unwrap()
     }
 
     /// Runs the command, which the board or the command must refuse, and returns the messages.
-    fn refused(&self, arguments: &[&str]) -> String {
+    pub(super) fn refused(&self, arguments: &[&str]) -> String {
         let done = self.run(arguments);
         assert_eq!(done.status.code(), Some(1), "{}", said(&done));
         said(&done)
@@ -96,6 +101,8 @@ fn serve(mut line: File, over: &AtomicBool) {
                 kept = None;
                 sent.push(&Message::Set(Ok(())));
             }
+            // Its firmware does not learn.
+            Request::Textures => {}
             other => panic!("{other:?}"),
         }
         line.write_all(&sent.frames[done..].concat()).unwrap();
@@ -176,6 +183,14 @@ fn what_a_board_refuses_changes_nothing() {
     let message = board.refused(&["--set", path(&law)]);
     assert!(message.contains("has another [speed] law than the board"), "{message}");
     assert_eq!(board.json(&[]), set);
+}
+
+#[test]
+fn a_board_that_does_not_learn_says_so() {
+    let board = Board::new();
+    assert_eq!(board.json(&[]).get("textures"), None);
+    let message = board.refused(&["--learn", "carpet"]);
+    assert!(message.contains("does not learn textures, expected a firmware with the feature learn"), "{message}");
 }
 
 #[test]

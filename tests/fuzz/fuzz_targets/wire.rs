@@ -3,14 +3,22 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use wstac_core::wire::{Decoder, LONGEST, Message, Request, encode};
+use wstac_core::wire::{Decoder, LONGEST, LONGEST_REQUEST, Message, Request, encode};
 
 fuzz_target!(|data: &[u8]| {
     let mut messages = Decoder::<LONGEST>::new();
-    let mut requests = Decoder::<16>::new();
+    let mut requests = Decoder::<LONGEST_REQUEST>::new();
     for &byte in data.iter().chain(&[0]) {
         let _ = messages.push::<Message>(byte);
         let _ = requests.push::<Request>(byte);
+    }
+    for &byte in &frame(&data[..data.len().min(LONGEST_REQUEST - 7)]) {
+        let Some(Ok(received)) = requests.push::<Request>(byte) else { continue };
+        let mut buffer = [0; LONGEST];
+        let again = encode(&received.message, 7, &mut buffer);
+        let mut decoder = Decoder::<LONGEST_REQUEST>::new();
+        let found = again.iter().find_map(|&byte| decoder.push::<Request>(byte));
+        assert_eq!(found.map(|second| second.map(|second| second.message)), Some(Ok(received.message)));
     }
     for &byte in &frame(&data[..data.len().min(LONGEST - 7)]) {
         let Some(Ok(received)) = messages.push::<Message>(byte) else { continue };

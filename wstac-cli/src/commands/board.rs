@@ -3,20 +3,24 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use serde::Serialize;
-use wstac_core::wire::Settings;
+use wstac_core::wire::{LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, Settings, TextureName};
 
 use super::output::{Stop, note};
+use super::signals::{Ending, code, finishing};
 use super::source_arguments::at_least;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::monitor::learning::Learned;
 use wstac_host::monitor::settings::{SettableBoard, settings_of};
+use wstac_host::visible::OneLine;
 
-/// Show and set the layout, trigger and exposure of a board
+/// Show and set the layout, trigger and exposure of a board, and teach it textures
 ///
-/// The board checks them, keeps them over resets and starts again. Everything else of a configuration is compiled into
-/// its firmware.
+/// The board checks settings, keeps them over resets and starts again. Everything else of a configuration is compiled
+/// into its firmware. A board whose firmware has the feature learn learns textures from slides.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -33,7 +37,17 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "LINES", value_parser = at_least(1_u16))]
     exposure: Option<u16>,
 
-    /// Return to the settings that are compiled in
+    /// Learn a texture from the next five slides
+    ///
+    /// A name has 1 to 23 bytes. A texture of this name that was learned before is learned anew. Ctrl-C stops.
+    #[arg(long, value_name = "NAME", value_parser = texture_name, conflicts_with_all = ["set", "exposure", "forget"])]
+    learn: Option<TextureName>,
+
+    /// Forget a texture that was learned
+    #[arg(long, value_name = "NAME", value_parser = texture_name, conflicts_with_all = ["set", "exposure", "forget", "learn"])]
+    unlearn: Option<TextureName>,
+
+    /// Return to what is compiled in; forget all textures
     #[arg(long, conflicts_with_all = ["set", "exposure"])]
     forget: bool,
 
@@ -58,7 +72,16 @@ Output:
   --json, one object: {"kind":"board","set":true,"frame":[320,240],
   "taxel":[30,30],"corners":[[49,9], … 25 in all],"window":5,
   "multiplier":1.5,"backtrack":15,"margin":0.5,"exposure":null}
-  set tells settings of a host from those compiled in.
+  set tells settings of a host from those compiled in. A board that
+  learns also has "textures":["carpet", …], the names of those that
+  it has learned so far.
+
+Learning:
+  The board must have a calibrated texture model, such as
+  builtin:taxel-embedding, and the feature learn. Slide the texture over
+  the sensor five times, at any speed and in any direction. Each touch
+  is reported, with the reason if it was not taken. Events of the
+  texture then have its name as class. The board keeps up to 8 textures.
 
 Refusals:
   The board refuses a layout for frames of another size, taxels outside
@@ -69,6 +92,7 @@ Examples:
   wstac calibrate /dev/ttyACM0 -o my.toml
   wstac board /dev/ttyACM0 --set my.toml
   wstac board /dev/ttyACM0 --exposure 240
+  wstac board /dev/ttyACM0 --learn carpet
   wstac board /dev/ttyACM0
 "#;
 
@@ -85,6 +109,14 @@ struct Record<'a> {
     backtrack: u8,
     margin: f64,
     exposure: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    textures: Option<Vec<&'a str>>,
+}
+
+/// Parses the name of a texture.
+fn texture_name(text: &str) -> Result<TextureName, String> {
+    let name = TextureName::new(text).filter(|_| !text.contains(char::is_control));
+    name.ok_or_else(|| format!("expected a name of 1 to {LONGEST_TEXTURE_NAME} bytes without control characters"))
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -92,14 +124,43 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.set.as_deref().map(Config::read).transpose()?;
     let mut board = SettableBoard::open(&arguments.port, arguments.baud)?;
     if arguments.forget {
+        for name in board.textures()?.iter().flat_map(|textures| textures.names).flatten() {
+            board.forget_texture(name)?;
+        }
         board.forget()?;
+    } else if let Some(name) = arguments.learn {
+        learn(&mut board, name)?;
+    } else if let Some(name) = arguments.unlearn {
+        board.forget_texture(name)?;
     } else if config.is_some() || arguments.exposure.is_some() {
         let settings = wanted(&mut board, config.as_ref(), arguments)?;
         board.set(&settings)?;
     }
     let in_use = board.in_use()?;
+    let textures = board.textures()?;
     note(if in_use.set { "settings that were set" } else { "settings that are compiled in" });
-    print(&in_use.settings, in_use.set, arguments.json)
+    print(&in_use.settings, in_use.set, textures.as_ref(), arguments.json)
+}
+
+/// Lets the board learn a texture, and reports each touch.
+fn learn(board: &mut SettableBoard, name: TextureName) -> Result<(), Stop> {
+    let interrupted = finishing(Ending::InTime);
+    let told = |state: &Learning| {
+        let Learning { slides, needed, .. } = state;
+        match state.step {
+            LearningStep::Begun if *slides == 0 => {
+                note(format_args!("slide {name} over the sensor {needed} times, at any speed and in any direction"));
+            }
+            LearningStep::NotTaken(reason) => note(format_args!("{slides} of {needed}; not taken: {reason}")),
+            LearningStep::Learned => note(format_args!("{needed} of {needed}; {name} is learned")),
+            LearningStep::Failed(_) => {}
+            _ => note(format_args!("{slides} of {needed}")),
+        }
+    };
+    match board.learn(name, told, || interrupted.load(Ordering::Relaxed))? {
+        Learned::Whole => Ok(()),
+        Learned::Stopped => Err(Stop::Interrupted(code())),
+    }
 }
 
 /// Returns the settings in use with those changed that the arguments name.
@@ -118,7 +179,7 @@ fn wanted(board: &mut SettableBoard, config: Option<&Config>, arguments: &Argume
     Ok(settings)
 }
 
-fn print(settings: &Settings, set: bool, json: bool) -> Result<(), Stop> {
+fn print(settings: &Settings, set: bool, textures: Option<&LearnedTextures>, json: bool) -> Result<(), Stop> {
     let mut out = super::output::stdout();
     let Settings { frame, taxel, corners, trigger, exposure, .. } = settings;
     let real = |bits: u32| f64::from(bits) / 65_536.0;
@@ -135,6 +196,7 @@ fn print(settings: &Settings, set: bool, json: bool) -> Result<(), Stop> {
             backtrack: trigger.backtrack(),
             margin,
             exposure: *exposure,
+            textures: textures.map(|textures| textures.names.iter().flatten().map(TextureName::as_str).collect()),
         };
         let line = serde_json::to_string(&record)
             .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
@@ -150,6 +212,9 @@ fn print(settings: &Settings, set: bool, json: bool) -> Result<(), Stop> {
     match exposure {
         Some(lines) => writeln!(out, "# The exposure is {lines} lines.")?,
         None => writeln!(out, "# The exposure is that of the firmware.")?,
+    }
+    for name in textures.iter().flat_map(|textures| &textures.names).flatten() {
+        writeln!(out, "# It has learned the texture {}.", OneLine(name))?;
     }
     Ok(())
 }

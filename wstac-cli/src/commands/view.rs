@@ -1,14 +1,16 @@
 //! `wstac view` shows a source on a terminal.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use super::output::{Stop, note, text_of};
-use super::source_arguments::SourceArguments;
+use super::source_arguments::{SourceArguments, at_least};
 use crate::view::{self, Recordings};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::monitor::pictures::port_of;
+use wstac_host::monitor::port::Port;
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
@@ -20,12 +22,14 @@ use wstac_linux::source::is_camera;
 
 /// Watch a source in the terminal: picture, taxels, traces, events
 ///
-/// It works over ssh, too. Of a camera, the newest frame is shown. A file or a scene is played at its own rate. The
+/// It works over ssh, too. A board is shown by its features, events and its own state, without a picture. Of a camera, the newest frame is shown. A file or a scene is played at its own rate. The
 /// first 25 frames are the baseline: nothing may touch the sensor during them, nor after the key z.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// The source, as for wstac run
+    /// The source, as for wstac run, or a board
+    ///
+    /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent.
     source: OsString,
 
     /// Read the configuration from this TOML file
@@ -45,6 +49,10 @@ pub(super) struct Arguments {
     /// Later recordings are FILE-2.mcap and so on. By default, the names are wstac-1.mcap, wstac-2.mcap and so on.
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
+
+    /// Bits per second of a board's serial device; 115200 by default
+    #[arg(long, value_name = "N", value_parser = at_least(1_u32))]
+    baud: Option<u32>,
 
     #[command(flatten)]
     options: SourceArguments,
@@ -69,6 +77,8 @@ Content of the screen:
             speed and direction of what slides;
             of a camera also the latency from the driver's timestamp to
             the reading, the frames that wait, and the frames skipped
+            of a board its uptime, frame rate, overruns, restarts, stack
+            and temperature, as far as it knows them
   traces    ten features, five rows and five columns, one dot per frame,
             on one scale of natural logarithms; the trigger fires if the
             mean of a window is above the dashes
@@ -102,6 +112,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new(ErrorKind::Unsupported, "standard output", message).into());
     }
+    if let Some(port) = port_of(&arguments.source) {
+        return watch_board(port, arguments);
+    }
+    if arguments.baud.is_some() {
+        let message = "is no board, expected no --baud";
+        return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
+    }
     // There is no --force here, because a key is easily pressed by mistake.
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
         return Err(Error::new(ErrorKind::AlreadyExists, path.display(), "exists already, expected a new file").into());
@@ -117,7 +134,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut recordings = Recordings::new(about, arguments.record.clone(), text_of);
     let ending = view::run(source.as_mut(), &info, &mut reading, &mut recordings, options);
     recordings.said().iter().for_each(note);
-    let ending = ending?;
+    ended(&ending?)
+}
+
+/// Shows a board.
+fn watch_board(port: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
+    let Arguments { source, config, models, fast, record, options, .. } = arguments;
+    options.expect_none(source)?;
+    if config.is_some() || !models.is_empty() || *fast || record.is_some() {
+        let message = "is a board, expected no --config, --model, --fast or --record: its firmware has the first two";
+        return Err(Error::new(ErrorKind::Usage, source.display(), message).into());
+    }
+    let mut port = Port::open(port, arguments.baud)?;
+    ended(&view::board::run(&mut port)?)
+}
+
+/// Reports how a view ended.
+fn ended(ending: &view::Ending) -> Result<(), Stop> {
     let (frames, events) = (counted(ending.frames, "frame"), counted(ending.events, "event"));
     note(format_args!("{frames}, {} dropped, {events}", ending.dropped));
     match ending.signal {

@@ -2,8 +2,9 @@
 //!
 //! One thread reads the source and keeps `state` up to date. Another one draws it at most 15 times per second and reads
 //! keys, so a slow terminal never delays the reading. `player` reads, `recording` records on request, `draw` draws,
-//! `screen` has the terminal, and `picture` scales frames down.
+//! `screen` has the terminal, `board` reads a board, and `picture` scales frames down.
 
+pub(crate) mod board;
 mod clock;
 mod draw;
 mod keys;
@@ -68,6 +69,20 @@ struct Shared {
 }
 
 impl Shared {
+    /// Creates the data before the first frame. Signals ask for the end from now on.
+    fn new(state: State) -> Self {
+        finishing(SignalEnding::Restored);
+        let signal = number();
+        Self { state: Mutex::new(state), quit: AtomicBool::new(false), picture: AtomicBool::new(true), signal }
+    }
+
+    /// Returns the result of the view.
+    fn ending(&self) -> Ending {
+        let state = locked(&self.state);
+        let signal = u8::try_from(self.signal.load(Ordering::Relaxed)).ok().filter(|signal| *signal != 0);
+        Ending { signal, frames: state.frame, dropped: state.dropped, events: state.events }
+    }
+
     fn is_over(&self) -> bool {
         self.quit.load(Ordering::Relaxed) || self.signal.load(Ordering::Relaxed) != 0
     }
@@ -93,12 +108,9 @@ pub(crate) fn run(
     recordings: &mut Recordings,
     options: Options,
 ) -> Result<Ending, Error> {
-    finishing(SignalEnding::Restored);
-    let signal = number();
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
     let (player, state) = Player::new(source, info, reading, recordings, options.live);
-    let shared =
-        Shared { state: Mutex::new(state), quit: AtomicBool::new(false), picture: AtomicBool::new(true), signal };
+    let shared = Shared::new(state);
     let screen = Screen::open()?;
     let (sender, keys) = channel();
     let failure = thread::scope(|scope| {
@@ -110,12 +122,7 @@ pub(crate) fn run(
         let _end = EndBoth(shared);
         read(player, shared, &keys, pace)
     });
-    let state = locked(&shared.state);
-    let signal = u8::try_from(shared.signal.load(Ordering::Relaxed)).ok().filter(|signal| *signal != 0);
-    match failure {
-        Some(error) => Err(error),
-        None => Ok(Ending { signal, frames: state.frame, dropped: state.dropped, events: state.events }),
-    }
+    failure.map_or_else(|| Ok(shared.ending()), Err)
 }
 
 /// Reads until the end is requested, and returns the error that the source ended with.

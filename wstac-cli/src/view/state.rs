@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::motion::Velocity;
 use wstac_core::params::{FEATURES, TAXELS};
+use wstac_core::wire::Telemetry;
 
 use super::picture::Picture;
 use wstac_host::json::{angle, confidence, rounded};
@@ -98,6 +99,10 @@ pub(super) struct State {
     /// Speed and direction of the frame before the next one, if something slides.
     pub(super) motion: Option<Velocity>,
     pub(super) lag: Lag,
+    /// Whether it is a board, which sends features and its own state instead of frames.
+    pub(super) is_board: bool,
+    /// The state of a board, once it has come.
+    pub(super) telemetry: Option<Telemetry>,
     pub(super) rec: Option<Rec>,
 }
 
@@ -124,6 +129,8 @@ impl State {
             events: 0,
             motion: None,
             lag: Lag::default(),
+            is_board: false,
+            telemetry: None,
             rec: None,
         }
     }

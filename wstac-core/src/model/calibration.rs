@@ -33,6 +33,7 @@
 
 use super::dot::Int16;
 use super::file::{Header, INPUTS, ModelError, half, long, part};
+use super::place::{Place, squared};
 use super::rows::{INT16, Rows, inputs_of};
 use crate::exp::{EXP_ONE, exp_of_negative};
 
@@ -43,8 +44,6 @@ pub const CONFIDENCE_ONE: u16 = 1 << 15;
 /// The halves in front of the projection, and in front of its rows.
 const START: usize = 4;
 const ROWS_START: usize = 8;
-/// The largest difference from a mean. Squares of 32 of them fit 32 bits.
-const MOST_DIFFERENCE: i64 = 8191;
 /// Fraction bits of weights. The sum of 64 of them is multiplied by a weight in 64 bits.
 const WEIGHT_BITS: u32 = 24;
 const WEIGHT_ONE: u64 = 1 << WEIGHT_BITS;
@@ -132,24 +131,56 @@ impl<'a> Calibration<'a> {
         header: &Header,
         class: u8,
     ) -> Option<bool> {
-        let dimensions = usize::from(self.dimensions());
-        if dimensions == 0 {
+        if self.dimensions() == 0 {
             return None;
         }
-        let shift = u32::from(half(self.words, START));
-        let words_of_mean = dimensions.div_ceil(2);
-        let means = self.words.len().saturating_sub(usize::from(header.classes).wrapping_mul(words_of_mean));
-        let mean = usize::from(class).wrapping_mul(words_of_mean).wrapping_add(means).wrapping_mul(2);
-        let rows = Rows::checked(self.words.get(ROWS_START / 2..).unwrap_or_default(), dimensions);
+        let mean = self.mean(header, class);
         let mut distance = 0_u32;
-        rows.each_sum_of::<Int16, FAST>(inputs_of(sample, header.inputs()), |dimension, sum| {
-            // Sums are below 2^63 by far.
-            let at = sum.wrapping_add(1_i64.wrapping_shl(shift.wrapping_sub(1))).wrapping_shr(shift);
+        self.each_number::<FAST>(sample, header, |dimension, at| {
             let mean = i64::from(half(self.words, mean.wrapping_add(dimension)) as i16);
-            let difference = at.wrapping_sub(mean).clamp(-MOST_DIFFERENCE, MOST_DIFFERENCE) as i32;
-            distance = distance.wrapping_add(difference.wrapping_mul(difference).cast_unsigned());
+            distance = distance.wrapping_add(squared(at.wrapping_sub(mean)));
         });
         Some(distance <= long(self.words, START + 2))
+    }
+
+    /// Returns the place of a sample in the projection; `None` without one.
+    #[inline(never)]
+    pub(super) fn place<const FAST: bool>(&self, sample: &[i16; INPUTS], header: &Header) -> Option<Place> {
+        let mut place = Place::origin(self.dimensions());
+        self.each_number::<FAST>(sample, header, |dimension, at| {
+            place.set(dimension, at.clamp(i16::MIN.into(), i16::MAX.into()) as i16);
+        });
+        (self.dimensions() > 0).then_some(place)
+    }
+
+    /// Returns the mean of a class's places; `None` without a projection or such a class.
+    pub(super) fn mean_place(&self, header: &Header, class: u8) -> Option<Place> {
+        let mean = self.mean(header, class);
+        let mut place = Place::origin(self.dimensions());
+        for dimension in 0..usize::from(self.dimensions()) {
+            place.set(dimension, half(self.words, mean.wrapping_add(dimension)) as i16);
+        }
+        (self.dimensions() > 0 && class < header.classes).then_some(place)
+    }
+
+    /// Returns the half at which the mean of a class starts.
+    #[inline(always)]
+    fn mean(&self, header: &Header, class: u8) -> usize {
+        let words_of_mean = usize::from(self.dimensions()).div_ceil(2);
+        let means = self.words.len().saturating_sub(usize::from(header.classes).wrapping_mul(words_of_mean));
+        usize::from(class).wrapping_mul(words_of_mean).wrapping_add(means).wrapping_mul(2)
+    }
+
+    /// Passes every number of a sample's place to `give`, with its dimension.
+    #[inline(always)]
+    fn each_number<const FAST: bool>(&self, sample: &[i16; INPUTS], header: &Header, mut give: impl FnMut(usize, i64)) {
+        let shift = u32::from(half(self.words, START));
+        let dimensions = usize::from(self.dimensions());
+        let rows = Rows::checked(self.words.get(ROWS_START / 2..).unwrap_or_default(), dimensions);
+        rows.each_sum_of::<Int16, FAST>(inputs_of(sample, header.inputs()), |dimension, sum| {
+            // Sums are below 2^63 by far.
+            give(dimension, sum.wrapping_add(1_i64.wrapping_shl(shift.wrapping_sub(1))).wrapping_shr(shift));
+        });
     }
 }
 

@@ -128,6 +128,11 @@ impl<'a> Labels<'a> {
         Self { words, start: 2 * header.labels, classes: header.classes }
     }
 
+    /// Returns the checksum of the file that they are in.
+    pub(super) const fn checksum(&self) -> u32 {
+        super::file::long(self.words, 2)
+    }
+
     /// Returns the number of classes.
     pub fn len(&self) -> usize {
         usize::from(self.classes)

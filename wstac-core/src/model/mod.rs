@@ -15,6 +15,7 @@ pub mod file;
 pub mod forest;
 pub mod labels;
 pub mod linear_svm;
+pub mod place;
 mod rows;
 pub mod trees;
 mod walk;
@@ -24,6 +25,7 @@ use self::file::{Header, INPUTS, Input, MOST_CLASSES, ModelError, Task};
 use self::forest::Forest;
 use self::labels::Labels;
 use self::linear_svm::LinearSvm;
+use self::place::Place;
 
 /// The answer of a model for a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +116,23 @@ macro_rules! common {
             /// Returns whether the model says if a sample is like those of its training.
             pub const fn tells_unknown(&self) -> bool {
                 self.calibration.dimensions() > 0
+            }
+
+            /// Returns the place of a sample in the model's projection; `None` if the model does not tell what is
+            /// unknown.
+            pub fn place(&self, sample: &[i16; INPUTS]) -> Option<Place> {
+                self.calibration.place::<true>(sample, &self.header)
+            }
+
+            /// Returns the place around which the training's samples of a class lie; `None` if the model does not tell
+            /// what is unknown, or has no such class.
+            pub fn mean_place(&self, class: u8) -> Option<Place> {
+                self.calibration.mean_place(&self.header, class)
+            }
+
+            /// Returns the checksum of the model's file, which tells one model from another.
+            pub const fn checksum(&self) -> u32 {
+                self.labels.checksum()
             }
 
             /// Returns the names of the classes.
@@ -248,6 +267,34 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.tells_unknown(),
             Self::Forest(model) => model.tells_unknown(),
             Self::Boosted(model) => model.tells_unknown(),
+        }
+    }
+
+    /// Returns the place of a sample in the model's projection; `None` if the model does not tell what is unknown.
+    pub fn place(&self, sample: &[i16; INPUTS]) -> Option<Place> {
+        match self {
+            Self::LinearSvm(model) => model.place(sample),
+            Self::Forest(model) => model.place(sample),
+            Self::Boosted(model) => model.place(sample),
+        }
+    }
+
+    /// Returns the place around which the training's samples of a class lie; `None` if the model does not tell what is
+    /// unknown, or has no such class.
+    pub fn mean_place(&self, class: u8) -> Option<Place> {
+        match self {
+            Self::LinearSvm(model) => model.mean_place(class),
+            Self::Forest(model) => model.mean_place(class),
+            Self::Boosted(model) => model.mean_place(class),
+        }
+    }
+
+    /// Returns the checksum of the model's file, which tells one model from another.
+    pub const fn checksum(&self) -> u32 {
+        match self {
+            Self::LinearSvm(model) => model.checksum(),
+            Self::Forest(model) => model.checksum(),
+            Self::Boosted(model) => model.checksum(),
         }
     }
 

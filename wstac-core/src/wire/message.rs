@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "learn")]
+use super::{LearnedTextures, Learning, TextureName};
 use super::{PictureEnd, PicturePart, Text};
 #[cfg(feature = "settings")]
 use super::{Refusal, Settings, SettingsInUse};
@@ -123,6 +125,12 @@ pub enum Message<'a> {
     /// The answer to [`Request::Set`]. If the settings are kept, the board starts again and uses them.
     #[cfg(feature = "settings")]
     Set(Result<(), Refusal>),
+    /// The state of learning a texture.
+    #[cfg(feature = "learn")]
+    Learning(Learning),
+    /// The textures that the board has learned: the answer to [`Request::Textures`] and [`Request::ForgetTexture`].
+    #[cfg(feature = "learn")]
+    Textures(LearnedTextures),
 }
 
 /// The state of a board, as far as the board knows it.
@@ -418,6 +426,20 @@ pub enum Request {
     /// Returns the board to the settings that were compiled in.
     #[cfg(feature = "settings")]
     Forget,
+    /// Asks for the textures that the board has learned. A board that does not learn does not answer.
+    #[cfg(feature = "learn")]
+    Textures,
+    /// Asks the board to learn a texture of this name from the next slides. If it learns one of this name already, it goes
+    /// on. The answer is a [`Message::Learning`]. The host asks for [`Request::Textures`] about once per second, so that
+    /// the board knows that somebody watches.
+    #[cfg(feature = "learn")]
+    Learn(TextureName),
+    /// Asks the board to stop learning. What it has learned before stays.
+    #[cfg(feature = "learn")]
+    StopLearning,
+    /// Asks the board to forget a texture that it has learned. It starts again without it.
+    #[cfg(feature = "learn")]
+    ForgetTexture(TextureName),
 }
 
 /// The number of frames of a sample in one message.

@@ -43,7 +43,7 @@
 //! A whole frame may still have numbers that nothing can have, from a board that is wrong. A receiver refuses such a
 //! message ([`DecodeError::Impossible`]): a speed that is not above 0 or not finite, an angle outside 0 ≤ degrees < 360,
 //! a standard deviation below 0, a confidence above 1, more frames than a sample has, a feature above ln 5, a speed of a
-//! touch that does not slide, and a frame number or count above 2^53.
+//! touch that does not slide, more slides than are needed, and a frame number or count above 2^53.
 //!
 //! ## Versions
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is. A receiver skips messages that it does
@@ -60,9 +60,13 @@
 //! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
 //! [`Request::Picture`] asks for a picture, [`Request::Time`] for the board's clock, `Request::Set` sets the board's settings, and the register of
 //! [`Fault::SensorRefuses`] has 16 bits.
+//!
+//! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns.
 
 mod decoder;
 mod frame;
+#[cfg(feature = "learn")]
+mod learned;
 mod message;
 mod numbers;
 mod outbox;
@@ -74,6 +78,11 @@ mod text;
 
 pub use decoder::{DecodeError, Decoder, Received};
 pub use frame::encode;
+#[cfg(feature = "learn")]
+pub use learned::{
+    LEARNING_MS, LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, MOST_TEXTURES, NotLearned, NotTaken,
+    TextureName,
+};
 pub use message::{
     Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
     sample_parts,

@@ -51,6 +51,8 @@ pub enum Quantity {
     Classes,
     /// The temperature of a chip.
     Temperature,
+    /// A number of slides from which a texture is learned.
+    Slides,
 }
 
 impl fmt::Display for Quantity {
@@ -67,6 +69,7 @@ impl fmt::Display for Quantity {
             Self::FrameRate => "frame rate",
             Self::Classes => "number of classes",
             Self::Temperature => "temperature",
+            Self::Slides => "number of slides",
         })
     }
 }
@@ -109,6 +112,10 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         // Settings check themselves as they are read.
         #[cfg(feature = "settings")]
         Message::Settings(_) | Message::Set(_) => Ok(()),
+        #[cfg(feature = "learn")]
+        Message::Learning(learning) => check_learning(learning),
+        #[cfg(feature = "learn")]
+        Message::Textures(textures) => textures.learning.as_ref().map_or(Ok(()), check_learning),
     }
 }
 
@@ -192,6 +199,11 @@ fn check_velocity(velocity: &Velocity) -> Result<(), Quantity> {
 fn check_interrupted(sample: &InterruptedSample) -> Result<(), Quantity> {
     number(sample.frame)?;
     count(sample.frames, 0..=SAMPLE_FRAMES - 1)
+}
+
+#[cfg(feature = "learn")]
+fn check_learning(learning: &super::Learning) -> Result<(), Quantity> {
+    ensure(learning.needed > 0 && learning.slides <= learning.needed, Quantity::Slides)
 }
 
 fn check_stream(stream: &StreamEnd) -> Result<(), Quantity> {

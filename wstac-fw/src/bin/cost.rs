@@ -78,7 +78,8 @@ fn run() -> Result<(), Error> {
     let motion = setup::motion(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
-    let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
+    let [mut to_edges, mut to_motion, mut to_logs] = [const { Cost { times: 0, ticks: 0 } }; 3];
+    let mut logs = FeatureStream::<_, setup::Ln>::with_floor(camera, setup::FLOOR)?;
     let mut live: [LiveMotion; LIVE] = core::array::from_fn(|_| LiveMotion::new(motion));
     let mut longest_live = 0;
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
@@ -101,6 +102,9 @@ fn run() -> Result<(), Error> {
                 to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
             }
         }
+        if let Some(sums) = pipeline.taxels() {
+            to_logs.add(clock.ticks(|| logs.push_taxels(&sums)).0);
+        }
         if let ([live, ..], Some(baseline)) = (&mut live[..], pipeline.baseline()) {
             let (next_frame, recent) = pipeline.recent();
             longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
@@ -111,10 +115,11 @@ fn run() -> Result<(), Error> {
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"live\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"logs\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"live\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
+        to_logs.mean(&clock),
         to_trigger.mean(&clock),
         to_speed.mean(&clock),
         to_direction.mean(&clock),

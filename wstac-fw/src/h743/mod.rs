@@ -46,7 +46,7 @@ static SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
 /// The size of their frames.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.
-const ROWS: u16 = 10;
+const ROWS: u16 = 8;
 
 /// The layout that is compiled in.
 const LAYOUT: Layout = match setup::layout(SIZE) {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::vec;
 use std::vec::Vec;
 
-use embedded_storage_async::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage_async::nor_flash::{NorFlashError, NorFlashErrorKind};
 use wstac_core::features::Floor;
 use wstac_core::trigger::TriggerConfig;
 
@@ -264,4 +264,87 @@ fn what_a_board_cannot_use_is_refused() {
             Err(Refusal::Exposure { found, most: 500 })
         );
     }
+}
+
+/// Returns a texture whose every part depends on a number.
+fn texture(number: u16) -> KeptTexture {
+    let numbers: Vec<i16> = (0..12).map(|d| (number * 31 + d * 7) as i16 * if d % 2 == 0 { 1 } else { -1 }).collect();
+    let name = TextureName::new(&"texture of some material"[..1 + usize::from(number) % 23]).unwrap();
+    let center = Center::new(Place::new(&numbers).unwrap(), 100_000 + u32::from(number));
+    KeptTexture { model: 0x1234_5678, name, center }
+}
+
+/// Everything that a board keeps: the settings and the first three textures.
+type All = (Option<Settings>, [Option<KeptTexture>; 3]);
+
+fn all(flash: &Flash) -> All {
+    let mut flash = flash.again();
+    (load(&mut flash, RANGE), [0, 1, 2].map(|place| load_texture(&mut flash, RANGE, place)))
+}
+
+#[test]
+fn textures_are_kept_beside_the_settings_until_they_are_forgotten() {
+    let mut flash = Flash::new();
+    assert_eq!(all(&flash), (None, [None; 3]));
+    // The longest item: all dimensions, with a long name.
+    let numbers: Vec<i16> = (0..MOST_DIMENSIONS as i16).map(|d| i16::MIN + d).collect();
+    let center = Center::new(Place::new(&numbers).unwrap(), u32::MAX);
+    let longest = KeptTexture { model: u32::MAX, name: texture(22).name, center };
+    for number in 0..100 {
+        assert!(keep_texture(&mut flash, RANGE, 0, Some(&longest)));
+        assert!(keep_texture(&mut flash, RANGE, 2, Some(&texture(number))));
+        keep(&mut flash, RANGE, Some(&settings(number))).unwrap();
+        assert_eq!(all(&flash), (Some(settings(number)), [Some(longest), None, Some(texture(number))]));
+    }
+    assert!(keep_texture(&mut flash, RANGE, 0, None));
+    keep(&mut flash, RANGE, None).unwrap();
+    assert_eq!(all(&flash), (None, [None, None, Some(texture(99))]));
+    // A flash that fails keeps nothing, and says so.
+    assert!(!keep_texture(&mut flash.until(0, Cut::Bytes), RANGE, 1, Some(&texture(1))));
+    assert_eq!(all(&flash), (None, [None, None, Some(texture(99))]));
+    // What is no map is erased, but only if nothing can be read from it.
+    flash.bytes[RANGE.start as usize..RANGE.end as usize].fill(0x5A);
+    assert!(keep_texture(&mut flash, RANGE, 1, Some(&texture(5))));
+    assert_eq!(all(&flash), (None, [None, Some(texture(5)), None]));
+}
+
+#[test]
+fn power_may_fail_at_every_byte_of_a_texture_and_of_settings_beside_it() {
+    let mut flash = Flash::new();
+    keep(&mut flash, RANGE, Some(&settings(0))).unwrap();
+    assert!(keep_texture(&mut flash, RANGE, 1, Some(&texture(7))));
+    let (mut cuts, mut erased, mut news) = (0, 0, 0);
+    for number in 1..=24_u16 {
+        // In turn, a texture is learned, another one is learned or forgotten, and settings are set.
+        let change = |flash: &mut Flash| match number % 3 {
+            0 => keep_texture(flash, RANGE, 0, Some(&texture(number))),
+            1 => keep_texture(flash, RANGE, 2, (number % 2 == 0).then_some(texture(number)).as_ref()),
+            _ => keep(flash, RANGE, Some(&settings(number))).is_ok(),
+        };
+        let mut whole = flash.again();
+        whole.left = 100_000;
+        assert!(change(&mut whole));
+        let (old, new, needed) = (all(&flash), all(&whole), 100_000 - whole.left);
+        erased += u32::from(needed > SECTOR);
+        for left in 0..needed {
+            for cut in [Cut::Bytes, Cut::Bits, Cut::Unreadable] {
+                if left % WORD == 0 && !matches!(cut, Cut::Bytes) {
+                    continue;
+                }
+                let mut failed = flash.until(left, cut);
+                change(&mut failed);
+                let found = all(&failed);
+                assert!(found == old || found == new, "{number}, {cut:?} after {left} of {needed} bytes: {found:?}");
+                cuts += 1;
+                news += u32::from(found == new && old != new);
+                if left % 11 == 0 {
+                    let mut next = failed.again();
+                    assert!(change(&mut next), "{number}, {cut:?} after {left} bytes");
+                    assert_eq!(all(&next), new, "{number}, {cut:?} after {left} bytes");
+                }
+            }
+        }
+        flash = whole.again();
+    }
+    assert!(erased >= 2 && cuts > 5000 && news > 0, "{erased} {cuts} {news}");
 }

@@ -3,6 +3,7 @@
 mod board;
 pub mod clock;
 mod delivery;
+pub mod learning;
 pub mod pictures;
 pub mod port;
 pub mod settings;

@@ -26,9 +26,9 @@ const LONGEST_WAIT: Duration = Duration::from_secs(10);
 /// A board whose settings can be set.
 #[derive(Debug)]
 pub struct SettableBoard {
-    port: Port,
+    pub(super) port: Port,
     decoder: Decoder,
-    sequence: u16,
+    pub(super) sequence: u16,
 }
 
 impl SettableBoard {
@@ -45,7 +45,7 @@ impl SettableBoard {
     /// # Errors
     /// The port cannot be read, or the board does not answer.
     pub fn in_use(&mut self) -> Result<SettingsInUse, Error> {
-        self.ask(&Request::Settings, |message| match message {
+        self.ask(&[Request::Settings], |message| match message {
             Message::Settings(settings) => Some(*settings),
             _ => None,
         })
@@ -56,7 +56,7 @@ impl SettableBoard {
     /// # Errors
     /// As those of [`SettableBoard::in_use`].
     pub fn info(&mut self) -> Result<StreamInfo, Error> {
-        self.ask(&Request::Hello, |message| match message {
+        self.ask(&[Request::Hello], |message| match message {
             Message::Hello(hello) => Some(super::pictures::info_of(hello)),
             _ => None,
         })
@@ -79,7 +79,7 @@ impl SettableBoard {
     }
 
     fn change(&mut self, request: &Request, is_done: impl Fn(&SettingsInUse) -> bool) -> Result<(), Error> {
-        let answer = self.ask(request, |message| match message {
+        let answer = self.ask(&[*request], |message| match message {
             Message::Set(answer) => Some(*answer),
             _ => None,
         })?;
@@ -97,16 +97,44 @@ impl SettableBoard {
         Ok(())
     }
 
-    /// Sends a request until `pick` takes a message.
-    fn ask<T>(&mut self, request: &Request, pick: impl Fn(&Message<'_>) -> Option<T>) -> Result<T, Error> {
+    /// Returns the name of the port.
+    pub(super) fn name(&self) -> String {
+        self.port.name().to_owned()
+    }
+
+    /// Reads a byte, if one comes in time.
+    pub(super) fn read(&mut self, byte: &mut [u8; 1]) -> Result<Got, Error> {
+        self.port.read(byte)
+    }
+
+    /// Takes a byte, and returns what `pick` takes of the message that it ends.
+    pub(super) fn push<T>(&mut self, byte: u8, pick: impl Fn(&Message<'_>) -> Option<T>) -> Result<Option<T>, Error> {
+        match self.decoder.push::<Message>(byte) {
+            Some(Ok(received)) => Ok(pick(&received.message)),
+            Some(Err(DecodeError::Version(version))) => {
+                let message = format!("speaks version {version} of the link, expected {VERSION}");
+                Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Sends requests until `pick` takes a message.
+    pub(super) fn ask<T>(
+        &mut self,
+        requests: &[Request],
+        pick: impl Fn(&Message<'_>) -> Option<T>,
+    ) -> Result<T, Error> {
         let began = Instant::now();
         let mut asked = None::<Instant>;
         let mut byte = [0];
         loop {
             if asked.is_none_or(|asked| asked.elapsed() > AGAIN) {
                 asked = Some(Instant::now());
-                self.port.send(encode(request, self.sequence, &mut [0; LONGEST]));
-                self.sequence = self.sequence.wrapping_add(1);
+                for request in requests {
+                    self.port.send(encode(request, self.sequence, &mut [0; LONGEST]));
+                    self.sequence = self.sequence.wrapping_add(1);
+                }
             }
             let got = self.port.read(&mut byte)?;
             if got == Got::Ended || began.elapsed() > LONGEST_WAIT {
@@ -114,17 +142,8 @@ impl SettableBoard {
                 return Err(Error::new(ErrorKind::Data, self.port.name(), message));
             }
             let Got::Bytes(1) = got else { continue };
-            match self.decoder.push::<Message>(byte[0]) {
-                Some(Ok(received)) => {
-                    if let Some(picked) = pick(&received.message) {
-                        return Ok(picked);
-                    }
-                }
-                Some(Err(DecodeError::Version(version))) => {
-                    let message = format!("speaks version {version} of the link, expected {VERSION}");
-                    return Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message));
-                }
-                _ => {}
+            if let Some(picked) = self.push(byte[0], &pick)? {
+                return Ok(picked);
             }
         }
     }

@@ -27,7 +27,7 @@ pub fn in_words(telemetry: &Telemetry, clock: Option<ClockMatch>) -> String {
 }
 
 /// Returns milliseconds in units that people use.
-fn duration(ms: u64) -> String {
+pub fn duration(ms: u64) -> String {
     let (seconds, minutes) = (ms / 1000, ms / 60_000);
     match (minutes / 60, minutes % 60, seconds % 60) {
         (0, 0, seconds) => format!("{seconds} s"),

@@ -3,9 +3,13 @@
 //! The projection was trained on many textures, so that a sample's place depends on its texture and on little else. The
 //! new model names the texture whose mean is nearest. The distance from a mean is linear in the sample, except for a
 //! term that all textures share, so the result is an ordinary linear model.
+//!
+//! Places, means and distances are those of [`wstac_core::learned`], with which a board learns.
 
+use wstac_core::learned::expected_far;
 use wstac_core::model::Model;
 use wstac_core::model::file::INPUTS;
+use wstac_core::model::place::{PLACE_ONE, Place};
 
 use super::calibrate::{self, LabeledSamples, Projection, Scored};
 use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task};
@@ -38,10 +42,10 @@ pub struct Learned {
 pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learned, String> {
     let projection = calibrate::projection_of(base)?;
     let base = Model::from_words(base).map_err(|error| error.to_string())?;
-    let mut names: Vec<(String, Vec<Vec<f64>>)> = slides.names.iter().map(|name| (name.clone(), Vec::new())).collect();
+    let mut names: Vec<(String, Vec<Place>)> = slides.names.iter().map(|name| (name.clone(), Vec::new())).collect();
     for (numbers, &label) in slides.numbers.iter().zip(&slides.labels) {
         if let Some((_, places)) = names.get_mut(usize::from(label)) {
-            places.push(projection.place(numbers));
+            places.extend(base.place(numbers));
         }
     }
     names.retain(|(_, places)| !places.is_empty());
@@ -51,8 +55,8 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
         return Err(format!("slides of {}{only}, expected at least 2", counted(names.len(), "texture")));
     }
     let labels: Vec<String> = names.iter().map(|(name, _)| name.clone()).collect();
-    let places: Vec<Vec<Vec<f64>>> = names.into_iter().map(|(_, places)| places).collect();
-    let means: Vec<Vec<f64>> = places.iter().map(|places| mean(places, None)).collect();
+    let places: Vec<Vec<Place>> = names.into_iter().map(|(_, places)| places).collect();
+    let means: Vec<Vec<f64>> = places.iter().map(|places| reals(&Place::mean(places, None))).collect();
     let frames = usize::from(base.frames());
     let trained = Trained {
         task: guess_task(&labels),
@@ -74,23 +78,16 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
     if fewest < FEWEST_SLIDES {
         return Ok(Learned { words: plain, slides: counts, left_out, is_calibrated: false });
     }
-    let threshold = left.far(projection.biases.len(), fewest);
-    let factor = left.scored.factor()? * unit(&plain, &projection, &means, &slides.numbers)?;
+    let threshold = f64::from(left.far(projection.biases.len(), fewest)) / f64::from(PLACE_ONE).powi(2);
+    let factor = left.scored.factor()? * unit(&plain, &base, &means, &slides.numbers)?;
     let part = calibrate::part(factor, Some((&projection, &means, threshold)));
     let words = calibrate::with_part(&plain, &part)?;
     Ok(Learned { words, slides: counts, left_out, is_calibrated: true })
 }
 
-/// Returns the mean of places, without the one of this number.
-fn mean(places: &[Vec<f64>], without: Option<usize>) -> Vec<f64> {
-    let used = || places.iter().enumerate().filter(|(number, _)| Some(*number) != without);
-    let mut mean = vec![0.0; places[0].len()];
-    used().for_each(|(_, place)| mean.iter_mut().zip(place).for_each(|(sum, x)| *sum += x));
-    let count = used().count().max(1) as f64;
-    for sum in &mut mean {
-        *sum /= count;
-    }
-    mean
+/// Returns the numbers of a place in standard deviations.
+fn reals(place: &Place) -> Vec<f64> {
+    place.numbers().iter().map(|&number| f64::from(number) / f64::from(PLACE_ONE)).collect()
 }
 
 /// Returns the score of a place for a mean: minus half the squared distance, without the term that all means share.
@@ -118,23 +115,24 @@ struct LeftOut {
     scored: Scored,
     right: usize,
     /// The squared distances from the mean of the slide's own texture.
-    distances: Vec<f64>,
+    distances: Vec<u32>,
 }
 
 impl LeftOut {
-    fn of(places: &[Vec<Vec<f64>>], means: &[Vec<f64>]) -> Self {
+    fn of(places: &[Vec<Place>], means: &[Vec<f64>]) -> Self {
         let mut all = Self { scored: Scored::default(), right: 0, distances: Vec::new() };
         for (truth, own) in places.iter().enumerate() {
             for (number, place) in own.iter().enumerate().filter(|_| own.len() > 1) {
-                let others = mean(own, Some(number));
+                let mean_of_others = Place::mean(own, Some(number));
+                all.distances.push(place.squared_distance(&mean_of_others));
+                let (place, others) = (reals(place), reals(&mean_of_others));
                 let scores: Vec<f64> = means
                     .iter()
                     .enumerate()
-                    .map(|(class, mean)| score(place, if class == truth { &others } else { mean }))
+                    .map(|(class, mean)| score(&place, if class == truth { &others } else { mean }))
                     .collect();
                 let best = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b]));
                 all.right += usize::from(best == Some(truth));
-                all.distances.push(place.iter().zip(&others).map(|(x, m)| (x - m).powi(2)).sum());
                 all.scored.scores.push(scores.iter().map(|score| (score * UNITS) as i64).collect());
                 all.scored.truth.push(truth);
             }
@@ -142,26 +140,22 @@ impl LeftOut {
         all
     }
 
-    /// Returns the largest squared distance of a known slide: that within which 49 of 50 slides are, or should be if the
-    /// covariance within a texture is the identity.
-    fn far(&self, dimensions: usize, slides: usize) -> f64 {
-        // The 98 % point of chi-squared, by Wilson and Hilferty. A mean of few slides is itself off.
-        let (d, two_percent) = (dimensions as f64, 2.054);
-        let expected = d * (1.0 - 2.0 / (9.0 * d) + two_percent * (2.0 / (9.0 * d)).sqrt()).powi(3);
-        let expected = expected * (1.0 + 1.0 / slides as f64);
+    /// Returns the largest squared distance of a known slide: that within which 49 of 50 slides are, or should be.
+    fn far(&self, dimensions: usize, slides: usize) -> u32 {
+        let expected = expected_far(dimensions, slides);
         let mut sorted = self.distances.clone();
-        sorted.sort_by(f64::total_cmp);
+        sorted.sort_unstable();
         let place = (0.98 * sorted.len() as f64).ceil() as usize;
-        sorted.get(place.saturating_sub(1)).map_or(expected, |far| far.max(expected))
+        sorted.get(place.saturating_sub(1)).map_or(expected, |&far| far.max(expected))
     }
 }
 
 /// Returns the size of a unit of the model's scores in units of those that are left out.
-fn unit(words: &[u32], projection: &Projection, means: &[Vec<f64>], samples: &[[i16; INPUTS]]) -> Result<f64, String> {
+fn unit(words: &[u32], base: &Model, means: &[Vec<f64>], samples: &[[i16; INPUTS]]) -> Result<f64, String> {
     let model = Model::from_words(words).map_err(|error| error.to_string())?;
     let (mut real, mut raw) = (0.0, 0.0);
     for numbers in samples {
-        let place = projection.place(numbers);
+        let place = base.place(numbers).map_or_else(Vec::new, |place| reals(&place));
         let mut scores = Vec::new();
         model.each_score(numbers, |_, score| scores.push(score as f64));
         for (mean, found) in means.iter().zip(&scores).skip(1) {

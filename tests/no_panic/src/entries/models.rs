@@ -3,8 +3,10 @@
 use wstac_core::model::boosted::Boosted;
 use wstac_core::model::file::{self, ModelError, Task};
 use wstac_core::model::forest::Forest;
+use wstac_core::learned::{self, Center, Lesson};
 use wstac_core::model::labels::{Label, Labels};
 use wstac_core::model::linear_svm::LinearSvm;
+use wstac_core::model::place::Place;
 use wstac_core::model::{Classification, Model};
 use wstac_core::texture;
 
@@ -30,6 +32,25 @@ entries! {
         sum
     }
     calibrated(model: &Model<'_>) -> [bool; 2] { [model.is_calibrated(), model.tells_unknown()] }
+    place(model: &Model<'_>, sample: &[i16; 700]) -> Option<Place> { model.place(sample) }
+    svm_place(model: &LinearSvm<'_>, sample: &[i16; 700]) -> Option<Place> { model.place(sample) }
+    mean_place(model: &Model<'_>, class: u8) -> Option<Place> { model.mean_place(class) }
+    checksum(model: &Model<'_>) -> u32 { model.checksum() }
+    place_of_numbers(numbers: &[i16]) -> Option<Place> { Place::new(numbers) }
+    place_numbers<'a>(place: &'a Place) -> &'a [i16] { place.numbers() }
+    place_distance(one: &Place, other: &Place) -> u32 { one.squared_distance(other) }
+    place_mean(places: &[Place], without: Option<usize>) -> Place { Place::mean(places, without) }
+    expected_far(dimensions: usize, slides: usize) -> u32 { learned::expected_far(dimensions, slides) }
+    center(places: &[Place]) -> Center { Center::of(places) }
+    center_parts(center: &Center) -> (Place, u32) {
+        let same = Center::new(*center.place(), center.far());
+        (*same.place(), same.far())
+    }
+    new_lesson() -> Lesson { Lesson::new() }
+    lesson(lesson: &mut Lesson, place: Place) -> (Option<Center>, usize) { (lesson.push(place), lesson.slides()) }
+    nearest(place: &Place, rival: Option<u32>, centers: &[Center]) -> Option<usize> {
+        learned::nearest(place, rival, centers.iter().enumerate())
+    }
     texture_of_svm(sample: &[i16; 700], model: &LinearSvm<'static>) -> u8 { texture::texture(sample, model).class }
     texture_of_forest(sample: &[i16; 700], model: &Forest<'static>) -> u8 { texture::texture(sample, model).class }
     texture_of_boosted(sample: &[i16; 700], model: &Boosted<'static>) -> u8 { texture::texture(sample, model).class }

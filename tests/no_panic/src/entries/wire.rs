@@ -11,8 +11,8 @@ use wstac_core::texture;
 use wstac_core::trigger::Event;
 use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::{
-    self, Answers, DecodeError, Decoder, Message, Outbox, PictureEnd, PicturePart, Received, Refusal, Request,
-    Settings, SettingsInUse, Text,
+    self, Answers, DecodeError, Decoder, Learning, LearningStep, Message, Outbox, PictureEnd, PicturePart, Received,
+    Refusal, Request, Settings, SettingsInUse, Text, TextureName,
 };
 
 entries! {
@@ -38,6 +38,11 @@ entries! {
     }
     settings_layout(settings: &Settings, size: FrameSize) -> Result<Layout, Refusal> { settings.layout(size) }
     settings_in_use(settings: Settings) -> SettingsInUse { SettingsInUse::new(settings, true) }
+    texture_name(text: &str) -> Option<TextureName> { TextureName::new(text) }
+    texture_name_text<'a>(name: &'a TextureName) -> &'a str { name.as_str() }
+    learning(name: TextureName, step: LearningStep) -> (Learning, bool) {
+        (Learning::new(name, 0, 5, step), step.is_end())
+    }
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }

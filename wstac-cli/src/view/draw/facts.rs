@@ -3,6 +3,8 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
+use wstac_core::wire::Telemetry;
+use wstac_host::monitor::telemetry;
 
 use super::colors::Colors;
 use crate::view::state::{Phase, State, arrow};
@@ -20,7 +22,10 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
         let angle = f64::from(motion.degrees).round() % 360.0;
         lines.push((format!("{:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees)), colors.lit()));
     }
-    if state.live {
+    if let Some(telemetry) = &state.telemetry {
+        lines.extend(of_board(telemetry, colors));
+    }
+    if state.live && !state.is_board {
         let behind = state.lag;
         let latency = behind.latency.map_or("–".to_owned(), |latency| format!("{} ms", latency.as_millis()));
         lines.push((format!("latency {latency}"), calm));
@@ -38,6 +43,21 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
             buffer.set_stringn(row.x, row.y, text, usize::from(row.width), colors.warning());
         }
     }
+}
+
+/// Returns the facts that a board reports about itself, as far as it knows them.
+fn of_board(telemetry: &Telemetry, colors: Colors) -> Vec<(String, Color)> {
+    let (calm, mut lines) = (colors.calm(), Vec::new());
+    let if_any = |count: u32| if count > 0 { colors.warning() } else { calm };
+    lines.push((format!("up for  {}", telemetry::duration(telemetry.uptime_ms)), calm));
+    lines.extend(telemetry.overruns.map(|count| (format!("overrun {count}"), if_any(count))));
+    lines.extend(telemetry.restarts.map(|count| (format!("restart {count}"), if_any(count))));
+    lines.extend(telemetry.stack.map(|bytes| (format!("stack   {bytes} bytes"), calm)));
+    lines.extend(telemetry.temperature.map(|tenths| (format!("{:.1} °C", f64::from(tenths) / 10.0), calm)));
+    if telemetry.kept > 0 {
+        lines.push((format!("{} not acknowledged", telemetry.kept), colors.warning()));
+    }
+    lines
 }
 
 /// Draws the most important facts in one line.
@@ -65,8 +85,10 @@ fn doing(state: &State, colors: Colors) -> (String, Color) {
 
 /// Returns the frames per second, as measured or as the file states.
 fn rate(state: &State) -> String {
-    match state.fps {
+    let of_board = || state.telemetry.and_then(|telemetry| Some(f64::from(telemetry.millihertz?) / 1000.0));
+    match state.fps.or_else(of_board) {
         Some(fps) => format!("{fps:.2} fps"),
+        None if state.is_board => "– fps".to_owned(),
         None => format!("{} fps, nominal", state.nominal_fps),
     }
 }

@@ -118,8 +118,11 @@ fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
 fn keys(state: &State, colors: Colors, row: Rect, buffer: &mut Buffer) {
     let pause = if state.paused { "space resume" } else { "space pause" };
     let record = if state.rec.is_some() { "r end recording" } else { "r record" };
-    let text = format!("q quit  z re-zero  {record}  {pause}  ? help");
-    let short = "q quit z zero ? help";
+    let (text, short) = if state.is_board {
+        (format!("q quit  {pause}  ? help"), "q quit ? help")
+    } else {
+        (format!("q quit  z re-zero  {record}  {pause}  ? help"), "q quit z zero ? help")
+    };
     let text = if text.len() > usize::from(row.width) { short } else { &text };
     buffer.set_stringn(row.x, row.y, text, usize::from(row.width), Style::new().fg(colors.faint()));
 }

@@ -23,7 +23,11 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
         .clamp(1, u32::from(area.height.max(1))) as u16;
     let columns = columns(state, rows).clamp(1, area.width.max(1));
     let Some(picture) = state.picture.as_ref().filter(|_| !area.is_empty()) else {
-        let text = if state.frame == 0 { "no frame yet" } else { "taxel sums only, no picture" };
+        let text = match state.frame {
+            _ if state.is_board => "a board: no picture",
+            0 => "no frame yet",
+            _ => "taxel sums only, no picture",
+        };
         buffer.set_stringn(area.x, area.y, text, usize::from(area.width), colors.calm());
         return;
     };

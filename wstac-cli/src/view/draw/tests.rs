@@ -7,11 +7,14 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::style::Color;
 
+use super::super::board::{BoardPlayer, press};
+use super::super::keys::Key;
 use super::super::player::{Player, locked};
 use super::*;
 use crate::open;
 use crate::view::recording::Recordings;
 use crate::view::state::Phase;
+use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Telemetry, encode};
 use wstac_host::config::Config;
 use wstac_host::output::OutputOptions;
 use wstac_host::record;
@@ -257,4 +260,76 @@ fn taxels_alone_are_recorded_as_sums() {
     assert!(matches!(recorded.next_event().unwrap(), SourceEvent::Taxels(_)));
     std::fs::remove_file(&file).unwrap();
     assert_eq!(locked(&state).rec, None);
+}
+
+/// Returns the state after these messages of a board.
+fn after_messages(messages: &[Message<'_>]) -> (BoardPlayer, Mutex<State>) {
+    let (mut player, state) = (BoardPlayer::new(), Mutex::new(BoardPlayer::state("/dev/ttyACM0").unwrap()));
+    for (sequence, message) in (0..).zip(messages) {
+        let bytes = encode(message, sequence, &mut [0; LONGEST]).to_vec();
+        assert!(player.take(&bytes, &state).unwrap().0);
+    }
+    (player, state)
+}
+
+#[test]
+fn a_board_is_shown_with_its_features_and_its_own_state() {
+    let mut telemetry = Telemetry::default();
+    (telemetry.uptime_ms, telemetry.millihertz) = (127_000, Some(29_970));
+    (telemetry.overruns, telemetry.restarts, telemetry.stack) = (Some(2), Some(0), Some(5828));
+    let features = |frame| Message::Features { frame, features: [1000; 10] };
+    let (_, state) =
+        after_messages(&[features(30), features(33), Message::Fault(Fault::Overrun), Message::Telemetry(telemetry)]);
+    let state = state.into_inner().unwrap();
+    // Two frames had no features.
+    assert_eq!(state.traces.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, false, true]);
+    let (lines, _) = screen(&state, Colors::True, false, [80, 24]);
+    let all = lines.join("\n");
+    assert!(lines[0].starts_with("wstac view  board at /dev/ttyACM0"), "{all}");
+    for text in [
+        "a board: no picture",
+        "29.97 fps",
+        "frame   34",
+        "up for  2 min 7 s",
+        "overrun 2",
+        "restart 0",
+        "stack   5828 bytes",
+        "pixels came faster than they were taken",
+        "q quit  space pause  ? help",
+    ] {
+        assert_eq!(count(&lines, text), 1, "{text}\n{all}");
+    }
+    // What belongs to a camera or a source with frames is not there.
+    for text in ["latency", "behind", "re-zero", "record"] {
+        assert_eq!(count(&lines, text), 0, "{text}\n{all}");
+    }
+}
+
+#[test]
+fn a_board_is_asked_for_features_and_its_keys_say_what_they_cannot_do() {
+    let (mut player, state) = after_messages(&[]);
+    let asked: Vec<Request> = player
+        .requests()
+        .iter()
+        .flat_map(|frame| {
+            let mut decoder = Decoder::<LONGEST>::new();
+            frame
+                .iter()
+                .filter_map(move |&byte| decoder.push::<Request>(byte)?.ok())
+                .map(|got| got.message)
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let wanted = [Request::Hello, Request::Features(true), Request::Samples(false), Request::Motion(true)];
+    assert_eq!(asked[..4], wanted);
+    for (key, said) in [(Key::Rezero, "gathers its baseline when it starts"), (Key::Record, "sends no frames")] {
+        press(&key, &state);
+        assert!(locked(&state).entries[0].text.contains(said));
+    }
+    press(&Key::Pause, &state);
+    // A board goes on, and the screen does not.
+    let bytes = encode(&Message::Features { frame: 5, features: [0; 10] }, 0, &mut [0; LONGEST]).to_vec();
+    player.take(&bytes, &state).unwrap();
+    let state = state.into_inner().unwrap();
+    assert!(state.frozen() && state.traces.is_empty() && state.frame == 6);
 }

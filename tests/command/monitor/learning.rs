@@ -1,0 +1,142 @@
+//! Tests `wstac board --learn`: a board learns a texture from slides, and tells what it makes of each touch.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde_json::json;
+use wstac_core::wire::{
+    Decoder, LONGEST_REQUEST, LearnedTextures, Learning, LearningStep, Message, NotLearned, NotTaken, Request,
+    SettingsInUse, TextureName,
+};
+use wstac_tests::command::{printed, said};
+
+use super::board::Sent;
+use super::settings::{Board, compiled_in};
+
+/// What the line does to the messages about learning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Line {
+    /// All arrive.
+    Whole,
+    /// The one about this number of slides is lost.
+    Loses(u8),
+    /// The board starts again after this number of slides.
+    Restarts(u8),
+}
+
+/// Answers as a firmware that learns does. A touch comes with every request for the state: first a press, then slides.
+fn learns(line: Line) -> impl FnOnce(File, &AtomicBool) + Send + 'static {
+    move |mut end, over| {
+        let (mut decoder, mut sent, mut done) = (Decoder::<LONGEST_REQUEST>::new(), Sent { frames: Vec::new() }, 0);
+        let mut all = LearnedTextures::default();
+        while !over.load(Ordering::Relaxed) {
+            let mut byte = [0];
+            let Ok(1) = end.read(&mut byte) else {
+                std::thread::yield_now();
+                continue;
+            };
+            let Some(Ok(received)) = decoder.push::<Request>(byte[0]) else { continue };
+            match received.message {
+                Request::Settings => sent.push(&Message::Settings(SettingsInUse::new(compiled_in(), false))),
+                Request::Textures => {
+                    touch(&mut all, line, &mut sent);
+                    sent.push(&Message::Textures(all));
+                }
+                Request::Learn(name) => {
+                    let step = if all.names.contains(&None) {
+                        LearningStep::Begun
+                    } else {
+                        LearningStep::Failed(NotLearned::Full)
+                    };
+                    let state = Learning::new(name, 0, 5, step);
+                    all.learning = Some(state).filter(|_| step == LearningStep::Begun);
+                    sent.push(&Message::Learning(state));
+                }
+                Request::ForgetTexture(name) => {
+                    all.names.iter_mut().for_each(|place| *place = place.filter(|other| *other != name));
+                    sent.push(&Message::Textures(all));
+                }
+                Request::Forget => sent.push(&Message::Set(Ok(()))),
+                other => panic!("{other:?}"),
+            }
+            end.write_all(&sent.frames[done..].concat()).unwrap();
+            done = sent.frames.len();
+        }
+    }
+}
+
+/// Takes the next touch if a texture is learned.
+fn touch(all: &mut LearnedTextures, line: Line, sent: &mut Sent) {
+    let Some(mut state) = all.learning else { return };
+    if state.step == LearningStep::Begun {
+        state.step = LearningStep::NotTaken(NotTaken::NoSlide);
+    } else {
+        (state.slides, state.step) = (state.slides + 1, LearningStep::Taken);
+    }
+    all.learning = Some(state);
+    if state.slides == 5 {
+        state.step = LearningStep::Learned;
+        all.learning = None;
+        *all.names.iter_mut().find(|place| place.is_none_or(|other| other == state.name)).unwrap() = Some(state.name);
+    }
+    match line {
+        Line::Loses(slides) if slides == state.slides => {}
+        Line::Restarts(slides) if slides == state.slides => all.learning = None,
+        _ => sent.push(&Message::Learning(state)),
+    }
+}
+
+#[test]
+fn a_texture_is_learned_shown_and_forgotten() {
+    let board = Board::that(learns(Line::Whole));
+    assert_eq!(board.json(&[])["textures"], json!([]));
+    let done = board.run(&["--learn", "carpet"]);
+    let told = "wstac: slide carpet over the sensor 5 times, at any speed and in any direction\n\
+                wstac: 0 of 5; not taken: the touch is no slide\n\
+                wstac: 1 of 5\nwstac: 2 of 5\nwstac: 3 of 5\nwstac: 4 of 5\nwstac: 5 of 5; carpet is learned\n\
+                wstac: settings that are compiled in\n";
+    assert_eq!(said(&done), told);
+    assert!(printed(&done).ends_with("# It has learned the texture carpet.\n"), "{}", printed(&done));
+    assert_eq!(board.json(&[])["textures"], json!(["carpet"]));
+    let message = board.refused(&["--unlearn", "wood"]);
+    assert!(message.contains("has learned no texture wood"), "{message}");
+    assert_eq!(board.json(&["--unlearn", "carpet"])["textures"], json!([]));
+    // With the settings, all textures are forgotten.
+    printed(&board.run(&["--learn", "wood"]));
+    assert_eq!(board.json(&["--forget"])["textures"], json!([]));
+}
+
+#[test]
+fn a_message_that_is_lost_does_not_matter() {
+    for lost in [3, 5] {
+        let board = Board::that(learns(Line::Loses(lost)));
+        let done = board.run(&["--learn", "carpet"]);
+        assert!(
+            said(&done).contains("3 of 5\n") && said(&done).contains("5 of 5; carpet is learned"),
+            "{}",
+            said(&done)
+        );
+        assert!(printed(&done).contains("carpet"), "{lost}");
+    }
+}
+
+#[test]
+fn what_cannot_be_learned_is_refused_with_the_reason() {
+    let board = Board::that(learns(Line::Restarts(2)));
+    let message = board.refused(&["--learn", "carpet"]);
+    assert!(message.contains("has stopped learning: it has started again"), "{message}");
+    let full = Board::that(learns(Line::Whole));
+    for name in ["a", "b", "c", "d", "e", "f", "g", "h"] {
+        printed(&full.run(&["--learn", name]));
+    }
+    let message = full.refused(&["--learn", "i"]);
+    assert!(message.contains("does not learn the texture: it has 8 learned textures, expected fewer"), "{message}");
+    let long = "x".repeat(24);
+    for bad in ["", long.as_str(), "a\u{7}"] {
+        let done = full.run(&["--learn", bad]);
+        assert_eq!(done.status.code(), Some(2), "{}", said(&done));
+        assert!(said(&done).contains("expected a name of 1 to 23 bytes"), "{}", said(&done));
+    }
+    assert_eq!(TextureName::new(&long), None);
+}

@@ -1,0 +1,157 @@
+//! Textures that a board learns while the host watches.
+
+use std::time::{Duration, Instant};
+
+use wstac_core::wire::{LONGEST, LearnedTextures, Learning, LearningStep, Message, Request, TextureName, encode};
+
+use super::port::Got;
+use super::settings::SettableBoard;
+use crate::error::{Error, ErrorKind};
+
+/// The time between two requests for the state of learning.
+const POLL: Duration = Duration::from_secs(1);
+/// The longest time without any message of a board that learns. It sends its state about once per second.
+const SILENT: Duration = Duration::from_secs(10);
+
+/// The result of [`SettableBoard::learn`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Learned {
+    /// The board has learned the texture, and keeps it.
+    Whole,
+    /// The host has asked the board to stop.
+    Stopped,
+}
+
+/// What a host hears while a board learns.
+enum Heard {
+    State(Learning),
+    All(LearnedTextures),
+}
+
+impl SettableBoard {
+    /// Returns the textures that the board has learned; `None` if its firmware does not learn.
+    ///
+    /// # Errors
+    /// The port cannot be read, or the board does not answer.
+    pub fn textures(&mut self) -> Result<Option<LearnedTextures>, Error> {
+        // A firmware that does not learn answers the second request only. The first one may also be lost.
+        for _ in 0..3 {
+            let found = self.ask(&[Request::Textures, Request::Settings], |message| match message {
+                Message::Textures(textures) => Some(Some(*textures)),
+                Message::Settings(_) => Some(None),
+                _ => None,
+            })?;
+            if found.is_some() {
+                return Ok(found);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Lets the board learn a texture from the next slides, until it has learned it or `is_over` returns true. Each new
+    /// state is passed to `told`.
+    ///
+    /// # Errors
+    /// The board cannot learn, does not answer any more, or has started again. The port cannot be read.
+    pub fn learn(
+        &mut self,
+        name: TextureName,
+        mut told: impl FnMut(&Learning),
+        is_over: impl Fn() -> bool,
+    ) -> Result<Learned, Error> {
+        if self.textures()?.is_none() {
+            let message = "does not learn textures, expected a firmware with the feature learn";
+            return Err(Error::new(ErrorKind::Unsupported, self.name(), message));
+        }
+        let mut last = self.ask(&[Request::Learn(name)], |message| match message {
+            Message::Learning(state) if state.name == name => Some(*state),
+            _ => None,
+        })?;
+        loop {
+            told(&last);
+            match last.step {
+                LearningStep::Learned => return Ok(Learned::Whole),
+                LearningStep::Failed(reason) => {
+                    let message = format_args!("does not learn the texture: {reason}");
+                    return Err(Error::new(ErrorKind::Data, self.name(), message));
+                }
+                _ => {}
+            }
+            match self.next_state(&last, &is_over)? {
+                Some(state) => last = state,
+                None => return Ok(Learned::Stopped),
+            }
+        }
+    }
+
+    /// Waits for a state after this one; `None` if learning was to be stopped.
+    fn next_state(&mut self, last: &Learning, is_over: &impl Fn() -> bool) -> Result<Option<Learning>, Error> {
+        let (mut asked, mut heard) = (Instant::now(), Instant::now());
+        let mut byte = [0];
+        loop {
+            if is_over() {
+                self.send(&Request::StopLearning);
+                return Ok(None);
+            }
+            if asked.elapsed() > POLL {
+                asked = Instant::now();
+                self.send(&Request::Textures);
+            }
+            let got = self.read(&mut byte)?;
+            if got == Got::Ended || heard.elapsed() > SILENT {
+                return Err(Error::new(ErrorKind::Data, self.name(), "does not answer any more"));
+            }
+            let Got::Bytes(1) = got else { continue };
+            let found = self.push(byte[0], |message| match message {
+                Message::Learning(state) => Some(Heard::State(*state)),
+                Message::Textures(textures) => Some(Heard::All(*textures)),
+                _ => None,
+            })?;
+            match found {
+                Some(Heard::State(state)) if state.name == last.name => return Ok(Some(state)),
+                Some(Heard::All(LearnedTextures { learning: Some(state), .. })) if state.name == last.name => {
+                    heard = Instant::now();
+                    // A message about this slide was lost.
+                    if state.slides > last.slides {
+                        return Ok(Some(state));
+                    }
+                }
+                Some(Heard::All(textures)) => {
+                    // The last message was lost, or a reset has ended learning.
+                    if last.slides + 1 >= last.needed && textures.names.contains(&Some(last.name)) {
+                        let state = Learning::new(last.name, last.needed, last.needed, LearningStep::Learned);
+                        return Ok(Some(state));
+                    }
+                    let message = "has stopped learning: it has started again, or learns another texture";
+                    return Err(Error::new(ErrorKind::Data, self.name(), message));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Lets the board forget a texture that it has learned, and waits until it has.
+    ///
+    /// # Errors
+    /// The board has no such texture, or does not forget it. The port cannot be read.
+    pub fn forget_texture(&mut self, name: TextureName) -> Result<(), Error> {
+        let has = |textures: &LearnedTextures| textures.names.contains(&Some(name));
+        if !self.textures()?.is_some_and(|textures| has(&textures)) {
+            let message = format_args!("has learned no texture {name}");
+            return Err(Error::new(ErrorKind::Usage, self.name(), message));
+        }
+        let left = self.ask(&[Request::ForgetTexture(name)], |message| match message {
+            Message::Textures(textures) => Some(has(textures)),
+            _ => None,
+        })?;
+        if left {
+            return Err(Error::new(ErrorKind::Data, self.name(), "does not forget the texture: its memory failed"));
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, request: &Request) {
+        self.port.send(encode(request, self.sequence, &mut [0; LONGEST]));
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+}
