@@ -3,11 +3,12 @@
 //
 //     node check.mjs WSTAC ONE FOUR EIGHT
 //
-// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. `ci/pico` installs what
-// it needs and builds the programs.
+// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. `ci/pico` installs
+// what it needs and builds the programs.
 
 import { Board } from './machine.mjs';
-import { BACK, FEATURES, FORGETS, GONE, HELLO, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, request, same } from './host.mjs';
+import { BACK, FEATURES, FORGETS, GONE, HELLO, LOST_SYNC, OVERRUN, SILENT } from './host.mjs';
+import { Host, ofKind, range, request, same } from './host.mjs';
 
 const [, , wstac, one, four, eight, ...more] = process.argv;
 if (!eight || more.length > 0) {
@@ -68,7 +69,8 @@ function never(name, program, prepare, reason) {
   board.requests.push(request(HELLO));
   until(50);
   ofLine(Buffer.from(board.sent));
-  const problems = same(told(), [reason, reason]) ? [] : [`the host is told ${JSON.stringify(told())}, expected ${reason} twice`];
+  const isTold = same(told(), [reason, reason]);
+  const problems = isTold ? [] : [`the host is told ${JSON.stringify(told())}, expected ${reason} twice`];
   if (board.began !== null) problems.push('frames are used');
   say(name, problems);
 }
@@ -174,27 +176,68 @@ faulty('late DMA', eight, 16, { 8: 'late DMA' }, [8], [OVERRUN]);
 faulty('silent for two frames', eight, 36, { 8: 'silent', 9: 'silent' }, range(8, 32), [SILENT, BACK]);
 faulty('unplugged', eight, 52, { 8: unplug, 18: plugIn }, range(8, 47), [SILENT, GONE, BACK]);
 faulty('brown-out', eight, 36, { 8: (board) => board.sensor.powerOn() }, range(8, 32), [SILENT, BACK]);
-faulty('automatic exposure switches itself on', eight, 36, { 8: (board) => board.sensor.set(0x2100, 1) }, range(8, 31), [FORGETS('0x2100'), BACK]);
+faulty(
+  'automatic exposure switches itself on',
+  eight,
+  36,
+  { 8: (board) => board.sensor.set(0x2100, 1) },
+  range(8, 31),
+  [FORGETS('0x2100'), BACK],
+);
 faulty('data line held low for a while', eight, 16, { 8: (board) => (board.sensor.holds = 4) }, [], []);
 const deafen = (board) => (board.sensor.deaf = true), cure = (board) => (board.sensor.deaf = false);
-faulty('frames without an answer', eight, 86, { 8: deafen, 60: (board) => void cure(board) }, range(37, 83), [GONE, BACK]);
+faulty(
+  'frames without an answer',
+  eight,
+  86,
+  { 8: deafen, 60: (board) => void cure(board) },
+  range(37, 83),
+  [GONE, BACK],
+);
 start('data line held low', eight, (board) => (board.sensor.holds = 5), [], 1);
 // In the identity, at the reset, and in the settings.
-for (const at of [0, 1, 3, 5, 8, 40]) start(`no acknowledge at step ${at}`, eight, (board) => (board.sensor.nackAfter = at), [GONE]);
+for (const at of [0, 1, 3, 5, 8, 40]) {
+  start(`no acknowledge at step ${at}`, eight, (board) => (board.sensor.nackAfter = at), [GONE]);
+}
 never('no sensor', eight, (board) => (board.sensor.present = false), GONE);
-never('another sensor', eight, (board) => (board.sensor.registers[0x0001] = 0x60), 'the camera says it is 0x0160, which the firmware does not know');
+never(
+  'another sensor',
+  eight,
+  (board) => (board.sensor.registers[0x0001] = 0x60),
+  'the camera says it is 0x0160, which the firmware does not know',
+);
 never('a setting that is not taken', eight, (board) => (board.sensor.stuck = 0x3055), FORGETS('0x3055'));
 never('60 frames per second', eight, (board) => (board.sensor.slips = { 0x3060: 0x29 }), FORGETS('0x3060'));
 never('half of the columns', eight, (board) => (board.sensor.slips = { 0x0383: 0x03 }), FORGETS('0x3010'));
 never('324 rows', eight, (board) => (board.sensor.slips = { 0x3010: 0x00 }), FORGETS('0x3010'));
-never('a sensor with another number of wires', eight, (board) => (board.sensor.slips = { 0x3059: 0x42 }), FORGETS('0x3010'));
+never(
+  'a sensor with another number of wires',
+  eight,
+  (board) => (board.sensor.slips = { 0x3059: 0x42 }),
+  FORGETS('0x3010'),
+);
 // What only the test pattern shows.
 for (const [name, program, wire] of [['1 of 8', eight, 0x20], ['1 of 4', four, 0x04], ['the only one', one, 0x01]]) {
   never(`a data wire is off: ${name}`, program, (board) => (board.sensor.dead = wire), FORGETS('0x3059'));
 }
-never('the high bits come first, 4 data wires', four, (board) => (board.sensor.slips = { 0x3060: 0x38 }), FORGETS('0x3059'));
-never('the high bits come first, 1 data wire', one, (board) => (board.sensor.slips = { 0x3060: 0x38 }), FORGETS('0x3059'));
-never('data changes at the edge at which it is taken', eight, (board) => (board.sensor.slips = { 0x3068: 0x21 }), FORGETS('0x3059'));
+never(
+  'the high bits come first, 4 data wires',
+  four,
+  (board) => (board.sensor.slips = { 0x3060: 0x38 }),
+  FORGETS('0x3059'),
+);
+never(
+  'the high bits come first, 1 data wire',
+  one,
+  (board) => (board.sensor.slips = { 0x3060: 0x38 }),
+  FORGETS('0x3059'),
+);
+never(
+  'data changes at the edge at which it is taken',
+  eight,
+  (board) => (board.sensor.slips = { 0x3068: 0x21 }),
+  FORGETS('0x3059'),
+);
 never('pixels of 6 bits', eight, (board) => (board.sensor.slips = { 0x3011: 0x71 }), FORGETS('0x3059'));
 drift('the rate changes by 4 %', eight);
 const hard = 'hard fault at 0x20000100, called from 0x[0-9A-F]+';
@@ -203,7 +246,13 @@ crash('hard fault, and a reset before it is reported', eight, (board) => board.c
 crash('panic', eight, (board) => board.panic(), 'panic at \\S*/src/lib\\.rs:\\d+: explicit panic');
 crash('interrupt without a handler', eight, (board) => board.interrupt(30), 'an interrupt without a handler: 30');
 early('hard fault before the watchdog is set', eight);
-crash('the program hangs', eight, (board) => board.stall(5e9), 'the program hung, and the watchdog ended it', { count: 180 });
+crash(
+  'the program hangs',
+  eight,
+  (board) => board.stall(5e9),
+  'the program hung, and the watchdog ended it',
+  { count: 180 },
+);
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);
 console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);

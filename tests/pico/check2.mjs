@@ -1,10 +1,10 @@
-// Checks the program of the Raspberry Pi Pico 2 in rp2350-emu (tests/pico2): its events and features are those of `wstac
-// run` on the same frames.
+// Checks the program of the Raspberry Pi Pico 2 in rp2350-emu (tests/pico2): its events and features are those of
+// `wstac run` on the same frames.
 //
 //     node check2.mjs WSTAC PLAYER ONE FOUR EIGHT
 //
-// WSTAC is the command on the host, and PLAYER runs a program on a clip. The others are the program, built for 1, 4 and 8
-// data wires. `ci/pico` builds all of them.
+// WSTAC is the command on the host, and PLAYER runs a program on a clip. The others are the program, built for 1, 4 and
+// 8 data wires. `ci/pico` builds all of them.
 
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
@@ -70,7 +70,23 @@ faulty('unplugged', eight, 60, { 8: 'unplug', 18: 'plug in' }, range(8, 47), [SI
 faulty('data line held low for a while', eight, 14, { 8: 'hold data line' }, [], []);
 // After a restart, features are asked for again, which this host does not do.
 const again = (why) => `it started again because of: ${why}; restart 1`;
-faulty('hard fault', eight, 60, { 8: 'crash' }, range(8, 60), [again('hard fault at 0x20081F00, called from 0x[0-9A-F]+')], 1);
-faulty('the program hangs', eight, 180, { 8: 'hang' }, range(8, 180), [again('the program hung, and the watchdog ended it')], 1);
+faulty(
+  'hard fault',
+  eight,
+  60,
+  { 8: 'crash' },
+  range(8, 60),
+  [again('hard fault at 0x20081F00, called from 0x[0-9A-F]+')],
+  1,
+);
+faulty(
+  'the program hangs',
+  eight,
+  180,
+  { 8: 'hang' },
+  range(8, 180),
+  [again('the program hung, and the watchdog ended it')],
+  1,
+);
 console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 process.exit(host.failures ? 1 : 0);

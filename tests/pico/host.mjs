@@ -1,5 +1,5 @@
-// The host's side of the checks of the Pico and the Pico 2: what `wstac run` makes of a rendered scene, what `wstac monitor`
-// makes of the bytes that a board sent, and the budgets of the boards' programs.
+// The host's side of the checks of the Pico and the Pico 2: what `wstac run` makes of a rendered scene, what `wstac
+// monitor` makes of the bytes that a board sent, and the budgets of the boards' programs.
 
 import { execFileSync, spawnSync } from 'node:child_process';
 import fs from 'node:fs';
@@ -28,7 +28,8 @@ export const HELLO = 0, FEATURES = 1;
 const VERSION = 4;
 // What the host says.
 export const OVERRUN = 'pixels came faster than they were taken';
-export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer', BACK = 'the camera sends frames again';
+export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer';
+export const BACK = 'the camera sends frames again';
 export const FORGETS = (register) => `the camera does not keep what register ${register} is set to`;
 export const LOST_SYNC = 'a frame did not begin or end when it should have';
 
@@ -85,8 +86,8 @@ export class Host {
 
   /** Returns what the board told the host of, in order. */
   told() {
-    const lines = this.notes.split('\n').filter((line) => line.includes('the board: ') && !line.includes('the board: up for'));
-    return lines.map((line) => line.split('the board: ')[1]);
+    const lines = this.notes.split('\n').filter((line) => line.includes('the board: '));
+    return lines.map((line) => line.split('the board: ')[1]).filter((line) => !line.startsWith('up for'));
   }
 
   /** Prints one line per case. */
@@ -113,11 +114,14 @@ export class Host {
     const stack = Number([...this.notes.matchAll(/(\d+) bytes of stack used/g)].at(-1)?.[1]);
     const found = { ...sizes(program), stack, instructions: Math.round(instructions) };
     const row = new RegExp(`^${board} = \\{(.*)\\}$`, 'm').exec(fs.readFileSync(BUDGETS, 'utf8'))[1];
-    const limits = Object.fromEntries(row.split(',').map((limit) => limit.split('=').map((part) => part.trim().replaceAll('_', ''))));
+    const parts = row.split(',').map((limit) => limit.split('=').map((part) => part.trim().replaceAll('_', '')));
+    const limits = Object.fromEntries(parts);
     const problems = Object.entries(found).filter(([key, value]) => !(value > 0 && value <= Number(limits[key])));
-    this.say(`budgets of ${board}`, problems.map(([key, value]) => `${key}: ${value}, expected at most ${limits[key]}`));
+    const named = problems.map(([key, value]) => `${key}: ${value}, expected at most ${limits[key]}`);
+    this.say(`budgets of ${board}`, named);
     const [flash, ram, deepest, count] = Object.values(found).map((value) => value.toLocaleString('en'));
-    console.log(`${board}: ${flash} bytes of flash, ${ram} of RAM, ${deepest} of stack, ${count} instructions per frame`);
+    const bytes = `${flash} bytes of flash, ${ram} of RAM, ${deepest} of stack`;
+    console.log(`${board}: ${bytes}, ${count} instructions per frame`);
   }
 }
 

@@ -2,13 +2,13 @@
 //
 //     node mutate.mjs PROGRAM…
 //
-// A changed setting acts in the modeled sensor, while the firmware reads back what it wrote. So it acts like a table with
-// that value in it, or like a sensor that takes a setting in another way than its table says. What a bit changes is
-// computed from the model. One of the bits of a register that change the same things runs in the emulator.
+// A changed setting acts in the modeled sensor, while the firmware reads back what it wrote. So it acts like a table
+// with that value in it, or like a sensor that takes a setting in another way than its table says. What a bit changes
+// is computed from the model. One of the bits of a register that change the same things runs in the emulator.
 //
 // Whatever changes the pins, the size, the format or the rate of frames, or switches an automatic control on, must be
-// noticed before frames are used or within a second. The firmware cannot know the right light, the right view or the right
-// picture: a constant change of these is named, and only a calibration sees it.
+// noticed before frames are used or within a second. The firmware cannot know the right light, the right view or the
+// right picture: a constant change of these is named, and only a calibration sees it.
 //
 // The first program runs all bits. Others run only those of the registers of the data bus, which depend on its wires.
 
@@ -47,8 +47,8 @@ function notices(program, slips) {
 /** Returns the parts that differ. A rate may differ by 2 %. */
 function changes(before, after) {
   if (after.pins === 'silent') return ['pins'];
-  const differs = (part) => (part === 'rate' ? Math.abs(after.rate / before.rate - 1) >= 0.02 : before[part] !== after[part]);
-  return Object.keys(before).filter(differs);
+  const isRight = (part) => (part === 'rate' ? Math.abs(after.rate / before.rate - 1) < 0.02 : before[part] === after[part]);
+  return Object.keys(before).filter((part) => !isRight(part));
 }
 
 const hex = (value, digits) => `0x${value.toString(16).toUpperCase().padStart(digits, '0')}`;

@@ -1,23 +1,26 @@
 // An HM01B0: what its registers make of its pins.
 //
-// Registers and bits are those of Himax's data sheet as public drivers quote it: OpenMV's and Zephyr's drivers, those of Arm
-// and of P. Marques for the RP2040, SparkFun's with its test of the data wires, and blankchenxm's for the ESP32. They are
-// not those of the firmware's table. What none of them says is a guess, and the comment says so.
+// Registers and bits are those of Himax's data sheet as public drivers quote it: OpenMV's and Zephyr's drivers, those
+// of Arm and of P. Marques for the RP2040, SparkFun's with its test of the data wires, and blankchenxm's for the ESP32.
+// They are not those of the firmware's table. What none of them says is a guess, and the comment says so.
 
 const ADDRESS = 0x24;
 // What a reset sets, as far as the drivers say it: standby, automatic exposure on, the whole array, 8 wires, the clock
 // halved. The lengths of lines and frames are a guess.
 const DEFAULTS = {
-  0x0000: 0x01, 0x0001: 0xb0, 0x0100: 0x00, 0x0101: 0x00, 0x0104: 0x00, 0x0202: 0x01, 0x0203: 0x08, 0x0205: 0x00, 0x020e: 0x01,
+  0x0000: 0x01, 0x0001: 0xb0, 0x0100: 0x00, 0x0101: 0x00, 0x0104: 0x00, 0x0202: 0x01, 0x0203: 0x08, 0x0205: 0x00,
+  0x020e: 0x01,
   0x020f: 0x00, 0x0340: 0x02, 0x0341: 0x32, 0x0342: 0x01, 0x0343: 0x72, 0x0383: 0x01, 0x0387: 0x01, 0x0390: 0x00,
   0x0601: 0x00, 0x1000: 0x01, 0x1003: 0x20, 0x1006: 0x00, 0x1007: 0x20, 0x1008: 0x00, 0x1012: 0x00, 0x2100: 0x01,
   0x3010: 0x00, 0x3011: 0x70, 0x3020: 0x01, 0x3022: 0x02, 0x3023: 0x02, 0x3059: 0x02, 0x3060: 0x0a, 0x3064: 0x00,
   0x3067: 0x00, 0x3068: 0x20,
 };
 const READ_ONLY = new Set([0x0000, 0x0001]);
-// Registers that act only when 1 is written to 0x0104. Which they are is a guess: those of exposure, frames and picture.
+// Registers that act only when 1 is written to 0x0104. Which they are is a guess: those of exposure, frames and
+// picture.
 const HELD = new Set([
-  0x0101, 0x0202, 0x0203, 0x0205, 0x020e, 0x020f, 0x0340, 0x0341, 0x0342, 0x0343, 0x0383, 0x0387, 0x0390, 0x0601, 0x3010,
+  0x0101, 0x0202, 0x0203, 0x0205, 0x020e, 0x020f, 0x0340, 0x0341, 0x0342, 0x0343, 0x0383, 0x0387, 0x0390, 0x0601,
+  0x3010,
 ]);
 // Exposure in lines at which the clip was taken, and the black level that it has.
 const NOMINAL_LINES = 240, NOMINAL_BLACK = 8;
@@ -181,8 +184,8 @@ export class Hm01b0 {
   }
 
   /**
-   * Returns the pixel clocks of a line before its first pixel, while HREF is high: HREF comes early, and PCLK is not gated
-   * (0x3060 bit 5). Bit 1 of 0x1012 makes HREF a pixel later, which is a guess.
+   * Returns the pixel clocks of a line before its first pixel, while HREF is high: HREF comes early, and PCLK is not
+   * gated (0x3060 bit 5). Bit 1 of 0x1012 makes HREF a pixel later, which is a guess.
    */
   clocksBefore() {
     return this.at(0x3060) & 0x20 ? 0 : this.hrefEarly();
@@ -226,8 +229,8 @@ export class Hm01b0 {
   }
 
   /**
-   * Returns the pixels that are sent of a picture of 320 x 240, or of darkness. The border repeats the edge with another
-   * value, so that a picture that is shifted is another one.
+   * Returns the pixels that are sent of a picture of 320 x 240, or of darkness. The border repeats the edge with
+   * another value, so that a picture that is shifted is another one.
    */
   pixels(picture) {
     const [columns, rows] = this.size();

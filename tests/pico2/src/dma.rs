@@ -1,5 +1,5 @@
-//! Two channels of the RP2350's DMA that take what machine 0 of PIO0 has (data sheet, 12.6). The emulated DMA lets a channel
-//! that another one has just started take a word that is not there.
+//! Two channels of the RP2350's DMA that take what machine 0 of PIO0 has (data sheet, 12.6). The emulated DMA lets a
+//! channel that another one has just started take a word that is not there.
 
 use rp2350_emu::Bus;
 

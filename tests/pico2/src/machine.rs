@@ -1,7 +1,7 @@
 //! A Raspberry Pi Pico 2 in rp2350-emu, with an HM01B0 at its pins and a host at its serial line.
 //!
-//! The emulator has the core, the interrupts, clocks, timer, resets, pins and the PIO. Modeled here, from the data sheet of
-//! the RP2350, is what it does not have, or has in another way or without the outside world:
+//! The emulator has the core, the interrupts, clocks, timer, resets, pins and the PIO. Modeled here, from the data
+//! sheet of the RP2350, is what it does not have, or has in another way or without the outside world:
 //!
 //! - I2C0 (chapter 12.2), whose emulated one has no sensors;
 //! - UART0 (12.1), whose emulated one sends to nobody;
@@ -10,12 +10,13 @@
 //! - WAIT IRQ of the PIO (11.4.3), which in the emulator waits for ever once it waits;
 //! - the watchdog (12.9), whose emulated one does not count microseconds;
 //! - the generator of the timer's microseconds (8.5), which takes the system's clock for that of the crystal;
-//! - loads that acquire, stores that release, and VPUSH and VPOP of pairs of registers, which its core does not know; CPS, of
-//!   which it takes one mask for the other; VSEL, VMAXNM and VMINNM, of which it takes a bit of the register for another.
+//! - loads that acquire, stores that release, and VPUSH and VPOP of pairs of registers, which its core does not know;
+//!   CPS, of which it takes one mask for the other; VSEL, VMAXNM and VMINNM, of which it takes a bit of the register
+//!   for another.
 //!
-//! The boot ROM is not run. Its work is done here: the block of the image is looked for and must be right (5.9), then the
-//! core begins with the vector table at the beginning of the image. Not modeled: electricity, and the time of instructions
-//! in flash and of a byte on the serial line.
+//! The boot ROM is not run. Its work is done here: the block of the image is looked for and must be right (5.9), then
+//! the core begins with the vector table at the beginning of the image. Not modeled: electricity, and the time of
+//! instructions in flash and of a byte on the serial line.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -490,8 +491,8 @@ impl Board {
         self.outside.now += u64::from(cycles);
     }
 
-    /// Keeps machine 0 of the PIO from running while it waits for a flag, and clears the flag and lets it go on once that is
-    /// set.
+    /// Keeps machine 0 of the PIO from running while it waits for a flag, and clears the flag and lets it go on once
+    /// that is set.
     fn wait_for_flag(&mut self) {
         let pio = &mut self.emulator.bus.pio[0];
         let running = pio.sm_enabled_mask();
@@ -744,8 +745,8 @@ fn check_block(image: &[u8]) -> Result<(), String> {
     }
 }
 
-/// Executes the next instruction in the flash if the emulator cannot. Returns whether it did. The encodings are those of the
-/// Armv8-M manual: CPS; VPUSH and VPOP; VSEL, VMAXNM and VMINNM; LDA, STL, LDAEX and STLEX with their bytes and
+/// Executes the next instruction in the flash if the emulator cannot. Returns whether it did. The encodings are those
+/// of the Armv8-M manual: CPS; VPUSH and VPOP; VSEL, VMAXNM and VMINNM; LDA, STL, LDAEX and STLEX with their bytes and
 /// halfwords.
 fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: &mut Option<(u32, u32)>) -> bool {
     let pc = core.reg(15);

@@ -2,9 +2,9 @@
 //!
 //!     wstac-pico2 ELF CLIP.raw FRAMES SERIAL [REQUEST] [FRAME:FAULT]…
 //!
-//! CLIP.raw has frames of 320 x 240 GREY, of which the first FRAMES are played. What comes out of the serial line goes to the
-//! file SERIAL. REQUEST is what the host sends at the start, as hexadecimal bytes or "-". The state at the end is printed as
-//! JSON. A FAULT begins at a frame of the clip: see `machine.rs`.
+//! CLIP.raw has frames of 320 x 240 GREY, of which the first FRAMES are played. What comes out of the serial line goes
+//! to the file SERIAL. REQUEST is what the host sends at the start, as hexadecimal bytes or "-". The state at the end
+//! is printed as JSON. A FAULT begins at a frame of the clip: see `machine.rs`.
 
 mod dma;
 mod machine;

@@ -1,5 +1,5 @@
-//! An HM01B0: what its registers make of its pins. It is `tests/pico/sensor.mjs` without what only the Pico's cases need;
-//! the sources of registers and bits are named there.
+//! An HM01B0: what its registers make of its pins. It is `tests/pico/sensor.mjs` without what only the Pico's cases
+//! need; the sources of registers and bits are named there.
 
 use std::collections::HashMap;
 
@@ -170,7 +170,8 @@ impl Hm01b0 {
         self.at(0x3022) & 0x1F
     }
 
-    /// Returns how many pixels HREF comes before the first pixel. PCLK is gated, which a driver for the RP2040 relies on.
+    /// Returns how many pixels HREF comes before the first pixel. PCLK is gated, which a driver for the RP2040 relies
+    /// on.
     pub(crate) fn href_early(&self) -> u8 {
         self.at(0x3023) & 0x1F
     }

@@ -12,12 +12,12 @@
 //! The rows of the border below the picture are captured, too. So a line that is missing leaves the frame with too few
 //! words when the next sync comes. A line that is too many, or in two parts, sets the flag before the frame has ended.
 //! Both are [`Trouble::MisplacedSync`], and the last stripe of a frame counts only after its end. A pixel clock that is
-//! missing or too many moves the rest of its line by a pixel, which nothing detects; the lines that follow stay in their
-//! places.
+//! missing or too many moves the rest of its line by a pixel, which nothing detects; the lines that follow stay in
+//! their places.
 //!
-//! The two channels of the DMA write half of the ring each, start each other, and interrupt when they are done. A half is
-//! a block at which the DMA wraps around: without the interrupt it writes to the same block again, and to nothing else.
-//! For a self-test, machine 0 takes every pixel of every line, and lines and words are counted.
+//! The two channels of the DMA write half of the ring each, start each other, and interrupt when they are done. A half
+//! is a block at which the DMA wraps around: without the interrupt it writes to the same block again, and to nothing
+//! else. For a self-test, machine 0 takes every pixel of every line, and lines and words are counted.
 //!
 //! This is the only file that knows the DMA, and it has the only unsafe code of the capture; the reasons are those of
 //! the STM32H743's `dcmi`. The RP2040 has no caches between the DMA and its memory.
@@ -398,9 +398,9 @@ impl Capture for Pio {
 
     fn rows(&self, half: usize) -> &[u8] {
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: each half of the ring has a stripe of these bytes, lives for ever, and is initialized; every byte is a
-        // number. No code writes to it, only the DMA. As for the STM32H743 (`dcmi`), rows that it overwrites while they
-        // are read are wrong numbers, and the count of stripes in `complete` detects that.
+        // SAFETY: each half of the ring has a stripe of these bytes, lives for ever, and is initialized; every byte is
+        // a number. No code writes to it, only the DMA. As for the STM32H743 (`dcmi`), rows that it overwrites while
+        // they are read are wrong numbers, and the count of stripes in `complete` detects that.
         #[allow(unsafe_code)]
         unsafe {
             slice::from_raw_parts(self.halves[half % 2], self.stripe_bytes)
