@@ -332,6 +332,13 @@ struct Failure {
     defect: Option<Defect>,
 }
 
+impl Failure {
+    /// Creates the failure of a setting.
+    fn of<E>(error: SensorError<E>) -> Self {
+        Self { reason: error.into(), defect: None }
+    }
+}
+
 /// Sets the sensor up if that has to be done, and measures its frames. If they come at a multiple of the rate, the clock
 /// is divided.
 async fn bring_up(
@@ -363,8 +370,9 @@ async fn try_to_bring_up(
         if i2c.free() {
             defmt::warn!("the sensor held its bus");
         }
-        sensor.set_up(i2c, &mut Delay).map_err(|error| Failure { reason: error.into(), defect: None })?;
+        sensor.set_up(i2c, &mut Delay).map_err(Failure::of)?;
     }
+    sensor.show_pattern(i2c, true).map_err(Failure::of)?;
     Timer::after_millis(sensor.settle_ms.into()).await;
     dcmi.begin_probe();
     measured(dcmi, SELF_TEST_FRAMES, SELF_TEST).await;
@@ -388,11 +396,19 @@ async fn try_to_bring_up(
     dcmi.begin_luma_probe();
     measured(dcmi, 1, LUMA_TEST).await;
     let Probe { lines, words, .. } = dcmi.probe();
-    if words == dcmi.luma_words() {
-        return Ok(());
+    if words != dcmi.luma_words() {
+        let defect = Defect::Size { lines, words };
+        return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
     }
-    let defect = Defect::Size { lines, words };
-    Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) })
+    if !sensor.pattern.is_empty() {
+        dcmi.stop();
+        if let Err(defect) = self_test::judge_pattern([dcmi.rows(0), dcmi.rows(1)]) {
+            return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+        }
+        sensor.show_pattern(i2c, false).map_err(Failure::of)?;
+        Timer::after_millis(sensor.settle_ms.into()).await;
+    }
+    Ok(())
 }
 
 /// Waits until so many frames have been measured, or for the longest time.
@@ -417,6 +433,9 @@ fn log(defect: Option<Defect>) {
         None | Some(Defect::NoFrames) => {}
         Some(Defect::Size { lines, words }) => defmt::error!("frames have {=u32} lines and {=u32} words", lines, words),
         Some(Defect::Format) => defmt::error!("bytes are not luma and fixed chroma in turn"),
+        Some(Defect::Pattern) => {
+            defmt::error!("the test pattern is not right: a data wire is off, or bits come in another order");
+        }
         Some(Defect::Rate { millihertz }) => defmt::error!("{=u32} frames in 1000 seconds", millihertz),
     }
 }
