@@ -9,7 +9,8 @@ RXNE, TC, TXE = 1 << 5, 1 << 6, 1 << 7
 
 class Usart(Registers):
     """The serial line. `sent` has the bytes that came out, which only do so if `has_pin()`, and `receive` sends it some.
-    `speed` is how many times as fast it is as its registers say, for cases that would take long.
+    `speed` is how many times as fast it is as its registers say, for cases that would take long. Until the time
+    `storm_until`, another byte is there as soon as one was read: an interrupt that never rests.
     """
 
     def __init__(self, machine, cycles_per_clock, has_pin):
@@ -17,6 +18,7 @@ class Usart(Registers):
         self.has_pin = has_pin
         self.machine, self.cycles_per_clock = machine, cycles_per_clock
         self.sent, self.arrived, self.busy_until, self.speed = bytearray(), [], 0, 1
+        self.storm_until = 0
 
     def reset(self):
         """Resets the registers. Bytes that were sent stay in `sent`."""
@@ -36,7 +38,7 @@ class Usart(Registers):
         if offset == ISR:
             return self._state()
         if offset == RDR:
-            return self.arrived.pop(0) if self.arrived else 0
+            return self.arrived.pop(0) if self.arrived else 0xFF
         return super().read(offset)
 
     def write(self, offset, value):
@@ -52,4 +54,4 @@ class Usart(Registers):
 
     def _state(self):
         free = TXE | TC if self.machine.now >= self.busy_until else 0
-        return free | (RXNE if self.arrived else 0)
+        return free | (RXNE if self.arrived or self.machine.now < self.storm_until else 0)
