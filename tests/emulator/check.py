@@ -58,6 +58,9 @@ TEXTURES, LEARN, STOP_LEARNING, FORGET_TEXTURE = 11, 12, 13, 14
 EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER, LEARNING, LEARNED = 3, 13, 14, 15, 16, 17, 18, 19
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
+# Limits of the whole program without a model: 96 kB of flash, and 16 KiB of RAM with the ring and the stack. Instructions of
+# a frame of 320 x 240 have a margin above today's.
+BUDGET = {"frame": 66_000, "flash": 96_000, "ram": 16_384}
 
 
 class Host:
@@ -831,7 +834,10 @@ def main():
         check.halted("halted by a debugger")
         check.pulls("pulled inputs")
         check.lights("lights")
-        print(cost(elf, host.frames))
+        words, found = cost(elf, host.frames)
+        print(words)
+        over = [f"{found[key]:,.0f} of {key}, above the budget of {limit:,}" for key, limit in BUDGET.items() if found[key] > limit]
+        check.say("budget", over)
         failures = check.failures + check_openmv(host, openmv)
     print(f"{failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if failures else 0)

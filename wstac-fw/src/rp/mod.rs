@@ -153,12 +153,15 @@ pub async fn run(wiring: RpWiring) -> ! {
     let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, area, signals) else {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
+    let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
+    let line = cortex_m::singleton!(: Link<Serial, RpLight> = Link::new(wiring.line, wiring.trouble));
+    let (Some(keeper), Some(line)) = (keeper, line) else { panic!("a board has one node") };
     let node = Node::<Rp, WIDTH, STRIPES> {
         sensors,
-        keeper: FixedSettings::new(LAYOUT),
+        keeper,
         camera,
         bus: wiring.bus,
-        line: Link::new(wiring.line, wiring.trouble),
+        line,
         events: wiring.events,
         watchdog: Dog(watchdog),
         thermometer: RpThermometer::new(),

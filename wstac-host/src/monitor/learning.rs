@@ -138,7 +138,7 @@ impl SettableBoard {
         let has = |textures: &LearnedTextures| textures.names.contains(&Some(name));
         if !self.textures()?.is_some_and(|textures| has(&textures)) {
             let message = format_args!("has learned no texture {name}");
-            return Err(Error::new(ErrorKind::Usage, self.name(), message));
+            return Err(Error::new(ErrorKind::Data, self.name(), message));
         }
         let left = self.ask(&[Request::ForgetTexture(name)], |message| match message {
             Message::Textures(textures) => Some(has(textures)),
