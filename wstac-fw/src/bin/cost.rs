@@ -14,6 +14,7 @@ use wstac_core::error::{ConfigError, Error, FrameError};
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
 use wstac_core::motion::{self, LiveMotion, MotionConfig};
+use wstac_core::params::TAXELS;
 use wstac_core::path_sample::TaxelRing;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed;
@@ -78,8 +79,7 @@ fn run() -> Result<(), Error> {
     let motion = setup::motion(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
-    let [mut to_edges, mut to_motion, mut to_logs] = [const { Cost { times: 0, ticks: 0 } }; 3];
-    let mut logs = FeatureStream::<_, setup::Ln>::with_floor(camera, setup::FLOOR)?;
+    let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
     let mut live: [LiveMotion; LIVE] = core::array::from_fn(|_| LiveMotion::new(motion));
     let mut longest_live = 0;
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
@@ -102,15 +102,13 @@ fn run() -> Result<(), Error> {
                 to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
             }
         }
-        if let Some(sums) = pipeline.taxels() {
-            to_logs.add(clock.ticks(|| logs.push_taxels(&sums)).0);
-        }
         if let ([live, ..], Some(baseline)) = (&mut live[..], pipeline.baseline()) {
             let (next_frame, recent) = pipeline.recent();
             longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
         }
     }
     let stack = stack::deepest() - size_of_val(&stripe);
+    let logs = logs(&clock, camera, &pipeline.taxels().unwrap_or_default())?;
     let answer = answers(&clock);
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
@@ -119,7 +117,7 @@ fn run() -> Result<(), Error> {
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
-        to_logs.mean(&clock),
+        logs,
         to_trigger.mean(&clock),
         to_speed.mean(&clock),
         to_direction.mean(&clock),
@@ -153,6 +151,15 @@ fn of_texture(
         <setup::ModelSample as ModelSample>::texture(event, taxels, &answers, motion, model, &mut textures).is_some()
     });
     Ok(ticks)
+}
+
+/// Returns the instructions from a frame's taxel sums to its features.
+// It is not inlined: a stream of its own would lie on the stack all the time.
+#[inline(never)]
+fn logs(clock: &Clock, camera: FrameGeometry<setup::GreenChannel>, sums: &[u32; TAXELS]) -> Result<u64, ConfigError> {
+    let mut stream = FeatureStream::<_, setup::Ln>::with_floor(camera, setup::FLOOR)?;
+    let ticks = clock.ticks(|| stream.push_taxels(sums)).0;
+    Ok(clock.instructions(u64::from(ticks)))
 }
 
 /// Returns the instructions of the texture model's answer to one of the samples in the file. The cost of trees depends
