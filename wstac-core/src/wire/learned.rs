@@ -175,6 +175,12 @@ pub struct LearnedTextures {
     pub learning: Option<Learning>,
 }
 
+/// Deserializes the textures. It is not inlined, so that its names do not lie on the stack of every other message.
+#[inline(never)]
+pub(super) fn textures<'de, D: Deserializer<'de>>(deserializer: D) -> Result<LearnedTextures, D::Error> {
+    LearnedTextures::deserialize(deserializer)
+}
+
 #[cfg(test)]
 mod tests {
     use std::string::{String, ToString};

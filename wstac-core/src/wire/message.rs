@@ -130,7 +130,7 @@ pub enum Message<'a> {
     Learning(Learning),
     /// The textures that the board has learned: the answer to [`Request::Textures`] and [`Request::ForgetTexture`].
     #[cfg(feature = "learn")]
-    Textures(LearnedTextures),
+    Textures(#[serde(deserialize_with = "super::learned::textures")] LearnedTextures),
 }
 
 /// The state of a board, as far as the board knows it.
