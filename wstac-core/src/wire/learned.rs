@@ -181,6 +181,12 @@ pub(super) fn textures<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Lea
     LearnedTextures::deserialize(deserializer)
 }
 
+/// Deserializes the state of learning, for the same reason.
+#[inline(never)]
+pub(super) fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Learning, D::Error> {
+    Learning::deserialize(deserializer)
+}
+
 #[cfg(test)]
 mod tests {
     use std::string::{String, ToString};
