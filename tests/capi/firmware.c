@@ -41,7 +41,7 @@ static WstacFwStatus init(const WstacFwOptions *options)
 static void memory_is_checked(void)
 {
     /* Memory that is larger than both, at an address with wrong alignment for both. */
-    static uint64_t memory[WSTAC_PIPELINE_SIZE / 8 + 1];
+    static uint64_t memory[WSTAC_FW_PIPELINE_SIZE / 8 + 1];
     WstacFwPipeline *odd = (WstacFwPipeline *)(void *)((char *)memory + 4);
     WstacFwEvent event;
     WstacFwSpeed speed;
@@ -352,7 +352,7 @@ static void link_is_checked(void)
     WstacFwContactEnd end = {.frame = 60, .event_frame = 30};
     WstacFwIncomplete incomplete = {.frame = 30, .frames = 69};
     WstacFwTelemetry telemetry = {.uptime_ms = 5, .millihertz = 29970, .overruns = -1, .restarts = 0, .stack = INT64_MAX};
-    EXPECT(wstac_fw_version() == WSTAC_FW_VERSION);
+    EXPECT(wstac_fw_version() == WSTAC_FW_VERSION && sizeof line == WSTAC_FW_LINK_SIZE);
     EXPECT(WSTAC_FW_VERSION == (WSTAC_FW_VERSION_MAJOR << 16 | WSTAC_FW_VERSION_MINOR << 8 | WSTAC_FW_VERSION_PATCH));
     EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_link_lost(&line, 1, bytes, &length) == WSTAC_FW_STATUS_STATE && length == 7);
@@ -407,17 +407,125 @@ static void link_is_checked(void)
     EXPECT(wstac_fw_link_telemetry(&line, NULL, bytes, &length) == WSTAC_FW_STATUS_NULL);
 }
 
-/* The CRC-32 (IEEE) of a model file's bytes behind its checksum, put into its place. */
-static void check_again(uint8_t *file, size_t bytes)
+/* Puts the CRC-32 (IEEE) of bytes into four bytes, the lowest first. */
+static void put_crc(uint8_t *to, const uint8_t *bytes, size_t length)
 {
     uint32_t crc = ~0u;
-    for (size_t at = 8; at < bytes; at++) {
-        crc ^= file[at];
+    for (size_t at = 0; at < length; at++) {
+        crc ^= bytes[at];
         for (int bit = 0; bit < 8; bit++)
             crc = crc >> 1 ^ (crc & 1u ? 0xEDB88320u : 0u);
     }
     for (int byte = 0; byte < 4; byte++)
-        file[4 + byte] = (uint8_t)(~crc >> 8 * byte);
+        to[byte] = (uint8_t)(~crc >> 8 * byte);
+}
+
+/* The link, and what the last receive said. */
+static WstacFwLink line;
+static WstacFwWanted wanted;
+static uint8_t message[WSTAC_FW_LINK_BYTES];
+static size_t message_bytes;
+
+/* Takes a request of two bytes as a host sends it, in COBS: version 4 of the link, a sequence number, the request, its sum. */
+static WstacFwStatus ask(uint8_t number, uint8_t value, int damaged_bit)
+{
+    uint8_t content[8] = {4, 9, number, value}, bytes[11] = {0};
+    size_t code = 1, length = 2;
+    put_crc(content + 4, content, 4);
+    content[damaged_bit >= 0 ? damaged_bit / 8 : 0] ^= (uint8_t)(damaged_bit >= 0 ? 1 << damaged_bit % 8 : 0);
+    bytes[code] = 1;
+    for (size_t at = 0; at < sizeof content; at++) {
+        if (content[at] == 0)
+            code = length, bytes[length] = 1;
+        else
+            bytes[length] = content[at], bytes[code]++;
+        length++;
+    }
+    EXPECT(length == 10);
+    /* In two pieces. */
+    EXPECT(wstac_fw_link_receive(&line, bytes, 5, &wanted) == WSTAC_FW_STATUS_OK && !wanted.hello);
+    return wstac_fw_link_receive(&line, bytes + 5, 6, &wanted);
+}
+
+/* Sends the event again with a texture of this name. Returns the message's length. */
+static size_t send_named(const char *name)
+{
+    WstacFwTexture texture = {.task = WSTAC_FW_TASK_PATTERN, .confidence = -1, .known = -1};
+    WstacFwMotion motion;
+    WstacFwAnswers answers = {.motion = &motion, .texture = &texture};
+    EXPECT(wstac_fw_motion(&pipeline, &motion) == WSTAC_FW_STATUS_OK && strlen(name) < sizeof texture.label);
+    memcpy(texture.label, name, strlen(name) + 1);
+    return written(wstac_fw_link_event(&line, &pipeline, &answers, message, &message_bytes), message, &message_bytes);
+}
+
+static WstacFwStatus due(uint32_t now)
+{
+    return wstac_fw_link_due(&line, now, message, &message_bytes);
+}
+
+static void requests_are_read(void)
+{
+    memset(&line, 0, sizeof line);
+    EXPECT(wstac_fw_link_receive(&line, message, 1, &wanted) == WSTAC_FW_STATUS_STATE && due(0) == WSTAC_FW_STATUS_STATE);
+    EXPECT(init(&tiny) == WSTAC_FW_STATUS_OK && wstac_fw_link_init(&line, sizeof line) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_link_receive(NULL, message, 1, &wanted) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_receive(&line, NULL, 1, &wanted) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_receive(&line, message, 1, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_due(NULL, 0, message, &message_bytes) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_due(&line, 0, NULL, &message_bytes) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_link_due(&line, 0, message, NULL) == WSTAC_FW_STATUS_NULL);
+
+    /* Hello is 0 and has no value: the byte behind it is ignored. */
+    EXPECT(ask(0, 0, -1) == WSTAC_FW_STATUS_OK && wanted.hello && !wanted.features && !wanted.samples && !wanted.events_kept);
+    EXPECT(ask(1, 1, -1) == WSTAC_FW_STATUS_OK && !wanted.hello && wanted.features);
+    EXPECT(ask(2, 1, -1) == WSTAC_FW_STATUS_OK && wanted.features && wanted.samples);
+    EXPECT(ask(1, 0, -1) == WSTAC_FW_STATUS_OK && !wanted.features && wanted.samples);
+    /* Motion, a picture and requests that are not known change nothing. */
+    for (uint8_t other = 6; other < 20; other++)
+        EXPECT(ask(other, 1, -1) == WSTAC_FW_STATUS_OK && !wanted.hello && !wanted.features && !wanted.events_kept);
+    for (int bit = 0; bit < 64; bit++)
+        if (ask(4, 1, bit) != WSTAC_FW_STATUS_OK || wanted.events_kept)
+            EXPECT(!"a damaged request is ignored");
+    for (int at = 0; at < 1000; at++)
+        EXPECT(wstac_fw_link_receive(&line, dark, sizeof dark, &wanted) == WSTAC_FW_STATUS_OK && !wanted.hello);
+    EXPECT(wstac_fw_link_sample(&line, &pipeline, 0, message, &message_bytes) == WSTAC_FW_STATUS_STATE);
+
+    /* Without a host that acknowledges, an event is sent once. */
+    EXPECT(event_at(0, 40, dark) < 0 && event_at(40, 60, bright) < 0 && event_at(60, 100, dark) == 99);
+    send_named("Saw");
+    EXPECT(due(1000) == WSTAC_FW_STATUS_NONE && due(2000) == WSTAC_FW_STATUS_NONE);
+    for (uint32_t part = 0; part < WSTAC_FW_SAMPLE_PARTS; part++)
+        EXPECT(written(wstac_fw_link_sample(&line, &pipeline, part, message, &message_bytes), message, &message_bytes) > 200);
+    EXPECT(wstac_fw_link_sample(&line, &pipeline, WSTAC_FW_SAMPLE_PARTS, message, &message_bytes) == WSTAC_FW_STATUS_NONE);
+    EXPECT(wstac_fw_link_sample(&line, &pipeline, UINT32_MAX, message, &message_bytes) == WSTAC_FW_STATUS_NONE);
+
+    /* The events 1 to 3. Each has a name of another length, and so have their messages. The first one gives way. */
+    EXPECT(ask(4, 1, -1) == WSTAC_FW_STATUS_OK && wanted.events_kept);
+    EXPECT(due(3000) == WSTAC_FW_STATUS_NONE);
+    size_t first = send_named("Saw1"), second = send_named("Saw-22"), third = send_named("Saw--333");
+    EXPECT(second == first + 2 && third == second + 2);
+    EXPECT(due(3249) == WSTAC_FW_STATUS_NONE);
+    EXPECT(due(3250) == WSTAC_FW_STATUS_OK && message_bytes == second);
+    EXPECT(due(3250) == WSTAC_FW_STATUS_OK && message_bytes == third);
+    EXPECT(due(3250) == WSTAC_FW_STATUS_NONE && due(3499) == WSTAC_FW_STATUS_NONE);
+    /* Event 1 is not kept any more. */
+    EXPECT(ask(5, 1, -1) == WSTAC_FW_STATUS_OK && ask(5, 3, -1) == WSTAC_FW_STATUS_OK);
+    EXPECT(due(3500) == WSTAC_FW_STATUS_OK && message_bytes == second && due(3500) == WSTAC_FW_STATUS_NONE);
+    EXPECT(ask(5, 2, -1) == WSTAC_FW_STATUS_OK && due(9000) == WSTAC_FW_STATUS_NONE);
+
+    /* Nobody acknowledges event 4: it is sent 16 times, the clock wraps, and the host counts as gone. */
+    EXPECT(due(UINT32_MAX - 1000) == WSTAC_FW_STATUS_NONE);
+    size_t fourth = send_named("");
+    for (uint32_t times = 1; times < 16; times++)
+        EXPECT(due(UINT32_MAX - 1000 + 250 * times) == WSTAC_FW_STATUS_OK && message_bytes == fourth);
+    EXPECT(due(UINT32_MAX - 1000 + 250 * 16) == WSTAC_FW_STATUS_NONE);
+    EXPECT(wstac_fw_link_receive(&line, dark, 0, &wanted) == WSTAC_FW_STATUS_OK && !wanted.events_kept && wanted.samples);
+}
+
+/* Puts the sum of a model file's bytes behind its checksum into its place. */
+static void check_again(uint8_t *file, size_t bytes)
+{
+    put_crc(file + 4, file + 8, bytes - 8);
 }
 
 static void models_are_checked(size_t bytes)
@@ -530,6 +638,7 @@ int main(int argc, char **argv)
     streams_are_checked();
     long_touches_are_one_event();
     link_is_checked();
+    requests_are_read();
     texts_are_there();
     FILE *file = fopen(argv[5], "rb");
     EXPECT(file != NULL);

@@ -13,6 +13,7 @@
 #define PAINT 0xA5A5A5A5u
 
 static WstacFwPipeline pipeline;
+static WstacFwLink line;
 static WstacFwModel model;
 static uint32_t model_words[24 * 1024];
 static uint8_t frame[512 * 1024];
@@ -50,6 +51,24 @@ static void call_motion_by_edges(void)
     status = wstac_fw_motion_by_edges(&pipeline, &motion);
 }
 
+static void call_link_event(void)
+{
+    static WstacFwMotion motion;
+    static uint8_t bytes[WSTAC_FW_LINK_BYTES];
+    static size_t length;
+    const WstacFwAnswers answers = {.motion = &motion};
+    status = wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length);
+}
+
+static void call_link_receive(void)
+{
+    /* A request for a description of the board. */
+    static const uint8_t request[] = {0, 0x03, 0x04, 0x01, 0x05, 0x8F, 0x40, 0x53, 0xE1, 0};
+    WstacFwWanted wanted;
+    status = wstac_fw_link_receive(&line, request, sizeof request, &wanted);
+    status = status == WSTAC_FW_STATUS_OK && !wanted.hello ? WSTAC_FW_STATUS_STATE : status;
+}
+
 static void call_classify(void)
 {
     WstacFwTexture texture;
@@ -82,6 +101,7 @@ static void keep(uint32_t *most, void (*call)(void))
 int main(int argc, char **argv)
 {
     uint32_t init = 0, push = 0, speed = 0, direction = 0, motion = 0, by_edges = 0, take_sample = 0, model_init = 0, classify = 0;
+    uint32_t link_event = 0, link_receive = 0;
     EXPECT(argc == 5);
     FILE *file = fopen(argv[4], "rb");
     EXPECT(file != NULL);
@@ -92,6 +112,8 @@ int main(int argc, char **argv)
     EXPECT(frame_bytes <= sizeof frame);
     keep(&init, call_init);
     keep(&model_init, call_model_init);
+    EXPECT(wstac_fw_link_init(&line, sizeof line) == WSTAC_FW_STATUS_OK);
+    keep(&link_receive, call_link_receive);
     file = fopen(argv[1], "rb");
     EXPECT(file != NULL);
     while (fread(frame, 1, frame_bytes, file) == frame_bytes) {
@@ -103,12 +125,14 @@ int main(int argc, char **argv)
             keep(&by_edges, call_motion_by_edges);
             keep(&take_sample, call_sample);
             keep(&classify, call_classify);
+            keep(&link_event, call_link_event);
         }
     }
     fclose(file);
     printf("init %lu push %lu motion %lu motion_by_edges %lu", (unsigned long)init, (unsigned long)push, (unsigned long)motion,
            (unsigned long)by_edges);
-    printf(" speed %lu direction %lu sample %lu model_init %lu classify %lu\n", (unsigned long)speed, (unsigned long)direction,
+    printf(" speed %lu direction %lu sample %lu model_init %lu classify %lu", (unsigned long)speed, (unsigned long)direction,
            (unsigned long)take_sample, (unsigned long)model_init, (unsigned long)classify);
+    printf(" link_event %lu link_receive %lu\n", (unsigned long)link_event, (unsigned long)link_receive);
     return 0;
 }

@@ -284,6 +284,94 @@ fn boosted_trees_answer_as_tables_do() {
     }
 }
 
+/// Returns the scores or votes of a model's classes for a sample, the highest first.
+fn sorted_scores(words: &[u32], sample: &[i16; INPUTS]) -> Vec<i64> {
+    let mut scores = Vec::new();
+    Model::from_words(words).unwrap().each_score(sample, |_, score| scores.push(score));
+    scores.sort_unstable_by(|a, b| b.cmp(a));
+    scores
+}
+
+#[test]
+fn a_forest_that_is_decided_early_answers_as_its_table_does() {
+    let mut random = Random::new(7);
+    // Most leaves belong to one class, so that most samples have a majority, and some of the others tie.
+    let mut skewed = |trees: usize, classes: u64, favor: u64| {
+        let leaf = |random: &mut Random| {
+            let class = if random.below(100) < favor { classes - 1 } else { random.below(classes) };
+            vec![(class as u16, 1.0)]
+        };
+        model(classes as usize, Kind::Forest((0..trees).map(|_| tree(&mut random, 9, leaf)).collect()))
+    };
+    let models = [
+        skewed(100, 10, 45),
+        skewed(101, 12, 55),
+        skewed(255, 5, 40),
+        skewed(254, 2, 0),
+        skewed(2, 3, 30),
+        skewed(3, 9, 30),
+        // Votes in registers of their own, which no majority ends.
+        skewed(60, 13, 60),
+    ];
+    let (made, _) = same_answers("early-forests", &models, Options::default(), "opt-level=2", 3000);
+    assert!(!made.can_panic());
+    let samples = samples(&mut Random::new(9), &models, 3000);
+    for (number, model) in models.iter().enumerate() {
+        let Kind::Forest(trees) = &model.kind else { unreachable!() };
+        let words = write(model, "", Options::default()).unwrap().words;
+        let unit = 1 + trees.len() as i64 / 2;
+        let scores: Vec<Vec<i64>> = samples.iter().map(|sample| sorted_scores(&words, sample)).collect();
+        let most = scores.iter().filter(|scores| scores[0] >= unit).count();
+        // Answers are compared on both sides of a majority, and right at it.
+        assert!((10..3000).contains(&most), "model {number}: {most}");
+        assert!(scores.iter().any(|scores| scores[0] == unit || scores[0] == unit - 1), "model {number}");
+    }
+}
+
+#[test]
+fn a_score_that_is_left_early_would_not_have_won() {
+    let mut random = Random::new(8);
+    // Scores of a few values tie often, and the first class of the highest ones is the answer.
+    let mut coarse = |scores: usize, trees: usize, start: f32| {
+        let leaf = |random: &mut Random| (random.below(3) as f32 - 1.0) / 4.0;
+        let scores: Vec<Score> = (0..scores)
+            .map(|_| Score { start, trees: (0..trees).map(|_| tree(&mut random, 5, leaf)).collect() })
+            .collect();
+        model(scores.len().max(2), Kind::Boosted(Boosted { scores, bound: 0.25 }))
+    };
+    let models = [coarse(5, 30, 0.0), coarse(3, 100, 0.5), coarse(1, 60, 0.0), coarse(7, 2, 0.25), coarse(2, 1, 0.0)];
+    for leaves in [Leaves::Auto, Leaves::Float32] {
+        let options = Options { leaves, ..Options::default() };
+        let (made, _) = same_answers(&format!("early-boosted-{leaves:?}"), &models, options, "opt-level=2", 3000);
+        assert!(!made.can_panic());
+    }
+    let samples = samples(&mut Random::new(9), &models, 3000);
+    for (number, model) in models.iter().enumerate() {
+        let words = write(model, "", Options::default()).unwrap().words;
+        let ties = samples.iter().map(|sample| sorted_scores(&words, sample)).filter(|scores| scores[0] == scores[1]);
+        assert!(ties.count() > 10, "model {number}");
+    }
+}
+
+#[test]
+fn sums_that_float32_rounds_up_win() {
+    let leaf = |value: f32| Tree { nodes: vec![Node::Leaf(value)] };
+    // From 2^24 on, float32 is even: each sum with 1.5 is rounded up to 2 more, and 40 of them to 80 more than 2^24, not
+    // to 60. The other score is between.
+    let up = Score { start: 16_777_216.0, trees: (0..40).map(|_| leaf(1.5)).collect() };
+    let mut fixed: Vec<Tree<f32>> = (0..39).map(|_| leaf(0.0)).collect();
+    fixed.insert(0, leaf(16_777_286.0));
+    let fixed = Score { start: 0.0, trees: fixed };
+    let models = [
+        model(2, Kind::Boosted(Boosted { scores: vec![fixed.clone(), up.clone()], bound: 0.0 })),
+        model(2, Kind::Boosted(Boosted { scores: vec![up.clone(), fixed], bound: 0.0 })),
+        model(2, Kind::Boosted(Boosted { scores: vec![up], bound: 16_777_286.0 })),
+    ];
+    let options = Options { leaves: Leaves::Float32, ..Options::default() };
+    let (_, answers) = same_answers("rounded-up", &models, options, "opt-level=2", 2);
+    assert_eq!(answers, [[1, 0, 1], [1, 0, 1]]);
+}
+
 #[test]
 fn deep_and_large_trees_compile() {
     let mut random = Random::new(4);

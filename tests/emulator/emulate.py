@@ -68,7 +68,7 @@ class Board:
 
 
 def cost(elf, clip):
-    """Returns the resources that the program uses of the board, as a line."""
+    """Returns the resources that the program uses of the board, as a line and as numbers."""
     board = Board(elf, clip)
     board.machine.paint_stack()
     board.machine.count_instructions()
@@ -76,11 +76,13 @@ def cost(elf, clip):
     before = board.machine.instructions
     board.run()
     flash, ram = board.machine.sizes()
-    ring = 4 * board.dma.total
-    return (
-        f"{(board.machine.instructions - before) / len(clip):,.0f} instructions per frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the "
-        f"{ring:,} that the DMA writes to, {board.machine.deepest_stack():,} of stack"
+    ring, stack = 4 * board.dma.total, board.machine.deepest_stack()
+    frame = (board.machine.instructions - before) / len(clip)
+    words = (
+        f"{frame:,.0f} instructions per frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the {ring:,} that the DMA writes to, "
+        f"{stack:,} of stack"
     )
+    return words, {"frame": frame, "flash": flash, "ram": ram + stack}
 
 
 def main():
@@ -91,7 +93,7 @@ def main():
     board = Board(elf, frames_of(clip))
     Path(serial).write_bytes(board.run())
     print("\n".join(line for _, line in board.log.lines))
-    print(cost(elf, board.camera.clip))
+    print(cost(elf, board.camera.clip)[0])
 
 
 if __name__ == "__main__":

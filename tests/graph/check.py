@@ -146,7 +146,8 @@ def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) 
                 report(found.start(), f"{found[1]} is public and hidden, expected documented or private")
         if own not in rooms:
             continue
-        for found in FORGOTTEN.finditer(code):
+        # A test may lend something for ever: it ends soon.
+        for found in FORGOTTEN.finditer("" if file.name == "tests.rs" else code):
             report(found.start(), f"{found[0]}: memory that is never freed, expected an owner")
         for found in OWN_POINTER.finditer(code):
             report(found.start(), f"{found[0].strip()}: a value that points to itself, expected indices or an owner")

@@ -73,6 +73,7 @@ class Files(unittest.TestCase):
 
     def test_memory_has_an_owner(self):
         self.assertIn("never freed", files(low="let a = Box::leak(b);"))
+        self.assertIn("never freed", files(low="let a = b.leak();"))
         self.assertEqual(files(low="// never Box::leak", tests="let a = Box::leak(b);"), "")
 
     def test_nothing_points_to_itself(self):

@@ -3,140 +3,163 @@
 //
 //     node check.mjs WSTAC ONE FOUR EIGHT
 //
-// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. `ci/pico` installs what
-// it needs and builds the programs.
+// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. `ci/pico` installs
+// what it needs and builds the programs.
 
-import { execFileSync, spawnSync } from 'node:child_process';
-import fs from 'node:fs';
-import os from 'node:os';
-import path from 'node:path';
 import { Board } from './machine.mjs';
-
-const SCENE = `
-lead_in = 30
-gap = 70
-[sensor]
-size = [320, 240]
-[[slide]]
-specimen = "Saw3"
-speed = 150
-direction = 90
-[[slide]]
-specimen = "Sin2"
-speed = 170
-direction = 180
-`;
-const SIZE = 320 * 240;
-// Requests, as in tests/emulator/check.py: their numbers, and the version of the link.
-const FEATURES = 1, VERSION = 4;
-const LOST_SYNC = 'a frame did not begin or end when it should have';
+import { BACK, FEATURES, FORGETS, GONE, HELLO, LOST_SYNC, OVERRUN, SILENT } from './host.mjs';
+import { Host, ofKind, range, request, same } from './host.mjs';
 
 const [, , wstac, one, four, eight, ...more] = process.argv;
 if (!eight || more.length > 0) {
   console.error('usage: node check.mjs WSTAC ONE FOUR EIGHT');
   process.exit(2);
 }
-const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'pico-'));
-process.on('exit', () => fs.rmSync(folder, { recursive: true }));
-const scene = path.join(folder, 'scene.toml'), clip = path.join(folder, 'clip.y4m'), raw = path.join(folder, 'clip.raw');
-fs.writeFileSync(scene, SCENE);
+const host = new Host(wstac);
+const { frames } = host;
+const ofLine = (...all) => host.ofLine(...all), told = () => host.told(), say = (...all) => host.say(...all);
 
-/** Runs the command. Returns its lines; those of standard error are in `notes`. */
-let notes = '';
-function says(...options) {
-  const done = spawnSync(wstac, options, { encoding: 'utf8', maxBuffer: 1 << 28 });
-  if (done.status !== 0) throw new Error(`wstac ${options[0]} failed: ${done.stderr}`);
-  notes = done.stderr;
-  return done.stdout.split('\n').filter((line) => line);
-}
-execFileSync(wstac, ['scene', 'render', scene, '-o', clip], { stdio: 'ignore' });
-execFileSync(wstac, ['scene', 'render', scene, '-o', raw], { stdio: 'ignore' });
-const pixels = fs.readFileSync(raw);
-const frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
-
-const ofKind = (lines, ...kinds) => lines.filter((line) => kinds.includes(JSON.parse(line).kind));
-const ofClip = (...options) => says('run', clip, '--json', ...options);
-const ofLine = (bytes, ...options) => {
-  const file = path.join(folder, 'serial');
-  fs.writeFileSync(file, bytes);
-  return says('monitor', file, '--json', ...options);
-};
-const events = ofKind(ofClip(), 'event');
-const features = ofKind(ofClip('--features'), 'features');
-
-/** CRC-32 (IEEE). */
-function crc(bytes) {
-  let rest = 0xffff_ffff;
-  for (const byte of bytes) {
-    rest ^= byte;
-    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? 0xedb8_8320 : 0);
-  }
-  return ~rest >>> 0;
-}
-
-/** Returns the frame of a request. */
-function request(message, ...wanted) {
-  const data = [VERSION, 0, message, ...wanted];
-  const sum = crc(data);
-  const all = [...data, ...[0, 8, 16, 24].map((shift) => (sum >>> shift) & 0xff), 0];
-  const stuffed = [0];
-  let part = [];
-  for (const byte of all) {
-    if (byte === 0) {
-      stuffed.push(part.length + 1, ...part);
-      part = [];
-    } else {
-      part.push(byte);
-    }
-  }
-  return [...stuffed, 0];
-}
-
-let failures = 0;
-function say(name, problems) {
-  failures += problems.length > 0 ? 1 : 0;
-  console.log(`${problems.length > 0 ? 'FAILED' : 'passed'}  ${name}`);
-  for (const problem of problems) console.log(`        ${problem}`);
-}
-const same = (a, b) => a.length === b.length && a.every((line, k) => line === b[k]);
-
-/** Nothing goes wrong: every event is the host's. */
+/** Nothing goes wrong: every event is the host's, and the program is within its budgets. */
 function plain(name, program) {
   const board = new Board(program, frames);
-  const lines = ofKind(ofLine(board.play()), 'event');
-  const problems = same(lines, events) ? [] : [`events are ${lines}, expected ${events}`];
-  if (events.length !== 2) problems.push(`the clip has ${events.length} events, expected 2: it shows less than it should`);
-  if (/the board: /.test(notes)) problems.push(`the host is told ${notes}`);
+  const sent = board.play();
+  const lines = ofKind(ofLine(sent), 'event');
+  const problems = same(lines, host.events) ? [] : [`events are ${lines}, expected ${host.events}`];
+  if (told().length > 0) problems.push(`the host is told ${told()}`);
+  if (board.resets) problems.push(`the chip restarted ${board.resets} times`);
+  say(name, problems);
+  host.budget('pico', program, sent, (board.instructions - board.instructionsBefore) / frames.length);
+}
+
+/** Features of all frames of a part of the clip but the missing ones are right, and the host is told these faults. */
+function faulty(name, program, count, faults, missing, expectedFaults) {
+  const board = new Board(program, frames.slice(0, count), faults);
+  board.requests.push(request(FEATURES, 1));
+  const lines = ofKind(ofLine(board.play(), '--features'), 'features');
+  const problems = host.compare(lines, count, missing);
+  if (!same(told(), expectedFaults)) {
+    problems.push(`the host is told ${JSON.stringify(told())}, expected ${JSON.stringify(expectedFaults)}`);
+  }
   if (board.resets) problems.push(`the chip restarted ${board.resets} times`);
   say(name, problems);
 }
 
-/** Features of all frames of a part of the clip but the missing ones are right, and the host is told these faults. */
-function faulty(name, program, count, faults, missing, told) {
-  const board = new Board(program, frames.slice(0, count), faults);
+/** The sensor fails when it is first set up: the host is told, and then everything works. */
+function start(name, program, prepare, expectedFaults, expectedResets = null) {
+  const board = new Board(program, frames.slice(0, 3));
+  prepare(board);
   board.requests.push(request(FEATURES, 1));
   const lines = ofKind(ofLine(board.play(), '--features'), 'features');
-  const expected = features.slice(0, count).filter((_, frame) => !missing.includes(frame));
-  const problems = [];
-  if (!same(lines, expected)) {
-    const numbers = (all) => all.map((line) => JSON.parse(line).frame);
-    const lost = numbers(expected).filter((frame) => !numbers(lines).includes(frame));
-    const wrong = numbers(lines.filter((line) => !expected.includes(line)));
-    problems.push(`frames that are missing, too: ${lost.slice(0, 9)}; wrong or too many: ${wrong.slice(0, 9)}`);
+  const problems = same(lines, host.features.slice(0, 3)) ? [] : [`features are those of ${lines.length} frames`];
+  if (!same(told(), expectedFaults)) problems.push(`the host is told ${JSON.stringify(told())}`);
+  if (expectedResets !== null && board.sensor.resets !== expectedResets) {
+    problems.push(`the sensor is reset ${board.sensor.resets} times, expected ${expectedResets}`);
   }
-  const faultsTold = notes.split('\n').filter((line) => line.includes('the board: ')).map((line) => line.split('the board: ')[1]);
-  if (!same(faultsTold, told)) problems.push(`the host is told ${JSON.stringify(faultsTold)}, expected ${JSON.stringify(told)}`);
   say(name, problems);
 }
 
-/** The camera does not come up: the host is told why, and no frame is used. */
-function never(name, program, prepare, told) {
+/** The camera does not come up: the host is told why, and again when it asks; no frame is used. */
+function never(name, program, prepare, reason) {
   const board = new Board(program, []);
   prepare(board);
-  for (let k = 0; k < 40; k++) board.frame(null);
+  const until = (frames) => {
+    while (board.now < (frames * 1e9) / 30) board.frame(null);
+  };
+  until(26);
+  board.requests.push(request(HELLO));
+  until(50);
   ofLine(Buffer.from(board.sent));
-  say(name, notes.includes(`the board: the camera ${told}\n`) ? [] : [`the host is told ${JSON.stringify(notes)}`]);
+  const isTold = same(told(), [reason, reason]);
+  const problems = isTold ? [] : [`the host is told ${JSON.stringify(told())}, expected ${reason} twice`];
+  if (board.began !== null) problems.push('frames are used');
+  say(name, problems);
 }
+
+/** The rate changes by 4 % while frames are used: the host is told, and they are used again when it is right. */
+function drift(name, program) {
+  // A line has 391 clocks, and then 376 again.
+  const change = { 10: (board) => board.sensor.slip(0x0343, 0x87), 80: (board) => board.sensor.slip(0x0343, 0x78) };
+  const board = new Board(program, frames.slice(0, 110), change);
+  ofLine(board.play());
+  say(name, same(told(), [FORGETS('0x3060'), BACK]) ? [] : [`the host is told ${JSON.stringify(told())}`]);
+}
+
+/**
+ * The program fails: it restarts, reports why, and continues. It may be reset `again` at once, before it has found the
+ * sensor; then the report comes again after that. A later reset reports nothing.
+ */
+function crash(name, program, how, why, { count = 60, again = false } = {}) {
+  const faults = {
+    20: (board) => {
+      how(board);
+      while (again && board.resets === 0) board.run(1e4);
+      if (again) board.run(1e7), board.reset();
+    },
+  };
+  const board = new Board(program, frames.slice(0, count), faults);
+  // After power was off, memory has arbitrary bytes.
+  board.mcu.sram.fill(0xa5);
+  board.play();
+  const problems = [];
+  ofLine(Buffer.from(board.sent));
+  const restarts = again ? 2 : 1;
+  const pattern = new RegExp(`^it started again because of: ${why}; restart ${restarts}$`);
+  if (told().length !== restarts || !pattern.test(told().at(-1))) {
+    problems.push(`the host is told ${JSON.stringify(told())}, expected ${why}; restart ${restarts}`);
+  }
+  if (board.resets !== restarts) problems.push(`the chip restarted ${board.resets} times`);
+  if (!board.uses()) problems.push('no frames are used after it');
+  const before = board.sent.length;
+  board.reset();
+  for (let k = 0; k < 40 && !board.uses(); k++) board.frame(null);
+  ofLine(Buffer.from(board.sent.slice(before)));
+  if (told().length > 0) problems.push(`the host is told again ${JSON.stringify(told())}`);
+  if (!board.uses()) problems.push('no frames are used after a reset');
+  say(name, problems);
+}
+
+/** The program fails before it has set the watchdog: it restarts all the same. */
+function early(name, program) {
+  const board = new Board(program, frames.slice(0, 1));
+  board.run(20e3);
+  board.crash();
+  const problems = [];
+  ofLine(board.play());
+  if (board.resets !== 1 || !told()[0]?.startsWith('it started again because of: hard fault')) {
+    problems.push(`the chip restarted ${board.resets} times, and the host is told ${JSON.stringify(told())}`);
+  }
+  say(name, problems);
+}
+
+/** Every wire of the camera is an input that is pulled down, so that a wire that is off does not float. */
+function pulls(name, ...programs) {
+  const floating = programs.flatMap((program) => {
+    const board = new Board(program, frames.slice(0, 1));
+    board.play();
+    return board.floating();
+  });
+  say(name, floating.map((pin) => `GP${pin} is not pulled down`));
+}
+
+/** The light of events changes with each of them, and that of faults is lit from a fault to the next event. */
+function lights(name, program) {
+  const board = new Board(program, frames, { 40: 'late core' });
+  board.play();
+  const lit = board.lights.map(String);
+  const seen = lit.filter((state, k) => state !== lit[k - 1]);
+  const expected = ['false,false', 'false,true', 'true,false', 'false,false'];
+  say(name, same(seen, expected) ? [] : [`events and faults are lit ${seen.join('; ')}`]);
+}
+
+/** The sensor's power fails. */
+const unplug = (board) => {
+  board.sensor.present = false;
+  board.sensor.powerOn();
+  return 'silent';
+};
+const plugIn = (board) => {
+  board.sensor.present = true;
+};
 
 const begun = Date.now();
 plain('events, 8 data wires', eight);
@@ -144,7 +167,93 @@ faulty('features, 4 data wires', four, 12, {}, [], []);
 faulty('features, 1 data wire', one, 6, {}, [], []);
 // The next sync shows it, and capture begins again at the one after that.
 faulty('a line is missing', eight, 16, { 8: 'lost line' }, [8, 9], [LOST_SYNC]);
+faulty('a line is split', eight, 16, { 8: 'split line' }, [8], [LOST_SYNC]);
+faulty('a line too many', eight, 16, { 8: 'line too many' }, [8], [LOST_SYNC]);
 faulty('sync inside a frame', eight, 16, { 8: 'sync inside' }, [8], [LOST_SYNC]);
-never('no sensor', eight, (board) => (board.sensor.present = false), 'does not answer');
-console.log(`${failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
-process.exit(failures ? 1 : 0);
+faulty('lost sync', eight, 16, { 8: 'lost sync' }, [8, 9], [LOST_SYNC]);
+faulty('late core', eight, 16, { 8: 'late core' }, [8], [OVERRUN]);
+faulty('late DMA', eight, 16, { 8: 'late DMA' }, [8], [OVERRUN]);
+faulty('silent for two frames', eight, 36, { 8: 'silent', 9: 'silent' }, range(8, 32), [SILENT, BACK]);
+faulty('unplugged', eight, 52, { 8: unplug, 18: plugIn }, range(8, 47), [SILENT, GONE, BACK]);
+faulty('brown-out', eight, 36, { 8: (board) => board.sensor.powerOn() }, range(8, 32), [SILENT, BACK]);
+faulty(
+  'automatic exposure switches itself on',
+  eight,
+  36,
+  { 8: (board) => board.sensor.set(0x2100, 1) },
+  range(8, 31),
+  [FORGETS('0x2100'), BACK],
+);
+faulty('data line held low for a while', eight, 16, { 8: (board) => (board.sensor.holds = 4) }, [], []);
+const deafen = (board) => (board.sensor.deaf = true), cure = (board) => (board.sensor.deaf = false);
+faulty(
+  'frames without an answer',
+  eight,
+  86,
+  { 8: deafen, 60: (board) => void cure(board) },
+  range(37, 83),
+  [GONE, BACK],
+);
+start('data line held low', eight, (board) => (board.sensor.holds = 5), [], 1);
+// In the identity, at the reset, and in the settings.
+for (const at of [0, 1, 3, 5, 8, 40]) {
+  start(`no acknowledge at step ${at}`, eight, (board) => (board.sensor.nackAfter = at), [GONE]);
+}
+never('no sensor', eight, (board) => (board.sensor.present = false), GONE);
+never(
+  'another sensor',
+  eight,
+  (board) => (board.sensor.registers[0x0001] = 0x60),
+  'the camera says it is 0x0160, which the firmware does not know',
+);
+never('a setting that is not taken', eight, (board) => (board.sensor.stuck = 0x3055), FORGETS('0x3055'));
+never('60 frames per second', eight, (board) => (board.sensor.slips = { 0x3060: 0x29 }), FORGETS('0x3060'));
+never('half of the columns', eight, (board) => (board.sensor.slips = { 0x0383: 0x03 }), FORGETS('0x3010'));
+never('324 rows', eight, (board) => (board.sensor.slips = { 0x3010: 0x00 }), FORGETS('0x3010'));
+never(
+  'a sensor with another number of wires',
+  eight,
+  (board) => (board.sensor.slips = { 0x3059: 0x42 }),
+  FORGETS('0x3010'),
+);
+// What only the test pattern shows.
+for (const [name, program, wire] of [['1 of 8', eight, 0x20], ['1 of 4', four, 0x04], ['the only one', one, 0x01]]) {
+  never(`a data wire is off: ${name}`, program, (board) => (board.sensor.dead = wire), FORGETS('0x3059'));
+}
+never(
+  'the high bits come first, 4 data wires',
+  four,
+  (board) => (board.sensor.slips = { 0x3060: 0x38 }),
+  FORGETS('0x3059'),
+);
+never(
+  'the high bits come first, 1 data wire',
+  one,
+  (board) => (board.sensor.slips = { 0x3060: 0x38 }),
+  FORGETS('0x3059'),
+);
+never(
+  'data changes at the edge at which it is taken',
+  eight,
+  (board) => (board.sensor.slips = { 0x3068: 0x21 }),
+  FORGETS('0x3059'),
+);
+never('pixels of 6 bits', eight, (board) => (board.sensor.slips = { 0x3011: 0x71 }), FORGETS('0x3059'));
+drift('the rate changes by 4 %', eight);
+const hard = 'hard fault at 0x20000100, called from 0x[0-9A-F]+';
+crash('hard fault', eight, (board) => board.crash(), hard);
+crash('hard fault, and a reset before it is reported', eight, (board) => board.crash(), hard, { again: true });
+crash('panic', eight, (board) => board.panic(), 'panic at \\S*/src/lib\\.rs:\\d+: explicit panic');
+crash('interrupt without a handler', eight, (board) => board.interrupt(30), 'an interrupt without a handler: 30');
+early('hard fault before the watchdog is set', eight);
+crash(
+  'the program hangs',
+  eight,
+  (board) => board.stall(5e9),
+  'the program hung, and the watchdog ended it',
+  { count: 180 },
+);
+pulls('pulled inputs', one, four, eight);
+lights('lights', eight);
+console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
+process.exit(host.failures ? 1 : 0);

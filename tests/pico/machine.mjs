@@ -5,6 +5,7 @@
 // - The pins that the PIO reads are kept as one number.
 // - An address without acknowledge flags the empty queue of the bus.
 // - An SEV instruction sets the core's event, which the emulator leaves out.
+// - A fault enters its handler, which the emulator does not do by itself.
 // Not modeled: electricity, and the time of instructions in flash. The time of a byte on the serial line is not either.
 
 import fs from 'node:fs';
@@ -14,6 +15,8 @@ import { Hm01b0 } from './sensor.mjs';
 // The wires of wstac-fw/README.md.
 const DATA = 6, PCLK = 14, HREF = 15, VSYNC = 16, CLOCK = 21, SDA = 4, SCL = 5, SENDS = 0, EVENTS = 25, TROUBLE = 22;
 // Functions of pins (RP2040 data sheet, 2.19.2).
+// Numbers of exceptions.
+const HARD_FAULT = 3, INTERRUPTS = 16;
 const UART = 2, I2C = 3, SIO = 5, PIO0 = 6, GPOUT = 8;
 const FLASH = 0x1000_0000, BOOT2 = 0x100;
 const CYCLE = 1e9 / 120e6;
@@ -29,7 +32,24 @@ function crc(bytes) {
   return rest >>> 0;
 }
 
-/** Returns the parts of a program that are flashed, and its symbols. */
+/** Returns the addresses of the functions of a program, by their names. */
+function functions(file) {
+  const elf = fs.readFileSync(file);
+  const [table, size, count] = [elf.readUInt32LE(32), elf.readUInt16LE(46), elf.readUInt16LE(48)];
+  const sections = Array.from({ length: count }, (_, k) => {
+    const [type, offset, length, link] = [4, 16, 20, 24].map((field) => elf.readUInt32LE(table + k * size + field));
+    return { type, offset, length, link };
+  });
+  const { offset, length, link } = sections.find(({ type }) => type === 2);
+  const found = {};
+  for (let at = offset; at < offset + length; at += 16) {
+    const name = sections[link].offset + elf.readUInt32LE(at);
+    if ((elf[at + 12] & 15) === 2) found[elf.toString('latin1', name, elf.indexOf(0, name))] = elf.readUInt32LE(at + 4);
+  }
+  return found;
+}
+
+/** Returns the parts of a program that are flashed. */
 function parts(file) {
   const elf = fs.readFileSync(file);
   const [table, size, count] = [elf.readUInt32LE(28), elf.readUInt16LE(42), elf.readUInt16LE(44)];
@@ -45,6 +65,7 @@ function parts(file) {
 export class Board {
   constructor(program, clip, faults = {}) {
     this.parts = parts(program);
+    this.functions = functions(program);
     this.clip = clip;
     this.faults = faults;
     this.sensor = new Hm01b0();
@@ -57,11 +78,13 @@ export class Board {
     this.stalledUntil = 0;
     this.resets = 0;
     this.lights = [];
+    this.chance = 1;
     this.power();
   }
 
   /** Switches the chip on, or resets it: memory keeps what it has. */
   power() {
+    this.stalledUntil = 0;
     const before = this.mcu;
     const mcu = (this.mcu = new RP2040());
     const core = mcu.core;
@@ -83,7 +106,12 @@ export class Board {
     [core.SP, core.PC] = [word(0), word(4) & ~1];
     mcu.uart[0].onByte = (byte) => mcu.gpio[SENDS].functionSelect === UART && this.sent.push(byte);
     const dog = mcu.peripherals[0x40058];
-    dog.onWatchdogTrigger = () => (this.resetBy = dog.reason);
+    dog.onWatchdogTrigger = () => {
+      // What the watchdog resets is chosen by WDSEL (RP2040 data sheet, 2.13.5): nothing until the program has chosen.
+      if (mcu.peripherals[0x40010].wdsel !== 0) this.resetBy = dog.reason;
+      // The emulator would trigger again in the same instant, for ever.
+      dog.alarm.enable = false;
+    };
     if (this.reason !== undefined) dog.reason = this.reason;
     this.bus(mcu.i2c[0]);
     this.pio = mcu.pio[0];
@@ -102,7 +130,6 @@ export class Board {
     this.lines = lines;
     mcu.gpio[SCL].addListener(lines);
     mcu.gpio[SDA].addListener(lines);
-    for (const pin of [EVENTS, TROUBLE]) mcu.gpio[pin].addListener(() => this.lights.push(this.lit()));
     lines();
   }
 
@@ -146,7 +173,7 @@ export class Board {
         this.tick(cycles * CYCLE);
       } else {
         const next = clock.nextAlarm ? Math.max(0, clock.nextAlarm.nanos - clock.nanos) : this.debt;
-        const step = Math.min(next, this.debt) || Math.min(1, this.debt);
+        const step = Math.min(Math.max(1, next), this.debt);
         this.debt -= step;
         this.tick(step);
       }
@@ -160,6 +187,43 @@ export class Board {
     }
   }
 
+  /** Sends the core to an address without instructions, whose fault it takes. */
+  crash() {
+    this.mcu.core.PC = 0x2000_0100;
+    this.mcu.core.exceptionEntry(HARD_FAULT);
+  }
+
+  /** Sends the core into a function of the program that panics. Nothing else calls it. */
+  panic() {
+    this.mcu.core.PC = this.functions.__defmt_default_panic & ~1;
+  }
+
+  /** Sends the core into the handler of an interrupt, whatever is enabled. */
+  interrupt(number) {
+    this.mcu.core.exceptionEntry(INTERRUPTS + number);
+  }
+
+  /** Stops the core for some time, or until a reset. Everything else continues. */
+  stall(nanos) {
+    this.stalledUntil = this.now + nanos;
+  }
+
+  /** Resets the chip at once, as a debugger does. */
+  reset() {
+    this.resets += 1;
+    this.reason = 0;
+    this.power();
+  }
+
+  /** Returns which of the camera's wires have no pull-down, or are no inputs. */
+  floating() {
+    const wires = [...Array(this.sensor.wires()).keys()].map((wire) => DATA + wire);
+    return [...wires, PCLK, HREF, VSYNC].filter((pin) => {
+      const gpio = this.mcu.gpio[pin];
+      return !gpio.pulldownEnabled || gpio.pullupEnabled || !gpio.inputEnable;
+    });
+  }
+
   tick(nanos) {
     this.now += nanos;
     this.mcu.clock.tick(nanos);
@@ -169,6 +233,8 @@ export class Board {
   pin(number, value) {
     const gpio = this.mcu.gpio[number];
     if (gpio.rawInputValue === value) return;
+    // Machines that the program has started meanwhile come to where they wait.
+    this.follow(8);
     gpio.rawInputValue = value;
     this.level(number, gpio.inputValue && gpio.functionSelect === PIO0);
     this.follow(4);
@@ -209,19 +275,23 @@ export class Board {
   /** Sends a frame, or lets its time pass. `number` is that of the clip. */
   frame(number) {
     for (const request of this.requests.splice(0)) for (const byte of request) this.mcu.uart[0].feedByte(byte);
+    this.lights.push(this.lit());
     const begins = this.now;
     const hertz = this.hertz();
     const fault = this.faults[number];
     const done = typeof fault === 'function' ? fault(this) : fault;
     let period = this.sensor.streams() && hertz ? this.sensor.period(hertz) * 1e9 : FRAME;
-    if (this.began !== null) period = FRAME;
+    // The clip has 30 frames per second. The sensor's rate is a little lower, by arithmetic alone.
+    if (Math.abs(period / FRAME - 1) < 0.01) period = FRAME;
     if (!this.sensor.streams() || !hertz || done === 'silent') return this.until(begins + period);
     if (this.began === null && this.uses()) {
       this.began = begins;
+      this.instructionsBefore = this.instructions;
       return this.frame(0);
     }
     const isSeen = this.pio.machines.some((machine) => machine.enabled);
-    if (isSeen) this.picture(number === null ? null : this.clip[number], period, done);
+    if (isSeen) this.picture(number === null ? null : this.clip[number], hertz, done);
+    this.sensor.endFrame();
     this.until(begins + period);
   }
 
@@ -230,14 +300,18 @@ export class Board {
     if (time > this.now) this.run(time - this.now);
   }
 
-  picture(picture, period, fault) {
+  /** Returns what the wires have while they change from one value to another: each has the old one or the new one. */
+  mix(before, after) {
+    this.chance = (Math.imul(this.chance, 1_664_525) + 1_013_904_223) >>> 0;
+    return before ^ ((before ^ after) & (this.chance >>> 24));
+  }
+
+  picture(picture, hertz, fault) {
     const { sensor } = this;
     const [columns, rows] = sensor.size();
     const pixels = sensor.pixels(picture);
-    const lines = sensor.number(0x0340), clocks = sensor.number(0x0342);
-    const line = period / lines, pixel = line / clocks;
+    const line = (sensor.period(hertz) * 1e9) / sensor.lines(), pixel = line / sensor.clocks();
     const wires = sensor.wires(), rises = sensor.rises();
-    const begins = this.now;
     const parts = Array.from({ length: 256 }, (_, value) => sensor.bits(value));
     // Only the pins that the program lets in, at their places.
     const mask = [...Array(wires).keys()].reduce((sum, wire) => {
@@ -247,38 +321,76 @@ export class Board {
     const clock = this.mcu.gpio[PCLK];
     const clocked = clock.inputEnable && clock.functionSelect === PIO0;
     const machine = this.pio.machines[0];
+    const drive = (value) => (this.levels = (this.levels & ~(0xff << DATA)) | ((value & mask) << DATA));
+    let last = 0;
+    const send = (value) => {
+      // Data changes at the edge that is not the one to take it at.
+      drive(value);
+      last = value;
+      if (!clocked) return;
+      clock.rawInputValue = rises;
+      this.level(PCLK, clock.inputValue);
+      if (machine.enabled) for (let step = 0; step < 3; step++) machine.step();
+      clock.rawInputValue = !rises;
+      this.level(PCLK, clock.inputValue);
+      drive(this.mix(last, ~last));
+      if (machine.enabled) for (let step = 0; step < 3; step++) machine.step();
+    };
+    // VSYNC comes with the first line, or some lines earlier or later.
+    const first = this.now + Math.max(0, sensor.early()) * line;
+    const late = Math.max(0, -sensor.early());
     this.pin(PCLK, !rises);
-    this.pin(VSYNC, true);
-    this.until(begins + 2 * line);
+    if (late === 0) this.pin(VSYNC, true);
     for (let y = 0; y < rows; y++) {
       if (fault === 'sync inside' && y === rows >> 1) {
         this.pin(VSYNC, false);
-        this.run(line);
+        this.run(line / 2);
         this.pin(VSYNC, true);
       }
-      const lineBegins = begins + (2 + y) * line;
-      this.until(lineBegins);
+      const lineBegins = first + y * line;
+      this.until(lineBegins - sensor.hrefEarly() * pixel);
+      if (y === late && late > 0) this.pin(VSYNC, true);
       if (fault === 'lost line' && y === 100) continue;
+      if (fault === 'late core' && y === 110) this.stall(30 * line);
+      if (fault === 'late DMA' && (y === 110 || y === 111)) this.holdDma(y === 110);
       this.pin(HREF, true);
+      this.until(lineBegins);
+      for (let clocks = sensor.clocksBefore(); clocks > 0; clocks--) send(0);
       for (let x = 0; x < columns; x++) {
-        const values = parts[pixels[y * columns + x]];
-        for (const value of values) {
-          this.levels = (this.levels & ~(0xff << DATA)) | ((value & mask) << DATA);
-          if (!clocked) continue;
-          clock.rawInputValue = rises;
-          this.level(PCLK, clock.inputValue);
-          if (machine.enabled) for (let step = 0; step < 3; step++) machine.step();
-          clock.rawInputValue = !rises;
-          this.level(PCLK, clock.inputValue);
-          if (machine.enabled) for (let step = 0; step < 3; step++) machine.step();
+        if (fault === 'split line' && y === 100 && x === 160) {
+          this.pin(HREF, false);
+          this.pin(HREF, true);
         }
+        const values = parts[pixels[y * columns + x]];
+        for (const value of values) send(value);
         // The core runs every 16 pixels, and the DMA whenever a word is there.
         if (x % 4 === 3) this.mcu.clock.tick(0);
         if (x % 16 === 15) this.until(lineBegins + (x + 1) * pixel);
       }
       this.pin(HREF, false);
+      if (fault === 'line too many' && y === 100) {
+        this.run(line / 50);
+        this.pin(HREF, true);
+        this.run(line / 50);
+        this.pin(HREF, false);
+      }
     }
-    this.until(begins + (2 + rows + 1) * line);
-    this.pin(VSYNC, false);
+    this.until(first + rows * line);
+    if (fault !== 'lost sync') this.pin(VSYNC, false);
+  }
+
+  /** Keeps the DMA from taking what machine 0 has, or lets it again. */
+  holdDma(isHeld) {
+    const { dma } = this.mcu;
+    const number = this.pio.dreqRx[0];
+    if (isHeld) {
+      let value = dma.dreq[number];
+      Object.defineProperty(dma.dreq, number, { configurable: true, get: () => false, set: (now) => (value = now) });
+      this.wanted = () => value;
+    } else {
+      const value = this.wanted();
+      Object.defineProperty(dma.dreq, number, { configurable: true, writable: true, value: false });
+      if (value) dma.setDREQ(number);
+    }
   }
 }

@@ -13,6 +13,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// The version of the header as text.
+#define WSTAC_VERSION_TEXT "0.3.0"
+
 // Number of features of a frame: five rows, then five columns.
 #define WSTAC_FEATURES 10
 
@@ -24,6 +27,18 @@
 
 // Most records of pushed frames that wait for wstac_next.
 #define WSTAC_MOST_RECORDS 1024
+
+// The major version of the header.
+#define WSTAC_VERSION_MAJOR 0
+
+// The minor version of the header.
+#define WSTAC_VERSION_MINOR 3
+
+// The patch of the header's version.
+#define WSTAC_VERSION_PATCH 0
+
+// The version of the header in one number: 65536 · major + 256 · minor + patch.
+#define WSTAC_VERSION 768
 
 // Status of a call.
 enum WstacStatus
@@ -326,7 +341,7 @@ const char *wstac_error_message(const struct Wstac *handle);
 // Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 
-// Returns the version of the library, such as "0.3.0".
+// Returns the version of the library that is loaded, such as "0.3.0", as WSTAC_VERSION_TEXT has that of the header.
 const char *wstac_version(void);
 
 #ifdef __cplusplus

@@ -188,9 +188,11 @@ mod kept {
         SCB::sys_reset()
     }
 
-    /// Restarts the chip. A reset by the core alone would leave the peripherals as they are.
+    /// Restarts the chip. A reset by the core alone would leave the peripherals as they are. The watchdog resets nothing
+    /// before it has been told what: all but the oscillators, as embassy tells it.
     #[cfg(feature = "rp")]
     fn restart() -> ! {
+        embassy_rp::pac::PSM.wdsel().write_value(embassy_rp::pac::psm::regs::Wdsel(0x0001_FFFC));
         embassy_rp::pac::WATCHDOG.ctrl().write(|w| w.set_trigger(true));
         loop {
             cortex_m::asm::nop();

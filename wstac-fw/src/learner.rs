@@ -70,12 +70,7 @@ enum TextureTask {
 impl Learner {
     /// Takes the textures that were kept, as far as they were learned with the model of this checksum. Without a model,
     /// nothing can be learned.
-    pub fn load(
-        &mut self,
-        names: &'static Names,
-        model: Option<u32>,
-        mut kept: impl FnMut(u8) -> Option<KeptTexture>,
-    ) {
+    pub fn load(&mut self, names: &'static Names, model: Option<u32>, mut kept: impl FnMut(u8) -> Option<KeptTexture>) {
         (self.names, self.model) = (model.map(|_| names), model.unwrap_or(0));
         for (place, (name, center)) in (0..).zip(names.iter().zip(&mut self.centers)) {
             if let Some(texture) = kept(place).filter(|texture| Some(texture.model) == model)
@@ -210,8 +205,7 @@ impl Learner {
                 let mut course = self.course.take()?;
                 let texture = KeptTexture { model: self.model, name: course.name, center };
                 let is_kept = keep(course.place, Some(&texture)) && self.use_center(course.place, &texture);
-                course.step =
-                    if is_kept { LearningStep::Learned } else { LearningStep::Failed(NotLearned::Memory) };
+                course.step = if is_kept { LearningStep::Learned } else { LearningStep::Failed(NotLearned::Memory) };
                 Some(Message::Learning(course.state()))
             }
             TextureTask::Forget(place) => {
@@ -228,8 +222,7 @@ impl Learner {
     /// Uses a texture from now on. Returns whether it has its place.
     fn use_center(&mut self, place: u8, texture: &KeptTexture) -> bool {
         let place = usize::from(place);
-        let (Some(center), Some(name)) =
-            (self.centers.get_mut(place), self.names.and_then(|names| names.get(place)))
+        let (Some(center), Some(name)) = (self.centers.get_mut(place), self.names.and_then(|names| names.get(place)))
         else {
             return false;
         };

@@ -42,7 +42,7 @@ impl Absence {
         match defect {
             Defect::NoFrames => Self::Silent,
             Defect::Size { .. } => Self::NotTaken { register: sensor.suspects.size },
-            Defect::Format => Self::NotTaken { register: sensor.suspects.format },
+            Defect::Format | Defect::Pattern => Self::NotTaken { register: sensor.suspects.format },
             Defect::Rate { .. } => Self::NotTaken { register: sensor.suspects.rate },
         }
     }

@@ -109,29 +109,29 @@ pub trait Board {
     /// The sensor's bus.
     type Bus: Bus;
     /// The serial line to the host.
-    type Line: Line;
+    type Line: Line + 'static;
     /// A light, which is lit when it is high.
-    type Light: OutputPin;
+    type Light: OutputPin + 'static;
     /// The watchdog.
     type Watchdog: Watchdog;
     /// The settings.
-    type Keeper: Keeper;
+    type Keeper: Keeper + 'static;
     /// The sensor of the chip's temperature.
     type Thermometer: Thermometer;
 }
 
-/// A board's parts. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
+/// A board's parts. Large ones are lent: moved, they would lie on the stack more than once. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
 pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     /// The sensors that the node looks for, in this order. All produce frames of one size.
     pub sensors: &'static [Sensor],
     /// The settings.
-    pub keeper: B::Keeper,
+    pub keeper: &'static mut B::Keeper,
     /// The camera interface.
     pub camera: B::Camera,
     /// The sensor's bus.
     pub bus: B::Bus,
     /// The line to the host, with the light that shows a fault.
-    pub line: Link<B::Line, B::Light>,
+    pub line: &'static mut Link<B::Line, B::Light>,
     /// The light that changes with every event.
     pub events: B::Light,
     /// The watchdog.
@@ -152,22 +152,11 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 #[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
-    let Node {
-        sensors,
-        mut keeper,
-        camera,
-        bus: mut i2c,
-        mut line,
-        mut events,
-        mut watchdog,
-        hung,
-        is_own_clock,
-        id,
-        ..
-    } = node;
+    let Node { sensors, keeper, camera, bus: mut i2c, line, mut events, mut watchdog, hung, is_own_clock, id, .. } =
+        node;
     let mut thermometer = node.thermometer;
     let size = sensors.first().map(|sensor| sensor.size);
-    let Some(reader) = size.and_then(|size| reader(&mut keeper, size)) else {
+    let Some(reader) = size.and_then(|size| reader(keeper, size)) else {
         panic!("the configuration does not fit the camera")
     };
     if is_own_clock {
@@ -177,12 +166,12 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     if let Some(id) = id {
         reader.set_id(id);
     }
-    reader.hello(&mut line);
-    let (mut is_told, restarts) = tell_last_run(hung, &mut line);
+    reader.hello(line);
+    let (mut is_told, restarts) = tell_last_run(hung, line);
     let telemetry = reader.telemetry_mut();
     (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
     let (mut depth, mut second) = (StackDepth::new(), 0);
-    let mut sensor = find(sensors, &mut i2c, reader, &mut keeper, &mut line, &mut watchdog).await;
+    let mut sensor = find(sensors, &mut i2c, reader, keeper, line, &mut watchdog).await;
 
     let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
     let frame_bytes = WIDTH * usize::from(sensor.size.height());
@@ -201,16 +190,13 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             is_told = true;
             crash_record::erase();
         }
-        restart_if_wanted(&keeper, &line);
-        while let Some(request) = line.request() {
-            reader.answer(request, &mut line);
-            keeper.answer(request, &mut line);
-            match request {
-                Request::Hello => line.absence(absent),
-                Request::Picture => picture.begin(),
-                Request::Time { host_us } => line.time(host_us, Instant::now().as_micros()),
-                _ => {}
-            }
+        restart_if_wanted(keeper, &line);
+        let asked = answer_requests(reader, keeper, line);
+        if asked.hello {
+            line.absence(absent);
+        }
+        if asked.picture {
+            picture.begin();
         }
         if is_between {
             let now = Instant::now();
@@ -221,10 +207,10 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 (telemetry.stack, telemetry.temperature) = (Some(depth.bytes()), thermometer.tenths());
             }
         }
-        while line.has_room() && (reader.send_held(&mut line) || is_between && reader.send_again(&mut line)) {}
+        while line.has_room() && (reader.send_held(line) || is_between && reader.send_again(line)) {}
         #[cfg(feature = "learn")]
         if is_between && line.has_room() {
-            reader.keep_textures(&mut keeper, &mut line);
+            reader.keep_textures(keeper, line);
         }
         is_between = false;
         if stage != Stage::Run {
@@ -241,7 +227,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                         line.absence(reason);
                     }
                     // This also serves a board without a camera.
-                    reader.status(&mut line);
+                    reader.status(line);
                     Timer::after(TRY_AGAIN).await;
                 }
             }
@@ -258,11 +244,11 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
                 row[..later.len()].copy_from_slice(later);
-                let mut done = reader.rows(now, &mut line);
+                let mut done = reader.rows(now, line);
                 let is_whole = stripes.release();
                 // The part is only sent if it is of rows that were not overwritten.
                 if let Some(part) = part.filter(|_| is_whole) {
-                    picture.send(&part, reader.next_frame(), &mut line);
+                    picture.send(&part, reader.next_frame(), line);
                 }
                 is_between = last;
                 if is_whole && last {
@@ -284,7 +270,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                         Err(error) => Some(error.into()),
                     };
                     if let Some(reason) = lost {
-                        reader.abandon_frame(&mut line);
+                        reader.abandon_frame(line);
                         (stage, absent) = (Stage::SetUp, reason);
                         line.absence(reason);
                     } else {
@@ -292,7 +278,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                             absent = Absence::None;
                             line.fault(Fault::SensorBack);
                         }
-                        done = done.and_then(|()| reader.rows(&row, &mut line));
+                        done = done.and_then(|()| reader.rows(&row, line));
                     }
                 }
                 if let Err(error) = done {
@@ -302,9 +288,9 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             }
             Step::Abandoned => {
                 meter.restart();
-                reader.abandon_frame(&mut line);
+                reader.abandon_frame(line);
             }
-            Step::Lost(frames) => reader.lost(frames, &mut line),
+            Step::Lost(frames) => reader.lost(frames, line),
             Step::Fault(fault) => {
                 is_between = true;
                 meter.restart();
@@ -346,6 +332,13 @@ struct Failure {
     defect: Option<Defect>,
 }
 
+impl Failure {
+    /// Creates the failure of a setting.
+    fn of<E>(error: SensorError<E>) -> Self {
+        Self { reason: error.into(), defect: None }
+    }
+}
+
 /// Sets the sensor up if that has to be done, and measures its frames. If they come at a multiple of the rate, the clock
 /// is divided.
 async fn bring_up(
@@ -377,8 +370,9 @@ async fn try_to_bring_up(
         if i2c.free() {
             defmt::warn!("the sensor held its bus");
         }
-        sensor.set_up(i2c, &mut Delay).map_err(|error| Failure { reason: error.into(), defect: None })?;
+        sensor.set_up(i2c, &mut Delay).map_err(Failure::of)?;
     }
+    sensor.show_pattern(i2c, true).map_err(Failure::of)?;
     Timer::after_millis(sensor.settle_ms.into()).await;
     dcmi.begin_probe();
     measured(dcmi, SELF_TEST_FRAMES, SELF_TEST).await;
@@ -402,11 +396,19 @@ async fn try_to_bring_up(
     dcmi.begin_luma_probe();
     measured(dcmi, 1, LUMA_TEST).await;
     let Probe { lines, words, .. } = dcmi.probe();
-    if words == dcmi.luma_words() {
-        return Ok(());
+    if words != dcmi.luma_words() {
+        let defect = Defect::Size { lines, words };
+        return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
     }
-    let defect = Defect::Size { lines, words };
-    Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) })
+    if !sensor.pattern.is_empty() {
+        dcmi.stop();
+        if let Err(defect) = self_test::judge_pattern([dcmi.rows(0), dcmi.rows(1)]) {
+            return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+        }
+        sensor.show_pattern(i2c, false).map_err(Failure::of)?;
+        Timer::after_millis(sensor.settle_ms.into()).await;
+    }
+    Ok(())
 }
 
 /// Waits until so many frames have been measured, or for the longest time.
@@ -431,6 +433,9 @@ fn log(defect: Option<Defect>) {
         None | Some(Defect::NoFrames) => {}
         Some(Defect::Size { lines, words }) => defmt::error!("frames have {=u32} lines and {=u32} words", lines, words),
         Some(Defect::Format) => defmt::error!("bytes are not luma and fixed chroma in turn"),
+        Some(Defect::Pattern) => {
+            defmt::error!("the test pattern is not right: a data wire is off, or bits come in another order");
+        }
         Some(Defect::Rate { millihertz }) => defmt::error!("{=u32} frames in 1000 seconds", millihertz),
     }
 }
@@ -455,6 +460,33 @@ fn reader(keeper: &mut impl Keeper, size: FrameSize) -> Option<&'static mut Read
             None
         }
     }
+}
+
+/// What the host has asked of the node itself.
+#[derive(Clone, Copy, Default)]
+struct Asked {
+    /// A description, and so the reason why there are no frames.
+    hello: bool,
+    /// A picture.
+    picture: bool,
+}
+
+/// Answers the requests that have arrived.
+// It is not inlined, so that requests do not lie on the stack of a function that runs for ever.
+#[inline(never)]
+fn answer_requests(reader: &mut Reader, keeper: &mut impl Keeper, line: &mut Link<impl Line, impl OutputPin>) -> Asked {
+    let mut asked = Asked::default();
+    while let Some(request) = line.request() {
+        reader.answer(request, line);
+        keeper.answer(request, line);
+        match request {
+            Request::Hello => asked.hello = true,
+            Request::Picture => asked.picture = true,
+            Request::Time { host_us } => line.time(host_us, Instant::now().as_micros()),
+            _ => {}
+        }
+    }
+    asked
 }
 
 /// Starts again if other settings are kept, and the host has been told.
@@ -499,11 +531,9 @@ async fn find(
             defmt::warn!("the sensor held its bus");
         }
         restart_if_wanted(keeper, line);
-        while let Some(request) = line.request() {
-            reader.answer(request, line);
-            keeper.answer(request, line);
-            // A host that has just connected should know, too.
-            said = if request == Request::Hello { Absence::None } else { said };
+        // A host that has just connected should know, too.
+        if answer_requests(reader, keeper, line).hello {
+            said = Absence::None;
         }
         reader.set_time(Instant::now().as_micros());
         #[cfg(feature = "learn")]

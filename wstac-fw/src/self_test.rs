@@ -46,6 +46,8 @@ pub enum Defect {
     },
     /// Neither of two bytes is the fixed chroma.
     Format,
+    /// The test pattern is another one: of bits in another order, or without those of a wire.
+    Pattern,
     /// The frames come at another rate.
     Rate {
         /// Frames per second, times 1000.
@@ -78,6 +80,20 @@ pub fn judge(
     let luma_first = if has_chroma { luma_is_first(tail)? } else { None };
     judge_rate(probe.frames, probe.ticks, rate, tick_hz)?;
     Ok(luma_first)
+}
+
+/// Judges bytes of a test pattern of walking ones: each is twice the one before, and 1 follows 0. Lines may begin anew.
+///
+/// # Errors
+/// Returns [`Defect::Pattern`] if more than one of 64 steps is another one.
+pub fn judge_pattern(parts: [&[u8]; 2]) -> Result<(), Defect> {
+    let (mut steps, mut wrong) = (0, 0);
+    for pair in parts.into_iter().flat_map(|part| part.windows(2)) {
+        let &[before, after] = pair else { continue };
+        steps += 1;
+        wrong += usize::from(after != if before == 0 { 1 } else { before << 1 });
+    }
+    if steps > 0 && wrong * 64 <= steps { Ok(()) } else { Err(Defect::Pattern) }
 }
 
 /// Judges the rate of frames that took these ticks.
@@ -207,6 +223,33 @@ mod tests {
         let gray = |words| judge(Probe { words, ..probe(3000) }, &[1, 2], [320, 240], false, FrameRate::NOMINAL, HZ);
         assert_eq!(gray(19_200), Ok(None));
         assert_eq!(gray(38_400), Err(Defect::Size { lines: 240, words: 38_400 }));
+    }
+
+    #[test]
+    fn walking_ones_are_known_from_those_of_other_wires_and_orders() {
+        let walk = |length: usize| (0..length).map(|at| 1_u32.checked_shl(at as u32 % 9).unwrap() as u8);
+        let lines: Vec<u8> = (0..22).flat_map(|_| walk(324)).collect();
+        // The DMA is somewhere in the second half, and what is behind that is older.
+        let other = [&lines[..777], &lines[99..3000]].concat();
+        assert_eq!(judge_pattern([&lines, &other]), Ok(()));
+        let changed = |change: fn(u8) -> u8| {
+            let bytes: Vec<u8> = lines.iter().map(|byte| change(*byte)).collect();
+            judge_pattern([&bytes, &bytes])
+        };
+        let changes: [fn(u8) -> u8; 8] = [
+            |byte| byte & !0x20,
+            |byte| byte | 0x01,
+            |byte| byte.rotate_left(4),
+            u8::reverse_bits,
+            |byte| byte >> 2,
+            |byte| byte.saturating_add(8),
+            |_| 0,
+            |_| 0xFF,
+        ];
+        for (number, change) in changes.into_iter().enumerate() {
+            assert_eq!(changed(change), Err(Defect::Pattern), "change {number}");
+        }
+        assert_eq!(judge_pattern([&[], &[]]), Err(Defect::Pattern));
     }
 
     #[test]

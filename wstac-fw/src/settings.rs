@@ -198,8 +198,9 @@ fn end_move<F: NorFlash>(flash: &mut F, range: &Range<u32>) {
             continue;
         }
         let mut is_moved = |key| {
-            let [with, without] = [0..0, old.clone()]
-                .map(|hidden| fetch_without(flash, range.clone(), hidden, key, |item| Some(crc32(item.iter().copied()))));
+            let [with, without] = [0..0, old.clone()].map(|hidden| {
+                fetch_without(flash, range.clone(), hidden, key, |item| Some(crc32(item.iter().copied())))
+            });
             matches!((with, without), (Ok(with), Ok(without)) if with == without)
         };
         if keys().all(&mut is_moved) {
@@ -248,12 +249,7 @@ pub fn load_texture<F: NorFlash>(flash: &mut F, range: Range<u32>, place: u8) ->
 /// Keeps a learned texture at a place, or `None`. Returns whether it can be read again.
 #[cfg(any(feature = "learn", test))]
 #[inline(never)]
-pub fn keep_texture<F: NorFlash>(
-    flash: &mut F,
-    range: Range<u32>,
-    place: u8,
-    texture: Option<&KeptTexture>,
-) -> bool {
+pub fn keep_texture<F: NorFlash>(flash: &mut F, range: Range<u32>, place: u8, texture: Option<&KeptTexture>) -> bool {
     let (mut bytes, mut numbers) = ([0; MOST], [0; 2 * MOST_DIMENSIONS]);
     let item: TextureItem<'_> = texture.map(|KeptTexture { model, name, center }| {
         let places = center.place().numbers();

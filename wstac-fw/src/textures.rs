@@ -12,7 +12,7 @@ use crate::setup::Kind;
 
 /// The textures that a board names.
 #[cfg(feature = "learn")]
-pub type Textures = crate::learner::Learner;
+pub use crate::learner::Learner as Textures;
 /// The textures that a board names.
 #[cfg(not(feature = "learn"))]
 pub type Textures = TrainedTextures;

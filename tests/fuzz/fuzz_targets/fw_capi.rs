@@ -7,8 +7,10 @@ use std::{mem, ptr};
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use wstac_core::wire::{LONGEST, Request, encode};
 use wstac_fw::answers::*;
 use wstac_fw::format::*;
+use wstac_fw::link::*;
 use wstac_fw::model::*;
 use wstac_fw::pipeline::*;
 use wstac_fw::settings::*;
@@ -91,9 +93,14 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
         check(unsafe { wstac_fw_init(&raw mut pipeline, size, options) });
     }
     settings(&mut pipeline, input)?;
+    // SAFETY: it is numbers.
+    let mut link = unsafe { mem::zeroed::<WstacFwLink>() };
+    // SAFETY: the memory is there.
+    check(unsafe { wstac_fw_link_init(&raw mut link, size_of::<WstacFwLink>()) });
     for _ in 0..500 {
         call(&mut pipeline, input)?;
         answers(&mut pipeline, &model);
+        messages(&pipeline, &mut link, input)?;
         if input.ratio(1, 32)? {
             let length = usize::from(input.arbitrary::<u16>()?) % MOST_MODEL;
             let bytes = input.bytes(length.min(input.len()))?;
@@ -172,6 +179,47 @@ fn call(pipeline: &mut WstacFwPipeline, input: &mut Unstructured<'_>) -> Result<
                     check(wstac_fw_push_frame(pipeline, bytes.as_ptr(), length));
                 }
             }
+        }
+    }
+    Ok(())
+}
+
+/// Receives bytes of a host, most of them whole requests, and sends messages.
+fn messages(pipeline: &WstacFwPipeline, link: &mut WstacFwLink, input: &mut Unstructured<'_>) -> Result<()> {
+    let mut room = [0; LONGEST];
+    let requests =
+        [Request::Hello, Request::Samples(true), Request::KeepEvents(true), Request::Acknowledge { event: 0 }];
+    let mut received = encode(input.choose(&requests)?, input.arbitrary()?, &mut room).to_vec();
+    if input.ratio(1, 4)? {
+        received = input.bytes(input.len().min(20))?.to_vec();
+    }
+    let (mut bytes, mut length) = ([0; WSTAC_FW_LINK_BYTES], 0);
+    // SAFETY: all of these are numbers, which the library writes; all memory is there.
+    unsafe {
+        let mut wanted: WstacFwWanted = mem::zeroed();
+        let status = wstac_fw_link_receive(link, received.as_ptr(), received.len(), &raw mut wanted);
+        assert!(status == WstacFwStatus::Ok);
+        let (mut motion, mut texture): (WstacFwMotion, WstacFwTexture) = (mem::zeroed(), mem::zeroed());
+        texture.label.fill(input.arbitrary::<u8>()? as _);
+        texture.label[usize::from(input.arbitrary::<u8>()?) % WSTAC_FW_LABEL_BYTES] = 0;
+        let answers = WstacFwAnswers {
+            motion: &raw const motion,
+            speed: ptr::null(),
+            direction: ptr::null(),
+            texture: if input.arbitrary()? { &raw const texture } else { ptr::null() },
+        };
+        let part = number(input, 8)?;
+        let status = wstac_fw_motion(pipeline, &raw mut motion);
+        for status in [
+            status,
+            wstac_fw_link_event(link, pipeline, &raw const answers, bytes.as_mut_ptr(), &raw mut length),
+            wstac_fw_link_sample(link, pipeline, part, bytes.as_mut_ptr(), &raw mut length),
+            wstac_fw_link_features(link, pipeline, bytes.as_mut_ptr(), &raw mut length),
+            wstac_fw_link_status(link, pipeline, bytes.as_mut_ptr(), &raw mut length),
+            wstac_fw_link_due(link, input.arbitrary()?, bytes.as_mut_ptr(), &raw mut length),
+        ] {
+            check(status);
+            assert!(length <= WSTAC_FW_LINK_BYTES);
         }
     }
     Ok(())

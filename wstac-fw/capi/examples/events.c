@@ -20,8 +20,8 @@ static uint8_t rows[STRIPE_ROWS * MOST_WIDTH];
 static uint32_t model_words[24 * 1024];
 static int16_t sample[WSTAC_FW_SAMPLE_NUMBERS];
 
-_Static_assert(sizeof(WstacFwPipeline) == WSTAC_PIPELINE_SIZE, "header and library");
-_Static_assert(_Alignof(WstacFwPipeline) == WSTAC_PIPELINE_ALIGN, "header and library");
+_Static_assert(sizeof(WstacFwPipeline) == WSTAC_FW_PIPELINE_SIZE, "header and library");
+_Static_assert(_Alignof(WstacFwPipeline) == WSTAC_FW_PIPELINE_ALIGN, "header and library");
 
 /* A status below 0 is an error: nothing has changed, and the text tells the reason. */
 static void check(WstacFwStatus status, const char *what)

@@ -12,6 +12,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// The version of the header as text.
+#define WSTAC_FW_VERSION_TEXT "0.3.0"
+
 // The number of features of a frame: five rows, then five columns.
 #define WSTAC_FW_FEATURES 10
 
@@ -24,6 +27,12 @@
 // The number of bytes of the longest message.
 #define WSTAC_FW_LINK_BYTES 288
 
+// The number of messages that carry a sample.
+#define WSTAC_FW_SAMPLE_PARTS 7
+
+// The number of bytes of a link.
+#define WSTAC_FW_LINK_SIZE 632
+
 // The number of bytes of a model.
 #define WSTAC_FW_MODEL_SIZE 136
 
@@ -31,10 +40,10 @@
 #define WSTAC_FW_LABEL_BYTES 64
 
 // Bytes of a pipeline.
-#define WSTAC_PIPELINE_SIZE 2512
+#define WSTAC_FW_PIPELINE_SIZE 2512
 
 // The alignment of a pipeline in memory, in bytes.
-#define WSTAC_PIPELINE_ALIGN 8
+#define WSTAC_FW_PIPELINE_ALIGN 8
 
 // The major version of the header.
 #define WSTAC_FW_VERSION_MAJOR 0
@@ -316,10 +325,11 @@ typedef struct WstacFwEnd {
 
 // A link to a host, in memory that the program provides: `static WstacFwLink link;`. A serial line needs one.
 //
-// wstac_fw_link_init sets it up. It counts messages, events and lost frames. Nothing has to be freed.
+// wstac_fw_link_init sets it up. It counts messages, events and lost frames, and keeps the last two events until the
+// host has them. Nothing has to be freed.
 typedef struct WstacFwLink {
   // Private to the library.
-  uint64_t opaque[3];
+  uint64_t opaque[79];
 } WstacFwLink;
 
 // A texture model, in memory that the program provides.
@@ -372,6 +382,18 @@ typedef struct WstacFwAnswers {
   // The texture, from wstac_fw_classify; null without one. Only a slide has one.
   const struct WstacFwTexture *texture;
 } WstacFwAnswers;
+
+// The requests of a host.
+typedef struct WstacFwWanted {
+  // Whether the host has asked for wstac_fw_link_hello since the last call.
+  bool hello;
+  // Whether it wants wstac_fw_link_features of every frame.
+  bool features;
+  // Whether it wants wstac_fw_link_sample before every event.
+  bool samples;
+  // Whether it acknowledges events. Then the link keeps them until it has.
+  bool events_kept;
+} WstacFwWanted;
 
 // The state of a board. -1 means that a number is not known.
 typedef struct WstacFwTelemetry {
@@ -624,6 +646,8 @@ WstacFwStatus wstac_fw_link_hello(struct WstacFwLink *link,
 
 // Writes the bytes of the message of the event that the last push completed, with its answers. Events are counted.
 //
+// If the host acknowledges events, wstac_fw_link_due writes the message again until the host has it.
+//
 // # Safety
 // `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `answers` is null or answers whose
 // pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is
@@ -633,6 +657,44 @@ WstacFwStatus wstac_fw_link_event(struct WstacFwLink *link,
                                   const struct WstacFwAnswers *answers,
                                   uint8_t *bytes,
                                   size_t *length);
+
+// Takes bytes that the host has sent, as they arrive: requests and acknowledgments. Writes what the host wants.
+//
+// Damaged and unknown requests are ignored. A program that never calls it sends each event once.
+//
+// # Safety
+// `link` is null or a link's memory, `bytes` is null or `length` bytes, and `wanted` is null or memory for it.
+WstacFwStatus wstac_fw_link_receive(struct WstacFwLink *link,
+                                    const uint8_t *bytes,
+                                    size_t length,
+                                    struct WstacFwWanted *wanted);
+
+// Writes the bytes of the message of an event that the host has not acknowledged in time.
+//
+// Call it in every round of the program's loop, with the milliseconds of a clock, which may wrap.
+//
+// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is none. An event is sent again after 250 ms, for at most
+// 4 seconds.
+//
+// # Safety
+// `link` is null or a link's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is null or
+// memory for a number.
+WstacFwStatus wstac_fw_link_due(struct WstacFwLink *link, uint32_t now_ms, uint8_t *bytes, size_t *length);
+
+// Writes the bytes of the message of a part of the sample of the event that the last push completed.
+//
+// All WSTAC_FW_SAMPLE_PARTS parts, from 0 on, come before the event.
+//
+// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is no such part.
+//
+// # Safety
+// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_sample(struct WstacFwLink *link,
+                                   const struct WstacFwPipeline *pipeline,
+                                   uint32_t part,
+                                   uint8_t *bytes,
+                                   size_t *length);
 
 // Writes the bytes of the message of the features of the frame that the last call completed.
 //

@@ -7,15 +7,19 @@ use wstac_core::law::{Answer, EventLaw};
 use wstac_core::model::Model;
 use wstac_core::model::file::Task;
 use wstac_core::motion::Contact;
+use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
-use wstac_core::wire::{self, Answers, Hello, Message, ModelFacts, Telemetry, Text, TextureAnswer};
+use wstac_core::wire::{
+    self, Answers, Decoder, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text, TextureAnswer,
+    Wanted,
+};
 
 use crate::answers::{
     WstacFwContact, WstacFwContactEnd, WstacFwDirection, WstacFwIncomplete, WstacFwMotion, WstacFwSpeed, WstacFwWhy,
 };
 use crate::format::WstacFwFormat;
-use crate::memory::{Memory, borrowed, fits, give, place, set_up, value, value_mut};
+use crate::memory::{Memory, borrowed, bytes as borrowed_bytes, fits, give, place, set_up, value, value_mut};
 use crate::model::{WSTAC_FW_LABEL_BYTES, WstacFwModel, WstacFwTask, WstacFwTexture};
 use crate::pipeline::{State, WstacFwPipeline};
 use crate::status::{WstacFwStatus, status};
@@ -25,28 +29,119 @@ pub const WSTAC_FW_LINK_BYTES: usize = 288;
 
 const _: () = assert!(WSTAC_FW_LINK_BYTES == wire::LONGEST);
 
+/// The number of messages that carry a sample.
+pub const WSTAC_FW_SAMPLE_PARTS: u32 = 7;
+
+const _: () = assert!(WSTAC_FW_SAMPLE_PARTS as usize * SAMPLE_PART == SAMPLE_FRAMES);
+
+/// The number of bytes of a link.
+pub const WSTAC_FW_LINK_SIZE: usize = 632;
+
 /// A link to a host, in memory that the program provides: `static WstacFwLink link;`. A serial line needs one.
 ///
-/// wstac_fw_link_init sets it up. It counts messages, events and lost frames. Nothing has to be freed.
+/// wstac_fw_link_init sets it up. It counts messages, events and lost frames, and keeps the last two events until the
+/// host has them. Nothing has to be freed.
 #[repr(C)]
 pub struct WstacFwLink {
     /// Private to the library.
-    opaque: [u64; 3],
+    opaque: [u64; 79],
 }
 
-/// The numbers of the next messages.
+/// The state of a link.
 pub(crate) struct Sender {
     dropped: u64,
     sequence: u16,
-    event: u16,
+    /// The milliseconds of the last wstac_fw_link_due.
+    now: u32,
+    /// The bytes of a request, as far as they have arrived.
+    decoder: Decoder<LONGEST_REQUEST>,
+    wanted: Wanted,
+    /// The events that were sent and not acknowledged, without their textures.
+    outbox: Outbox<'static, KEPT>,
+    /// The textures of the last events that are kept.
+    textures: [Option<(u16, WstacFwTexture)>; KEPT],
 }
 
-const _: () = assert!(fits::<WstacFwLink, Sender>(4));
+/// The number of bytes of the longest request that a board in C reads. Others are ignored.
+const LONGEST_REQUEST: usize = 16;
+
+/// The number of events that are kept.
+const KEPT: usize = 2;
+
+const _: () = assert!(size_of::<WstacFwLink>() == WSTAC_FW_LINK_SIZE);
+// On a 64-bit machine, where tests run, pointers are larger.
+const _: () = assert!(fits::<WstacFwLink, Sender>(if cfg!(target_pointer_width = "32") { 104 } else { 0 }));
 
 // SAFETY: it consists of numbers, as large and aligned as asserted above.
 unsafe impl Memory for WstacFwLink {
     type Value = Sender;
     const MARK: u32 = u32::from_le_bytes(*b"WSln");
+}
+
+impl Sender {
+    fn new() -> Self {
+        Self {
+            dropped: 0,
+            sequence: 0,
+            now: 0,
+            decoder: Decoder::new(),
+            wanted: Wanted::default(),
+            outbox: Outbox::new(),
+            textures: [const { None }; KEPT],
+        }
+    }
+
+    /// Keeps the texture of an event, as long as the event itself is kept: the oldest one gives way.
+    fn keep_texture(&mut self, event: u16, texture: WstacFwTexture) {
+        let age = |place: &Option<(u16, _)>| place.as_ref().map_or(u16::MAX, |(kept, _)| event.wrapping_sub(*kept));
+        if let Some(place) = self.textures.iter_mut().max_by_key(|place| age(place)) {
+            *place = Some((event, texture));
+        }
+    }
+
+    /// Returns the texture of an event that is kept.
+    fn texture_of(&self, event: u16) -> Option<&WstacFwTexture> {
+        self.textures.iter().flatten().find(|(kept, _)| *kept == event).map(|(_, texture)| texture)
+    }
+
+    /// Writes the bytes of a message.
+    ///
+    /// # Safety
+    /// `out` has memory for WSTAC_FW_LINK_BYTES bytes and for one number.
+    unsafe fn write(&mut self, message: &Message<'_>, out: &Out) -> Result<WstacFwStatus, WstacFwStatus> {
+        let mut buffer = [0; WSTAC_FW_LINK_BYTES];
+        let bytes = wire::encode(message, self.sequence, &mut buffer);
+        self.sequence = self.sequence.wrapping_add(1);
+        // SAFETY: there is memory for all of them (the caller), and none of it is in the buffer.
+        unsafe { out.bytes.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+        // SAFETY: the caller guarantees it.
+        unsafe { give(out.length, bytes.len()) }
+    }
+
+    /// Takes a request of the host. Returns whether it asks for a description of the board.
+    fn answer(&mut self, request: Request) -> bool {
+        match request {
+            Request::Hello => return true,
+            Request::Features(wanted) => self.wanted.features = wanted,
+            Request::Samples(wanted) => self.wanted.samples = wanted,
+            // Others are about events, or about what this library does not do.
+            request => self.outbox.answer(request),
+        }
+        false
+    }
+}
+
+/// The requests of a host.
+#[repr(C)]
+pub struct WstacFwWanted {
+    /// Whether the host has asked for wstac_fw_link_hello since the last call.
+    pub hello: bool,
+    /// Whether it wants wstac_fw_link_features of every frame.
+    pub features: bool,
+    /// Whether it wants wstac_fw_link_sample before every event.
+    pub samples: bool,
+    /// Whether it acknowledges events. Then the link keeps them until it has.
+    pub events_kept: bool,
 }
 
 /// The description of a board. Texts are UTF-8 with a 0 at the end; longer ones than stated are cut.
@@ -101,13 +196,20 @@ pub struct WstacFwTelemetry {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_link_init(link: *mut WstacFwLink, size: usize) -> WstacFwStatus {
     // SAFETY: the caller guarantees it.
-    status(unsafe { set_up(link, size, || Ok(Sender { dropped: 0, sequence: 0, event: 0 })) })
+    status(unsafe { set_up(link, size, || Ok(Sender::new())) })
 }
 
 /// The place for the bytes of a message.
 struct Out {
     bytes: *mut u8,
     length: *mut usize,
+}
+
+impl Out {
+    /// Checks that there is a place for both.
+    fn checked(&self) -> Result<Self, WstacFwStatus> {
+        Ok(Self { bytes: place(self.bytes)?, length: place(self.length)? })
+    }
 }
 
 /// Writes the bytes of a message of this link.
@@ -120,17 +222,12 @@ unsafe fn send<'m>(
     message: impl FnOnce(&mut Sender) -> Result<Message<'m>, WstacFwStatus>,
 ) -> WstacFwStatus {
     let send = || {
-        let (to, length) = (place(out.bytes)?, place(out.length)?);
+        let out = out.checked()?;
         // SAFETY: the caller guarantees it.
         let sender = unsafe { value_mut(link) }?;
         let message = message(sender)?;
-        let mut buffer = [0; WSTAC_FW_LINK_BYTES];
-        let bytes = wire::encode(&message, sender.sequence, &mut buffer);
-        sender.sequence = sender.sequence.wrapping_add(1);
-        // SAFETY: there is memory for all of them (the caller), and none of it is in the buffer.
-        unsafe { to.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
         // SAFETY: the caller guarantees it.
-        unsafe { give(length, bytes.len()) }
+        unsafe { sender.write(&message, &out) }
     };
     status(send())
 }
@@ -285,6 +382,8 @@ fn in_wire(texture: &WstacFwTexture) -> Result<TextureAnswer<'_>, WstacFwStatus>
 
 /// Writes the bytes of the message of the event that the last push completed, with its answers. Events are counted.
 ///
+/// If the host acknowledges events, wstac_fw_link_due writes the message again until the host has it.
+///
 /// # Safety
 /// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `answers` is null or answers whose
 /// pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is
@@ -312,17 +411,120 @@ pub unsafe extern "C" fn wstac_fw_link_event(
             // SAFETY: the caller guarantees it.
             by_arrival(unsafe { borrowed(given.motion) }?, &event)
         };
-        let mut answers = Answers::new(&event, &Given(answer));
-        if !given.texture.is_null() {
+        let texture = if given.texture.is_null() {
+            None
+        } else {
             // SAFETY: the caller guarantees it, and the texture outlives the call.
-            answers = answers.with_texture(in_wire(unsafe { borrowed(given.texture) }?)?);
+            let texture = unsafe { borrowed(given.texture) }?;
+            Some((texture, in_wire(texture)?))
+        };
+        // It is numbered when nothing can fail any more.
+        let mut answers: Answers<'_> = sender.outbox.push(Answers::new(&event, &Given(answer)), sender.now);
+        if let Some((texture, in_wire)) = texture {
+            if sender.outbox.is_heard() {
+                sender.keep_texture(answers.number, *texture);
+            }
+            answers = answers.with_texture(in_wire);
         }
-        answers.number = sender.event;
-        sender.event = sender.event.wrapping_add(1);
         Ok(Message::Event(answers))
     };
     // SAFETY: the caller guarantees it.
     unsafe { send(link, &Out { bytes, length }, event) }
+}
+
+/// Takes bytes that the host has sent, as they arrive: requests and acknowledgments. Writes what the host wants.
+///
+/// Damaged and unknown requests are ignored. A program that never calls it sends each event once.
+///
+/// # Safety
+/// `link` is null or a link's memory, `bytes` is null or `length` bytes, and `wanted` is null or memory for it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_receive(
+    link: *mut WstacFwLink,
+    bytes: *const u8,
+    length: usize,
+    wanted: *mut WstacFwWanted,
+) -> WstacFwStatus {
+    let receive = || {
+        let wanted = place(wanted)?;
+        // SAFETY: the caller guarantees it.
+        let received = unsafe { borrowed_bytes(bytes, length) }?;
+        // SAFETY: the caller guarantees it.
+        let sender = unsafe { value_mut(link) }?;
+        let mut hello = false;
+        for &byte in received {
+            let request = match sender.decoder.push::<Request>(byte) {
+                Some(Ok(received)) => received.message,
+                _ => continue,
+            };
+            hello |= sender.answer(request);
+        }
+        let Wanted { features, samples, .. } = sender.wanted;
+        let found = WstacFwWanted { hello, features, samples, events_kept: sender.outbox.is_heard() };
+        // SAFETY: the caller guarantees it.
+        unsafe { give(wanted, found) }
+    };
+    status(receive())
+}
+
+/// Writes the bytes of the message of an event that the host has not acknowledged in time.
+///
+/// Call it in every round of the program's loop, with the milliseconds of a clock, which may wrap.
+///
+/// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is none. An event is sent again after 250 ms, for at most
+/// 4 seconds.
+///
+/// # Safety
+/// `link` is null or a link's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is null or
+/// memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_due(
+    link: *mut WstacFwLink,
+    now_ms: u32,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let due = || {
+        let out = Out { bytes, length }.checked()?;
+        // SAFETY: the caller guarantees it.
+        let sender = unsafe { value_mut(link) }?;
+        sender.now = now_ms;
+        let mut answers: Answers<'_> = sender.outbox.due(now_ms).ok_or(WstacFwStatus::None)?;
+        let texture = sender.texture_of(answers.number).copied();
+        if let Some(texture) = &texture {
+            answers = answers.with_texture(in_wire(texture)?);
+        }
+        // SAFETY: the caller guarantees it.
+        unsafe { sender.write(&Message::Event(answers), &out) }
+    };
+    status(due())
+}
+
+/// Writes the bytes of the message of a part of the sample of the event that the last push completed.
+///
+/// All WSTAC_FW_SAMPLE_PARTS parts, from 0 on, come before the event.
+///
+/// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if there is no such part.
+///
+/// # Safety
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_fw_link_sample(
+    link: *mut WstacFwLink,
+    pipeline: *const WstacFwPipeline,
+    part: u32,
+    bytes: *mut u8,
+    length: *mut usize,
+) -> WstacFwStatus {
+    let message = |_: &mut Sender| {
+        // SAFETY: the caller guarantees it.
+        let state: &State = unsafe { value(pipeline) }?;
+        let event = state.event().ok_or(WstacFwStatus::State)?;
+        wire::sample_parts(event.frame, event.sample).nth(part as usize).ok_or(WstacFwStatus::None)
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { send(link, &Out { bytes, length }, message) }
 }
 
 /// Writes the bytes of the message of the features of the frame that the last call completed.
@@ -483,7 +685,9 @@ pub unsafe extern "C" fn wstac_fw_link_telemetry(
         state.uptime_ms = given.uptime_ms;
         (state.millihertz, state.overruns) = (known(given.millihertz), known(given.overruns));
         (state.restarts, state.stack) = (known(given.restarts), known(given.stack));
-        state.events = sender.event;
+        (state.events, state.kept) = (sender.outbox.next_event(), sender.outbox.kept());
+        state.wanted = sender.wanted;
+        state.wanted.kept_events = sender.outbox.is_heard();
         Ok(Message::Telemetry(state))
     };
     // SAFETY: the caller guarantees it.

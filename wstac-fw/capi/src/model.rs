@@ -51,6 +51,7 @@ pub enum WstacFwTask {
 
 /// The answer of a model for a sample.
 #[repr(C)]
+#[derive(Clone, Copy)]
 pub struct WstacFwTexture {
     /// The task of the model: what it tells apart.
     pub task: WstacFwTask,

@@ -20,9 +20,9 @@ use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
 use crate::status::{WstacFwBool, WstacFwStatus, choice, status};
 
 /// Bytes of a pipeline.
-pub const WSTAC_PIPELINE_SIZE: usize = 2512;
+pub const WSTAC_FW_PIPELINE_SIZE: usize = 2512;
 /// The alignment of a pipeline in memory, in bytes.
-pub const WSTAC_PIPELINE_ALIGN: usize = 8;
+pub const WSTAC_FW_PIPELINE_ALIGN: usize = 8;
 
 /// A pipeline, in memory that the program provides: `static WstacFwPipeline pipeline;`.
 ///
@@ -33,8 +33,8 @@ pub struct WstacFwPipeline {
     opaque: [u64; 314],
 }
 
-const _: () = assert!(size_of::<WstacFwPipeline>() == WSTAC_PIPELINE_SIZE);
-const _: () = assert!(align_of::<WstacFwPipeline>() == WSTAC_PIPELINE_ALIGN);
+const _: () = assert!(size_of::<WstacFwPipeline>() == WSTAC_FW_PIPELINE_SIZE);
+const _: () = assert!(align_of::<WstacFwPipeline>() == WSTAC_FW_PIPELINE_ALIGN);
 // On a 64-bit machine, where tests run, pointers are larger.
 const _: () = assert!(fits::<WstacFwPipeline, State>(if cfg!(target_pointer_width = "32") { 24 } else { 0 }));
 

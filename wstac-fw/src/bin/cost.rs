@@ -26,7 +26,7 @@ use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console, File};
 use wstac_fw::emulated::stack;
 use wstac_fw::setup;
-use wstac_fw::textures::ModelSample;
+use wstac_fw::textures::{ModelSample, Textures};
 
 const SIDE: usize = 400;
 /// The rows that a DMA brings at a time.
@@ -148,8 +148,10 @@ fn of_texture(
     model: &'static setup::Kind,
 ) -> Result<u32, ConfigError> {
     let answers = Answers::new(event, &setup::law(FrameRate::NOMINAL)?);
-    let (ticks, _) =
-        clock.ticks(|| <setup::ModelSample as ModelSample>::texture(event, taxels, &answers, motion, model).is_some());
+    let mut textures = Textures::default();
+    let (ticks, _) = clock.ticks(|| {
+        <setup::ModelSample as ModelSample>::texture(event, taxels, &answers, motion, model, &mut textures).is_some()
+    });
     Ok(ticks)
 }
 

@@ -46,7 +46,7 @@ static SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
 /// The size of their frames.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.
-const ROWS: u16 = 10;
+const ROWS: u16 = 8;
 
 /// The layout that is compiled in.
 const LAYOUT: Layout = match setup::layout(SIZE) {
@@ -132,15 +132,18 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
         panic!("the ring does not fit the frames, or is more than the DMA counts");
     };
     #[cfg(feature = "settings")]
-    let keeper = KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE);
+    let keeper = cortex_m::singleton!(: KeptSettings<BoardFlash> =
+        KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE));
     #[cfg(not(feature = "settings"))]
-    let keeper = FixedSettings::new(LAYOUT);
+    let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
+    let line = cortex_m::singleton!(: Link<Serial, Light> = Link::new(wiring.line, wiring.trouble));
+    let (Some(keeper), Some(line)) = (keeper, line) else { panic!("a board has one node") };
     let node = Node::<H743, WIDTH, STRIPES> {
         sensors: &SENSORS,
         keeper,
         camera,
         bus: wiring.bus,
-        line: Link::new(wiring.line, wiring.trouble),
+        line,
         events: wiring.events,
         watchdog,
         thermometer: ChipThermometer::new(),

@@ -80,7 +80,12 @@ impl Fw {
     }
 
     /// Gives an event with a sample, and returns its answer.
-    fn touch(&mut self, answers: &Answers<'_>, sample: Option<[i16; INPUTS]>, now: u32) -> Option<TextureAnswer<'static>> {
+    fn touch(
+        &mut self,
+        answers: &Answers<'_>,
+        sample: Option<[i16; INPUTS]>,
+        now: u32,
+    ) -> Option<TextureAnswer<'static>> {
         self.learner.look(answers, now);
         let answer = sample.map(|numbers| self.learner.answer(&numbers, self.model));
         self.learner.leave();
@@ -158,7 +163,8 @@ fn touches_that_teach_nothing_are_refused_with_the_reason() {
 
 #[test]
 fn learning_ends_if_it_is_stopped_or_nobody_watches() {
-    let failed = |message| matches!(message, Some(Message::Learning(state)) if matches!(state.step, LearningStep::Failed(_)));
+    let failed =
+        |message| matches!(message, Some(Message::Learning(state)) if matches!(state.step, LearningStep::Failed(_)));
     let mut fw = Fw::new(&EMBEDDING, [None; MOST_TEXTURES]);
     fw.ask(Request::Learn(name("carpet")), 0);
     assert!(failed(fw.ask(Request::StopLearning, 0)));

@@ -26,8 +26,7 @@ use crate::sensor::Sensor;
 use crate::sensor::hm01b0::{DataWires, hm01b0};
 use crate::serial::Serial;
 use crate::setup;
-use crate::stripes::Ring;
-use crate::stripes::pio::{Area, Pio, PioInterrupts, Wires};
+use crate::stripes::pio::{Area, Blocks, Pio, PioInterrupts, Wires};
 
 /// The clock of the core. The sensor's is a fifth of it.
 const CLOCK: u32 = 120_000_000;
@@ -60,8 +59,6 @@ const LAYOUT: Layout = match setup::layout(SIZE) {
 const WIDTH: usize = SIZE.width() as usize;
 /// The stripes of a frame.
 const STRIPES: usize = (HEIGHT / ROWS) as usize;
-/// The words of a stripe.
-const WORDS: usize = WIDTH * ROWS as usize / 4;
 
 bind_interrupts!(
     /// The interrupts of the PIO, its DMA and the serial line.
@@ -151,17 +148,20 @@ pub async fn run(wiring: RpWiring) -> ! {
         _ => &WITH_8,
     };
     let area = Area { width: SIZE.width(), height: HEIGHT, border: BORDER, rows: ROWS };
-    let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
+    let Some(ring) = cortex_m::singleton!(: Blocks = Blocks::new()) else { panic!("the ring is taken once") };
     let signals = sensors[0].signals;
     let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, area, signals) else {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
+    let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
+    let line = cortex_m::singleton!(: Link<Serial, RpLight> = Link::new(wiring.line, wiring.trouble));
+    let (Some(keeper), Some(line)) = (keeper, line) else { panic!("a board has one node") };
     let node = Node::<Rp, WIDTH, STRIPES> {
         sensors,
-        keeper: FixedSettings::new(LAYOUT),
+        keeper,
         camera,
         bus: wiring.bus,
-        line: Link::new(wiring.line, wiring.trouble),
+        line,
         events: wiring.events,
         watchdog: Dog(watchdog),
         thermometer: RpThermometer::new(),

@@ -18,7 +18,7 @@
 //! | 0x0340, 0x0341 | lines of a frame |
 //! | 0x0342, 0x0343 | pixel clocks of a line |
 //! | 0x0383, 0x0387, 0x0390 | 1, 1 and 0: every pixel |
-//! | 0x0601 | 0: test pattern |
+//! | 0x0601 | 0: test pattern, 4: walking ones |
 //! | 0x1000–0x1012 | black level; correction of defect pixels; shift of syncs |
 //! | 0x2000, 0x2100, 0x210E, 0x2150 | 0: statistics, automatic exposure and gain, flicker control, motion detection |
 //! | 0x3010 | 0: the window of 324 × 244 |
@@ -87,6 +87,7 @@ pub const fn hm01b0(wires: DataWires) -> Sensor {
         clock: None,
         exposure: [0x0202, 0x0203],
         lines: None,
+        pattern: &WALKING_ONES,
     }
 }
 
@@ -100,8 +101,8 @@ static FORMAT: [Setting; 15] = [
     set(0x0341, 0x0A),
     set(0x0342, 0x01), // of 376 clocks
     set(0x0343, 0x78),
-    set(0x3022, 0x00), // syncs with the pixels
-    set(0x3023, 0x00),
+    set(0x3022, 0x02), // VSYNC two lines before the first, so that the interrupt at it comes before the pixels
+    set(0x3023, 0x02), // HREF two pixels before the first, for machine 1 of the PIO
     set(0x1012, 0x00),
     set(0x0101, 0x00), // neither mirrored nor upside down
     set(0x0601, 0x00), // no test pattern
@@ -155,6 +156,9 @@ static LOCKS: [Setting; 15] = [
     set(0x0202, 0x00), // 240 lines: nearly all of a frame
     set(0x0203, 0xF0),
 ];
+
+/// Pixels of known values: 1, 2, 4 … 128, 0, 1 …. A black level would be added to them.
+static WALKING_ONES: [Setting; 2] = [set(0x1000, 0x00), set(0x0601, 0x11)];
 
 /// Settings take effect, and frames begin.
 static START: [Setting; 2] = [set(0x0104, 0x01), set(0x0100, 0x01)];

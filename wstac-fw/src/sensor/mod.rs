@@ -73,6 +73,8 @@ pub struct Sensor {
     pub exposure: [u16; 2],
     /// The exposure in lines, if it is not that of the settings: at most [`LONGEST_EXPOSURE`].
     pub lines: Option<u16>,
+    /// The settings of a test pattern of walking ones, or none. Their registers are in the table, too.
+    pub pattern: &'static [Setting],
 }
 
 /// The longest exposure in lines that a host can set. The frames of sensors of boards with settings have more.
@@ -213,6 +215,27 @@ impl Sensor {
         port.write(self.reset)?;
         delay.delay_ms(self.reset_ms);
         for setting in self.banked.iter().copied().chain(self.table()) {
+            port.write(setting)?;
+            port.verify(setting)?;
+        }
+        for &setting in self.start {
+            port.write(setting)?;
+        }
+        Ok(())
+    }
+
+    /// Switches the test pattern on or off. Without one, nothing is written.
+    ///
+    /// # Errors
+    /// Returns [`SensorError::Bus`] or [`SensorError::NotTaken`].
+    pub fn show_pattern<B: I2c>(&self, bus: &mut B, is_shown: bool) -> Result<(), SensorError<B::Error>> {
+        if self.pattern.is_empty() {
+            return Ok(());
+        }
+        let mut port = Port(Registers::new(bus, self.address, self.addressing));
+        for &pattern in self.pattern {
+            let scene = self.table().find(|setting| setting.register == pattern.register);
+            let setting = if is_shown { pattern } else { scene.unwrap_or(pattern) };
             port.write(setting)?;
             port.verify(setting)?;
         }

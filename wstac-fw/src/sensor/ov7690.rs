@@ -55,6 +55,7 @@ pub const OV7690: Sensor = Sensor {
     clock: None,
     exposure: [0x0F, 0x10],
     lines: None,
+    pattern: &[],
 };
 
 /// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.

@@ -55,6 +55,7 @@ pub const OV7725: Sensor = Sensor {
     clock: None,
     exposure: [0x08, 0x10],
     lines: None,
+    pattern: &[],
 };
 
 /// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma

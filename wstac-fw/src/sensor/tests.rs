@@ -128,6 +128,29 @@ fn a_setting_that_is_not_taken_is_named() {
 }
 
 #[test]
+fn the_test_pattern_is_shown_and_gone_again() {
+    for sensor in ALL {
+        for is_shown in [true, false] {
+            let mut steps = Vec::new();
+            for &pattern in sensor.pattern {
+                let before = *settings(&sensor).iter().find(|setting| setting.register == pattern.register).unwrap();
+                assert_ne!(before, pattern);
+                let setting = if is_shown { pattern } else { before };
+                steps.push(is_written(&sensor, setting));
+                steps.extend(is_read(&sensor, setting));
+            }
+            if !sensor.pattern.is_empty() {
+                steps.extend(sensor.start.iter().map(|setting| is_written(&sensor, *setting)));
+            }
+            let mut bus = Mock::new(&steps);
+            assert_eq!(sensor.show_pattern(&mut bus, is_shown), Ok(()), "{}", sensor.name);
+            bus.done();
+        }
+    }
+    assert!(OMNIVISION.iter().all(|sensor| sensor.pattern.is_empty()) && !ALL[3].pattern.is_empty());
+}
+
+#[test]
 fn automatic_controls_are_off_before_their_values_are_set() {
     for sensor in ALL {
         let settings: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();

@@ -120,6 +120,7 @@ impl Counts {
     }
 
     /// Returns the stripes complete since the restart, modulo 2^32.
+    #[cfg(feature = "h743")]
     pub(super) fn complete(&self) -> u32 {
         self.complete.load(Ordering::Acquire)
     }

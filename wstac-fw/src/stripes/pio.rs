@@ -5,22 +5,25 @@
 //! | machine | what it does |
 //! | --- | --- |
 //! | 0 | takes the pixels of a line, without the border, when machine 1 says that a line has begun |
-//! | 1 | counts the lines of a frame behind its sync, without the border |
-//! | 2 | raises an interrupt at every vertical sync |
-//! | 3 | raises an interrupt at every line, to measure frames |
+//! | 1 | counts the lines of a frame behind its sync, without the border, and clears the flag of machine 3 after the last |
+//! | 2 | raises an interrupt at the end of every frame, and one at its beginning |
+//! | 3 | sets a flag at every line: to measure frames, and to see lines that are too many |
 //!
 //! The rows of the border below the picture are captured, too. So a line that is missing leaves the frame with too few
-//! words when the next sync comes: [`Trouble::MisplacedSync`]. A pixel clock that is missing or too many moves the rest of
-//! its line by a pixel, which nothing detects; the lines that follow stay in their places.
+//! words when the next sync comes. A line that is too many, or in two parts, sets the flag before the frame has ended.
+//! Both are [`Trouble::MisplacedSync`], and the last stripe of a frame counts only after its end. A pixel clock that is
+//! missing or too many moves the rest of its line by a pixel, which nothing detects; the lines that follow stay in
+//! their places.
 //!
-//! The two channels of the DMA write half of the ring each, start each other, and interrupt when they are done. For a
-//! self-test, machine 0 takes every pixel of every line, and lines and words are counted.
+//! The two channels of the DMA write half of the ring each, start each other, and interrupt when they are done. A half
+//! is a block at which the DMA wraps around: without the interrupt it writes to the same block again, and to nothing
+//! else. For a self-test, machine 0 takes every pixel of every line, and lines and words are counted.
 //!
 //! This is the only file that knows the DMA, and it has the only unsafe code of the capture; the reasons are those of
 //! the STM32H743's `dcmi`. The RP2040 has no caches between the DMA and its memory.
 
 use core::slice;
-use core::sync::atomic::{AtomicU32, Ordering, compiler_fence};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 use embassy_rp::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_rp::pac::dma::vals::{DataSize, TreqSel};
@@ -30,7 +33,7 @@ use embassy_rp::{Peri, peripherals};
 use embassy_time::Instant;
 
 use super::counts::COUNTS;
-use super::{Capture, Ring, Ticks, Trouble};
+use super::{Capture, Ticks, Trouble};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
@@ -51,12 +54,43 @@ const LINE_COUNTER: usize = 3;
 /// The PIO's flags: of machine 2 and 3 to the core, and of machine 1 to machine 0.
 const SYNC_FLAG: u16 = 0;
 const LINE_FLAG: u16 = 1;
+const END_FLAG: u16 = 2;
 const BEGIN_FLAG: u16 = 4;
+/// The size of a half of the ring is a power of 2: this one.
+const BLOCK: u8 = 13;
+/// The words of a half.
+const BLOCK_WORDS: usize = 1 << BLOCK >> 2;
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
 
 /// The addresses of the halves of the ring.
 static HALVES: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
+/// The complete stripes that may be read, modulo 2^32, and whether the frame of the last ones has ended.
+static READABLE: AtomicU32 = AtomicU32::new(0);
+static HAS_ENDED: AtomicBool = AtomicBool::new(false);
+
+/// Half of the ring, with a stripe at its beginning. The DMA wraps around at its end.
+#[derive(Clone, Copy)]
+#[repr(C, align(8192))]
+struct Block([u32; BLOCK_WORDS]);
+
+const _: () = assert!(align_of::<Block>() == 1 << BLOCK && size_of::<Block>() == 1 << BLOCK);
+
+/// The ring that the DMA writes to.
+pub struct Blocks([Block; 2]);
+
+impl Blocks {
+    /// Creates the ring.
+    pub const fn new() -> Self {
+        Self([Block([0; BLOCK_WORDS]); 2])
+    }
+}
+
+impl Default for Blocks {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 /// Handles the interrupts of the PIO and of the DMA.
 pub struct PioInterrupts;
@@ -107,7 +141,7 @@ pub struct Area {
 
 /// The PIO and its DMA.
 pub struct Pio {
-    ring: *const u8,
+    halves: [*const u8; 2],
     stripe_bytes: usize,
     wires: Wires,
     area: Area,
@@ -129,13 +163,13 @@ impl Pio {
     /// Takes the PIO, the channels of the DMA, the pins and the ring. Nothing is captured before [`Capture::restart`],
     /// and the sensor's signals must be known by then ([`Camera::set_signals`]).
     ///
-    /// `WORDS` must be the number of words of a stripe, which is checked.
-    pub fn new<const WORDS: usize>(
+    /// Returns `None` if a stripe does not fit the ring or the frame, or the wires are not 1, 4 or 8.
+    pub fn new(
         _pio: Peri<'static, peripherals::PIO0>,
         _channels: (Peri<'static, peripherals::DMA_CH0>, Peri<'static, peripherals::DMA_CH1>),
         _interrupts: impl typelevel::Binding<typelevel::PIO0_IRQ_0, PioInterrupts>
         + typelevel::Binding<typelevel::DMA_IRQ_1, PioInterrupts>,
-        ring: &'static mut Ring<WORDS>,
+        ring: &'static mut Blocks,
         wires: Wires,
         area: Area,
         signals: Signals,
@@ -144,12 +178,14 @@ impl Pio {
         let stripe_bytes = usize::from(width) * usize::from(rows);
         // A machine counts the clocks of the border in five bits.
         let is_right = matches!(wires.count, 1 | 4 | 8) && u32::from(border) * clocks(wires) <= 32 && border <= 32;
-        if stripe_bytes != 4 * WORDS || rows == 0 || !height.is_multiple_of(rows) || !is_right {
+        if stripe_bytes > 1 << BLOCK || stripe_bytes % 4 != 0 || rows == 0 || !height.is_multiple_of(rows) || !is_right
+        {
             return None;
         }
-        COUNTS.set_size(u32::from(height / rows), WORDS as u32);
-        for (half, stripe) in HALVES.iter().zip(ring.iter()) {
-            half.store(stripe.as_ptr() as u32, Ordering::Relaxed);
+        COUNTS.set_size(u32::from(height / rows), stripe_bytes as u32 / 4);
+        let halves = ring.0.each_ref().map(|Block(words)| words.as_ptr().cast::<u8>());
+        for (half, stripe) in HALVES.iter().zip(halves) {
+            half.store(stripe as u32, Ordering::Relaxed);
         }
         RESETS.reset().modify(|w| {
             w.set_pio0(false);
@@ -160,7 +196,7 @@ impl Pio {
         for pin in data.chain([wires.pclk, wires.href, wires.vsync]) {
             connect(usize::from(pin));
         }
-        let pio = Self { ring: ring.as_ptr().cast(), stripe_bytes, wires, area, signals };
+        let pio = Self { halves, stripe_bytes, wires, area, signals };
         DMA.inte(DMA_INTERRUPT).write_value(BOTH);
         typelevel::PIO0_IRQ_0::unpend();
         typelevel::DMA_IRQ_1::unpend();
@@ -196,6 +232,8 @@ impl Pio {
             // ends in a restart.
             let is_stopped = Self::halt();
             COUNTS.restart(what != What::Frames);
+            READABLE.store(0, Ordering::Relaxed);
+            HAS_ENDED.store(false, Ordering::Relaxed);
             if !is_stopped {
                 defmt::error!("the DMA does not stop");
                 return;
@@ -204,6 +242,7 @@ impl Pio {
             PIO0.irqs(0).inte().write(|w| {
                 w.set_sm0(true);
                 w.set_sm1(what != What::Frames);
+                w.set_sm2(what == What::Frames);
             });
             for channel in CHANNELS {
                 let next = CHANNELS[1 - channel];
@@ -216,6 +255,8 @@ impl Pio {
                 control.set_high_priority(true);
                 control.set_data_size(DataSize::SIZE_WORD);
                 control.set_incr_write(true);
+                control.set_ring_sel(true);
+                control.set_ring_size(BLOCK);
                 control.set_chain_to(next as u8);
                 control.set_treq_sel(TreqSel::PIO0_RX0);
                 // This register does not start it.
@@ -261,12 +302,11 @@ impl Pio {
             }
             let [_, top] = program.add(&[MOVE_OSR_TO_X]);
             let line = [wait(in_line, wires.href), set_flag(BEGIN_FLAG), wait(!in_line, wires.href), jump_x(top)];
-            let [_, end] = program.add(&line);
+            program.add(&line);
+            let [_, end] = program.add(&[clear_flag(LINE_FLAG)]);
             [begin[0], end]
         };
-        let [first, _] = program.add(&frame);
-        let [_, end_of_sync] = program.add(&[set_flag(SYNC_FLAG)]);
-        let sync = [first, end_of_sync];
+        let sync = program.add(&[frame[0], set_flag(END_FLAG), frame[1], set_flag(SYNC_FLAG)]);
         let counter = program.add(&[wait(!in_line, wires.href), wait(in_line, wires.href), set_flag(LINE_FLAG)]);
 
         PIO0.irq().write(|w| w.set_irq(0xFF));
@@ -345,7 +385,7 @@ impl Capture for Pio {
     fn complete(&self) -> u32 {
         // By now the compiler has made all its reads of rows.
         compiler_fence(Ordering::SeqCst);
-        COUNTS.complete()
+        READABLE.load(Ordering::Acquire)
     }
 
     fn trouble(&self) -> Option<Trouble> {
@@ -358,12 +398,12 @@ impl Capture for Pio {
 
     fn rows(&self, half: usize) -> &[u8] {
         compiler_fence(Ordering::SeqCst);
-        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialized; every byte is a number.
-        // No code writes to it, only the DMA. As for the STM32H743 (`dcmi`), rows that it overwrites while they are read
-        // are wrong numbers, and the count of stripes in `complete` detects that.
+        // SAFETY: each half of the ring has a stripe of these bytes, lives for ever, and is initialized; every byte is
+        // a number. No code writes to it, only the DMA. As for the STM32H743 (`dcmi`), rows that it overwrites while
+        // they are read are wrong numbers, and the count of stripes in `complete` detects that.
         #[allow(unsafe_code)]
         unsafe {
-            slice::from_raw_parts(self.ring.add(half % 2 * self.stripe_bytes), self.stripe_bytes)
+            slice::from_raw_parts(self.halves[half % 2], self.stripe_bytes)
         }
     }
 
@@ -383,12 +423,26 @@ fn serve() {
     let complete = COUNTS.add_stripes(done.count_ones());
 
     let probing = COUNTS.is_probing();
+    let flags = PIO0.irq().read().irq();
+    let is_set = |flag: u16| flags & 1 << flag != 0;
+    let (sync, line, end) = (is_set(SYNC_FLAG), is_set(LINE_FLAG), is_set(END_FLAG));
     // If frames are used, the flag of lines stays, and shows that they come.
-    let wanted = 1 << SYNC_FLAG | if probing { 1 << LINE_FLAG } else { 0 };
-    let flags = PIO0.irq().read().irq() & wanted;
-    let (sync, line) = (flags & 1 << SYNC_FLAG != 0, flags & 1 << LINE_FLAG != 0);
-    PIO0.irq().write(|w| w.set_irq(flags));
+    let seen = 1 << SYNC_FLAG | 1 << END_FLAG | if probing { 1 << LINE_FLAG } else { 0 };
+    PIO0.irq().write(|w| w.set_irq(flags & seen));
+    // A frame ends before the next one begins. If it has too few words, the sync shows it: a restart in the middle of a
+    // frame would take the rest for another one.
+    if end && !probing && complete > 0 && COUNTS.is_between_frames() {
+        if line {
+            COUNTS.set_trouble(Trouble::MisplacedSync);
+        } else {
+            HAS_ENDED.store(true, Ordering::Relaxed);
+        }
+    }
+    if HAS_ENDED.load(Ordering::Relaxed) || !COUNTS.is_between_frames() {
+        READABLE.store(complete, Ordering::Release);
+    }
     if sync {
+        HAS_ENDED.store(false, Ordering::Relaxed);
         COUNTS.add_sync();
     }
     if probing {
@@ -404,7 +458,7 @@ fn serve() {
     } else if has_stalled() {
         COUNTS.set_trouble(Trouble::Overrun);
     }
-    if sync || done != 0 {
+    if sync || end || done != 0 {
         CHANGED.signal(());
     }
 }
@@ -477,6 +531,10 @@ const fn wait_flag(flag: u16) -> u16 {
 
 const fn set_flag(flag: u16) -> u16 {
     0xC000 | flag
+}
+
+const fn clear_flag(flag: u16) -> u16 {
+    0xC040 | flag
 }
 
 const fn read_pins(count: u8) -> u16 {

@@ -1,4 +1,4 @@
-//! The library that `signal.py` calls: frames to features as in the `wstac` command, a plain read of the same bytes,
+//! The library that `features.py` calls: frames to features as in the `wstac` command, a plain read of the same bytes,
 //! and a forest.
 //!
 //! Each call repeats its work, so that the cost of a call from Python is small beside it. All names start with
@@ -21,7 +21,7 @@ use wstac_core::taxels::FrameGeometry;
 /// A stream of one format and layout.
 pub struct Stream(FeatureStream<Any, Fixed>);
 
-/// The formats by number. `signal.py` has their names in the same order.
+/// The formats by number. `features.py` has their names in the same order.
 const FORMATS: [(PixelFormat, YcbcrMethod); 12] = [
     (PixelFormat::Gray, YcbcrMethod::Exact),
     (PixelFormat::Yuyv, YcbcrMethod::Linear),

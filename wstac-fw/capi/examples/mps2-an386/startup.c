@@ -43,9 +43,11 @@ static int read_arguments(void)
 
 void reset(void)
 {
-    /* Enables the floating-point unit before any code uses it. */
+#ifdef __ARM_FP
+    /* Enables the floating-point unit before any code uses it. Without one, such an instruction is a fault. */
     *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20;
     __asm__ volatile("dsb\n isb");
+#endif
     initialise_monitor_handles();
     __libc_init_array();
     exit(main(read_arguments(), arguments));

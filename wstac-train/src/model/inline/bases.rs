@@ -69,15 +69,15 @@ impl Bases {
     }
 }
 
-/// Returns `true` if one instruction compares with the threshold directly.
+/// Returns `true` if one instruction compares with the threshold directly: with it, or strictly with the next number.
 ///
-/// The compiler may take the next number with a strict comparison. It turns negative thresholds into sums of a number
-/// in a register; bases do this better.
+/// The compiler turns negative thresholds into sums of a number in a register; bases do this better.
 fn is_short(threshold: i32) -> bool {
-    [threshold, threshold + 1].into_iter().all(|number| {
-        let number = number.cast_unsigned();
-        number < 1 << 8 || u32::BITS - number.leading_zeros() - number.trailing_zeros() <= 8
-    })
+    threshold >= 0
+        && [threshold, threshold + 1].into_iter().any(|number| {
+            let number = number.cast_unsigned();
+            number < 1 << 8 || u32::BITS - number.leading_zeros() - number.trailing_zeros() <= 8
+        })
 }
 
 #[cfg(test)]
@@ -106,11 +106,15 @@ mod tests {
         let bases = Bases(vec![-4000, 2001]);
         for (threshold, expected) in [
             (200, "i32::from(s[3]) <= 200"),
+            // 8 bits at another place, or 8 bits with a strict comparison.
+            (508, "i32::from(s[3]) <= 508"),
+            (1023, "i32::from(s[3]) <= 1023"),
+            (1025, "i32::from(s[3]) <= b1.wrapping_add(-976)"),
             (-1, "i32::from(s[3]) <= b1.wrapping_add(-2002)"),
             (-4000, "i32::from(s[3]) <= b0"),
             (-4255, "i32::from(s[3]).wrapping_sub(-255) <= b0"),
             (-4257, "i32::from(s[3]) <= b0.wrapping_add(-257)"),
-            (2256, "i32::from(s[3]).wrapping_sub(255) <= b1"),
+            (2253, "i32::from(s[3]).wrapping_sub(252) <= b1"),
             (i16::MIN, "i32::from(s[3]) <= -32768"),
             (12_345, "i32::from(s[3]) <= 12345"),
         ] {

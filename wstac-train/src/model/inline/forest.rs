@@ -7,7 +7,7 @@ use std::fmt::Write;
 use super::super::integers::Part;
 use super::super::write::forest::Votes;
 use super::bases::Bases;
-use super::tree::{ATTRIBUTES, Writer, head, visits};
+use super::tree::{ATTRIBUTES, Writer, depth, head};
 use super::{chunks, classify};
 
 /// Classes whose votes share a register, with one byte each.
@@ -19,8 +19,12 @@ const MOST_WORDS: usize = 3;
 /// With more, the compiler moves them to and from memory. With 9, 100 trees of 12290 splits took 6 % more instructions
 /// and 3 % more bytes.
 const REGISTERS: usize = 6;
-/// Number of parts of a forest; between those of the second half the code checks which class leads.
-const CHECKS: usize = 10;
+/// Hundredths of a forest after which the code checks whether the leading class can still be reached.
+const CHECKS: [usize; 5] = [66, 76, 84, 90, 95];
+/// The same where votes do not share registers, so that there is no [`Count::majority`].
+const CHECKS_ALONE: [usize; 8] = [52, 58, 64, 70, 76, 82, 88, 94];
+/// Number of parts of a forest between which the code checks whether a class has most of all votes.
+const MAJORITIES: usize = 25;
 
 /// The way votes are counted.
 struct Count {
@@ -54,6 +58,47 @@ impl Count {
         } else {
             format!("votes[{class}] = votes[{class}].wrapping_add({})", self.unit)
         }
+    }
+
+    /// Returns `true` if so many of all trees can give a class most of all votes, and the code checks it.
+    fn can_win(&self, trees: usize, all: usize) -> bool {
+        self.is_packed() && trees > all / 2
+    }
+
+    /// Returns the word that makes a byte's top bit a carry if the byte holds most of all votes.
+    fn short(trees: usize) -> u32 {
+        (127 - trees as u32 / 2) * 0x0101_0101
+    }
+
+    /// Returns the condition that a class has most of all votes.
+    ///
+    /// It is some instructions only, where [`Self::first`] takes a hundred.
+    fn majority(&self, trees: usize) -> String {
+        let short = Self::short(trees);
+        let sums: Vec<String> = (0..self.words).map(|word| format!("v{word}.wrapping_add({short})")).collect();
+        format!("({}) & 0x8080_8080 != 0", sums.join(" | "))
+    }
+
+    /// Returns the function that finds the class with most of all votes, if there is one.
+    fn most(&self, trees: usize) -> String {
+        if !self.is_packed() {
+            return String::new();
+        }
+        let mut body = String::new();
+        for word in 0..self.words {
+            let _ = writeln!(
+                body,
+                "    let over = all[{word}].wrapping_add({}) & 0x8080_8080;\n    \
+                 if over != 0 {{\n        return {}_u8.wrapping_add((over.trailing_zeros() / 8) as u8);\n    }}",
+                Self::short(trees),
+                CLASSES_A_WORD * word
+            );
+        }
+        format!(
+            "\n/// The class with most of all votes, which there is.\n{ATTRIBUTES}\
+             fn most(all: &[u32; {}]) -> u8 {{\n{body}    0\n}}\n",
+            self.words
+        )
     }
 
     /// Returns the function that finds the leading class and its lead.
@@ -94,25 +139,27 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
     let mut writer = Writer { bases: &bases, leaf_type: "u32", leaf: &leaf, functions: String::new(), count: 0 };
     // Short trees come first: the remaining trees, which an early win skips, are then the most work.
     let mut trees: Vec<&Vec<Part>> = votes.trees.iter().collect();
-    trees.sort_by(|a, b| visits(a).total_cmp(&visits(b)));
+    trees.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
     let mut functions = String::new();
     let mut answer = format!("    let mut votes = [0; {}];\n    let mut reach = u32::MAX;\n", count.words);
-    let check_every = (trees.len() / CHECKS).max(1);
-    let mut group = 0;
-    let mut rest = &trees[..];
-    while !rest.is_empty() {
-        // No class can have won before the second half.
-        let to_half = rest.len().saturating_sub(trees.len() / 2);
-        let (these, others) = rest.split_at(if to_half > 0 { to_half } else { check_every.min(rest.len()) });
-        rest = others;
-        for chunk in chunks(these) {
-            let _ = writeln!(answer, "    group_{group}(s, bases, &mut votes);");
-            functions += &one_group(&format!("group_{group}"), chunk, &count, &mut writer);
+    let checks = if count.is_packed() { &CHECKS[..] } else { &CHECKS_ALONE };
+    let ends = checks.iter().map(|part| trees.len() * part / 100).chain([trees.len()]);
+    let (mut group, mut start) = (0, 0);
+    for end in ends {
+        for chunk in chunks(&trees[start..end]) {
+            functions += &one_group(group, start, trees.len(), chunk, &count, &mut writer);
+            let call = format!("group_{group}(s, bases, &mut votes)");
+            let _ = if count.can_win(start + chunk.len(), trees.len()) {
+                writeln!(answer, "    if {call} {{\n        return most(&votes);\n    }}")
+            } else {
+                writeln!(answer, "    {call};")
+            };
             group += 1;
+            start += chunk.len();
         }
-        if !rest.is_empty() {
-            let left = count.unit * rest.len() as u32;
-            // A tree adds at most one vote to a lead: a check before that can be enough is useless.
+        let left = count.unit * (trees.len() - end) as u32;
+        // A tree adds at most one vote to a lead: a check before that can be enough is useless.
+        if left > 0 && end > 0 {
             let _ = write!(
                 answer,
                 "    if {} < reach {{\n        let (class, lead) = first(&votes);\n        \
@@ -122,12 +169,28 @@ pub(super) fn body(votes: &Votes, classes: usize) -> String {
         }
     }
     answer += "    first(&votes).0\n";
-    classify(&bases, &answer) + &count.first() + &shares(&entries, classes) + &functions + &writer.functions
+    classify(&bases, &answer)
+        + &count.first()
+        + &count.most(trees.len())
+        + &shares(&entries, classes)
+        + &functions
+        + &writer.functions
 }
 
-/// Returns a function in which some trees vote.
-fn one_group(name: &str, trees: &[&Vec<Part>], count: &Count, writer: &mut Writer) -> String {
-    let mut text = head(name, writer.bases, &format!(", votes: &mut [u32; {}]", count.words), "");
+/// Returns a function in which some trees of `all` vote, from the tree `start` on. It returns whether a class has most
+/// of all votes, once that is possible.
+fn one_group(
+    group: usize,
+    start: usize,
+    all: usize,
+    trees: &[&Vec<Part>],
+    count: &Count,
+    writer: &mut Writer,
+) -> String {
+    let can_win = count.can_win(start + trees.len(), all);
+    let gives = if can_win { " -> bool" } else { "" };
+    let mut text =
+        head(&format!("group_{group}"), writer.bases, &format!(", votes: &mut [u32; {}]", count.words), gives);
     let words: Vec<String> = (0..count.words).map(|word| format!("v{word}")).collect();
     if count.is_packed() {
         let _ = writeln!(
@@ -136,7 +199,16 @@ fn one_group(name: &str, trees: &[&Vec<Part>], count: &Count, writer: &mut Write
             words.iter().map(|word| format!("mut {word}")).collect::<Vec<_>>().join(", ")
         );
     }
-    for tree in trees {
+    for (number, tree) in (start..).zip(trees) {
+        let since = number.saturating_sub(all / 2 + 1);
+        if count.can_win(number, all) && number > start && since.is_multiple_of((all / MAJORITIES).max(1)) {
+            let _ = writeln!(
+                text,
+                "    if {} {{\n        *votes = [{}];\n        return true;\n    }}",
+                count.majority(all),
+                words.join(", ")
+            );
+        }
         let leaves: BTreeSet<u32> =
             tree.iter().filter_map(|part| if let Part::Leaf(leaf) = part { Some(*leaf) } else { None }).collect();
         let mut arms: Vec<(String, String)> = leaves
@@ -157,6 +229,9 @@ fn one_group(name: &str, trees: &[&Vec<Part>], count: &Count, writer: &mut Write
     }
     if count.is_packed() {
         let _ = writeln!(text, "    *votes = [{}];", words.join(", "));
+    }
+    if can_win {
+        let _ = writeln!(text, "    {}", count.majority(all));
     }
     text + "}\n"
 }

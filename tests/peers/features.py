@@ -1,7 +1,7 @@
 """Measures frames to features with wstac, with programs that one would write in Python, and with a plain read of the
 same bytes. One run on one core fills one table.
 
-signal.py LIBRARY PLAIN [--keep]: LIBRARY is built from tests/peers/frames, and PLAIN is the same built with --cfg
+features.py LIBRARY PLAIN [--keep]: LIBRARY is built from tests/peers/frames, and PLAIN is the same built with --cfg
 wstac_plain. --keep writes the tables to docs/SIGNAL.md.
 """
 

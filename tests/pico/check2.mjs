@@ -1,0 +1,92 @@
+// Checks the program of the Raspberry Pi Pico 2 in rp2350-emu (tests/pico2): its events and features are those of
+// `wstac run` on the same frames.
+//
+//     node check2.mjs WSTAC PLAYER ONE FOUR EIGHT
+//
+// WSTAC is the command on the host, and PLAYER runs a program on a clip. The others are the program, built for 1, 4 and
+// 8 data wires. `ci/pico` builds all of them.
+
+import { spawnSync } from 'node:child_process';
+import fs from 'node:fs';
+import { BACK, FEATURES, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, request, same } from './host.mjs';
+
+const [, , wstac, player, one, four, eight, ...more] = process.argv;
+if (!eight || more.length > 0) {
+  console.error('usage: node check2.mjs WSTAC PLAYER ONE FOUR EIGHT');
+  process.exit(2);
+}
+const host = new Host(wstac);
+const hex = (bytes) => Buffer.from(bytes).toString('hex');
+
+/** Plays the beginning of the clip. Returns what was sent, and the board's state. */
+function play(program, count, wanted = '-', faults = {}) {
+  const serial = host.file('sent');
+  const listed = Object.entries(faults).map(([frame, fault]) => `${frame}:${fault}`);
+  const done = spawnSync(player, [program, host.raw, count, serial, wanted, ...listed], { encoding: 'utf8' });
+  if (done.status !== 0) throw new Error(`${player}: ${done.stderr}`);
+  return { sent: fs.readFileSync(serial), ...JSON.parse(done.stdout) };
+}
+
+/** Nothing goes wrong: every event is the host's, and the program is within its budgets. */
+function plain(name, program) {
+  const { sent, resets, lights, instructions } = play(program, host.frames.length);
+  const lines = ofKind(host.ofLine(sent), 'event');
+  const problems = same(lines, host.events) ? [] : [`events are ${lines}, expected ${host.events}`];
+  if (host.told().length > 0) problems.push(`the host is told ${host.told()}`);
+  if (resets) problems.push(`the chip restarted ${resets} times`);
+  // The light of events changes with each.
+  const seen = JSON.stringify(lights);
+  if (seen !== '[[false,false],[true,false],[false,false]]') problems.push(`events and faults are lit ${seen}`);
+  host.say(name, problems);
+  host.budget('pico_2', program, sent, instructions / host.frames.length);
+}
+
+/** Features of all frames of a part of the clip but the missing ones are right, and the host is told these faults. */
+function faulty(name, program, count, faults, missing, expected, restarts = 0) {
+  const { sent, resets, uses, floating } = play(program, count, hex(request(FEATURES, 1)), faults);
+  const lines = ofKind(host.ofLine(sent, '--features'), 'features');
+  const problems = host.compare(lines, count, missing);
+  const told = host.told();
+  if (told.length !== expected.length || !expected.every((line, k) => new RegExp(`^${line}$`).test(told[k]))) {
+    problems.push(`the host is told ${JSON.stringify(told)}, expected ${JSON.stringify(expected)}`);
+  }
+  if (resets !== restarts) problems.push(`the chip restarted ${resets} times`);
+  if (!uses) problems.push('no frames are used at the end');
+  if (floating.length > 0) problems.push(`pins ${floating} are not pulled down`);
+  host.say(name, problems);
+}
+
+const begun = Date.now();
+console.log('Pico 2:');
+plain('events, 8 data wires', eight);
+faulty('features, 4 data wires', four, 6, {}, [], []);
+faulty('features, 1 data wire', one, 4, {}, [], []);
+faulty('a line is missing', eight, 14, { 8: 'lost line' }, [8, 9], [LOST_SYNC]);
+faulty('a line is split', eight, 14, { 8: 'split line' }, [8], [LOST_SYNC]);
+faulty('sync inside a frame', eight, 14, { 8: 'sync inside' }, [8], [LOST_SYNC]);
+faulty('late core', eight, 14, { 8: 'late core' }, [8], [OVERRUN]);
+faulty('silent for two frames', eight, 40, { 8: 'silent', 9: 'silent' }, range(8, 32), [SILENT, BACK]);
+faulty('unplugged', eight, 60, { 8: 'unplug', 18: 'plug in' }, range(8, 47), [SILENT, GONE, BACK]);
+faulty('data line held low for a while', eight, 14, { 8: 'hold data line' }, [], []);
+// After a restart, features are asked for again, which this host does not do.
+const again = (why) => `it started again because of: ${why}; restart 1`;
+faulty(
+  'hard fault',
+  eight,
+  60,
+  { 8: 'crash' },
+  range(8, 60),
+  [again('hard fault at 0x20081F00, called from 0x[0-9A-F]+')],
+  1,
+);
+faulty(
+  'the program hangs',
+  eight,
+  180,
+  { 8: 'hang' },
+  range(8, 180),
+  [again('the program hung, and the watchdog ended it')],
+  1,
+);
+console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
+process.exit(host.failures ? 1 : 0);

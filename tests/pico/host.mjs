@@ -1,0 +1,169 @@
+// The host's side of the checks of the Pico and the Pico 2: what `wstac run` makes of a rendered scene, what `wstac
+// monitor` makes of the bytes that a board sent, and the budgets of the boards' programs.
+
+import { execFileSync, spawnSync } from 'node:child_process';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const SCENE = `
+lead_in = 30
+gap = 70
+[sensor]
+size = [320, 240]
+[[slide]]
+specimen = "Saw3"
+speed = 150
+direction = 90
+[[slide]]
+specimen = "Sin2"
+speed = 170
+direction = 180
+`;
+const SIZE = 320 * 240;
+const BUDGETS = fileURLToPath(new URL('../firmware/budgets.toml', import.meta.url));
+// Requests, as in tests/emulator/check.py: their numbers, and the version of the link.
+export const HELLO = 0, FEATURES = 1;
+const VERSION = 4;
+// What the host says.
+export const OVERRUN = 'pixels came faster than they were taken';
+export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer';
+export const BACK = 'the camera sends frames again';
+export const FORGETS = (register) => `the camera does not keep what register ${register} is set to`;
+export const LOST_SYNC = 'a frame did not begin or end when it should have';
+
+/** Returns the numbers from one to another one, without that. */
+export const range = (from, to) => Array.from({ length: to - from }, (_, k) => from + k);
+export const same = (a, b) => a.length === b.length && a.every((line, k) => line === b[k]);
+export const ofKind = (lines, ...kinds) => lines.filter((line) => kinds.includes(JSON.parse(line).kind));
+
+/** The command, with a clip of two slides. */
+export class Host {
+  constructor(wstac) {
+    this.wstac = wstac;
+    this.folder = fs.mkdtempSync(path.join(os.tmpdir(), 'pico-'));
+    process.on('exit', () => fs.rmSync(this.folder, { recursive: true }));
+    const scene = this.file('scene.toml');
+    this.clip = this.file('clip.y4m');
+    this.raw = this.file('clip.raw');
+    fs.writeFileSync(scene, SCENE);
+    for (const output of [this.clip, this.raw]) {
+      execFileSync(wstac, ['scene', 'render', scene, '-o', output], { stdio: 'ignore' });
+    }
+    const pixels = fs.readFileSync(this.raw);
+    this.frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
+    this.failures = 0;
+    this.notes = '';
+    this.events = ofKind(this.ofClip(), 'event');
+    this.features = ofKind(this.ofClip('--features'), 'features');
+    if (this.events.length !== 2) throw new Error(`the clip has ${this.events.length} events, expected 2`);
+  }
+
+  /** Returns the path of a file of this check. */
+  file(name) {
+    return path.join(this.folder, name);
+  }
+
+  /** Runs the command. Returns its lines; those of standard error are in `notes`. */
+  says(...options) {
+    const done = spawnSync(this.wstac, options, { encoding: 'utf8', maxBuffer: 1 << 28 });
+    if (done.status !== 0) throw new Error(`wstac ${options[0]} failed: ${done.stderr}`);
+    this.notes = done.stderr;
+    return done.stdout.split('\n').filter((line) => line);
+  }
+
+  ofClip(...options) {
+    return this.says('run', this.clip, '--json', ...options);
+  }
+
+  /** Returns the lines of `wstac monitor` on bytes that a board sent. */
+  ofLine(bytes, ...options) {
+    const file = this.file('serial');
+    fs.writeFileSync(file, bytes);
+    return this.says('monitor', file, '--json', ...options);
+  }
+
+  /** Returns what the board told the host of, in order. */
+  told() {
+    const lines = this.notes.split('\n').filter((line) => line.includes('the board: '));
+    return lines.map((line) => line.split('the board: ')[1]).filter((line) => !line.startsWith('up for'));
+  }
+
+  /** Prints one line per case. */
+  say(name, problems) {
+    this.failures += problems.length > 0 ? 1 : 0;
+    console.log(`${problems.length > 0 ? 'FAILED' : 'passed'}  ${name}`);
+    for (const problem of problems) console.log(`        ${problem}`);
+  }
+
+  /** Returns how features differ from those of a part of the clip without the missing frames. */
+  compare(lines, count, missing) {
+    const expected = this.features.slice(0, count).filter((_, frame) => !missing.includes(frame));
+    if (same(lines, expected)) return [];
+    const numbers = (all) => all.map((line) => JSON.parse(line).frame);
+    const lost = numbers(expected).filter((frame) => !numbers(lines).includes(frame));
+    const more = numbers(lines).filter((frame) => !numbers(expected).includes(frame));
+    const wrong = numbers(lines.filter((line) => !expected.includes(line)));
+    return [`missing, too: ${lost.slice(0, 30)}; too many: ${more.slice(0, 30)}; wrong: ${wrong.slice(0, 30)}`];
+  }
+
+  /** Compares what a program takes of its board with the budgets. `sent` is what came out of the serial line. */
+  budget(board, program, sent, instructions) {
+    this.ofLine(sent, '--status');
+    const stack = Number([...this.notes.matchAll(/(\d+) bytes of stack used/g)].at(-1)?.[1]);
+    const found = { ...sizes(program), stack, instructions: Math.round(instructions) };
+    const row = new RegExp(`^${board} = \\{(.*)\\}$`, 'm').exec(fs.readFileSync(BUDGETS, 'utf8'))[1];
+    const parts = row.split(',').map((limit) => limit.split('=').map((part) => part.trim().replaceAll('_', '')));
+    const limits = Object.fromEntries(parts);
+    const problems = Object.entries(found).filter(([key, value]) => !(value > 0 && value <= Number(limits[key])));
+    const named = problems.map(([key, value]) => `${key}: ${value}, expected at most ${limits[key]}`);
+    this.say(`budgets of ${board}`, named);
+    const [flash, ram, deepest, count] = Object.values(found).map((value) => value.toLocaleString('en'));
+    const bytes = `${flash} bytes of flash, ${ram} of RAM, ${deepest} of stack`;
+    console.log(`${board}: ${bytes}, ${count} instructions per frame`);
+  }
+}
+
+/** Returns the bytes of flash and RAM that a program takes, without its stack. */
+function sizes(program) {
+  const elf = fs.readFileSync(program);
+  const [table, size, count] = [elf.readUInt32LE(32), elf.readUInt16LE(46), elf.readUInt16LE(48)];
+  let [flash, ram] = [0, 0];
+  for (let at = table; at < table + size * count; at += size) {
+    const [type, flags, place, length] = [4, 8, 12, 20].map((field) => elf.readUInt32LE(at + field));
+    // Sections that are in memory: bits are flashed, and those of RAM copied from there; others are RAM without bits.
+    if (!(flags & 2)) continue;
+    if (type !== 8) flash += length;
+    if (place >>> 28 === 2) ram += length;
+  }
+  return { flash, ram };
+}
+
+/** CRC-32 (IEEE). */
+function crc(bytes) {
+  let rest = 0xffff_ffff;
+  for (const byte of bytes) {
+    rest ^= byte;
+    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? 0xedb8_8320 : 0);
+  }
+  return ~rest >>> 0;
+}
+
+/** Returns the frame of a request. */
+export function request(message, ...wanted) {
+  const data = [VERSION, 0, message, ...wanted];
+  const sum = crc(data);
+  const all = [...data, ...[0, 8, 16, 24].map((shift) => (sum >>> shift) & 0xff), 0];
+  const stuffed = [0];
+  let part = [];
+  for (const byte of all) {
+    if (byte === 0) {
+      stuffed.push(part.length + 1, ...part);
+      part = [];
+    } else {
+      part.push(byte);
+    }
+  }
+  return [...stuffed, 0];
+}

@@ -1,0 +1,13 @@
+# Versions that begin with 0 break what was compiled with each of their second number; later ones with their first.
+set(PACKAGE_VERSION "@version@")
+set(PACKAGE_VERSION_COMPATIBLE FALSE)
+if(PACKAGE_FIND_VERSION VERSION_LESS_EQUAL PACKAGE_VERSION)
+    string(REGEX MATCH "^(0\\.[0-9]+|[1-9][0-9]*)" _wstac_here "${PACKAGE_VERSION}")
+    string(REGEX MATCH "^(0(\\.[0-9]+)?|[1-9][0-9]*)" _wstac_wanted "${PACKAGE_FIND_VERSION}")
+    if(_wstac_wanted STREQUAL _wstac_here)
+        set(PACKAGE_VERSION_COMPATIBLE TRUE)
+    endif()
+endif()
+if(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)
+    set(PACKAGE_VERSION_EXACT TRUE)
+endif()
