@@ -175,6 +175,18 @@ pub struct LearnedTextures {
     pub learning: Option<Learning>,
 }
 
+/// Deserializes the textures. It is not inlined, so that its names do not lie on the stack of every other message.
+#[inline(never)]
+pub(super) fn textures<'de, D: Deserializer<'de>>(deserializer: D) -> Result<LearnedTextures, D::Error> {
+    LearnedTextures::deserialize(deserializer)
+}
+
+/// Deserializes the state of learning, for the same reason.
+#[inline(never)]
+pub(super) fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Learning, D::Error> {
+    Learning::deserialize(deserializer)
+}
+
 #[cfg(test)]
 mod tests {
     use std::string::{String, ToString};

@@ -127,10 +127,10 @@ pub enum Message<'a> {
     Set(Result<(), Refusal>),
     /// The state of learning a texture.
     #[cfg(feature = "learn")]
-    Learning(Learning),
+    Learning(#[serde(deserialize_with = "super::learned::learning")] Learning),
     /// The textures that the board has learned: the answer to [`Request::Textures`] and [`Request::ForgetTexture`].
     #[cfg(feature = "learn")]
-    Textures(LearnedTextures),
+    Textures(#[serde(deserialize_with = "super::learned::textures")] LearnedTextures),
 }
 
 /// The state of a board, as far as the board knows it.

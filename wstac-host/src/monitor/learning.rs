@@ -1,5 +1,6 @@
 //! Textures that a board learns while the host watches.
 
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use wstac_core::wire::{LONGEST, LearnedTextures, Learning, LearningStep, Message, Request, TextureName, encode};
@@ -12,6 +13,9 @@ use crate::error::{Error, ErrorKind};
 const POLL: Duration = Duration::from_secs(1);
 /// The longest time without any message of a board that learns. It sends its state about once per second.
 const SILENT: Duration = Duration::from_secs(10);
+
+/// The most lists with a texture that may come after it was asked to be forgotten.
+const STALE: u32 = 3;
 
 /// The result of [`SettableBoard::learn`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,8 +144,14 @@ impl SettableBoard {
             let message = format_args!("has learned no texture {name}");
             return Err(Error::new(ErrorKind::Data, self.name(), message));
         }
+        // Answers to earlier requests may still come, so the board is asked several times.
+        let lists = Cell::new(0);
         let left = self.ask(&[Request::ForgetTexture(name)], |message| match message {
-            Message::Textures(textures) => Some(has(textures)),
+            Message::Textures(textures) if !has(textures) => Some(false),
+            Message::Textures(_) => {
+                lists.set(lists.get() + 1);
+                (lists.get() > STALE).then_some(true)
+            }
             _ => None,
         })?;
         if left {
