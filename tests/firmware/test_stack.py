@@ -191,6 +191,20 @@ class Paths(unittest.TestCase):
         """
         self.assertEqual((use(code).bytes, use(code).indirect), (8, set()))
 
+    def test_a_kernel_by_hand_jumps_to_places_of_its_own(self):
+        code = """
+            00000000 <_ZN10wstac_core5green9byte_sums6packed3addE>:
+            0: push {r4, r5, lr}
+            2: bx r6
+            4: ldr.w pc, [sp]
+            8: pop {r4, r5, pc}
+        """
+        found = use(code)
+        self.assertEqual((found.bytes, found.indirect, found.returns), (12, set(), True))
+        with self.assertRaisesRegex(Unclear, "unknown jump"):
+            use("00000000 <f>:\n0: push {r4, r5, lr}\n2: ldr.w pc, [sp]")
+        self.assertEqual(use("00000000 <f>:\n0: push {r4, lr}\n2: bx r6").indirect, {"f at 2: bx r6"})
+
     def test_a_long_jump_of_a_cortex_m0_is_no_call(self):
         code = """
             00000000 <f>:
