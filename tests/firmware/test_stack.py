@@ -193,7 +193,7 @@ class Paths(unittest.TestCase):
 
     def test_a_kernel_by_hand_jumps_to_places_of_its_own(self):
         code = """
-            00000000 <_ZN10wstac_core5green9byte_sums6packed3addE>:
+            00000000 <wstac_core::green::byte_sums::packed::add>:
             0: push {r4, r5, lr}
             2: bx r6
             4: ldr.w pc, [sp]

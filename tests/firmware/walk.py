@@ -8,7 +8,7 @@ from disassembly import Unclear, grows, number
 
 # Kernels by hand, by a part of their names: they jump to computed places, which all are their own. Their stack is the same
 # at all of these.
-KERNELS = ("byte_sums6packed3add",)
+KERNELS = ("byte_sums::packed::add",)
 
 
 @dataclass
