@@ -23,10 +23,11 @@ pub fn emulated(out: &Path) {
     println!("cargo:rustc-link-arg=-Tlink.x");
 }
 
-/// The boards with an STM32H743: the program, and where its flash begins and how long it is.
+/// The boards with an STM32H743: the program, where its flash begins, and how many KiB it may have. It ends in front of
+/// the settings, which begin at 0x08180000.
 ///
-/// The OpenMV Cam H7 has a bootloader of 128 KiB, a file system of 128 KiB, and 128 KiB of files at the end.
-const H743: [(&str, u32, u32); 2] = [("h743", 0x0800_0000, 2048), ("openmv_cam_h7", 0x0804_0000, 1664)];
+/// The OpenMV Cam H7 has a bootloader of 128 KiB and a file system of 128 KiB in front of it.
+const H743: &[(&str, u32, u32)] = &[("h743", 0x0800_0000, 1536), ("openmv_cam_h7", 0x0804_0000, 1280)];
 
 /// Links the programs for boards with an STM32H743. Memory is AXI SRAM, which the DMA reaches and no bootloader uses.
 pub fn h743(out: &Path) {
@@ -41,9 +42,10 @@ pub fn h743(out: &Path) {
         fs::create_dir_all(&folder).expect("OUT_DIR can be written");
         fs::write(folder.join("memory.x"), memory).expect("OUT_DIR can be written");
         println!("cargo:rustc-link-arg-bin={program}=-L{}", folder.display());
-        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
-            println!("cargo:rustc-link-arg-bin={program}={argument}");
-        }
+    }
+    // Of every program, so that one without a row does not link: it would be empty.
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        println!("cargo:rustc-link-arg-bins={argument}");
     }
 }
 

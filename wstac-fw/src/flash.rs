@@ -1,4 +1,5 @@
-//! The last two sectors of the STM32H743's flash, which no program of this size reaches.
+//! Two sectors of the STM32H743's flash, at 1.5 MiB: no program of this size reaches them, and no bootloader uses them. The
+//! sectors behind them are others': OpenMV keeps files at the end of its camera's flash.
 //!
 //! They are in the other bank than the program, which runs on while a word is written.
 //!
@@ -16,7 +17,7 @@ use embassy_stm32::{Peri, peripherals};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 /// The sectors, from the start of the flash.
-pub const SECTORS: Range<u32> = 0x1C_0000..0x20_0000;
+pub const SECTORS: Range<u32> = 0x18_0000..0x1C_0000;
 /// The bytes of a sector.
 const SECTOR: usize = 0x2_0000;
 /// The bank of the sectors.

@@ -1,8 +1,8 @@
 //! The node: what every board does between its camera and its link. It finds the sensor and sets it up, measures what it
 //! sends, turns its frames into messages, and reports and mends every fault.
 //!
-//! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights and a [`Watchdog`]. Time is
-//! embassy's.
+//! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights, a [`Watchdog`], a [`Thermometer`] and a [`Keeper`] of
+//! settings. Time is embassy's.
 
 use core::future::Future;
 use core::pin::pin;

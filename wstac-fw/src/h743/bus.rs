@@ -17,7 +17,7 @@ use crate::node::Bus;
 const PORTS: [Gpio; 8] = [GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH];
 /// The time that a sensor is held in reset, and the time until it answers.
 const RESET: Duration = Duration::from_millis(10);
-/// The cycles of half a clock: 5 µs at 96 MHz.
+/// The cycles of half a clock: 6.7 µs at 72 MHz.
 const HALF: u32 = 480;
 
 /// The bus.

@@ -11,9 +11,9 @@ use embassy_stm32::{Config, Peripherals};
 /// The cycles between two looks at the board's clock, and their number: a quarter of a second at 64 MHz.
 const HSE_CYCLES: u32 = 6400;
 const HSE_LOOKS: u32 = 2500;
-/// The memories without copies in the core, and their sizes: the AXI SRAM, and the last sectors of the flash
+/// The memories without copies in the core, and their sizes: the AXI SRAM, and the sectors of the settings
 /// (`flash.rs`). A size is a power of two, and the start a multiple of it.
-const UNCACHED: [(u32, u32); 2] = [(0x2400_0000, 0x8_0000), (0x081C_0000, 0x4_0000)];
+const UNCACHED: [(u32, u32); 2] = [(0x2400_0000, 0x8_0000), (0x0818_0000, 0x4_0000)];
 /// The frequency of the PLL's oscillator.
 const VCO: u32 = 576_000_000;
 
@@ -35,7 +35,7 @@ impl Crystal {
     pub const fn new(hertz: u32, mode: HseMode, divide: u8, multiply: u16) -> Self {
         let reference = hertz / divide as u32;
         assert!(reference >= 2_000_000 && reference <= 16_000_000, "the PLL needs 2 to 16 MHz");
-        assert!((reference * multiply as u32).abs_diff(VCO) <= VCO / 200, "the PLL must make 576 MHz");
+        assert!((reference * multiply as u32).abs_diff(VCO) <= VCO / 200, "the PLL must make 576 MHz within 0.5 %");
         Self { hertz, mode, divide: PllPreDiv::from_bits(divide), multiply: PllMul::from_bits(multiply - 1) }
     }
 }

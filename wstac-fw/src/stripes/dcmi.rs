@@ -14,8 +14,8 @@
 //! they are numbers, if wrong ones. [`Stripes::release`](super::Stripes::release) counts the stripes again after
 //! reading, and the frame is given up.
 //!
-//! Register bits are those of the reference manual RM0433. The caches stay off (as after reset), so memory holds what
-//! the DMA wrote.
+//! Register bits are those of the reference manual RM0433. The core keeps no copies of the ring's memory
+//! (`h743::start`), so it reads what the DMA wrote.
 
 use core::slice;
 use core::sync::atomic::{Ordering, compiler_fence};
