@@ -131,7 +131,7 @@ fn read(mut player: BoardPlayer, port: &mut Port, shared: &Shared, keys: &Receiv
     while !shared.is_over() {
         let wait = if is_over { super::WAIT } else { Duration::ZERO };
         match keys.recv_timeout(wait) {
-            Ok(key) => press(&key, &shared.state),
+            Ok(key) => press(key, &shared.state),
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
@@ -177,7 +177,7 @@ fn send(port: &mut Port, frames: &[Vec<u8>]) {
 }
 
 /// Does what a key asks for.
-pub(super) fn press(key: &Key, state: &Mutex<State>) {
+pub(super) fn press(key: Key, state: &Mutex<State>) {
     let mut state = locked(state);
     match key {
         Key::Pause => state.paused = !state.paused,

@@ -323,10 +323,10 @@ fn a_board_is_asked_for_features_and_its_keys_say_what_they_cannot_do() {
     let wanted = [Request::Hello, Request::Features(true), Request::Samples(false), Request::Motion(true)];
     assert_eq!(asked[..4], wanted);
     for (key, said) in [(Key::Rezero, "gathers its baseline when it starts"), (Key::Record, "sends no frames")] {
-        press(&key, &state);
+        press(key, &state);
         assert!(locked(&state).entries[0].text.contains(said));
     }
-    press(&Key::Pause, &state);
+    press(Key::Pause, &state);
     // A board goes on, and the screen does not.
     let bytes = encode(&Message::Features { frame: 5, features: [0; 10] }, 0, &mut [0; LONGEST]).to_vec();
     player.take(&bytes, &state).unwrap();
