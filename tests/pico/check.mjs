@@ -92,7 +92,7 @@ function crash(name, program, how, why, { count = 60, again = false } = {}) {
   const faults = {
     20: (board) => {
       how(board);
-      while (again && board.resets === 0) board.run(1e4);
+      for (let turn = 0; again && board.resets === 0 && turn < 100_000; turn++) board.run(1e4);
       if (again) board.run(1e7), board.reset();
     },
   };

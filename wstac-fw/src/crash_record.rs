@@ -189,7 +189,7 @@ mod kept {
     }
 
     /// Restarts the chip. A reset by the core alone would leave the peripherals as they are. The watchdog resets nothing
-    /// before it has been told what: all but the oscillators, as embassy tells it.
+    /// before it has been told what: what embassy tells it.
     #[cfg(feature = "rp")]
     fn restart() -> ! {
         embassy_rp::pac::PSM.wdsel().write_value(embassy_rp::pac::psm::regs::Wdsel(0x0001_FFFC));

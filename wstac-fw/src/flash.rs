@@ -20,6 +20,9 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorF
 pub const SECTORS: Range<u32> = 0x18_0000..0x1C_0000;
 /// The bytes of a sector.
 const SECTOR: usize = 0x2_0000;
+/// The keys that unlock a bank (RM0433, 4.9.2), and the parallelism of 64 bits.
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+const FASTEST: u8 = 3;
 /// The bank of the sectors.
 const BANK: usize = 1;
 /// CCR bit 8: a handler of the highest priority ignores bus faults of its loads.
@@ -88,6 +91,13 @@ impl NorFlash for BoardFlash {
         if from < SECTORS.start || to > SECTORS.end {
             return Err(FlashFailed);
         }
+        // A write leaves the parallelism at 8 bits, with which an erasure takes twice as long as with 64: longer than the
+        // watchdog waits. The bank is locked, and stays unlocked for the erasure.
+        let bank = FLASH.bank(BANK);
+        if bank.cr().read().lock() {
+            KEYS.into_iter().for_each(|key| bank.keyr().write_value(key));
+        }
+        bank.cr().modify(|w| w.set_psize(FASTEST));
         Ok(self.0.blocking_erase(from, to)?)
     }
 

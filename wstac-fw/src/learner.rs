@@ -83,6 +83,8 @@ impl Learner {
 
     /// Takes a request about textures.
     pub fn request(&mut self, request: Request, model: Option<&Kind>, now: u32) {
+        // Nobody has asked for long: what was learned until then is not gone on with.
+        self.course = self.course.filter(|course| now.wrapping_sub(course.heard_at) <= LEARNING_MS);
         if let Some(course) = &mut self.course {
             course.heard_at = now;
         }

@@ -146,14 +146,16 @@ impl Reader {
         self.id = Some(id);
     }
 
-    /// Sets the microseconds since the start. Events that are not acknowledged are sent again by this time. Call it soon
-    /// after a frame has ended: it counts as the time of the last frame.
+    /// Sets the microseconds since the start. Events that are not acknowledged are sent again by this time. The first call
+    /// after a frame has ended gives its time.
     pub fn set_time(&mut self, uptime_us: u64) {
         // The division of large numbers takes long, and most are small: 71 minutes fit 32 bits.
         self.telemetry.uptime_ms = u32::try_from(uptime_us).map_or(uptime_us / 1000, |us| u64::from(us / 1000));
         self.sender.now = self.telemetry.uptime_ms as u32;
         let frame = self.pipeline.next_frame().checked_sub(1);
-        self.telemetry.last_frame = frame.map(|frame| FrameTime { frame, board_us: uptime_us });
+        if let Some(frame) = frame.filter(|frame| self.telemetry.last_frame.is_none_or(|last| last.frame != *frame)) {
+            self.telemetry.last_frame = Some(FrameTime { frame, board_us: uptime_us });
+        }
     }
 
     /// Returns what the caller knows of the board's state: its rate, overruns, restarts, stack and temperature. The

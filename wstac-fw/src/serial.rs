@@ -15,9 +15,9 @@ use crate::node::CHANGED;
 
 /// The size of the queue of bytes to be sent: two of the longest messages.
 const OUT: usize = 512;
-/// The size of the queue of bytes to be read: the longest request, or the five requests of a host that connects, of 11
-/// bytes each.
-const IN: usize = if cfg!(feature = "settings") { 256 } else { 64 };
+/// The size of the queue of bytes to be read: the longest request, or the six requests of a host that connects, of at
+/// most 16 bytes each.
+const IN: usize = if cfg!(feature = "settings") { 256 } else { 96 };
 
 /// Both queues.
 static QUEUES: CriticalSectionMutex<RefCell<Queues>> =

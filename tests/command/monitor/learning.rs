@@ -29,7 +29,7 @@ enum Line {
 fn learns(line: Line) -> impl FnOnce(File, &AtomicBool) + Send + 'static {
     move |mut end, over| {
         let (mut decoder, mut sent, mut done) = (Decoder::<LONGEST_REQUEST>::new(), Sent { frames: Vec::new() }, 0);
-        let mut all = LearnedTextures::default();
+        let (mut all, mut is_late) = (LearnedTextures::default(), false);
         while !over.load(Ordering::Relaxed) {
             let mut byte = [0];
             let Ok(1) = end.read(&mut byte) else {
@@ -38,7 +38,14 @@ fn learns(line: Line) -> impl FnOnce(File, &AtomicBool) + Send + 'static {
             };
             let Some(Ok(received)) = decoder.push::<Request>(byte[0]) else { continue };
             match received.message {
-                Request::Settings => sent.push(&Message::Settings(SettingsInUse::new(compiled_in(), false))),
+                // A board tells its textures when a frame has ended, and its settings at once.
+                Request::Settings => {
+                    sent.push(&Message::Settings(SettingsInUse::new(compiled_in(), false)));
+                    if std::mem::take(&mut is_late) {
+                        sent.push(&Message::Textures(all));
+                    }
+                }
+                Request::Textures if all.learning.is_none() => is_late = true,
                 Request::Textures => {
                     touch(&mut all, line, &mut sent);
                     sent.push(&Message::Textures(all));

@@ -78,8 +78,12 @@ fn wait_for(board: &mut impl Read, expected: &[Request]) {
         match board.read(&mut byte) {
             Ok(1) => {
                 if let Some(received) = decoder.push::<Request>(byte[0]) {
-                    assert_eq!(received.unwrap().message, *request);
-                    next = left.next();
+                    let message = received.unwrap().message;
+                    // The board's clock is asked for at any time.
+                    if !matches!(message, Request::Time { .. }) {
+                        assert_eq!(message, *request);
+                        next = left.next();
+                    }
                 }
             }
             _ => std::thread::yield_now(),

@@ -44,6 +44,9 @@ impl ChipThermometer {
     /// Starts the ADC, which nobody else may use.
     pub fn new() -> Self {
         RCC.ahb4enr().modify(|w| w.set_adc3en(true));
+        // The clock is there two cycles of the bus later.
+        let _ = RCC.ahb4enr().read();
+        cortex_m::asm::dsb();
         // A quarter of the bus clock of at most 100 MHz.
         ADC3_COMMON.ccr().modify(|w| {
             w.set_ckmode(Ckmode::SYNC_DIV4);

@@ -178,6 +178,15 @@ fn learning_ends_if_it_is_stopped_or_nobody_watches() {
     assert_eq!(fw.learning(), (1, LearningStep::Failed(NotLearned::Stopped)));
     fw.touch(&slide(), Some(sample(1, 3)), 0);
     assert_eq!(fw.step(), None);
+    // A lesson that was left alone is not gone on with.
+    fw.ask(Request::Learn(name("carpet")), 0);
+    fw.touch(&slide(), Some(sample(2, 1)), 10);
+    assert_eq!(fw.learning(), (1, LearningStep::Taken));
+    let again = fw.ask(Request::Learn(name("carpet")), LEARNING_MS + 1);
+    assert!(
+        matches!(again, Some(Message::Learning(Learning { slides: 0, step: LearningStep::Begun, .. }))),
+        "{again:?}"
+    );
 }
 
 #[test]

@@ -187,14 +187,18 @@ impl Board {
         first: bool,
         give: &mut impl FnMut(Report) -> Result<(), E>,
     ) -> Result<(), E> {
-        let clock = Some(FrameClock::new(hello.rate));
-        let again = std::mem::replace(&mut self.clock, clock).is_some();
+        let again = self.clock.is_some();
+        // The times of frames stay known while the same board runs on.
+        let new = FrameClock::new(hello.rate);
+        let is_alike = |clock: &FrameClock| clock.seconds(1).to_bits() == new.seconds(1).to_bits();
+        let clock = self.clock.filter(is_alike).or(Some(new));
+        self.clock = clock;
         if hello.frame == 0 {
             // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they
             // are gone: that proves a start whose first message was lost.
             let back = self.progress.frames > 0;
             if first || back {
-                self.restart(StreamSummary::default(), clock);
+                self.restart(StreamSummary::default(), Some(new));
             }
             if back || (first && again) {
                 give(Report::Note("the board has started again".to_owned()))?;

@@ -38,18 +38,14 @@ impl SettableBoard {
     /// # Errors
     /// The port cannot be read, or the board does not answer.
     pub fn textures(&mut self) -> Result<Option<LearnedTextures>, Error> {
-        // A firmware that does not learn answers the second request only. The first one may also be lost.
-        for _ in 0..3 {
-            let found = self.ask(&[Request::Textures, Request::Settings], |message| match message {
-                Message::Textures(textures) => Some(Some(*textures)),
-                Message::Settings(_) => Some(None),
-                _ => None,
-            })?;
-            if found.is_some() {
-                return Ok(found);
-            }
-        }
-        Ok(None)
+        // A firmware that does not learn answers the second request only. Others answer the first one later than that,
+        // when a frame has ended: so one answer to the second is not enough.
+        let has_waited = Cell::new(false);
+        self.ask(&[Request::Textures, Request::Settings], |message| match message {
+            Message::Textures(textures) => Some(Some(*textures)),
+            Message::Settings(_) => has_waited.replace(true).then_some(None),
+            _ => None,
+        })
     }
 
     /// Lets the board learn a texture from the next slides, until it has learned it or `is_over` returns true. Each new

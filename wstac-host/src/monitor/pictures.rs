@@ -34,9 +34,10 @@ pub fn port_of(name: &OsStr) -> Option<&OsStr> {
     if let Some(port) = text.strip_prefix(PREFIX) {
         return Some(OsStr::new(port));
     }
+    // A camera may have other names, such as those of udev's rules.
     let is_serial = || {
         let is_device = std::fs::metadata(text).is_ok_and(|metadata| metadata.file_type().is_char_device());
-        is_device && !text.starts_with("/dev/video")
+        is_device && std::fs::canonicalize(text).is_ok_and(|path| !path.to_string_lossy().starts_with("/dev/video"))
     };
     (text.starts_with("tcp:") || is_serial()).then_some(name)
 }
