@@ -95,7 +95,9 @@ impl NorFlash for BoardFlash {
         // watchdog waits. The bank is locked, and stays unlocked for the erasure.
         let bank = FLASH.bank(BANK);
         if bank.cr().read().lock() {
-            KEYS.into_iter().for_each(|key| bank.keyr().write_value(key));
+            for key in KEYS {
+                bank.keyr().write_value(key);
+            }
         }
         bank.cr().modify(|w| w.set_psize(FASTEST));
         Ok(self.0.blocking_erase(from, to)?)

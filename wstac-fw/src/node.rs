@@ -190,7 +190,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             is_told = true;
             crash_record::erase();
         }
-        restart_if_wanted(keeper, &line);
+        restart_if_wanted(keeper, line);
         let asked = answer_requests(reader, keeper, line);
         if asked.hello {
             line.absence(absent);
