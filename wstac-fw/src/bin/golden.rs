@@ -103,7 +103,9 @@ fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
             core::array::from_fn(|_| [below(width + 1 - taxel[0]) as u16, below(height + 1 - taxel[1]) as u16]);
         for row in corners.as_chunks_mut::<COLUMNS>().0.iter_mut().filter(|_| grid) {
             let [[_, top], rest @ ..] = row;
-            rest.iter_mut().for_each(|corner| corner[1] = *top);
+            for corner in rest {
+                corner[1] = *top;
+            }
         }
         let layout = Layout::new(FrameSize::new(width as u32, height as u32)?, taxel.map(|side| side as u16), corners)?;
         let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?.with_bytes_per_row(bytes_per_row as u32)?;
