@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it, the defaults |
 //! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
+//! | `WSTAC_MODELS` | without a model: those that a host may send, such as `forest:frames`; `linear_svm:frames` if unset |
 //! | `WSTAC_REVISION` | the revision that the firmware reports; without it the beginning of git's commit |
 //! | `WSTAC_PIXELS` | the camera's pixel format, such as YUYV; without it GREY |
 
@@ -32,12 +33,14 @@ fn main() {
     link::emulated(&out);
     link::h743(&out);
     link::pico(&out);
-    let pixels = variable("WSTAC_PIXELS").map(|name| name.to_string_lossy().into_owned());
+    let [pixels, models] =
+        ["WSTAC_PIXELS", "WSTAC_MODELS"].map(|name| variable(name).map(|value| value.to_string_lossy().into_owned()));
     // The sizes of the sensors' frames, and of `LAYOUT` in `src/emulated/bench.rs`.
     let boards = [("CARGO_FEATURE_NODE", [320, 240]), ("CARGO_FEATURE_EMULATED", [400, 400])];
     let sizes = boards.iter().filter(|(feature, _)| env::var_os(feature).is_some()).map(|(_, size)| *size);
     let sizes: Vec<_> = sizes.collect();
-    match setup::source(named("WSTAC_CONFIG"), named("WSTAC_MODEL"), pixels.as_deref(), &sizes) {
+    let (config, model) = (named("WSTAC_CONFIG"), named("WSTAC_MODEL"));
+    match setup::source(config, model, pixels.as_deref(), models.as_deref(), &sizes) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => {
             // One line that says what is wrong, instead of the many lines of a panic.

@@ -556,10 +556,11 @@ def check_camera(programs, wstac):
         fail(f"{events} events: sent {line.sent}, acknowledged {line.acknowledged}, {notes!r}")
 
     # Frames without a touch.
-    faults = ["short=15", "short=16", "overrun=20", "late=140"]
+    lossy = ["short=15", "short=16", "overrun=20", "missing=25", "missing=26", "late=140"]
+    faults = [*lossy, "long=30"]
     records, notes = monitored(wstac, "-", input=programs.run_bytes(camera, *arguments, *faults))
     lost = sum(int(found) for found in re.findall(r"(\d+) frames? lost by the board", notes))
-    if lost != len(faults) or "2 overruns" not in notes:
+    if lost != len(lossy) or "2 overruns" not in notes:
         fail(f"wstac_camera.c with {faults}: {lost} frames lost, {notes!r}")
     same(records[-1]["frames"] >= expected[-1]["frame"], True, "frames behind faults")
     frames = lambda found: [(record["kind"], record["frame"], record.get("contact")) for record in found]

@@ -513,11 +513,18 @@ static void requests_are_read(void)
     EXPECT(due(3500) == WSTAC_FW_STATUS_OK && message_bytes == second && due(3500) == WSTAC_FW_STATUS_NONE);
     EXPECT(ask(5, 2, -1) == WSTAC_FW_STATUS_OK && due(9000) == WSTAC_FW_STATUS_NONE);
 
-    /* Nobody acknowledges event 4: it is sent 16 times, the clock wraps, and the host counts as gone. */
+    /* Events 4 to 6: the one between is acknowledged, so 4 keeps its name beside 6. */
+    size_t fourth = send_named("Saw1");
+    EXPECT(fourth == first && send_named("Saw-22") == second && ask(5, 5, -1) == WSTAC_FW_STATUS_OK);
+    EXPECT(send_named("Saw--333") == third && due(9250) == WSTAC_FW_STATUS_OK && message_bytes == fourth);
+    EXPECT(due(9250) == WSTAC_FW_STATUS_OK && message_bytes == third && due(9250) == WSTAC_FW_STATUS_NONE);
+    EXPECT(ask(5, 4, -1) == WSTAC_FW_STATUS_OK && ask(5, 6, -1) == WSTAC_FW_STATUS_OK && due(9900) == WSTAC_FW_STATUS_NONE);
+
+    /* Nobody acknowledges event 7: it is sent 16 times, the clock wraps, and the host counts as gone. */
     EXPECT(due(UINT32_MAX - 1000) == WSTAC_FW_STATUS_NONE);
-    size_t fourth = send_named("");
+    size_t last = send_named("");
     for (uint32_t times = 1; times < 16; times++)
-        EXPECT(due(UINT32_MAX - 1000 + 250 * times) == WSTAC_FW_STATUS_OK && message_bytes == fourth);
+        EXPECT(due(UINT32_MAX - 1000 + 250 * times) == WSTAC_FW_STATUS_OK && message_bytes == last);
     EXPECT(due(UINT32_MAX - 1000 + 250 * 16) == WSTAC_FW_STATUS_NONE);
     EXPECT(wstac_fw_link_receive(&line, dark, 0, &wanted) == WSTAC_FW_STATUS_OK && !wanted.events_kept && wanted.samples);
 }

@@ -2,10 +2,10 @@
 """Checks the programs of boards with an STM32H743 on modeled ones: its events and features are those of `wstac run` on the same
 frames, whatever happens to the camera.
 
-    check.py WSTAC ELF OPENMV CONFIG MODEL OTHER…
+    check.py WSTAC ELF OPENMV TAKING SENT CONFIG MODEL OTHER…
 
-WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7, and each
-OTHER is the former with this configuration ("-" for the default) and this texture model compiled in. The last OTHER
+WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7. TAKING
+takes linear models of the path over the link (feature `models`), and SENT is such a model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. The last OTHER
 learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import zlib
 from pathlib import Path
 
 from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
@@ -26,20 +27,7 @@ from machine import Machine
 from model.ports import NUCLEO, OPENMV
 from model.sensor import Ov7690, Ov7692, Ov7725
 
-SCENE = f"""
-lead_in = 30
-gap = 70
-[sensor]
-size = [{WIDTH}, {HEIGHT}]
-[[slide]]
-specimen = "Saw3"
-speed = 150
-direction = 90
-[[slide]]
-specimen = "Sin2"
-speed = 170
-direction = 180
-"""
+SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
 # A press, five slides of a texture that no model knows by its name, and then one more of it and one of a specimen.
 NEW = "specimen = \"Saw3\"\nperiod = 12"
 LESSON = "kind = \"press\"", *(
@@ -54,8 +42,9 @@ AFTERWARDS = (
 # same.
 HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, TIME, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9, 10
 TEXTURES, LEARN, STOP_LEARNING, FORGET_TEXTURE = 11, 12, 13, 14
+MODEL, SEND_MODEL, MODEL_PIECE, FORGET_MODEL = 15, 16, 17, 18
 # Messages from the board, by their numbers.
-EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER, LEARNING, LEARNED = 3, 13, 14, 15, 16, 17, 18, 19
+EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER, LEARNING, LEARNED, BOARD_MODEL = 3, 13, 14, 15, 16, 17, 18, 19, 20
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
 # Limits of the whole program without a model: 96 kB of flash, and 16 KiB of RAM with the ring and the stack. Instructions of
@@ -68,7 +57,7 @@ class Host:
 
     def __init__(self, wstac, folder):
         self.wstac, self.folder, self.notes = wstac, Path(folder), ""
-        self.clip, self.frames = self.rendered(SCENE, "clip")
+        self.clip, self.frames = self.rendered(SCENE.read_text(), "clip")
 
     def rendered(self, text, name):
         """Returns the clip of a scene as a file, and its frames."""
@@ -410,8 +399,7 @@ class Check:
         def after_power(board, clip=()):
             """Returns the board after it was without power."""
             again = self.board(clip)
-            again.machine.uc.mem_write(BANK2, bytes(board.machine.uc.mem_read(BANK2, BANK2_SIZE)))
-            again.flash.torn = set(board.flash.torn)
+            self.carry(board, again)
             return again
 
         board = self.board([])
@@ -470,8 +458,7 @@ class Check:
         def after_power(board, frames):
             """Returns the board with its flash after it was without power."""
             again = self.board(frames, elf=elf)
-            again.machine.uc.mem_write(BANK2, bytes(board.machine.uc.mem_read(BANK2, BANK2_SIZE)))
-            again.flash.torn = set(board.flash.torn)
+            self.carry(board, again)
             return again
 
         def taught(cut_after=None):
@@ -526,6 +513,113 @@ class Check:
         if names != all_of() or len(starts) != 2:
             problems.append(f"after it was forgotten, {names} are learned, and {len(starts)} starts are told")
         self.say(name, problems)
+
+    def models(self, name, elf, model):
+        """A model that is sent while events are answered is used after the start that follows, and the answers are then
+        those of the host with it. A reset in the middle leaves none. A model of another kind is refused.
+        """
+        problems, file = [], Path(model).read_bytes()
+        sent_model = [*as_varint(len(file)), *as_varint(int.from_bytes(file[4:8], "little"))]
+        wants = bytes([1, *sent_model])
+        clip = self.host.frames
+
+        def states(board):
+            """Returns what the board says of its model: the checksum in use, whether it was sent, and what happened last,
+            without what the board takes.
+            """
+            found = []
+            for content in contents(bytes(board.line.sent)):
+                if content[0] == BOARD_MODEL:
+                    in_use, rest = varint(content, 2) if content[1] else (None, content[2:])
+                    # Behind kind and sample is the size.
+                    found.append((in_use, rest[0], varint(rest, 3)[1]))
+            return found
+
+        def sending(frames, cut_after=None, data=file, begin=sent_model, old=None):
+            """Returns the board after a model was sent while these frames came. The board may be reset at a write of four
+            bytes. Every tenth piece is sent twice, and every eleventh is lost at first.
+            """
+            board = self.board(frames, elf=elf)
+            if old:
+                self.carry(old, board)
+            board.flash.cut_after = cut_after
+            tries = {}
+
+            def go_on():
+                step = (states(board) or [(0, 0, b"")])[-1][2]
+                if step[:1] != b"\1":
+                    if not step or step == b"\0":
+                        board.line.receive(request(SEND_MODEL, *begin))
+                    return
+                at = varint(step, 1 + len(begin))[0]
+                tries[at] = tries.get(at, 0) + 1
+                piece = data[at : at + 160]
+                frame = request(MODEL_PIECE, *as_varint(at), *as_varint(len(piece)), *piece)
+                if at // 160 % 11 == 10 and tries[at] == 1:
+                    frame = frame[:20] + b"\x55" + frame[21:]
+                board.line.receive(frame)
+                if at // 160 % 10 == 9 and tries[at] == 1:
+                    board.machine.at(board.machine.now + FRAME // 2, lambda: board.line.receive(frame))
+
+            for frame in range(5, len(frames)):
+                board.camera.faults[frame] = go_on
+            board.run()
+            return board
+
+        def after_power(board, frames=clip):
+            again = self.board(frames, elf=elf)
+            self.carry(board, again)
+            again.line.receive(request(MODEL))
+            sent = bytes(again.run())
+            return of_kind(self.host.of_line(sent), "event"), states(again)[0][:2]
+
+        checksum = int.from_bytes(file[4:8], "little")
+        board = sending(clip * 3)
+        kept = [step for _, _, step in states(board) if step == bytes([2, *sent_model])]
+        if not kept:
+            problems.append(f"the model is not kept: {states(board)[-3:]}")
+        starts = [content for content in contents(bytes(board.line.sent)) if content[0] == 0]
+        if len(starts) != 2:
+            problems.append(f"{len(starts)} starts are told, expected that of the power and that with the model")
+        until = bytes(board.line.sent)
+        events = of_kind(self.host.of_line(until), "event")
+        if events[:2] != self.events[:2]:
+            problems.append(f"events while the model is sent are {events}, expected {self.events}")
+        expected = of_kind(self.host.of_clip("--model", model), "event")
+        events, state = after_power(board)
+        if events != expected or expected == self.events:
+            problems.append(f"events are {events}, expected {expected}")
+        if state != (checksum, 1):
+            problems.append(f"the model in use is {state}, expected that of {checksum}")
+        # A word is eight writes. The last one is that of the head.
+        words = board.flash.words
+        for cut in (8 * words // 2, 8 * words - 3, 8 * words):
+            _, state = after_power(sending(clip[:40] * 6, cut), clip[:12])
+            if state not in ((None, 0), (checksum, 1)):
+                problems.append(f"after a reset at write {cut} of {8 * words}, {state} is used")
+        # Of another kind: refused at its end, and the one before stays.
+        other = bytearray(file)
+        other[12] = 3
+        other[4:8] = zlib.crc32(other[8:]).to_bytes(4, "little")
+        foreign = [*as_varint(len(other)), *as_varint(int.from_bytes(other[4:8], "little"))]
+        refused = sending(clip[:40] * 6, None, bytes(other), foreign, board)
+        if states(refused)[-1] != (checksum, 1, bytes([4, 2, 0])):
+            problems.append(f"a model of another kind is answered by {states(refused)[-1]}")
+        # It can be forgotten.
+        forgets = self.board(clip[:60], elf=elf)
+        self.carry(refused, forgets)
+        forgets.camera.faults[20] = lambda: forgets.line.receive(request(FORGET_MODEL))
+        forgets.run()
+        events, state = after_power(forgets)
+        if (events, state) != (self.events, (None, 0)):
+            problems.append(f"after it was forgotten, {state} is used, and events are {events}")
+        self.say(name, problems)
+
+    @staticmethod
+    def carry(board, again):
+        """Gives a board the flash of another one that was without power."""
+        again.machine.uc.mem_write(BANK2, bytes(board.machine.uc.mem_read(BANK2, BANK2_SIZE)))
+        again.flash.tear(board.flash.torn)
 
     def faulty(self, name, faults, missing, said):
         """Features of all frames except the `missing` ones are right, and faults are reported within two frame times.
@@ -765,9 +859,9 @@ def halt_at_end(board, cycles):
 
 def main():
     """Runs all cases."""
-    if len(sys.argv) < 7 or len(sys.argv) % 3 != 1:
+    if len(sys.argv) < 9 or len(sys.argv) % 3 != 0:
         sys.exit(__doc__)
-    _, wstac, elf, openmv, *other = sys.argv
+    _, wstac, elf, openmv, taking, to_send, *other = sys.argv
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         host = Host(wstac, folder)
@@ -778,6 +872,7 @@ def main():
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
         check.learn("learning", other_elf, model)
+        check.models("models over the link", taking, to_send)
         check.samples()
         check.status("state of the board")
         check.clock("the board's clock")

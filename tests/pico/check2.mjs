@@ -10,6 +10,8 @@ import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import { BACK, FEATURES, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, request, same } from './host.mjs';
 
+// An emulated run takes a minute or two.
+const LIMIT_MS = 20 * 60_000;
 const [, , wstac, player, one, four, eight, ...more] = process.argv;
 if (!eight || more.length > 0) {
   console.error('usage: node check2.mjs WSTAC PLAYER ONE FOUR EIGHT');
@@ -22,7 +24,7 @@ const hex = (bytes) => Buffer.from(bytes).toString('hex');
 function play(program, count, wanted = '-', faults = {}) {
   const serial = host.file('sent');
   const listed = Object.entries(faults).map(([frame, fault]) => `${frame}:${fault}`);
-  const done = spawnSync(player, [program, host.raw, count, serial, wanted, ...listed], { encoding: 'utf8' });
+  const done = spawnSync(player, [program, host.raw, count, serial, wanted, ...listed], { encoding: 'utf8', timeout: LIMIT_MS });
   if (done.status !== 0) throw new Error(`${player}: ${done.stderr}`);
   return { sent: fs.readFileSync(serial), ...JSON.parse(done.stdout) };
 }

@@ -7,22 +7,9 @@ import os from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-const SCENE = `
-lead_in = 30
-gap = 70
-[sensor]
-size = [320, 240]
-[[slide]]
-specimen = "Saw3"
-speed = 150
-direction = 90
-[[slide]]
-specimen = "Sin2"
-speed = 170
-direction = 180
-`;
 const SIZE = 320 * 240;
-const BUDGETS = fileURLToPath(new URL('../firmware/budgets.toml', import.meta.url));
+const FIRMWARE = (name) => fileURLToPath(new URL(`../firmware/${name}`, import.meta.url));
+const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml');
 // Requests, as in tests/emulator/check.py: their numbers, and the version of the link.
 export const HELLO = 0, FEATURES = 1;
 const VERSION = 4;
@@ -44,12 +31,10 @@ export class Host {
     this.wstac = wstac;
     this.folder = fs.mkdtempSync(path.join(os.tmpdir(), 'pico-'));
     process.on('exit', () => fs.rmSync(this.folder, { recursive: true }));
-    const scene = this.file('scene.toml');
     this.clip = this.file('clip.y4m');
     this.raw = this.file('clip.raw');
-    fs.writeFileSync(scene, SCENE);
     for (const output of [this.clip, this.raw]) {
-      execFileSync(wstac, ['scene', 'render', scene, '-o', output], { stdio: 'ignore' });
+      execFileSync(wstac, ['scene', 'render', SCENE, '-o', output], { stdio: 'ignore' });
     }
     const pixels = fs.readFileSync(this.raw);
     this.frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));

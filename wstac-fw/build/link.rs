@@ -24,7 +24,7 @@ pub fn emulated(out: &Path) {
 }
 
 /// The boards with an STM32H743: the program, where its flash begins, and how many KiB it may have. It ends in front of
-/// the settings, which begin at 0x08180000.
+/// the settings, which begin at 0x08180000. With the feature `models`, it ends in front of the models, at 0x08100000.
 ///
 /// The OpenMV Cam H7 has a bootloader of 128 KiB and a file system of 128 KiB in front of it.
 const H743: &[(&str, u32, u32)] = &[("h743", 0x0800_0000, 1536), ("openmv_cam_h7", 0x0804_0000, 1280)];
@@ -34,7 +34,9 @@ pub fn h743(out: &Path) {
     if env::var_os("CARGO_FEATURE_H743").is_none() {
         return;
     }
+    let has_models = env::var_os("CARGO_FEATURE_MODELS").is_some();
     for (program, begin, length) in H743 {
+        let length = length - if has_models { 512 } else { 0 };
         let folder = out.join(program);
         let memory = format!(
             "MEMORY {{ FLASH : ORIGIN = {begin:#x}, LENGTH = {length}K RAM : ORIGIN = 0x24000000, LENGTH = 512K }}\n"

@@ -17,6 +17,7 @@ pub fn source(
     config: Option<PathBuf>,
     model: Option<PathBuf>,
     pixels: Option<&str>,
+    models: Option<&str>,
     sizes: &[[u16; 2]],
 ) -> Result<String, String> {
     let pixels = Pixels::named(pixels)?;
@@ -38,19 +39,11 @@ pub fn source(
     source += &match model {
         Some(file) => texture(&file, &config)
             .map_err(|error| format!("WSTAC_MODEL={}: {error} (relative names are from wstac-fw)", file.display()))?,
-        None => NO_TEXTURE.to_owned(),
+        None => no_texture(models, &config)
+            .map_err(|error| format!("WSTAC_MODELS={}: {error}", models.unwrap_or_default()))?,
     };
     Ok(source)
 }
-
-/// The source of the model's items if there is no model.
-const NO_TEXTURE: &str = "/// The type of the texture model.
-pub type Kind = wstac_core::model::linear_svm::LinearSvm<'static>;
-/// The texture model: `None`, because `WSTAC_MODEL` was not set.
-pub const MODEL: Option<&Kind> = None;
-/// The sample that a texture model would take.
-pub type ModelSample = crate::textures::OverTime;
-";
 
 /// Refuses a calibration with frames of another size than a board's.
 fn check_frame(config: &Config, sizes: &[[u16; 2]]) -> Result<(), String> {
@@ -188,13 +181,51 @@ pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
     )
 }
 
+/// The kinds of models: the module of each and its type, which is the variant of `ModelKind`, too.
+const KINDS: [(&str, &str); 3] = [("linear_svm", "LinearSvm"), ("forest", "Forest"), ("boosted", "Boosted")];
+
 /// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is linked.
 fn texture(file: &Path, config: &Config) -> Result<String, String> {
     let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
     let (words, _) = bytes.as_chunks::<4>();
     let words: Vec<_> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
     let model = Model::from_words(&words).map_err(|error| error.to_string())?;
-    let sample = match (model.input(), config.speed.law()) {
+    let kind = match model {
+        Model::LinearSvm(_) => KINDS[0],
+        Model::Forest(_) => KINDS[1],
+        Model::Boosted(_) => KINDS[2],
+    };
+    let file = file.canonicalize().map_err(|error| error.to_string())?;
+    let file = file.to_str().ok_or("its path is no UTF-8")?;
+    let checked = format!(
+        "static CHECKED: Kind = wstac_core::include_model!(KindOf, {file:?});
+/// The texture model.
+pub const MODEL: Option<&Kind> = Some(&CHECKED);
+"
+    );
+    Ok(types(kind, model.input(), config)? + &checked)
+}
+
+/// Returns the source of the model's items without a model. `models` are those that a host may send: a kind, a colon and
+/// a sample.
+fn no_texture(models: Option<&str>, config: &Config) -> Result<String, String> {
+    let (kind, input) = models.unwrap_or("linear_svm:frames").split_once(':').unwrap_or_default();
+    let kind = KINDS.into_iter().find(|(name, _)| *name == kind);
+    let input = [Input::Frames, Input::Path, Input::TaxelPath].into_iter().find(|known| known.name() == input);
+    let (Some(kind), Some(input)) = (kind, input) else {
+        return Err(
+            "expected KIND:SAMPLE of linear_svm, forest or boosted, and of frames, path or taxel_path".to_owned()
+        );
+    };
+    let none = "/// The texture model: `None`, because `WSTAC_MODEL` was not set.
+pub const MODEL: Option<&Kind> = None;
+";
+    Ok(types(kind, input, config)? + none)
+}
+
+/// Returns the source of the types of a model.
+fn types((module, kind): (&str, &str), input: Input, config: &Config) -> Result<String, String> {
+    let sample = match (input, config.speed.law()) {
         (Input::Frames, _) => "OverTime",
         (Input::Path, None) => "AlongPath",
         (Input::TaxelPath, None) => "AlongTaxels",
@@ -203,20 +234,13 @@ fn texture(file: &Path, config: &Config) -> Result<String, String> {
         }
         (other, _) => return Err(format!("its sample is {}, expected frames, path or taxel_path", other.name())),
     };
-    let kind = match model {
-        Model::LinearSvm(_) => "linear_svm::LinearSvm",
-        Model::Forest(_) => "forest::Forest",
-        Model::Boosted(_) => "boosted::Boosted",
-    };
-    let file = file.canonicalize().map_err(|error| error.to_string())?;
-    let file = file.to_str().ok_or("its path is no UTF-8")?;
     Ok(format!(
-        "use wstac_core::model::{kind} as KindOf;
+        "use wstac_core::model::{module}::{kind} as KindOf;
 /// The type of the texture model.
 pub type Kind = KindOf<'static>;
-static CHECKED: Kind = wstac_core::include_model!(KindOf, {file:?});
-/// The texture model.
-pub const MODEL: Option<&Kind> = Some(&CHECKED);
+/// The kind of the texture model, as messages name it.
+#[cfg(any(feature = \"models\", test))]
+pub const KIND: wstac_core::wire::ModelKind = wstac_core::wire::ModelKind::{kind};
 /// The sample that the texture model takes.
 pub type ModelSample = crate::textures::{sample};
 "

@@ -16,8 +16,16 @@ use embassy_stm32::pac::FLASH;
 use embassy_stm32::{Peri, peripherals};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
+#[cfg(feature = "models")]
+use crate::models::InPlace;
+
 /// The sectors, from the start of the flash.
 pub const SECTORS: Range<u32> = 0x18_0000..0x1C_0000;
+/// What this may read and write: the sectors of the settings, and those of the models in front of them.
+#[cfg(not(feature = "models"))]
+const ALL: Range<u32> = SECTORS;
+#[cfg(feature = "models")]
+const ALL: Range<u32> = <BoardFlash as InPlace>::MODELS.start..SECTORS.end;
 /// The bytes of a sector.
 const SECTOR: usize = 0x2_0000;
 /// The keys that unlock a bank (RM0433, 4.9.2), and the parallelism of 64 bits.
@@ -63,7 +71,7 @@ impl ReadNorFlash for BoardFlash {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFailed> {
         let end = u32::try_from(bytes.len()).ok().and_then(|length| offset.checked_add(length));
-        if end.is_none_or(|end| end > SECTORS.end) || offset < SECTORS.start {
+        if end.is_none_or(|end| end > ALL.end) || offset < ALL.start {
             return Err(FlashFailed);
         }
         let mut at = offset as usize;
@@ -88,7 +96,7 @@ impl NorFlash for BoardFlash {
     const ERASE_SIZE: usize = SECTOR;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFailed> {
-        if from < SECTORS.start || to > SECTORS.end {
+        if from < ALL.start || to > ALL.end {
             return Err(FlashFailed);
         }
         // A write leaves the parallelism at 8 bits, with which an erasure takes twice as long as with 64: longer than the
@@ -104,15 +112,36 @@ impl NorFlash for BoardFlash {
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFailed> {
-        if offset < SECTORS.start || bytes.len() > (SECTORS.end.saturating_sub(offset)) as usize {
+        if offset < ALL.start || bytes.len() > (ALL.end.saturating_sub(offset)) as usize {
             return Err(FlashFailed);
         }
         Ok(self.0.blocking_write(offset, bytes)?)
     }
 }
 
-/// Reads bytes of one word, or zeros if the word's error correction does not fit it.
-fn read_word(at: usize, bytes: &mut [u8]) {
+#[cfg(feature = "models")]
+impl InPlace for BoardFlash {
+    // The first half of the second bank: the program has the first bank, and runs on while a sector is erased.
+    const MODELS: Range<u32> = 0x10_0000..SECTORS.start;
+
+    fn in_place(&mut self, range: Range<u32>) -> Option<&'static [u8]> {
+        if range.start < Self::MODELS.start || range.end > Self::MODELS.end || !range.start.is_multiple_of(4) {
+            return None;
+        }
+        // Later loads do not ignore bus faults.
+        let is_readable = |at: u32| read_word(at as usize, &mut [0]);
+        if !range.clone().step_by(WRITE_SIZE).all(is_readable) {
+            return None;
+        }
+        let length = range.end.checked_sub(range.start)? as usize;
+        // SAFETY: these bytes of the flash can be read, as was seen. Who uses them writes to none of them, as the trait says.
+        #[allow(unsafe_code)]
+        Some(unsafe { core::slice::from_raw_parts((FLASH_BASE + range.start as usize) as *const u8, length) })
+    }
+}
+
+/// Reads bytes of one word, or zeros if the word's error correction does not fit it. Returns whether it does.
+fn read_word(at: usize, bytes: &mut [u8]) -> bool {
     let flash = FLASH.bank(BANK);
     // SAFETY: the register is the core's, and only this bit of it is changed, for as long as no other code runs.
     #[allow(unsafe_code)]
@@ -129,8 +158,10 @@ fn read_word(at: usize, bytes: &mut [u8]) {
         asm!("dsb", "cpsie f", options(nostack));
         control.modify(|bits| bits & !IGNORE_BUS_FAULTS);
     }
-    if flash.sr().read().dbeccerr() {
+    let is_damaged = flash.sr().read().dbeccerr();
+    if is_damaged {
         flash.ccr().write(|w| w.set_clr_dbeccerr(true));
         bytes.fill(0);
     }
+    !is_damaged
 }

@@ -3,17 +3,21 @@
 #[cfg(feature = "settings")]
 use core::ops::Range;
 
-#[cfg(feature = "settings")]
-use embedded_storage_async::nor_flash::NorFlash;
+#[cfg(all(feature = "settings", not(feature = "models")))]
+use embedded_storage_async::nor_flash::NorFlash as Storage;
 use wstac_core::features::Floor;
 use wstac_core::layout::Layout;
 #[cfg(feature = "settings")]
 use wstac_core::rate::FrameRate;
 use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::Request;
+#[cfg(feature = "models")]
+use wstac_core::wire::{BoardModel, ModelRefusal, ModelStep};
 #[cfg(feature = "settings")]
 use wstac_core::wire::{Message, Refusal, Settings, SettingsInUse};
 
+#[cfg(feature = "models")]
+use crate::models::{InPlace as Storage, SentModels, accepted};
 use crate::reader::Outlet;
 #[cfg(feature = "learn")]
 use crate::settings::KeptTexture;
@@ -42,6 +46,15 @@ pub trait Keeper {
     /// Keeps a learned texture at a place, or forgets it, which takes a new start. Returns whether that was done.
     #[cfg(feature = "learn")]
     fn keep_texture(&mut self, place: u8, texture: Option<&KeptTexture>) -> bool;
+
+    /// Returns the model that a host has sent. It is to be called once.
+    #[cfg(feature = "models")]
+    fn model(&mut self) -> Option<setup::Kind>;
+
+    /// Does what is to be done about models between frames, and returns what the host has to know of it. If another model
+    /// is kept and `is_rest` says that no event is under way, it wants a new start.
+    #[cfg(feature = "models")]
+    fn keep_model(&mut self, is_rest: bool) -> Option<Message<'static>>;
 }
 
 /// Settings that are compiled in.
@@ -63,7 +76,21 @@ impl Keeper for FixedSettings {
         None
     }
 
+    #[cfg(not(feature = "models"))]
     fn answer(&mut self, _: Request, _: &mut impl Outlet) {}
+
+    #[cfg(feature = "models")]
+    fn answer(&mut self, request: Request, line: &mut impl Outlet) {
+        let step = match request {
+            Request::Model => ModelStep::Rest,
+            Request::SendModel(_) | Request::ModelPiece(_) | Request::ForgetModel => {
+                ModelStep::Refused(ModelRefusal::NoMemory)
+            }
+            _ => return,
+        };
+        let in_use = setup::MODEL.map(setup::Kind::checksum);
+        line.send(&Message::Model(BoardModel::new(in_use, false, accepted(0), step)));
+    }
 
     fn wants_restart(&self) -> bool {
         false
@@ -77,6 +104,16 @@ impl Keeper for FixedSettings {
     #[cfg(feature = "learn")]
     fn keep_texture(&mut self, _: u8, _: Option<&KeptTexture>) -> bool {
         false
+    }
+
+    #[cfg(feature = "models")]
+    fn model(&mut self) -> Option<setup::Kind> {
+        None
+    }
+
+    #[cfg(feature = "models")]
+    fn keep_model(&mut self, _: bool) -> Option<Message<'static>> {
+        None
     }
 }
 
@@ -92,10 +129,12 @@ pub struct KeptSettings<F> {
     /// Whether a host has set them.
     is_set: bool,
     wants_restart: bool,
+    #[cfg(feature = "models")]
+    models: SentModels,
 }
 
 #[cfg(feature = "settings")]
-impl<F: NorFlash> KeptSettings<F> {
+impl<F: Storage> KeptSettings<F> {
     /// Takes the settings in a range of a flash, if there are any that this program can use. The others have this layout.
     pub fn new(mut flash: F, range: Range<u32>, layout: Layout, rate: FrameRate) -> Self {
         let size = layout.frame();
@@ -104,7 +143,17 @@ impl<F: NorFlash> KeptSettings<F> {
         let kept = settings::load(&mut flash, range.clone()).and_then(usable);
         let compiled_in = (Settings::new(&layout, setup::FLOOR, setup::TRIGGER, None), layout);
         let (settings, layout) = kept.unwrap_or(compiled_in);
-        Self { flash, range, layout, rate, settings, is_set: kept.is_some(), wants_restart: false }
+        Self {
+            flash,
+            range,
+            layout,
+            rate,
+            settings,
+            is_set: kept.is_some(),
+            wants_restart: false,
+            #[cfg(feature = "models")]
+            models: SentModels::default(),
+        }
     }
 
     fn keep(&mut self, settings: &Settings) -> Result<(), Refusal> {
@@ -114,7 +163,7 @@ impl<F: NorFlash> KeptSettings<F> {
 }
 
 #[cfg(feature = "settings")]
-impl<F: NorFlash> Keeper for KeptSettings<F> {
+impl<F: Storage> Keeper for KeptSettings<F> {
     fn parameters(&self) -> (Layout, Floor, TriggerConfig) {
         (self.layout, self.settings.floor, self.settings.trigger)
     }
@@ -131,6 +180,9 @@ impl<F: NorFlash> Keeper for KeptSettings<F> {
             }
             Request::Set(settings) => self.keep(&settings),
             Request::Forget => settings::keep(&mut self.flash, self.range.clone(), None),
+            #[cfg(feature = "models")]
+            request => return self.models.request(request),
+            #[cfg(not(feature = "models"))]
             _ => return,
         };
         if let Err(refusal) = answer {
@@ -155,5 +207,17 @@ impl<F: NorFlash> Keeper for KeptSettings<F> {
         // Events that are not acknowledged have the names, so a name goes with a new start.
         self.wants_restart |= is_kept && texture.is_none();
         is_kept
+    }
+
+    #[cfg(feature = "models")]
+    fn model(&mut self) -> Option<setup::Kind> {
+        self.models.load(&mut self.flash, setup::MODEL.map(setup::Kind::checksum))
+    }
+
+    #[cfg(feature = "models")]
+    fn keep_model(&mut self, is_rest: bool) -> Option<Message<'static>> {
+        let told = self.models.step(&mut self.flash);
+        self.wants_restart |= self.models.has_other() && is_rest;
+        told
     }
 }

@@ -30,7 +30,7 @@ pub struct Learner {
     model: u32,
     centers: [Option<Center>; MOST_TEXTURES],
     course: Option<Course>,
-    /// What is still to be done and told.
+    /// The work and the answers that wait.
     task: Option<TextureTask>,
 }
 

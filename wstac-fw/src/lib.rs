@@ -20,6 +20,10 @@ pub mod keeper;
 pub mod learner;
 #[cfg(feature = "node")]
 pub mod link;
+#[cfg(test)]
+mod mock_flash;
+#[cfg(any(feature = "models", test))]
+pub mod models;
 #[cfg(feature = "node")]
 pub mod node;
 pub mod picture;

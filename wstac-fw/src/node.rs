@@ -212,6 +212,10 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
         if is_between && line.has_room() {
             reader.keep_textures(keeper, line);
         }
+        #[cfg(feature = "models")]
+        if is_between && line.has_room() {
+            reader.keep_model(keeper, line);
+        }
         is_between = false;
         if stage != Stage::Run {
             match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
@@ -442,13 +446,22 @@ fn log(defect: Option<Defect>) {
 
 /// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
 #[inline(never)]
-#[cfg_attr(not(feature = "learn"), expect(clippy::needless_pass_by_ref_mut, reason = "learned textures are read"))]
+#[cfg_attr(
+    not(any(feature = "learn", feature = "models")),
+    expect(clippy::needless_pass_by_ref_mut, reason = "learned textures and models are read")
+)]
 fn reader(keeper: &mut impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
     let (layout, floor, trigger) = keeper.parameters();
     match Reader::with(layout, size, RATE, LAW, floor, trigger) {
         Ok(new) => {
             let reader = reader.insert(new);
+            #[cfg(feature = "models")]
+            if let Some(place) = cortex_m::singleton!(: Option<setup::Kind> = None)
+                && let Some(model) = keeper.model()
+            {
+                reader.set_model(place.insert(model));
+            }
             #[cfg(feature = "learn")]
             if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::NO_NAMES) {
                 reader.load_textures(names, keeper);
@@ -462,7 +475,7 @@ fn reader(keeper: &mut impl Keeper, size: FrameSize) -> Option<&'static mut Read
     }
 }
 
-/// What the host has asked of the node itself.
+/// The requests of the host to the node itself.
 #[derive(Clone, Copy, Default)]
 struct Asked {
     /// A description, and so the reason why there are no frames.
@@ -538,6 +551,8 @@ async fn find(
         reader.set_time(Instant::now().as_micros());
         #[cfg(feature = "learn")]
         reader.keep_textures(keeper, line);
+        #[cfg(feature = "models")]
+        reader.keep_model(keeper, line);
         let mut reason = Absence::Gone;
         for sensor in sensors {
             let sensor = Sensor { lines: keeper.exposure(), ..*sensor };

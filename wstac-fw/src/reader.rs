@@ -18,7 +18,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{ContactEnd, Event, TriggerConfig};
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
-#[cfg(feature = "learn")]
+#[cfg(any(feature = "learn", feature = "models"))]
 use crate::keeper::Keeper;
 #[cfg(feature = "learn")]
 use crate::learner::Names;
@@ -57,6 +57,9 @@ struct Sender {
     law: setup::Law,
     motion: MotionConfig,
     textures: Textures,
+    /// The texture model.
+    #[cfg(feature = "models")]
+    model: Option<&'static setup::Kind>,
     /// The events that were sent and not acknowledged.
     outbox: Outbox<'static>,
     /// The time in milliseconds, which wraps.
@@ -118,6 +121,8 @@ impl Reader {
                 law,
                 motion,
                 textures: Textures::default(),
+                #[cfg(feature = "models")]
+                model: setup::MODEL,
                 outbox: Outbox::new(),
                 now: 0,
                 wants_features: false,
@@ -215,7 +220,8 @@ impl Reader {
             Request::Motion(wanted) => self.sender.wants_motion = wanted,
             #[cfg(feature = "learn")]
             Request::Textures | Request::Learn(_) | Request::StopLearning | Request::ForgetTexture(_) => {
-                self.sender.textures.request(request, setup::MODEL, self.sender.now);
+                let model = self.sender.model();
+                self.sender.textures.request(request, model, self.sender.now);
             }
             // Others are about events, or from a newer host.
             request => self.sender.outbox.answer(request),
@@ -225,7 +231,7 @@ impl Reader {
     /// Takes the textures that were learned. Their names have places of their own, so that events can have them.
     #[cfg(feature = "learn")]
     pub fn load_textures(&mut self, names: &'static Names, keeper: &mut impl Keeper) {
-        let model = setup::MODEL.map(|model| model.checksum());
+        let model = self.sender.model().map(|model| model.checksum());
         self.sender.textures.load(names, model, |place| keeper.texture(place));
     }
 
@@ -235,6 +241,24 @@ impl Reader {
     #[inline(never)]
     pub fn keep_textures(&mut self, keeper: &mut impl Keeper, out: &mut impl Outlet) {
         if let Some(message) = self.sender.textures.step(|place, texture| keeper.keep_texture(place, texture)) {
+            out.send(&message);
+        }
+    }
+
+    /// Uses a texture model in place of the one that is compiled in. It is to be called before the first frame.
+    #[cfg(feature = "models")]
+    pub fn set_model(&mut self, model: &'static setup::Kind) {
+        self.sender.model = Some(model);
+    }
+
+    /// Does what is to be done about models, and sends what the host has to know of that. It is to be called between
+    /// frames, when there is room for a message.
+    #[cfg(feature = "models")]
+    #[inline(never)]
+    pub fn keep_model(&mut self, keeper: &mut impl Keeper, out: &mut impl Outlet) {
+        let Sender { outbox, held, .. } = &self.sender;
+        let is_rest = held.is_none() && outbox.kept() == 0 && self.pipeline.end().incomplete.is_none();
+        if let Some(message) = keeper.keep_model(is_rest) {
             out.send(&message);
         }
     }
@@ -258,7 +282,8 @@ impl Reader {
     /// Sends the description of the board.
     pub fn hello(&self, out: &mut impl Outlet) {
         let mut models = [None; 3];
-        models[0] = setup::MODEL.map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
+        models[0] =
+            self.sender.model().map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
         out.send(&Message::Hello(Hello {
             firmware: Text::new(self.name),
             version: Text::new(env!("CARGO_PKG_VERSION")),
@@ -328,6 +353,21 @@ impl Reader {
 }
 
 impl Sender {
+    /// Returns the texture model.
+    #[cfg(feature = "models")]
+    fn model(&self) -> Option<&'static setup::Kind> {
+        self.model
+    }
+
+    /// Returns the texture model.
+    // It takes none of the reader, so that the compiler knows the model.
+    #[cfg(not(feature = "models"))]
+    #[inline(always)]
+    #[expect(clippy::unused_self, reason = "another build has the model there")]
+    fn model(&self) -> Option<&'static setup::Kind> {
+        setup::MODEL
+    }
+
     /// Sends the results of a push.
     fn give(&mut self, update: &Update<'_>, out: &mut impl Outlet) {
         if self.wants_features
@@ -347,7 +387,7 @@ impl Sender {
         }
         if <setup::ModelSample as ModelSample>::HAS_PREFIXES
             && event.is_none()
-            && let Some(model) = setup::MODEL
+            && let Some(model) = self.model()
             && let Some(prefix) = update.prefix(model.frames())
         {
             early_texture(&prefix, model, &mut self.textures, out);
@@ -373,7 +413,7 @@ impl Sender {
     fn event(&mut self, event: &Event<'_>, taxels: Option<&TaxelRing>, out: &mut impl Outlet) {
         self.send_held_event(out);
         hold(&mut self.held, event, &self.law);
-        if let Some(model) = setup::MODEL {
+        if let Some(model) = self.model() {
             let Self { held, motion, textures, now, .. } = self;
             add_texture(held, event, taxels, *motion, model, (textures, *now));
         }

@@ -91,7 +91,7 @@ impl<F: NorFlash> NorFlash for Masked<'_, F> {
 
 /// The reason why there is no item.
 enum Failure {
-    /// What the flash holds is no map, not even one that can be repaired.
+    /// The flash holds no map, not even one that can be repaired.
     Map,
     /// The flash itself failed.
     Flash,

@@ -1,6 +1,6 @@
 //! The sample that the compiled-in texture model takes, as a type, so that no code of another sample is linked.
 
-use wstac_core::model::file::INPUTS;
+use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::motion::MotionConfig;
 use wstac_core::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 #[cfg(not(feature = "learn"))]
@@ -41,6 +41,8 @@ impl TrainedTextures {
 
 /// A sample that a texture model takes.
 pub trait ModelSample {
+    /// The sample, as a model file names it.
+    const INPUT: Input;
     /// Whether the first frames of a sample are enough for an answer.
     const HAS_PREFIXES: bool;
 
@@ -65,6 +67,7 @@ pub trait ModelSample {
 pub struct OverTime;
 
 impl ModelSample for OverTime {
+    const INPUT: Input = Input::Frames;
     const HAS_PREFIXES: bool = true;
     type Taxels = NoTaxels;
 
@@ -89,6 +92,7 @@ impl ModelSample for OverTime {
 pub struct AlongPath;
 
 impl ModelSample for AlongPath {
+    const INPUT: Input = Input::Path;
     const HAS_PREFIXES: bool = false;
     type Taxels = NoTaxels;
 
@@ -113,6 +117,7 @@ impl ModelSample for AlongPath {
 pub struct AlongTaxels;
 
 impl ModelSample for AlongTaxels {
+    const INPUT: Input = Input::TaxelPath;
     const HAS_PREFIXES: bool = false;
     type Taxels = TaxelRing;
 

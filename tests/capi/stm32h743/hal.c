@@ -5,8 +5,9 @@
  *     hal FRAMES WIDTH HEIGHT MODEL.wsm [SPEED] [FAULT=FRAME…]
  *
  * Bytes to the host go to standard output. With a SPEED, bytes of the host come from standard input, and the clock runs
- * so many times as fast as the machine's. Faults of a frame: `short` loses its last rows, `overrun` stops its DMA as the
- * HAL does, `late` keeps the program from its loop, `noise` ends a reception with an error.
+ * so many times as fast as the machine's. Faults of a frame: `short` loses its last rows, `long` has its last rows twice,
+ * `missing` never comes, `overrun` stops its DMA as the HAL does, `late` keeps the program from its loop, `noise` ends a
+ * reception with an error.
  */
 #include <stdbool.h>
 
@@ -23,9 +24,12 @@
 #define FRAME_US (1000000u / WSTAC_CAMERA_FPS)
 #define TIME_BEHIND_US 5000000u
 #define BYTE_US 87u
+/* The rows of a frame that is too short or too long: more than a stripe. */
+#define LAST_ROWS 12u
 
 static DCMI_TypeDef dcmi_registers;
-static DMA_HandleTypeDef dma;
+static DMA_Stream_TypeDef stream;
+static DMA_HandleTypeDef dma = {&stream, NULL, NULL};
 static DCMI_HandleTypeDef dcmi = {&dcmi_registers, &dma};
 static UART_HandleTypeDef uart;
 
@@ -69,6 +73,7 @@ HAL_StatusTypeDef HAL_DCMI_Start_DMA(DCMI_HandleTypeDef *hdcmi, uint32_t DCMI_Mo
     buffer = (uint8_t *)(uintptr_t)pData;
     buffer_bytes = 4 * Length;
     at = 0;
+    stream.NDTR = Length;
     dma.XferCpltCallback = NULL;
     capture = WAITING;
     return HAL_OK;
@@ -160,6 +165,8 @@ static void row_arrives(const uint8_t *row, uint32_t bytes)
 {
     for (uint32_t i = 0; i < bytes && capture == ON; i++) {
         buffer[at++] = row[i];
+        /* The count begins anew at its end. */
+        stream.NDTR = (buffer_bytes - at % buffer_bytes) / 4;
         if (at == buffer_bytes / 2)
             dma.XferHalfCpltCallback(&dma);
         if (at == buffer_bytes) {
@@ -173,12 +180,15 @@ static void row_arrives(const uint8_t *row, uint32_t bytes)
 static void frame_arrives(unsigned long number, uint32_t row_bytes, uint32_t rows)
 {
     uint64_t start = (uint64_t)number * FRAME_US;
-    if (capture == WAITING)
+    if (capture == WAITING && !has_fault("missing", number))
         capture = ON;
     for (uint32_t row = 0; row < rows; row++) {
         /* The last fifth of a frame's time has no rows. */
         wait_until(start + (uint64_t)row * FRAME_US * 4 / 5 / rows);
-        if (!(has_fault("short", number) && row + 5 >= rows))
+        bool is_last = row + LAST_ROWS >= rows;
+        if (!has_fault("missing", number) && !(has_fault("short", number) && is_last))
+            row_arrives(frame + row * row_bytes, row_bytes);
+        if (has_fault("long", number) && is_last)
             row_arrives(frame + row * row_bytes, row_bytes);
         if (has_fault("overrun", number) && row == rows / 2) {
             capture = OFF;
@@ -192,7 +202,7 @@ static void frame_arrives(unsigned long number, uint32_t row_bytes, uint32_t row
         if (!has_fault("late", number) || row < rows / 4 || row > rows / 2)
             wstac_camera_poll();
     }
-    if (capture == ON && (dcmi_registers.IER & DCMI_IT_FRAME) != 0) {
+    if (capture == ON && !has_fault("missing", number) && (dcmi_registers.IER & DCMI_IT_FRAME) != 0) {
         dcmi_registers.IER &= ~DCMI_IT_FRAME;
         HAL_DCMI_FrameEventCallback(&dcmi);
     }

@@ -13,7 +13,12 @@ typedef struct {
     volatile uint32_t IER;
 } DCMI_TypeDef;
 
+typedef struct {
+    volatile uint32_t NDTR;
+} DMA_Stream_TypeDef;
+
 typedef struct __DMA_HandleTypeDef {
+    DMA_Stream_TypeDef *Instance;
     void (*XferCpltCallback)(struct __DMA_HandleTypeDef *hdma);
     void (*XferHalfCpltCallback)(struct __DMA_HandleTypeDef *hdma);
 } DMA_HandleTypeDef;
@@ -29,6 +34,7 @@ typedef struct {
 
 #define DCMI_MODE_CONTINUOUS 0u
 #define DCMI_IT_FRAME 1u
+#define __HAL_DMA_GET_COUNTER(handle) ((handle)->Instance->NDTR)
 #define __HAL_DCMI_ENABLE_IT(handle, interrupt) ((handle)->Instance->IER |= (interrupt))
 
 HAL_StatusTypeDef HAL_DCMI_Start_DMA(DCMI_HandleTypeDef *hdcmi, uint32_t DCMI_Mode, uint32_t pData, uint32_t Length);

@@ -16,7 +16,7 @@ use super::settings::{Board, compiled_in};
 
 /// What the line does to the messages about learning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Line {
+pub(super) enum Line {
     /// All arrive.
     Whole,
     /// The one about this number of slides is lost.
@@ -26,7 +26,7 @@ enum Line {
 }
 
 /// Answers as a firmware that learns does. A touch comes with every request for the state: first a press, then slides.
-fn learns(line: Line) -> impl FnOnce(File, &AtomicBool) + Send + 'static {
+pub(super) fn learns(line: Line) -> impl FnOnce(File, &AtomicBool) + Send + 'static {
     move |mut end, over| {
         let (mut decoder, mut sent, mut done) = (Decoder::<LONGEST_REQUEST>::new(), Sent { frames: Vec::new() }, 0);
         let (mut all, mut is_late) = (LearnedTextures::default(), false);
@@ -64,6 +64,8 @@ fn learns(line: Line) -> impl FnOnce(File, &AtomicBool) + Send + 'static {
                     all.names.iter_mut().for_each(|place| *place = place.filter(|other| *other != name));
                     sent.push(&Message::Textures(all));
                 }
+                // It takes no models.
+                Request::Model => {}
                 Request::Forget => sent.push(&Message::Set(Ok(()))),
                 other => panic!("{other:?}"),
             }

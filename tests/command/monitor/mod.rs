@@ -3,6 +3,7 @@
 
 pub(crate) mod board;
 mod learning;
+mod models;
 mod pictures;
 mod settings;
 

@@ -101,8 +101,8 @@ fn serve(mut line: File, over: &AtomicBool) {
                 kept = None;
                 sent.push(&Message::Set(Ok(())));
             }
-            // Its firmware does not learn.
-            Request::Textures => {}
+            // Its firmware does not learn, and takes no models.
+            Request::Textures | Request::Model => {}
             other => panic!("{other:?}"),
         }
         line.write_all(&sent.frames[done..].concat()).unwrap();

@@ -25,15 +25,25 @@ class Flash(Registers):
         self.cut_after = None
         machine.uc.mem_write(BANK2, b"\xff" * BANK2_SIZE)
         machine.uc.hook_add(UC_HOOK_MEM_WRITE, self._written, begin=BANK2, end=BANK2 + BANK2_SIZE - 1)
-        machine.uc.hook_add(UC_HOOK_MEM_READ, self._read, begin=BANK2, end=BANK2 + BANK2_SIZE - 1)
 
     def reset(self):
         """Resets the registers, and leaves the word under way torn."""
         super().reset()
         self.keys = []
         if self.partial is not None:
-            self.torn.add(self.partial[0])
+            self.tear([self.partial[0]])
         self.partial = None
+
+    def tear(self, words):
+        """Leaves words without a valid error correction.
+
+        Only their reads are looked at: with a load in an IT block that is looked at, the emulator skips a later instruction.
+        """
+        for word in words:
+            self.torn.add(word)
+            self.machine.uc.hook_add(UC_HOOK_MEM_READ, self._read, begin=word, end=word + WORD - 1)
+        # Code that has run does not know of them.
+        self.machine.uc.ctl_flush_tb()
 
     def write(self, offset, value):
         """Stores a register. Two keys unlock the bank, and a start erases a sector."""

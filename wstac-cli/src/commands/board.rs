@@ -6,21 +6,26 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use serde::Serialize;
-use wstac_core::wire::{LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, Settings, TextureName};
+use wstac_core::wire::{
+    BoardModel, LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, Settings, TextureName,
+};
 
 use super::output::{Stop, note};
 use super::signals::{Ending, code, finishing};
 use super::source_arguments::at_least;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::model_file::{BUILT_IN, ModelFile};
 use wstac_host::monitor::learning::Learned;
+use wstac_host::monitor::models::{built_in_name, kind_name};
 use wstac_host::monitor::settings::{SettableBoard, settings_of};
 use wstac_host::visible::OneLine;
 
-/// Show and set the layout, trigger and exposure of a board, and teach it textures
+/// Show and set layout, trigger, exposure and model of a board, and teach it textures
 ///
 /// The board checks settings, keeps them over resets and starts again. Everything else of a configuration is compiled
-/// into its firmware. A board whose firmware has the feature learn learns textures from slides.
+/// into its firmware. A board whose firmware has the feature learn learns textures from slides. One
+/// with the feature models takes a texture model.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -47,7 +52,17 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = texture_name, conflicts_with_all = ["set", "exposure", "forget", "learn"])]
     unlearn: Option<TextureName>,
 
-    /// Return to what is compiled in; forget all textures
+    /// Send a texture model, which the board keeps and uses
+    ///
+    /// A model file, or builtin:NAME. Its kind and sample must be those of the firmware.
+    #[arg(long, value_name = "FILE.wsm", conflicts_with_all = ["set", "exposure", "forget", "learn", "unlearn"])]
+    model: Option<PathBuf>,
+
+    /// Forget the model that was sent
+    #[arg(long, conflicts_with_all = ["set", "exposure", "forget", "learn", "unlearn", "model"])]
+    forget_model: bool,
+
+    /// Return to what is compiled in; forget all textures and the model
     #[arg(long, conflicts_with_all = ["set", "exposure"])]
     forget: bool,
 
@@ -64,8 +79,8 @@ const HELP: &str = r#"What is set:
   [layout] frame, taxel and corners, [features] floor_levels, and
   [trigger] window, multiplier, backtrack, rule and margin of the file,
   as wstac calibrate writes them, and the exposure. What is not given
-  stays as it is. The law, the logarithm and the texture model are
-  compiled in: WSTAC_CONFIG and WSTAC_MODEL of the firmware.
+  stays as it is. The law and the logarithm are compiled in:
+  WSTAC_CONFIG of the firmware.
 
 Output:
   The settings in use after that, as the keys of a configuration. With
@@ -83,6 +98,18 @@ Learning:
   is reported, with the reason if it was not taken. Events of the
   texture then have its name as class. The board keeps up to 8 textures.
 
+Models:
+  The board must have the feature models. The file is checked here, then
+  sent in pieces that are acknowledged, checked again on the board, and
+  kept in its flash. If the line or the power fails, the board goes on
+  with the model that it had. When no touch is under way it starts again
+  and uses the new one. A board that takes models also has, in --json,
+  "model":{"checksum":"1A2B3C4D","name":"builtin:svm","sent":true,
+  "kind":"linear_svm","input":"frames","most":262080}: the model in use,
+  its name if it comes with wstac, whether it was sent, and the kind,
+  sample and most bytes that the board takes. Without a model, checksum
+  is null. While flash is erased, for a second or two, no frame is used.
+
 Refusals:
   The board refuses a layout for frames of another size, taxels outside
   the frame, and an exposure that is longer than a frame. It says why,
@@ -93,6 +120,7 @@ Examples:
   wstac board /dev/ttyACM0 --set my.toml
   wstac board /dev/ttyACM0 --exposure 240
   wstac board /dev/ttyACM0 --learn carpet
+  wstac board /dev/ttyACM0 --model builtin:svm
   wstac board /dev/ttyACM0
 "#;
 
@@ -111,6 +139,32 @@ struct Record<'a> {
     exposure: Option<u16>,
     #[serde(skip_serializing_if = "Option::is_none")]
     textures: Option<Vec<&'a str>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<ModelRecord>,
+}
+
+/// The model in the output of `--json`.
+#[derive(Serialize)]
+struct ModelRecord {
+    checksum: Option<String>,
+    name: Option<String>,
+    sent: bool,
+    kind: &'static str,
+    input: &'static str,
+    most: u32,
+}
+
+impl From<&BoardModel> for ModelRecord {
+    fn from(model: &BoardModel) -> Self {
+        Self {
+            checksum: model.in_use.map(|checksum| format!("{checksum:08X}")),
+            name: model.in_use.and_then(built_in_name).map(|name| format!("{BUILT_IN}{name}")),
+            sent: model.sent,
+            kind: kind_name(model.accepts.kind),
+            input: model.accepts.input.name(),
+            most: model.accepts.most,
+        }
+    }
 }
 
 /// Parses the name of a texture.
@@ -122,8 +176,19 @@ fn texture_name(text: &str) -> Result<TextureName, String> {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     // The file is read first, so that nothing is sent in vain.
     let config = arguments.set.as_deref().map(Config::read).transpose()?;
+    let model = arguments.model.as_deref().map(ModelFile::open).transpose()?;
+    if let Some(model) = &model {
+        model.model()?;
+    }
     let mut board = SettableBoard::open(&arguments.port, arguments.baud)?;
-    if arguments.forget {
+    if let Some(file) = &model {
+        send_model(&mut board, file)?;
+    } else if arguments.forget_model {
+        board.forget_model()?;
+    } else if arguments.forget {
+        if board.model()?.is_some_and(|model| model.sent) {
+            board.forget_model()?;
+        }
         for name in board.textures()?.iter().flat_map(|textures| textures.names).flatten() {
             board.forget_texture(name)?;
         }
@@ -138,8 +203,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let in_use = board.in_use()?;
     let textures = board.textures()?;
+    let model = board.model()?;
     note(if in_use.set { "settings that were set" } else { "settings that are compiled in" });
-    print(&in_use.settings, in_use.set, textures.as_ref(), arguments.json)
+    print(&in_use.settings, in_use.set, textures.as_ref(), model.as_ref(), arguments.json)
+}
+
+/// Sends a model to the board, and reports each tenth.
+fn send_model(board: &mut SettableBoard, file: &ModelFile) -> Result<(), Stop> {
+    let mut tenths = None;
+    board.send_model(file, |sent, all| {
+        let reached = u64::from(sent) * 10 / u64::from(all.max(1));
+        if tenths.replace(reached) != Some(reached) {
+            note(format_args!("{sent} of {all} bytes of the model are sent"));
+        }
+    })?;
+    note(format_args!("the board uses the model {}", file.about()));
+    Ok(())
 }
 
 /// Lets the board learn a texture, and reports each touch.
@@ -179,7 +258,13 @@ fn wanted(board: &mut SettableBoard, config: Option<&Config>, arguments: &Argume
     Ok(settings)
 }
 
-fn print(settings: &Settings, set: bool, textures: Option<&LearnedTextures>, json: bool) -> Result<(), Stop> {
+fn print(
+    settings: &Settings,
+    set: bool,
+    textures: Option<&LearnedTextures>,
+    model: Option<&BoardModel>,
+    json: bool,
+) -> Result<(), Stop> {
     let mut out = super::output::stdout();
     let Settings { frame, taxel, corners, trigger, exposure, .. } = settings;
     let real = |bits: u32| f64::from(bits) / 65_536.0;
@@ -197,6 +282,7 @@ fn print(settings: &Settings, set: bool, textures: Option<&LearnedTextures>, jso
             margin,
             exposure: *exposure,
             textures: textures.map(|textures| textures.names.iter().flatten().map(TextureName::as_str).collect()),
+            model: model.map(ModelRecord::from),
         };
         let line = serde_json::to_string(&record)
             .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
@@ -215,6 +301,16 @@ fn print(settings: &Settings, set: bool, textures: Option<&LearnedTextures>, jso
     }
     for name in textures.iter().flat_map(|textures| &textures.names).flatten() {
         writeln!(out, "# It has learned the texture {}.", OneLine(name))?;
+    }
+    if let Some(ModelRecord { checksum, name, sent, .. }) = model.map(ModelRecord::from) {
+        let origin = if sent { "was sent" } else { "is compiled in" };
+        match checksum {
+            Some(checksum) => {
+                let name = name.map_or_else(String::new, |name| format!("{name}, "));
+                writeln!(out, "# Its texture model {origin}: {name}checksum {checksum}.")?;
+            }
+            None => writeln!(out, "# It has no texture model.")?,
+        }
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 pub(super) mod progress;
 pub(super) mod random;
 pub(super) mod recorded;
+mod shard;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -28,8 +29,11 @@ use wstac_train::dataset::{arrays, check, each_sample};
 /// that are cut off or not reliable are counted and kept. The same sweep gives the same bytes with any number of
 /// threads.
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = HELP)]
+#[command(after_long_help = HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+
     /// A sweep of simulated slides, or recordings
     ///
     /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any, the
@@ -45,8 +49,14 @@ pub(super) struct Arguments {
     input: Option<Sample>,
 
     /// Write the samples to this new file
-    #[arg(short, long, value_name = "FILE.npz")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE.npz", required = true)]
+    output: Option<PathBuf>,
+
+    /// Make only shard K of N of a sweep over time
+    ///
+    /// wstac dataset merge makes the set of all N shards. A shard that is already there, and whole, stays.
+    #[arg(long, value_name = "K/N", value_parser = shard::numbers)]
+    shard: Option<[u32; 2]>,
 
     /// Number of threads; by default, one per processor
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -71,7 +81,18 @@ pub(super) struct Arguments {
     force: bool,
 }
 
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    Merge(shard::Arguments),
+}
+
 impl Arguments {
+    /// Returns the file to write.
+    fn output(&self) -> &Path {
+        // Only a subcommand goes without it.
+        self.output.as_deref().unwrap_or(Path::new(""))
+    }
+
     /// Returns the wanted samples.
     fn sample(&self) -> Sample {
         self.input.unwrap_or(if self.sources.is_empty() { Sample::Path } else { Sample::Frames })
@@ -157,6 +178,14 @@ In Python:
   X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
   model.fit(X, set["y_specimen"])
 
+On many machines (docs/MANY.md):
+  wstac dataset sweep.toml --shard 1/2 -o 1.shard
+  wstac dataset sweep.toml --shard 2/2 -o 2.shard
+  wstac dataset merge 1.shard 2.shard -o set.npz
+  The set equals that of one process, byte for byte. Shard K has every
+  Nth slide from the Kth on. A process that is killed leaves no shard:
+  start the same command again.
+
 Interrupted runs:
   FILE.npz.part keeps the finished slides. After Ctrl-C or a crash, the
   same command continues from there.
@@ -165,6 +194,12 @@ Interrupted runs:
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    if let Some(Command::Merge(arguments)) = &arguments.command {
+        return shard::merge_all(arguments);
+    }
+    if arguments.shard.is_some() {
+        return shard::run(arguments);
+    }
     match &arguments.sources[..] {
         [] => random::run(arguments),
         [one] if !one.is_dir() && !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) => {
@@ -184,7 +219,7 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let sweep = Sweep::read(sweep_file)?;
     // All slides have the same camera.
     check(&sweep.script(0), &config).map_err(|error| Error::new(ErrorKind::Config, sweep_file.display(), error))?;
-    let output = &arguments.output;
+    let output = arguments.output();
     let outputs = outputs(arguments);
     outputs.check([output])?;
     finishing(Ending::InTime);
@@ -201,6 +236,12 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
             note(format_args!("stopped after {done} of {count} slides; the same command continues from {path}"));
         }
     })?;
+    finish(&outputs, output, &sweep, part, sweep_file)
+}
+
+/// Writes the finished data set of a sweep, which `subject` names, and removes the part.
+fn finish(outputs: &Outputs, output: &Path, sweep: &Sweep, part: Part, subject: &Path) -> Result<(), Stop> {
+    let count = sweep.count();
     let tally = part.tally();
     for (slides, why) in [(tally.no_event, "had no event"), (tally.incomplete, "had an incomplete sample")] {
         if slides > 0 {
@@ -218,9 +259,9 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     if tally.samples == 0 {
         part.remove()?;
         let message = format_args!("none of {count} slides became a sample, expected at least 1");
-        return Err(Error::new(ErrorKind::Data, sweep_file.display(), message).into());
+        return Err(Error::new(ErrorKind::Data, subject.display(), message).into());
     }
-    write_all(&outputs, output, |file| arrays::write(file, &sweep, &part))?;
+    write_all(outputs, output, |file| arrays::write(file, sweep, &part))?;
     part.remove()?;
     note(format_args!("{}: {}", output.display(), counted(tally.samples, "sample")));
     Ok(())

@@ -22,7 +22,7 @@ impl From<Sample> for Input {
     }
 }
 
-/// What a model tells apart.
+/// The task of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum Classes {
     #[default]

@@ -1,24 +1,18 @@
 //! `wstac monitor` prints a board's events.
 
-use std::collections::VecDeque;
 use std::ffi::OsString;
-use std::mem;
 use std::sync::atomic::Ordering;
 use std::time::{Instant, SystemTime};
-
-use wstac_core::wire::{LONGEST, Request, encode};
 
 use super::output::{Form, Records, Stop, note};
 use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::monitor::port::{self, Got, Port};
+use wstac_host::monitor::port::{Got, Port, SILENT, WAIT};
+use wstac_host::monitor::requests::Requests;
 use wstac_host::monitor::{Monitor, Report, telemetry};
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
-
-/// The number of waits without a byte after which the board counts as silent. It sends its state about once per second.
-const SILENT: u32 = 15;
 
 /// Print the tactile events that a board finds
 ///
@@ -100,7 +94,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         if line.takes_requests() {
             requests.extend(monitor.set_now(start.elapsed(), SystemTime::now()));
         }
-        requests.send(&mut line);
+        if let Some(reading) = requests.send(&mut line) {
+            note(reading.in_words(line.name()));
+        }
         let bytes = match line.read(&mut room) {
             Ok(Got::Bytes(count)) => {
                 waits = 0;
@@ -112,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(Got::Nothing) => {
                 waits = u32::saturating_add(waits, 1);
                 if waits == SILENT {
-                    note(format_args!("no data for {} s", (port::WAIT * SILENT).as_secs()));
+                    note(format_args!("no data for {} s", (WAIT * SILENT).as_secs()));
                 }
                 continue;
             }
@@ -173,50 +169,4 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         }
     }
     records.write(&monitor.finish())
-}
-
-/// The most requests that wait for a board that does not read.
-const MOST_WAITING: usize = 16;
-
-/// The requests that the board has not taken yet. The oldest is the first.
-#[derive(Default)]
-struct Requests {
-    sequence: u16,
-    waiting: VecDeque<Request>,
-    /// Whether it was said that the board does not read.
-    stuck: bool,
-}
-
-impl Requests {
-    /// Adds a request. One of the same kind that still waits is out of date.
-    fn push(&mut self, request: Request) {
-        let is_same = |waiting: &Request| match request {
-            Request::Acknowledge { .. } => *waiting == request,
-            _ => mem::discriminant(waiting) == mem::discriminant(&request),
-        };
-        self.waiting.retain(|waiting| !is_same(waiting));
-        self.waiting.truncate(MOST_WAITING - 1);
-        self.waiting.push_back(request);
-    }
-
-    fn extend(&mut self, requests: impl IntoIterator<Item = Request>) {
-        requests.into_iter().for_each(|request| self.push(request));
-    }
-
-    /// Sends as many as the board takes now.
-    fn send(&mut self, line: &mut Port) {
-        while let Some(request) = self.waiting.front() {
-            if !line.send(encode(request, self.sequence, &mut [0; LONGEST])) {
-                if !mem::replace(&mut self.stuck, true) {
-                    note(format_args!("{} does not read requests; they are sent when it does", line.name()));
-                }
-                return;
-            }
-            self.sequence = self.sequence.wrapping_add(1);
-            self.waiting.pop_front();
-        }
-        if mem::take(&mut self.stuck) {
-            note(format_args!("{} reads requests again", line.name()));
-        }
-    }
 }

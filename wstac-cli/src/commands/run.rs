@@ -2,7 +2,6 @@
 
 mod no_event;
 mod read;
-mod sensors;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -10,11 +9,11 @@ use std::path::PathBuf;
 use clap::error::ErrorKind;
 
 use self::read::Run;
-use self::sensors::sensors;
 use super::output::Stop;
 use super::signals;
 use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::model_file::ModelFile;
+use wstac_host::source::names::sensors;
 
 /// Print the tactile events of a source
 ///

@@ -5,11 +5,11 @@
 //! `screen` has the terminal, `board` reads a board, and `picture` scales frames down.
 
 pub(crate) mod board;
-mod clock;
 mod draw;
 mod keys;
 mod picture;
 mod player;
+mod rate_meter;
 mod recording;
 mod screen;
 mod state;
@@ -20,7 +20,6 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use self::clock::Pace;
 use self::keys::Key;
 use self::player::{Player, locked};
 pub(crate) use self::recording::Recordings;
@@ -29,6 +28,7 @@ use self::state::State;
 use crate::commands::signals::{Ending as SignalEnding, finishing, number};
 use wstac_host::error::Error;
 use wstac_host::session::Processor;
+use wstac_host::source::pace::Pace;
 use wstac_host::source::{Source, StreamInfo};
 
 /// The longest wait between two checks for signals.
@@ -110,6 +110,14 @@ pub(crate) fn run(
 ) -> Result<Ending, Error> {
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
     let (player, state) = Player::new(source, info, reading, recordings, options.live);
+    show(state, |shared, keys| read(player, shared, keys, pace))
+}
+
+/// Shows a state on the terminal of this process while `read` keeps it up to date.
+///
+/// # Errors
+/// Returns an error if the terminal cannot be used, or the one that `read` returns.
+fn show(state: State, read: impl FnOnce(&Shared, &Receiver<Key>) -> Option<Error>) -> Result<Ending, Error> {
     let shared = Shared::new(state);
     let screen = Screen::open()?;
     let (sender, keys) = channel();
@@ -120,7 +128,7 @@ pub(crate) fn run(
             screen.show(shared, &sender);
         });
         let _end = EndBoth(shared);
-        read(player, shared, &keys, pace)
+        read(shared, &keys)
     });
     failure.map_or_else(|| Ok(shared.ending()), Err)
 }

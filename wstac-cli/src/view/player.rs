@@ -4,8 +4,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use wstac_core::params::FEATURE_ONE;
 
-use super::clock::RateMeter;
 use super::picture::Sampler;
+use super::rate_meter::RateMeter;
 use super::recording::Recordings;
 use super::state::{About, HISTORY, Phase, State};
 use wstac_core::trigger::InterruptedSample;
@@ -202,7 +202,7 @@ impl<'p> Player<'p> {
         state.thresholds = pipeline.thresholds().map(|thresholds| thresholds.map(real));
         state.phase = match (pipeline.baseline(), pipeline.end().incomplete) {
             (None, _) => {
-                Phase::Baseline(state.frame - self.zero, u64::from(pipeline.trigger_config().baseline_frames()))
+                Phase::Baseline(state.frame - self.zero, Some(pipeline.trigger_config().baseline_frames().into()))
             }
             (_, Some(sample)) => Phase::Capturing(sample.frames),
             _ => Phase::Watching,

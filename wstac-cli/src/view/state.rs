@@ -24,8 +24,8 @@ const PEAK_FALL: f32 = 0.985;
 /// The state of the stream.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
-    /// Gathering the baseline: the feature frames so far, and how many are needed.
-    Baseline(u64, u64),
+    /// Gathering the baseline: the feature frames so far, and how many are needed. A board does not tell the latter.
+    Baseline(u64, Option<u64>),
     /// Waiting for contact.
     Watching,
     /// Capturing an event's sample: the frames so far.
@@ -116,7 +116,7 @@ impl State {
             layout,
             nominal_fps,
             fps: None,
-            phase: Phase::Baseline(0, 0),
+            phase: Phase::Baseline(0, None),
             paused: false,
             picture: None,
             taxels: None,

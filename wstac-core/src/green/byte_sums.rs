@@ -82,9 +82,9 @@ impl<'a, const MOST: usize> Strip<'a, MOST> {
 }
 
 /// Blocks side by side that a kernel sums at once. They lie in the band, which has at least one row. All rows have the
-/// same alignment, and those of the blocks have an aligned word each and at most `MOST` bytes.
+/// same alignment, and those of the blocks have an aligned word each and at most [`packed::MOST_WIDTH`] bytes.
 #[cfg(dsp)]
-pub(super) struct SideBySide<'a, const MOST: usize = { packed::MOST_WIDTH }> {
+pub(super) struct SideBySide<'a> {
     band: Block<'a>,
     corners: &'a [[u16; 2]; COLUMNS],
     width: usize,

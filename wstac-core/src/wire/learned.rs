@@ -75,7 +75,7 @@ pub struct Learning {
     pub slides: u8,
     /// The number of slides that are needed.
     pub needed: u8,
-    /// What happened last.
+    /// The last step.
     pub step: LearningStep,
 }
 

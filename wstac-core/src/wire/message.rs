@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "models")]
+use super::{BoardModel, ModelId, ModelPiece};
 #[cfg(feature = "learn")]
 use super::{LearnedTextures, Learning, TextureName};
 use super::{PictureEnd, PicturePart, Text};
@@ -131,6 +133,9 @@ pub enum Message<'a> {
     /// The textures that the board has learned: the answer to [`Request::Textures`] and [`Request::ForgetTexture`].
     #[cfg(feature = "learn")]
     Textures(#[serde(deserialize_with = "super::learned::textures")] LearnedTextures),
+    /// The board's model, and the one that is being sent: the answer to every request about models.
+    #[cfg(feature = "models")]
+    Model(BoardModel),
 }
 
 /// The state of a board, as far as the board knows it.
@@ -440,6 +445,19 @@ pub enum Request {
     /// Asks the board to forget a texture that it has learned. It starts again without it.
     #[cfg(feature = "learn")]
     ForgetTexture(TextureName),
+    /// Asks for the model that the board uses, and for those that it takes. A board that takes none does not answer.
+    #[cfg(feature = "models")]
+    Model,
+    /// Says that a model will be sent in pieces. If pieces of the same model have arrived since the start, they are kept.
+    #[cfg(feature = "models")]
+    SendModel(ModelId),
+    /// Sends a piece of the model. The answer says where the next piece has to begin, so that a piece that is lost or
+    /// comes twice does no harm. After the last one the board checks the whole model and keeps it.
+    #[cfg(feature = "models")]
+    ModelPiece(ModelPiece),
+    /// Asks the board to forget the models that were sent, and to use the one that is compiled in.
+    #[cfg(feature = "models")]
+    ForgetModel,
 }
 
 /// The number of frames of a sample in one message.

@@ -61,13 +61,16 @@
 //! [`Request::Picture`] asks for a picture, [`Request::Time`] for the board's clock, `Request::Set` sets the board's settings, and the register of
 //! [`Fault::SensorRefuses`] has 16 bits.
 //!
-//! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns.
+//! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns,
+//! and `Request::Model` and those behind it about models that are sent to a board.
 
 mod decoder;
 mod frame;
 #[cfg(feature = "learn")]
 mod learned;
 mod message;
+#[cfg(feature = "models")]
+mod models;
 mod numbers;
 mod outbox;
 mod picture;
@@ -87,6 +90,8 @@ pub use message::{
     Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
     sample_parts,
 };
+#[cfg(feature = "models")]
+pub use models::{AcceptedModels, BoardModel, MODEL_PIECE, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep};
 pub use outbox::{Outbox, RESEND_MS, TRIES};
 pub use picture::{PICTURE_PART, PictureEnd, PicturePart};
 pub use possible::Quantity;

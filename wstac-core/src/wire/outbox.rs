@@ -125,6 +125,11 @@ impl<'a, const N: usize> Outbox<'a, N> {
         ages.max().unwrap_or(0).min(u16::from(u8::MAX)) as u8
     }
 
+    /// Returns whether the event with this number is kept.
+    pub fn keeps(&self, event: u16) -> bool {
+        self.kept.iter().flatten().any(|kept| kept.answers.number == event)
+    }
+
     /// Returns whether a host acknowledges events.
     pub fn is_heard(&self) -> bool {
         self.is_heard

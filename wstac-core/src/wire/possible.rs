@@ -112,6 +112,9 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         // Settings check themselves as they are read.
         #[cfg(feature = "settings")]
         Message::Settings(_) | Message::Set(_) => Ok(()),
+        // Sizes and checksums may be anything, and the host compares them with those of its file.
+        #[cfg(feature = "models")]
+        Message::Model(_) => Ok(()),
         #[cfg(feature = "learn")]
         Message::Learning(learning) => check_learning(learning),
         #[cfg(feature = "learn")]

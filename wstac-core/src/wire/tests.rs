@@ -648,7 +648,9 @@ fn an_event_is_sent_again_until_it_is_acknowledged() {
     for other in [2, 3, u16::MAX] {
         outbox.answer(Request::Acknowledge { event: other });
     }
+    assert_eq!([0, 1, 2].map(|event| outbox.keeps(event)), [true, true, false]);
     outbox.answer(Request::Acknowledge { event: 0 });
+    assert_eq!([0, 1, 2].map(|event| outbox.keeps(event)), [false, true, false]);
     assert_eq!((outbox.kept(), facts(outbox.due(at(5000)))), (1, Some((170, 1, 0))));
     outbox.answer(Request::Acknowledge { event: 1 });
     assert_eq!((outbox.kept(), outbox.due(at(9000))), (0, None));

@@ -58,7 +58,7 @@ pub(crate) struct Sender {
     wanted: Wanted,
     /// The events that were sent and not acknowledged, without their textures.
     outbox: Outbox<'static, KEPT>,
-    /// The textures of the last events that are kept.
+    /// The textures of events that are kept. Others may be left from events that are not kept any more.
     textures: [Option<(u16, WstacFwTexture)>; KEPT],
 }
 
@@ -91,10 +91,12 @@ impl Sender {
         }
     }
 
-    /// Keeps the texture of an event, as long as the event itself is kept: the oldest one gives way.
+    /// Keeps the texture of an event that the outbox has just taken, as long as the outbox keeps the event.
     fn keep_texture(&mut self, event: u16, texture: WstacFwTexture) {
-        let age = |place: &Option<(u16, _)>| place.as_ref().map_or(u16::MAX, |(kept, _)| event.wrapping_sub(*kept));
-        if let Some(place) = self.textures.iter_mut().max_by_key(|place| age(place)) {
+        let Self { outbox, textures, .. } = self;
+        // The outbox has a place for the event, so one here has no event, or one that is not kept any more.
+        let is_free = |place: &Option<(u16, _)>| !place.as_ref().is_some_and(|(other, _)| outbox.keeps(*other));
+        if let Some(place) = textures.iter_mut().find(|place| is_free(place)) {
             *place = Some((event, texture));
         }
     }

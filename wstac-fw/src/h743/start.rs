@@ -12,8 +12,13 @@ use embassy_stm32::{Config, Peripherals};
 const HSE_CYCLES: u32 = 6400;
 const HSE_LOOKS: u32 = 2500;
 /// The memories without copies in the core, and their sizes: the AXI SRAM, and the sectors of the settings
-/// (`flash.rs`). A size is a power of two, and the start a multiple of it.
-const UNCACHED: [(u32, u32); 2] = [(0x2400_0000, 0x8_0000), (0x0818_0000, 0x4_0000)];
+/// and models (`flash.rs`). A size is a power of two, and the start a multiple of it.
+const UNCACHED: &[(u32, u32)] = &[
+    (0x2400_0000, 0x8_0000),
+    (0x0818_0000, 0x4_0000),
+    #[cfg(feature = "models")]
+    (0x0810_0000, 0x8_0000),
+];
 /// The frequency of the PLL's oscillator.
 const VCO: u32 = 576_000_000;
 
@@ -55,7 +60,7 @@ fn enable_caches() {
     // SAFETY: nobody else uses these parts of the core.
     #[allow(unsafe_code)]
     let mut core = unsafe { cortex_m::Peripherals::steal() };
-    for (number, (base, bytes)) in (0..).zip(UNCACHED) {
+    for (number, (base, bytes)) in (0..).zip(UNCACHED.iter().copied()) {
         // Normal memory without a cache, for reading and writing, not for instructions (ARMv7-M, B3.5.9).
         let (no_instructions, full_access, uncached) = (1 << 28, 0b011 << 24, 0b001 << 19);
         let size = (bytes.trailing_zeros() - 1) << 1;

@@ -10,7 +10,7 @@ use crate::node::Thermometer;
 
 /// The channel of the sensor.
 const CHANNEL: usize = 18;
-/// What the factory has measured at 30 and at 110 °C, with 16 bits and 3.3 V.
+/// The values that the factory has measured at 30 and at 110 °C, with 16 bits and 3.3 V.
 const AT_30: *const u16 = 0x1FF1_E820 as *const u16;
 const AT_110: *const u16 = 0x1FF1_E840 as *const u16;
 /// The cycles for the start of the ADC's supply, 10 µs, at any clock of the core up to 96 MHz.

@@ -1,154 +1,15 @@
 //! Cuts the power at every byte that is written and in every erasure, and looks for the settings.
 
 use std::collections::BTreeSet;
-use std::vec;
 use std::vec::Vec;
 
-use embedded_storage_async::nor_flash::{NorFlashError, NorFlashErrorKind};
 use wstac_core::features::Floor;
 use wstac_core::trigger::TriggerConfig;
 
 use super::*;
+use crate::mock_flash::{Cut, Flash, SECTOR, WORD};
 
-/// The bytes of a word and of a sector. A word may be written once, as with error correction.
-const WORD: usize = 32;
-const SECTOR: usize = 1024;
 const RANGE: Range<u32> = 1024..3072;
-
-/// What a word holds after the power failed while it was written.
-#[derive(Clone, Copy, Debug)]
-enum Cut {
-    /// The bytes before the cut.
-    Bytes,
-    /// Some of the bits.
-    Bits,
-    /// Nothing that can be read: the driver gives zeros.
-    Unreadable,
-}
-
-/// A flash whose power fails after so many bytes. An erased sector counts as so many bytes, too.
-#[derive(Clone)]
-struct Flash {
-    bytes: Vec<u8>,
-    written: Vec<bool>,
-    left: usize,
-    cut: Cut,
-    /// Whether the power has failed. Then nothing can be done until the next start.
-    is_off: bool,
-    /// The number of words that were written over.
-    again: u32,
-}
-
-#[derive(Debug)]
-struct PowerFailed;
-
-impl NorFlashError for PowerFailed {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
-impl Flash {
-    fn new() -> Self {
-        let (bytes, written) = (vec![0xFF; 4 * SECTOR], vec![false; 4 * SECTOR / WORD]);
-        Self { bytes, written, left: usize::MAX, cut: Cut::Bytes, is_off: false, again: 0 }
-    }
-
-    /// Returns the flash with power for `left` more bytes.
-    fn until(&self, left: usize, cut: Cut) -> Self {
-        Self { left, cut, is_off: false, ..self.clone() }
-    }
-
-    fn is_on(&self) -> Result<(), PowerFailed> {
-        if self.is_off { Err(PowerFailed) } else { Ok(()) }
-    }
-
-    fn fail(&mut self) -> Result<(), PowerFailed> {
-        self.is_off = true;
-        Err(PowerFailed)
-    }
-
-    /// Returns the flash after a reset, with power.
-    fn again(&self) -> Self {
-        self.until(usize::MAX, Cut::Bytes)
-    }
-}
-
-impl ErrorType for Flash {
-    type Error = PowerFailed;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerFailed> {
-        self.is_on()?;
-        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
-
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerFailed> {
-        self.is_on()?;
-        let (from, to) = (from as usize, to as usize);
-        assert!(from >= RANGE.start as usize && to <= RANGE.end as usize && from.is_multiple_of(SECTOR));
-        if self.left < to - from {
-            // A part is erased, and the next words are anything.
-            let end = from + self.left / WORD * WORD;
-            self.bytes[from..end].fill(0xFF);
-            self.bytes[end..to].iter_mut().step_by(3).for_each(|byte| *byte |= 0x5A);
-            return self.fail();
-        }
-        self.left -= to - from;
-        self.bytes[from..to].fill(0xFF);
-        self.written[from / WORD..to / WORD].fill(false);
-        Ok(())
-    }
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerFailed> {
-        self.is_on()?;
-        assert!((offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD));
-        for (at, word) in (offset as usize..).step_by(WORD).zip(bytes.chunks(WORD)) {
-            assert!(at >= RANGE.start as usize && at < RANGE.end as usize, "a write elsewhere");
-            if self.left == 0 {
-                return self.fail();
-            }
-            let place = &mut self.bytes[at..at + WORD];
-            if std::mem::replace(&mut self.written[at / WORD], true) {
-                // After a cut, the mark of a full sector may be written again. Its error correction does not fit it then,
-                // so the driver reads zeros, which are the mark.
-                assert!(word.iter().all(|byte| *byte == 0), "the word at {at:#x} is written over");
-                self.again += 1;
-                place.fill(0);
-                self.left = self.left.saturating_sub(WORD);
-                continue;
-            }
-            if self.left < WORD {
-                match self.cut {
-                    Cut::Bytes => place[..self.left].copy_from_slice(&word[..self.left]),
-                    Cut::Bits => {
-                        place.iter_mut().zip(word).enumerate().for_each(|(k, (byte, new))| {
-                            *byte &= *new | [0x0F, 0xA5, 0xFF, 0x3C][(k + self.left) % 4];
-                        });
-                    }
-                    Cut::Unreadable => place.fill(0),
-                }
-                return self.fail();
-            }
-            place.copy_from_slice(word);
-            self.left -= WORD;
-        }
-        Ok(())
-    }
-}
 
 fn size() -> FrameSize {
     FrameSize::new(320, 240).unwrap()
@@ -174,9 +35,9 @@ fn kept(flash: &Flash) -> Option<Settings> {
 
 #[test]
 fn an_empty_or_arbitrary_flash_has_no_settings() {
-    assert_eq!(kept(&Flash::new()), None);
+    assert_eq!(kept(&Flash::new(RANGE)), None);
     for fill in [0x00, 0x5A, 0xA5] {
-        let mut flash = Flash::new();
+        let mut flash = Flash::new(RANGE);
         flash.bytes.fill(fill);
         flash.written.fill(true);
         assert_eq!(kept(&flash), None, "{fill:#x}");
@@ -188,7 +49,7 @@ fn an_empty_or_arbitrary_flash_has_no_settings() {
 
 #[test]
 fn settings_are_kept_until_they_are_set_again_or_forgotten() {
-    let mut flash = Flash::new();
+    let mut flash = Flash::new(RANGE);
     // The sectors are filled many times.
     for number in 0..200 {
         keep(&mut flash, RANGE, Some(&settings(number))).unwrap();
@@ -207,7 +68,7 @@ fn power_may_fail_at_every_byte() {
     let (mut cuts, mut erased, mut over) = (0, 0, 0);
     let mut seen = BTreeSet::new();
     // 16 changes fill both sectors more than once.
-    let mut flash = Flash::new();
+    let mut flash = Flash::new(RANGE);
     keep(&mut flash, RANGE, Some(&settings(0))).unwrap();
     for number in 1..=16 {
         let (old, new) = (settings(number - 1), settings(number));
@@ -284,7 +145,7 @@ fn all(flash: &Flash) -> All {
 
 #[test]
 fn textures_are_kept_beside_the_settings_until_they_are_forgotten() {
-    let mut flash = Flash::new();
+    let mut flash = Flash::new(RANGE);
     assert_eq!(all(&flash), (None, [None; 3]));
     // The longest item: all dimensions, with a long name.
     let numbers: Vec<i16> = (0..MOST_DIMENSIONS as i16).map(|d| i16::MIN + d).collect();
@@ -310,7 +171,7 @@ fn textures_are_kept_beside_the_settings_until_they_are_forgotten() {
 
 #[test]
 fn power_may_fail_at_every_byte_of_a_texture_and_of_settings_beside_it() {
-    let mut flash = Flash::new();
+    let mut flash = Flash::new(RANGE);
     keep(&mut flash, RANGE, Some(&settings(0))).unwrap();
     assert!(keep_texture(&mut flash, RANGE, 1, Some(&texture(7))));
     let (mut cuts, mut erased, mut news) = (0, 0, 0);

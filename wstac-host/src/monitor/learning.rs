@@ -26,7 +26,7 @@ pub enum Learned {
     Stopped,
 }
 
-/// What a host hears while a board learns.
+/// The news of a board while it learns.
 enum Heard {
     State(Learning),
     All(LearnedTextures),

@@ -4,8 +4,10 @@ mod board;
 pub mod clock;
 mod delivery;
 pub mod learning;
+pub mod models;
 pub mod pictures;
 pub mod port;
+pub mod requests;
 pub mod settings;
 pub mod telemetry;
 

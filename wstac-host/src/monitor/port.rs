@@ -21,6 +21,8 @@ use crate::error::{Error, ErrorKind};
 pub const DEFAULT_BAUD: u32 = 115_200;
 /// Longest wait of [`Port::read`].
 pub const WAIT: Duration = Duration::from_millis(200);
+/// The number of waits without a byte after which a board counts as silent. It sends its state about once per second.
+pub const SILENT: u32 = 15;
 /// Longest wait for a TCP connection.
 const CONNECT: Duration = Duration::from_secs(5);
 

@@ -72,7 +72,7 @@ pub struct Recorder {
     number: u32,
 }
 
-/// What is kept of a frame.
+/// The part of a frame that is kept.
 enum Content {
     /// Its bytes.
     Pictures { shape: Shape, frame_bytes: usize },

@@ -70,7 +70,7 @@ struct Recovery<'a> {
     out: RecordingFile,
     old: &'a Path,
     path: &'a Path,
-    /// What the recording says of itself; `None` if it is none of this program.
+    /// The recording's description of itself; `None` if it is none of this program.
     about: Option<About>,
     has_sums: bool,
     /// The schemas by their numbers, each with whether it stands in undamaged bytes.

@@ -29,7 +29,7 @@ const DIGITS: usize = 8;
 /// Bytes of a checksum's message that the checksum does not cover.
 pub(super) const UNCOVERED: u64 = (DIGITS + TAIL.len()) as u64;
 
-/// What a recording has so far.
+/// The content of a recording so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub(super) struct Counts {
     /// Frames.

@@ -4,7 +4,9 @@ mod crop;
 pub mod decorate;
 #[cfg(feature = "mcap")]
 pub mod mcap;
+pub mod names;
 pub mod open;
+pub mod pace;
 #[cfg(feature = "png")]
 pub mod png_folder;
 pub mod y4m;

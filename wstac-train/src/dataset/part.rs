@@ -21,7 +21,8 @@ const MAGIC: [u8; 8] = *b"wstacpt1";
 const HEADER: usize = 16;
 /// Bytes of a sample.
 pub const SAMPLE_BYTES: usize = 2 * FEATURES * SAMPLE_FRAMES;
-const RECORD: usize = 8 + SAMPLE_BYTES + 4;
+/// Bytes of a slide's record.
+pub(super) const RECORD: usize = 8 + SAMPLE_BYTES + 4;
 
 /// Returns a number that identifies a sweep, a configuration and the program's data version.
 pub fn fingerprint(sweep: &Sweep, config: &Config) -> u64 {
@@ -184,21 +185,14 @@ impl Part {
     /// # Errors
     /// The file cannot be written.
     pub fn append(&mut self, number: u32, outcome: &Outcome) -> Result<(), Error> {
-        let mut record = Vec::with_capacity(RECORD);
-        let status = match outcome {
-            Outcome::NoEvent => 0,
-            Outcome::Sample(_, facts) => SAMPLE | stored(*facts),
-            Outcome::Incomplete => 2,
-        };
-        record.extend(number.to_le_bytes().into_iter().chain(status.to_le_bytes()));
-        if let Outcome::Sample(sample, _) = outcome {
-            record.extend(sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes()));
-        }
-        record.resize(RECORD - 4, 0);
-        record.extend(crc32fast::hash(&record).to_le_bytes());
+        self.append_record(&record(number, outcome))
+    }
+
+    /// Appends the record of a missing slide; damaged ones, and those of slides that are present, are not taken.
+    pub(super) fn append_record(&mut self, record: &[u8; RECORD]) -> Result<(), Error> {
         let end = self.end;
-        if self.enter(number, status) {
-            self.file.write_all_at(&record, end).map_err(|error| Error::io(self.path.display(), error))?;
+        if parsed(record).is_some_and(|(number, status)| self.enter(number, status)) {
+            self.file.write_all_at(record, end).map_err(|error| Error::io(self.path.display(), error))?;
         }
         Ok(())
     }
@@ -244,6 +238,30 @@ fn stored(facts: Facts) -> u32 {
 fn facts_of(status: u32) -> Facts {
     let duration = (status >> 16).checked_sub(1).and_then(|frames| u8::try_from(frames).ok());
     Facts { reliable: status >> 8 & 1 == 1, duration }
+}
+
+/// Returns the record of a slide.
+pub(super) fn record(number: u32, outcome: &Outcome) -> [u8; RECORD] {
+    let status = match outcome {
+        Outcome::NoEvent => 0,
+        Outcome::Sample(_, facts) => SAMPLE | stored(*facts),
+        Outcome::Incomplete => 2,
+    };
+    let mut content = Vec::with_capacity(RECORD);
+    content.extend(number.to_le_bytes().into_iter().chain(status.to_le_bytes()));
+    if let Outcome::Sample(sample, _) = outcome {
+        content.extend(sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes()));
+    }
+    content.resize(RECORD - 4, 0);
+    content.extend(crc32fast::hash(&content).to_le_bytes());
+    let mut record = [0; RECORD];
+    record.copy_from_slice(&content);
+    record
+}
+
+/// Returns the slide's number of a record, or `None` if the record is damaged.
+pub(super) fn number_of(record: &[u8; RECORD]) -> Option<u32> {
+    parsed(record).map(|(number, _)| number)
 }
 
 /// Returns the number and status of a record, or `None` if it is damaged.

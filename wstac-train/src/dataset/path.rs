@@ -86,7 +86,7 @@ impl Default for RandomSlides {
     }
 }
 
-/// What a slide gave.
+/// The result of a slide.
 #[derive(Clone, Debug)]
 pub struct PathSlide {
     /// The slide.

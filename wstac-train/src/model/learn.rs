@@ -110,7 +110,7 @@ fn row(projection: &Projection, mean: &[f64], frames: usize) -> Row {
 /// Units of a score that is left out, so that scores are integers.
 const UNITS: f64 = 65_536.0;
 
-/// What a model of all other slides says about each slide.
+/// The answers of a model of all other slides about each slide.
 struct LeftOut {
     scored: Scored,
     right: usize,

@@ -45,7 +45,7 @@ const ASIDE: f64 = 0.15;
 pub struct TrainOptions {
     /// The sample that the model takes.
     pub input: Input,
-    /// What the model tells apart: specimens by default.
+    /// The task of the model: specimens by default.
     pub task: Task,
     /// Fraction of the groups that is for tests, if a set does not say which. 0 trains without a test.
     pub test: f64,

@@ -11,8 +11,8 @@ use wstac_core::texture;
 use wstac_core::trigger::Event;
 use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::{
-    self, Answers, DecodeError, Decoder, Learning, LearningStep, Message, Outbox, PictureEnd, PicturePart, Received,
-    Refusal, Request, Settings, SettingsInUse, Text, TextureName,
+    self, AcceptedModels, Answers, BoardModel, DecodeError, Decoder, Learning, LearningStep, Message, ModelPiece,
+    ModelStep, Outbox, PictureEnd, PicturePart, Received, Refusal, Request, Settings, SettingsInUse, Text, TextureName,
 };
 
 entries! {
@@ -43,6 +43,11 @@ entries! {
     learning(name: TextureName, step: LearningStep) -> (Learning, bool) {
         (Learning::new(name, 0, 5, step), step.is_end())
     }
+    model_piece(at: u32, bytes: &[u8]) -> Option<ModelPiece> { ModelPiece::new(at, bytes) }
+    model_piece_bytes<'a>(piece: &'a ModelPiece) -> (u32, &'a [u8]) { (piece.at(), piece.bytes()) }
+    board_model(accepts: AcceptedModels, step: ModelStep) -> BoardModel {
+        BoardModel::new(Some(1), true, accepts, step)
+    }
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
@@ -61,8 +66,8 @@ entries! {
     outbox_answer(outbox: &mut Outbox<'static>, request: Request) -> () {
         outbox.answer(request);
     }
-    outbox_state(outbox: &Outbox<'static>) -> (u16, u8, bool) {
-        (outbox.next_event(), outbox.kept(), outbox.is_heard())
+    outbox_state(outbox: &Outbox<'static>, event: u16) -> (u16, u8, bool, bool) {
+        (outbox.next_event(), outbox.kept(), outbox.keeps(event), outbox.is_heard())
     }
     sample<'b>(sample: Sample<'_>, part: usize, buffer: &'b mut [u8; wire::LONGEST]) -> &'b [u8] {
         wire::sample_parts(0, sample).nth(part).map_or(&[], |part| wire::encode(&part, 0, buffer))

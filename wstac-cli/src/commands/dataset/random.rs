@@ -18,13 +18,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sweep = sweep(arguments.sources.first())?;
     let input: Input = arguments.sample().into();
     let outputs = outputs(arguments);
-    outputs.check([&arguments.output])?;
+    outputs.check([arguments.output()])?;
     let slides = simulate(&sweep, &pool(arguments.threads)?)?;
     without_path(slides.iter().filter(|slide| slide.sample(input).is_none()).count(), slides.len());
     let is_for_tests = |sensor| sweep.is_for_tests(sensor);
-    write_all(&outputs, &arguments.output, |file| write_split(file, &slides, input, is_for_tests))?;
+    write_all(&outputs, arguments.output(), |file| write_split(file, &slides, input, is_for_tests))?;
     let tests = slides.iter().filter(|slide| sweep.is_for_tests(slide.sensor)).count();
-    let (path, count) = (arguments.output.display(), counted(slides.len(), "slide"));
+    let (path, count) = (arguments.output().display(), counted(slides.len(), "slide"));
     note(format_args!("{path}: {count}, {tests} of them on sensors for tests"));
     Ok(())
 }

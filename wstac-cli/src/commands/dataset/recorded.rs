@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         .into());
     }
     let outputs = outputs(arguments);
-    outputs.check([&arguments.output])?;
+    outputs.check([arguments.output()])?;
     let input = arguments.sample().into();
     let threads = pool(arguments.threads)?;
     let recordings = read_all(&arguments.sources, config.as_ref(), input, &threads)?;
@@ -41,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let samples = recordings.iter().map(|recording| recording.samples.len()).sum::<usize>();
     if samples == 0 {
         let message = "none of the recordings has an event, expected at least 1";
-        return Err(Error::new(ErrorKind::Data, arguments.output.display(), message).into());
+        return Err(Error::new(ErrorKind::Data, arguments.output().display(), message).into());
     }
     let facts = || recordings.iter().flat_map(|recording| &recording.samples).map(|(.., facts)| facts);
     let unreliable = facts().filter(|facts| !facts.reliable).count();
@@ -60,10 +60,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         without_path(paths.filter(|path| path.sample(input).is_none()).count(), samples);
     }
     let tests = for_tests(&recordings, arguments.test);
-    write_all(&outputs, &arguments.output, |file| recorded_arrays::write(file, &recordings, &tests, input))?;
+    write_all(&outputs, arguments.output(), |file| recorded_arrays::write(file, &recordings, &tests, input))?;
     let for_tests = tests.iter().filter(|test| **test).count();
     let (samples, count) = (counted(samples, "sample"), counted(recordings.len(), "recording"));
-    note(format_args!("{}: {samples} of {count}, {for_tests} of them for tests", arguments.output.display()));
+    note(format_args!("{}: {samples} of {count}, {for_tests} of them for tests", arguments.output().display()));
     Ok(())
 }
 

@@ -75,7 +75,8 @@ fn doing(state: &State, colors: Colors) -> (String, Color) {
         Phase::Failed(_) => return ("FAILED".to_owned(), colors.warning()),
         Phase::Ended => return ("ended".to_owned(), colors.warning()),
         _ if state.paused && !state.live => return ("PAUSED".to_owned(), colors.warning()),
-        Phase::Baseline(done, of) => (format!("baseline {done}/{of}"), colors.warning()),
+        Phase::Baseline(done, Some(of)) => (format!("baseline {done}/{of}"), colors.warning()),
+        Phase::Baseline(done, None) => (format!("baseline {done}"), colors.warning()),
         Phase::Watching => ("watching".to_owned(), colors.calm()),
         Phase::Capturing(frames) => (format!("event {frames}/70"), colors.lit()),
     };

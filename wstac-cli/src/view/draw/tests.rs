@@ -1,5 +1,7 @@
 //! Tests of the screen: a scene is played into a terminal of a given size.
 
+use std::io::Read;
+use std::net::TcpListener;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -16,6 +18,7 @@ use crate::view::recording::Recordings;
 use crate::view::state::Phase;
 use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Telemetry, encode};
 use wstac_host::config::Config;
+use wstac_host::monitor::port::{Port, SILENT};
 use wstac_host::output::OutputOptions;
 use wstac_host::record;
 use wstac_host::session::Processor;
@@ -102,7 +105,7 @@ fn what_slides_is_shown_with_its_speed_and_direction() {
 #[test]
 fn the_baseline_then_watching_then_an_event_then_the_end() {
     let phase = |items| after("scene:Saw3@150", items).phase;
-    assert_eq!(phase(10), Phase::Baseline(10, 25));
+    assert_eq!(phase(10), Phase::Baseline(10, Some(25)));
     assert_eq!(phase(25), Phase::Watching);
     assert_eq!(phase(60), Phase::Capturing(25));
     assert_eq!(phase(200), Phase::Ended);
@@ -193,7 +196,7 @@ fn re_zero_gathers_a_new_baseline() {
         player.rezero(state);
         {
             let state = locked(state);
-            assert_eq!((&state.phase, state.frame, state.thresholds), (&Phase::Baseline(0, 25), 50, None));
+            assert_eq!((&state.phase, state.frame, state.thresholds), (&Phase::Baseline(0, Some(25)), 50, None));
             let [zero, sample] = [0, 1].map(|entry| &state.entries[entry].text);
             assert!(zero.contains("50  re-zero") && sample.contains("35  given up after 15"), "{zero} {sample}");
         }
@@ -267,7 +270,7 @@ fn after_messages(messages: &[Message<'_>]) -> (BoardPlayer, Mutex<State>) {
     let (mut player, state) = (BoardPlayer::new(), Mutex::new(BoardPlayer::state("/dev/ttyACM0").unwrap()));
     for (sequence, message) in (0..).zip(messages) {
         let bytes = encode(message, sequence, &mut [0; LONGEST]).to_vec();
-        assert!(player.take(&bytes, &state).unwrap().0);
+        assert!(player.take(&bytes, &state).unwrap());
     }
     (player, state)
 }
@@ -308,20 +311,23 @@ fn a_board_is_shown_with_its_features_and_its_own_state() {
 #[test]
 fn a_board_is_asked_for_features_and_its_keys_say_what_they_cannot_do() {
     let (mut player, state) = after_messages(&[]);
-    let asked: Vec<Request> = player
-        .requests()
-        .iter()
-        .flat_map(|frame| {
-            let mut decoder = Decoder::<LONGEST>::new();
-            frame
-                .iter()
-                .filter_map(move |&byte| decoder.push::<Request>(byte)?.ok())
-                .map(|got| got.message)
-                .collect::<Vec<_>>()
-        })
-        .collect();
+    let board = TcpListener::bind("127.0.0.1:0").unwrap();
+    let mut port = Port::open(format!("tcp:{}", board.local_addr().unwrap()), None).unwrap();
+    assert!(player.step(&mut port, &state).unwrap());
+    let (mut line, _) = board.accept().unwrap();
+    let mut bytes = [0; LONGEST];
+    let count = line.read(&mut bytes).unwrap();
+    let mut decoder = Decoder::<LONGEST>::new();
+    let asked: Vec<Request> =
+        bytes[..count].iter().filter_map(|&byte| Some(decoder.push::<Request>(byte)?.unwrap().message)).collect();
     let wanted = [Request::Hello, Request::Features(true), Request::Samples(false), Request::Motion(true)];
     assert_eq!(asked[..4], wanted);
+    // The first wait for bytes has passed.
+    (1..SILENT).for_each(|_| assert!(locked(&state).entries.is_empty() && player.step(&mut port, &state).unwrap()));
+    assert_eq!(locked(&state).entries[0].text, "no data for 3 s");
+    drop(line);
+    assert!(!player.step(&mut port, &state).unwrap());
+    assert_eq!(locked(&state).phase, Phase::Ended);
     for (key, said) in [(Key::Rezero, "gathers its baseline when it starts"), (Key::Record, "sends no frames")] {
         press(key, &state);
         assert!(locked(&state).entries[0].text.contains(said));

@@ -16,7 +16,7 @@ const MOST_GROUPS: usize = 8;
 /// The width of a row in bytes that has no more words.
 pub(super) const MOST_WIDTH: usize = 4 * GROUP * MOST_GROUPS;
 
-/// What the kernel sums: blocks of bytes, one for each corner.
+/// The input of the kernel: blocks of bytes, one for each corner.
 #[repr(C)]
 struct Work {
     corners: *const [u16; 2],

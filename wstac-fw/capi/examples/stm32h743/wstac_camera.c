@@ -13,6 +13,7 @@
 
 #define ROW_BYTES (WSTAC_CAMERA_WIDTH * WSTAC_CAMERA_PIXEL_BYTES)
 #define STRIPE_BYTES (WSTAC_CAMERA_STRIPE_ROWS * ROW_BYTES)
+#define BUFFER_WORDS (2 * STRIPE_BYTES / 4)
 #define STRIPES (WSTAC_CAMERA_HEIGHT / WSTAC_CAMERA_STRIPE_ROWS)
 #define STATUS_MS 1000u
 
@@ -38,16 +39,15 @@ static uint8_t dma_buffer[2 * STRIPE_BYTES] __attribute__((section(".bss.dma_buf
 static uint8_t stripe[STRIPE_BYTES];
 
 static DCMI_HandleTypeDef *camera;
-/* The stripes that have arrived since the capture started, counted by the interrupt. */
-static volatile uint32_t arrived;
+/* The stripes that have arrived since the capture started, and those of whole frames. Interrupts count both. */
+static volatile uint32_t arrived, framed;
 /* The capture has to start again. */
 static volatile bool broken;
-static uint32_t taken;
-/* Frames may have been lost since this time, when the last whole frame ended. */
-static bool has_gap;
-static uint32_t frame_end_ms;
-/* The frames of the gap that were counted already. */
-static uint32_t counted;
+/* The stripes that were taken, and those of the frame that has begun. */
+static uint32_t taken, in_frame;
+/* The last frame that has begun did so at this time. */
+static bool has_frame;
+static uint32_t frame_ms;
 static uint32_t overruns;
 
 static WstacFwPipeline pipeline;
@@ -76,11 +76,15 @@ static void stripe_arrived(DMA_HandleTypeDef *dma)
     arrived++;
 }
 
-/* A frame has ended. Its last stripe has arrived if the DMA's interrupt has at least the priority of the DCMI's. */
+/*
+ * A frame has ended. Its last stripe has arrived if the DMA's interrupt has at least the priority of the DCMI's. Bytes
+ * too few or too many would shift all frames behind it.
+ */
 void HAL_DCMI_FrameEventCallback(DCMI_HandleTypeDef *dcmi)
 {
-    if (arrived % STRIPES != 0)
+    if (arrived - framed != STRIPES || __HAL_DMA_GET_COUNTER(dcmi->DMA_Handle) != BUFFER_WORDS)
         broken = true;
+    framed = arrived;
     /* The HAL switches it off with each frame. */
     __HAL_DCMI_ENABLE_IT(dcmi, DCMI_IT_FRAME);
 }
@@ -207,11 +211,11 @@ static void send_results(WstacFwStatus status)
 static void start_capture(void)
 {
     broken = false;
-    arrived = 0;
-    taken = 0;
+    arrived = framed = 0;
+    taken = in_frame = 0;
     /* The HAL's DCMI has no half of a buffer; its DMA has. The callback has to be there before the start. */
     camera->DMA_Handle->XferHalfCpltCallback = stripe_arrived;
-    if (HAL_DCMI_Start_DMA(camera, DCMI_MODE_CONTINUOUS, (uint32_t)(uintptr_t)dma_buffer, STRIPE_BYTES / 2) != HAL_OK)
+    if (HAL_DCMI_Start_DMA(camera, DCMI_MODE_CONTINUOUS, (uint32_t)(uintptr_t)dma_buffer, BUFFER_WORDS) != HAL_OK)
         broken = true;
     /* In place of the HAL's own callback, which is for a frame in one piece. */
     camera->DMA_Handle->XferCpltCallback = stripe_arrived;
@@ -222,27 +226,26 @@ static void start_capture(void)
 static void start_again(void)
 {
     HAL_DCMI_Stop(camera);
-    has_gap = true;
-    if (taken % STRIPES != 0) {
+    if (in_frame != 0) {
         send_message(wstac_fw_link_lost(&line, 1, message, &length));
         send_results(wstac_fw_abandon_frame(&pipeline));
-        counted++;
     }
     start_capture();
 }
 
-/* Keeps the places in time of the frames that were lost before this one. */
-static void note_gap(void)
+/* A frame begins. Keeps the places in time of those that have not come since the last one. */
+static void begin_frame(void)
 {
-    uint32_t missing = ((HAL_GetTick() - frame_end_ms) * WSTAC_CAMERA_FPS + 250u) / 1000u;
-    if (missing > counted) {
-        send_message(wstac_fw_link_lost(&line, missing - counted, message, &length));
-        send_results(wstac_fw_push_lost(&pipeline, missing - counted));
-        counted = missing;
+    uint32_t now = HAL_GetTick();
+    /* In 64 bits, for a camera that has been silent for weeks. */
+    uint64_t periods = ((uint64_t)(now - frame_ms) * WSTAC_CAMERA_FPS + 500u) / 1000u;
+    if (has_frame && periods > 1) {
+        uint32_t missing = (uint32_t)(periods - 1);
+        send_message(wstac_fw_link_lost(&line, missing, message, &length));
+        send_results(wstac_fw_push_lost(&pipeline, missing));
     }
-    frame_end_ms += counted * 1000u / WSTAC_CAMERA_FPS;
-    has_gap = false;
-    counted = 0;
+    has_frame = true;
+    frame_ms = now;
 }
 
 static void take_stripe(void)
@@ -257,14 +260,15 @@ static void take_stripe(void)
         broken = true;
         return;
     }
-    if (taken % STRIPES == 0 && has_gap)
-        note_gap();
+    if (in_frame == 0)
+        begin_frame();
     taken++;
+    in_frame++;
     status = wstac_fw_push_stripe(&pipeline, stripe, STRIPE_BYTES);
     if (status < 0)
         broken = true;
-    if (taken % STRIPES == 0) {
-        frame_end_ms = HAL_GetTick();
+    if (in_frame == STRIPES) {
+        in_frame = 0;
         send_results(status);
     }
 }
@@ -292,7 +296,7 @@ void wstac_camera_start(DCMI_HandleTypeDef *dcmi, UART_HandleTypeDef *uart, cons
     board.model = has_model ? &texture_model : NULL;
     board.id = chip;
     send_message(wstac_fw_link_hello(&line, &pipeline, &board, message, &length));
-    frame_end_ms = status_ms = HAL_GetTick();
+    status_ms = HAL_GetTick();
     listen();
     start_capture();
 }
@@ -300,8 +304,12 @@ void wstac_camera_start(DCMI_HandleTypeDef *dcmi, UART_HandleTypeDef *uart, cons
 void wstac_camera_poll(void)
 {
     read_requests();
-    while (!broken && taken != arrived)
+    /* The first stripe of a frame is taken behind the end of the frame before it, or else it may be a row too many of it. */
+    while (!broken && taken != arrived && (in_frame != 0 || taken == framed))
         take_stripe();
+    /* Neither half of the buffer has what comes next. */
+    if (arrived - taken > 2)
+        broken = true;
     if (broken)
         start_again();
     send_message(wstac_fw_link_due(&line, HAL_GetTick(), message, &length));

@@ -164,7 +164,7 @@ pub struct Calibrated {
     pub(crate) part: Vec<u16>,
     /// The dimensions of its projection; 0 without one.
     pub dimensions: usize,
-    /// What it says about the samples that were held out.
+    /// Its answers about the samples that were held out.
     pub held_out: Quality,
 }
 

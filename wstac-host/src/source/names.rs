@@ -1,24 +1,34 @@
 //! Parses sources with names: `cam:left=/dev/video0`.
+//!
+//! ```
+//! use wstac_host::source::names::sensors;
+//!
+//! let sources = ["cam:left=/dev/video0".into(), "cam:right=slides.mcap".into()];
+//! let sensors = sensors(&sources)?;
+//! assert_eq!(sensors[1].name, Some("right"));
+//! assert_eq!(sensors[1].source, "slides.mcap");
+//! # Ok::<(), wstac_host::error::Error>(())
+//! ```
 
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStrExt;
 
-use wstac_host::error::{Error, ErrorKind};
+use crate::error::{Error, ErrorKind};
 
 /// A source with the name that its records have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Sensor<'a> {
+pub struct Sensor<'a> {
     /// The name; `None` for a plain source.
-    pub(super) name: Option<&'a str>,
+    pub name: Option<&'a str>,
     /// The source to open.
-    pub(super) source: &'a OsStr,
+    pub source: &'a OsStr,
 }
 
 /// Returns the sensors that the user names.
 ///
 /// # Errors
 /// Returns an error if a name is invalid or taken, or if two sources are standard input.
-pub(super) fn sensors(sources: &[OsString]) -> Result<Vec<Sensor<'_>>, Error> {
+pub fn sensors(sources: &[OsString]) -> Result<Vec<Sensor<'_>>, Error> {
     let sensors = sources.iter().map(|source| sensor(source)).collect::<Result<Vec<_>, _>>()?;
     for (index, sensor) in sensors.iter().enumerate() {
         let before = &sensors[..index];

@@ -1,14 +1,10 @@
-//! Two clocks: the real rate of a camera by its driver's timestamps, and the time at which frames of a file are due.
+//! The real rate of a camera by its driver's timestamps.
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant};
-
-use wstac_core::rate::FrameRate;
+use std::time::Duration;
 
 /// The time over which a camera's rate is measured.
 const SPAN: Duration = Duration::from_secs(2);
-/// The largest lag that a player catches up with.
-const MOST_BEHIND: Duration = Duration::from_millis(300);
 
 /// The frame rate of a camera: its frames, lost ones included, between timestamps of about the last two seconds.
 #[derive(Clone, Debug, Default)]
@@ -45,41 +41,6 @@ impl RateMeter {
         let ((from, before), (to, after)) = self.taken.front().zip(self.taken.back())?;
         let seconds = to.saturating_sub(*from).as_secs_f64();
         (seconds > 0.0).then(|| (after - before) as f64 / seconds)
-    }
-}
-
-/// The time when the next frame of a file is due, so that it is played at its own rate.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pace {
-    period: Duration,
-    due: Instant,
-}
-
-impl Pace {
-    /// Starts now, at this rate.
-    pub(super) fn new(rate: FrameRate) -> Self {
-        let period = f64::from(rate.denominator()) / f64::from(rate.numerator());
-        // At one frame in centuries, waits are limited to one second.
-        let period = Duration::try_from_secs_f64(period).unwrap_or(Duration::MAX).min(Duration::from_hours(1));
-        Self { period, due: Instant::now() }
-    }
-
-    /// Starts again from now.
-    pub(super) fn restart(&mut self) {
-        self.due = Instant::now();
-    }
-
-    /// Moves the due time on by `frames` frames, which were shown.
-    pub(super) fn advance(&mut self, frames: u64) {
-        let frames = u32::try_from(frames).unwrap_or(u32::MAX);
-        let now = Instant::now();
-        let due = self.due.checked_add(self.period.saturating_mul(frames)).unwrap_or(now);
-        self.due = if now.saturating_duration_since(due) > MOST_BEHIND { now } else { due };
-    }
-
-    /// Returns how long to wait until the next frame.
-    pub(super) fn wait(&self) -> Duration {
-        self.due.saturating_duration_since(Instant::now())
     }
 }
 

@@ -1,0 +1,202 @@
+//! Tests `wstac board --model`: a model reaches a board whatever the line loses, and what the board refuses is told.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde_json::{Value, json};
+use wstac_core::model::file::Input;
+use wstac_core::wire::{
+    AcceptedModels, BoardModel, Decoder, LONGEST_REQUEST, Message, ModelId, ModelKind, ModelRefusal, ModelStep,
+    Request, SettingsInUse,
+};
+use wstac_host::model_file::ModelFile;
+use wstac_tests::command::said;
+use wstac_tests::folder::Folder;
+
+use super::board::Sent;
+use super::path;
+use super::settings::{Board, compiled_in};
+
+/// What happens to a model on its way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Line {
+    /// All arrives.
+    Whole,
+    /// The piece at this byte is lost once.
+    Loses(u32),
+    /// The answer to the piece at this byte is lost once, and then comes twice.
+    Forgets(u32),
+    /// The board starts again once before this byte.
+    Restarts(u32),
+    /// The board refuses the model after the last piece.
+    Refuses(ModelRefusal),
+}
+
+const ACCEPTS: AcceptedModels =
+    AcceptedModels { kind: ModelKind::LinearSvm, input: Input::Frames, most: 256 * 1024 - 64 };
+
+/// Answers as a firmware that takes models does. It starts again when it is asked for its settings.
+fn takes(line: Line, accepts: AcceptedModels) -> impl FnOnce(File, &AtomicBool) + Send + 'static {
+    move |mut end, over| {
+        let (mut decoder, mut sent, mut done) = (Decoder::<LONGEST_REQUEST>::new(), Sent { frames: Vec::new() }, 0);
+        let (mut used, mut step) = (None::<u32>, ModelStep::Rest);
+        let (mut bytes, mut is_done) = (Vec::<u8>::new(), false);
+        while !over.load(Ordering::Relaxed) {
+            let mut byte = [0];
+            let Ok(1) = end.read(&mut byte) else {
+                std::thread::yield_now();
+                continue;
+            };
+            let Some(Ok(received)) = decoder.push::<Request>(byte[0]) else { continue };
+            let mut answers = 1;
+            match received.message {
+                Request::Settings => {
+                    match step {
+                        ModelStep::Kept(model) => (used, step) = (Some(model.checksum), ModelStep::Rest),
+                        ModelStep::Forgotten => (used, step) = (None, ModelStep::Rest),
+                        _ => {}
+                    }
+                    sent.push(&Message::Settings(SettingsInUse::new(compiled_in(), false)));
+                    answers = 0;
+                }
+                Request::Textures => answers = 0,
+                Request::Model => {}
+                Request::SendModel(model) => {
+                    if !matches!(step, ModelStep::Wants { model: other, .. } if other == model) {
+                        bytes.clear();
+                        step = ModelStep::Wants { model, at: 0 };
+                    }
+                }
+                Request::ModelPiece(piece) => {
+                    let is_first = !is_done && !matches!(line, Line::Whole | Line::Refuses(_));
+                    match line {
+                        Line::Loses(at) if is_first && at == piece.at() => (answers, is_done) = (0, true),
+                        Line::Restarts(at) if is_first && at == piece.at() => {
+                            (step, is_done) = (ModelStep::Rest, true);
+                        }
+                        _ => {
+                            if let Line::Forgets(at) = line
+                                && at == piece.at()
+                            {
+                                answers = if is_first { 0 } else { 2 };
+                                is_done = true;
+                            }
+                            take(piece.at(), piece.bytes(), &mut bytes, &mut step, line);
+                        }
+                    }
+                }
+                Request::ForgetModel => step = ModelStep::Forgotten,
+                other => panic!("{other:?}"),
+            }
+            for _ in 0..answers {
+                sent.push(&Message::Model(BoardModel::new(used, used.is_some(), accepts, step)));
+            }
+            end.write_all(&sent.frames[done..].concat()).unwrap();
+            done = sent.frames.len();
+        }
+    }
+}
+
+/// Takes a piece if it is the next one. The whole model must be the file.
+fn take(at: u32, piece: &[u8], bytes: &mut Vec<u8>, step: &mut ModelStep, line: Line) {
+    let ModelStep::Wants { model, at: next } = *step else { return };
+    if at != next {
+        return;
+    }
+    bytes.extend(piece);
+    let at = bytes.len() as u32;
+    *step = ModelStep::Wants { model, at };
+    if at == model.bytes {
+        assert!(*bytes == file_bytes(), "another file has arrived");
+        *step = match line {
+            Line::Refuses(refusal) => ModelStep::Refused(refusal),
+            _ => ModelStep::Kept(model),
+        };
+    }
+}
+
+fn file_bytes() -> Vec<u8> {
+    let file = ModelFile::open("builtin:svm".as_ref()).unwrap();
+    file.words().iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+fn id() -> ModelId {
+    let bytes = file_bytes();
+    ModelId { bytes: bytes.len() as u32, checksum: u32::from_le_bytes(bytes[4..8].try_into().unwrap()) }
+}
+
+fn in_use(name: &Value) -> Value {
+    let checksum = name.as_str().map(|_| format!("{:08X}", id().checksum));
+    let is_sent = !name.is_null();
+    json!({"checksum": checksum, "name": name, "sent": is_sent, "kind": "linear_svm", "input": "frames", "most": 262_080})
+}
+
+#[test]
+fn a_model_is_sent_shown_and_forgotten() {
+    let board = Board::that(takes(Line::Whole, ACCEPTS));
+    assert_eq!(board.json(&[])["model"], in_use(&Value::Null));
+    let done = board.run(&["--model", "builtin:svm"]);
+    let words = said(&done);
+    assert!(words.starts_with(&format!("wstac: 0 of {} bytes of the model are sent\n", id().bytes)), "{words}");
+    assert!(words.contains("wstac: the board uses the model builtin:svm\n"), "{words}");
+    assert_eq!(words.matches("bytes of the model").count(), 11, "{words}");
+    let text = String::from_utf8(done.stdout).unwrap();
+    let last = format!("# Its texture model was sent: builtin:svm, checksum {:08X}.\n", id().checksum);
+    assert!(text.ends_with(&last), "{text}");
+    assert_eq!(board.json(&[])["model"], in_use(&json!("builtin:svm")));
+    assert_eq!(board.json(&["--forget-model"])["model"], in_use(&Value::Null));
+}
+
+#[test]
+fn a_piece_an_answer_or_a_start_that_is_lost_does_not_matter() {
+    for line in [Line::Loses(0), Line::Loses(1600), Line::Forgets(1600), Line::Restarts(1600)] {
+        let board = Board::that(takes(line, ACCEPTS));
+        let done = board.run(&["--model", "builtin:svm", "--json"]);
+        assert!(done.status.success(), "{line:?}: {}", said(&done));
+        let found: Value = serde_json::from_slice(&done.stdout).unwrap();
+        assert_eq!(found["model"], in_use(&json!("builtin:svm")), "{line:?}");
+    }
+}
+
+#[test]
+fn a_model_that_the_board_does_not_take_is_refused_with_the_reason() {
+    let with = |change: fn(&mut AcceptedModels)| {
+        let mut accepts = ACCEPTS;
+        change(&mut accepts);
+        Board::that(takes(Line::Whole, accepts))
+    };
+    let size = format!("it has {} bytes, expected 1 to 1000", id().bytes);
+    for (board, reason) in [
+        (with(|accepts| accepts.kind = ModelKind::Forest), "it is of another kind, expected a forest"),
+        (with(|accepts| accepts.input = Input::TaxelPath), "it takes another sample, expected taxel_path"),
+        (with(|accepts| accepts.most = 1000), &size),
+        (with(|accepts| accepts.most = 0), "the board has no memory for models"),
+        (Board::that(takes(Line::Refuses(ModelRefusal::Damaged), ACCEPTS)), "it arrived damaged, or is no model"),
+        (Board::that(takes(Line::Refuses(ModelRefusal::Memory), ACCEPTS)), "the board's memory for models failed"),
+    ] {
+        let message = board.refused(&["--model", "builtin:svm"]);
+        assert!(message.contains(&format!("builtin:svm: the board does not take it: {reason}")), "{message}");
+    }
+    let folder = Folder::new("board-models");
+    let mut damaged = file_bytes();
+    damaged[5000] ^= 1;
+    let file = folder.file("damaged.wsm", damaged);
+    // It is checked before the port is opened.
+    let done = wstac_tests::command::run(&["board", "/dev/nowhere", "--model", path(&file)]);
+    assert!(!done.status.success() && said(&done).contains("its checksum is wrong"), "{}", said(&done));
+}
+
+#[test]
+fn a_firmware_without_models_says_what_it_needs() {
+    let board = Board::that(super::learning::learns(super::learning::Line::Whole));
+    for option in [&["--model", "builtin:svm"][..], &["--forget-model"]] {
+        let done = board.run(option);
+        assert!(!done.status.success());
+        assert!(
+            said(&done).contains("takes no models, expected a firmware with the feature models"),
+            "{}",
+            said(&done)
+        );
+    }
+}

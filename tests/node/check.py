@@ -1,0 +1,445 @@
+#!/usr/bin/env python3
+"""Checks wstac-node with Zenoh's own client for Python, and with rosbags, which reads the messages of ROS 2: what arrives
+is what `wstac run` prints.
+
+    check.py WSTAC NODE    the two programs
+"""
+
+import contextlib
+import json
+import math
+import os
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import textwrap
+import threading
+import time
+import traceback
+from pathlib import Path
+
+import zenoh
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+SCENE = "lead_in = 30\ngap = 70\nseed = {seed}\n" + "".join(
+    f'[[slide]]\nspecimen = "{specimen}"\nspeed = {speed}\ndirection = {direction}\n'
+    for specimen, speed, direction in (("Saw3", 150, 90), ("Sin2", 170, 180), ("Tri4", 130, 300))
+)
+# No message takes longer than this on a loaded machine.
+PATIENCE = 60
+
+
+def fail(message):
+    sys.exit(f"check.py: {message}")
+
+
+def same(found, expected, what):
+    if found != expected:
+        fail(f"{what}: {found!r:.2000}, expected {expected!r:.2000}")
+
+
+def near(found, expected, most, what):
+    if not abs(found - expected) <= most:
+        fail(f"{what}: {found}, expected {expected} within {most}")
+
+
+def until(is_so, what, seconds=PATIENCE):
+    """Waits until something is so."""
+    end = time.monotonic() + seconds
+    while not is_so():
+        if time.monotonic() > end:
+            fail(f"after {seconds} s still not: {what}")
+        time.sleep(0.02)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def session(mode, **endpoints):
+    """Opens a session of Zenoh that looks for nobody."""
+    config = zenoh.Config()
+    config.insert_json5("mode", json.dumps(mode))
+    config.insert_json5("scouting/multicast/enabled", "false")
+    for key, endpoint in endpoints.items():
+        config.insert_json5(f"{key}/endpoints", json.dumps([endpoint]))
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            return zenoh.open(config)
+        except zenoh.ZError:
+            if time.monotonic() > end:
+                raise
+            time.sleep(0.1)
+
+
+class Listener:
+    """Keeps what arrives, by key."""
+
+    def __init__(self, endpoint, keys="wstac/**", raw=False):
+        self.raw = raw
+        self.messages, self.lock = {}, threading.Lock()
+        self.session = session("client", connect=endpoint)
+        self.subscriber = self.session.declare_subscriber(keys, self.take)
+
+    def take(self, sample):
+        attachment = sample.attachment and (sample.attachment.to_bytes() if self.raw else sample.attachment.to_string())
+        with self.lock:
+            arrived = self.messages.setdefault(str(sample.key_expr), [])
+            arrived.append((sample.payload.to_bytes(), attachment, str(sample.encoding)))
+
+    def lines(self, key):
+        """Returns the objects that have arrived under a key."""
+        with self.lock:
+            return [json.loads(payload) for payload, *_ in self.messages.get(key, [])]
+
+    def kept_events(self, sensor):
+        """Returns the events that the node keeps, by their keys."""
+        replies = self.session.get(f"wstac/{sensor}/event/*", timeout=PATIENCE)
+        return {str(reply.ok.key_expr): json.loads(reply.ok.payload.to_bytes()) for reply in replies}
+
+    def close(self):
+        self.session.close()
+
+
+class Programs:
+    def __init__(self, wstac, node, folder):
+        self.wstac, self.command, self.folder = wstac, node, folder
+
+    def scene(self, name, seed):
+        file = self.folder / f"{name}.toml"
+        file.write_text(SCENE.format(seed=seed))
+        return f"scene:{file}"
+
+    def run(self, source, *options):
+        """Returns what `wstac run` prints."""
+        command = [self.wstac, "run", source, "--json", "--features", "--motion", *options]
+        done = subprocess.run(command, capture_output=True, check=True, text=True, timeout=PATIENCE)
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    @contextlib.contextmanager
+    def node(self, *arguments):
+        """Starts the node. It is killed at the end if it still runs. `said` has its notes."""
+        notes = tempfile.TemporaryFile("w+")
+        with subprocess.Popen([self.command, *map(str, arguments)], stderr=notes, stdin=subprocess.DEVNULL) as node:
+
+            def said():
+                notes.seek(0)
+                return notes.read()
+
+            node.said = said
+            try:
+                until(lambda: "keys begin with" in said() or node.poll() is not None, "the node is ready")
+                yield node
+            finally:
+                node.kill()
+
+
+def of_kind(records, kind):
+    # The wall clock is another one in each run.
+    return [{name: value for name, value in record.items() if name != "stamp"} for record in records if record["kind"] == kind]
+
+
+def check_messages(programs):
+    """Two sensors: every record of `wstac run` arrives, in its order, and a late reader gets the events."""
+    sources = {name: programs.scene(name, seed) for name, seed in (("left", 1), ("right", 2))}
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with programs.node(*(f"{name}={source}" for name, source in sources.items()), "--listen", endpoint) as node:
+        listener = Listener(endpoint)
+        alive = [str(reply.ok.key_expr) for reply in listener.session.liveliness().get("wstac/*", timeout=PATIENCE)]
+        same(sorted(alive), ["wstac/left", "wstac/right"], "tokens of liveliness")
+        listening = subprocess.run(["ss", "-Hlnptu"], capture_output=True, check=True, text=True).stdout
+        sockets = [line.split() for line in listening.splitlines() if f"pid={node.pid}," in line]
+        same([(words[0], words[4]) for words in sockets], [("tcp", endpoint.removeprefix("tcp/"))], "sockets of the node")
+        until(lambda: all(len(listener.lines(f"wstac/{name}/event")) >= 2 for name in sources), "two events of each sensor")
+        late = Listener(endpoint)
+        kept = {name: late.kept_events(name) for name in sources}
+        same(node.wait(PATIENCE), 0, "exit code")
+        until(lambda: all(listener.lines(f"wstac/{name}/end") for name in sources), "the ends")
+    count = 0
+    for name, source in sources.items():
+        expected = programs.run(source)
+        first = listener.lines(f"wstac/{name}/features")[0]["frame"]
+        for kind in ("features", "motion", "event", "contact_end", "end"):
+            # What was published before the listener came is not heard.
+            wanted = [record for record in of_kind(expected, kind) if record.get("frame", first) >= first or kind != "features"]
+            found = of_kind(listener.lines(f"wstac/{name}/{kind}"), kind)
+            same(found, wanted, f"{kind} of {name}")
+            count += len(found)
+        taxels = listener.lines(f"wstac/{name}/taxels")
+        frames = [record["frame"] for record in listener.lines(f"wstac/{name}/features")]
+        same([record["frame"] for record in taxels][-len(frames) :], frames[-len(taxels) :], f"frames with taxels of {name}")
+        same({len(record["sums"]) for record in taxels}, {25}, "taxels")
+        state = listener.lines(f"wstac/{name}/state")
+        same((state[-1]["frames"], state[-1]["events"], state[-1]["skipped"]), (expected[-1]["frames"], 3, 0), f"the last state of {name}")
+        same([part[1:] for part in listener.messages[f"wstac/{name}/event"]], [(str(k), "application/json") for k in range(3)], "event numbers")
+        events = of_kind(expected, "event")
+        for key, event in kept[name].items():
+            same(of_kind([event], "event")[0], events[int(key.rsplit("/", 1)[1])], f"{key} for a late reader")
+        same(len(kept[name]) >= 2, True, "events for a late reader")
+    listener.close(), late.close()
+    print(f"two sensors: {count} records as wstac run, with taxels and state; a late reader gets the events; one socket, at 127.0.0.1")
+
+
+def router(port):
+    """Starts a router of Zenoh in a process of its own."""
+    program = (
+        "import json, sys, time, zenoh; c = zenoh.Config(); c.insert_json5('mode', '\"router\"');"
+        "c.insert_json5('scouting/multicast/enabled', 'false');"
+        "c.insert_json5('listen/endpoints', json.dumps([sys.argv[1]])); s = zenoh.open(c); time.sleep(1e6)"
+    )
+    return subprocess.Popen([sys.executable, "-c", program, f"tcp/127.0.0.1:{port}"])
+
+
+def check_router(programs):
+    """A router that comes late, is killed and comes back: the sensor goes on, and no event is lost for who asks."""
+    port, source = free_port(), programs.scene("sensor", 3)
+    expected = programs.run(source)
+    with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}") as node:
+        first = router(port)
+        try:
+            listener = Listener(f"tcp/127.0.0.1:{port}")
+            until(lambda: len(listener.lines("wstac/sensor/features")) > 10, "features through a router that came late")
+        finally:
+            first.kill(), first.wait()
+        second = router(port)
+        try:
+            before = len(listener.lines("wstac/sensor/features"))
+            until(lambda: len(listener.lines("wstac/sensor/features")) > before + 10, "features through the router that came back")
+            until(lambda: listener.lines("wstac/sensor/state")[-1]["events"] == 3, "three events")
+            kept = [event for _, event in sorted(listener.kept_events("sensor").items())]
+            same(node.wait(PATIENCE), 0, "exit code")
+            until(lambda: listener.lines("wstac/sensor/end"), "the end")
+            same(of_kind(kept, "event"), of_kind(expected, "event"), "events for who asks")
+            same(listener.lines("wstac/sensor/end"), of_kind(expected, "end"), "the end")
+        finally:
+            listener.close()
+            second.kill(), second.wait()
+    print("a router that came late, was killed and came back: features go on, and all 3 events are there for who asks")
+
+
+STALLED = """
+import json, os, signal, sys, zenoh
+c = zenoh.Config()
+c.insert_json5('mode', '"client"'); c.insert_json5('scouting/multicast/enabled', 'false')
+c.insert_json5('connect/endpoints', json.dumps([sys.argv[1]]))
+s = zenoh.open(c)
+def stop(sample):
+    os.kill(os.getpid(), signal.SIGSTOP)
+k = s.declare_subscriber('wstac/**', stop)
+signal.pause()
+"""
+
+
+def check_strangers(programs):
+    """A subscriber that stops reading, bytes that are no protocol, and a large message under a sensor's key."""
+    source, endpoint = programs.scene("sensor", 4), f"tcp/127.0.0.1:{free_port()}"
+    expected = programs.run(source)
+    with programs.node(source, "--listen", endpoint) as node:
+        listener = Listener(endpoint)
+        stalled = subprocess.Popen([sys.executable, "-c", STALLED, endpoint])
+        try:
+            with socket.create_connection(("127.0.0.1", int(endpoint.rsplit(":", 1)[1]))) as stranger:
+                stranger.sendall(os.urandom(100_000))
+            rogue = session("client", connect=endpoint)
+            rogue.put("wstac/sensor/state", bytes(20_000_000))
+            rogue.put("wstac/sensor/event/0", b"{")
+            rogue.close()
+            same(node.wait(PATIENCE), 0, "exit code")
+            stops = Path(f"/proc/{stalled.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+            same(stops, "T", "the state of the subscriber that stops reading")
+            until(lambda: listener.lines("wstac/sensor/end"), "the end")
+        finally:
+            stalled.kill(), stalled.wait()
+    for kind in ("event", "contact_end", "end"):
+        same(of_kind(listener.lines(f"wstac/sensor/{kind}"), kind), of_kind(expected, kind), kind)
+    listener.close()
+    print("a subscriber that stops, bytes that are no protocol and 20 MB under a key: the sensor's events are as before")
+
+
+def check_arguments(programs):
+    """Wrong arguments, an address in use, and a signal."""
+    port = free_port()
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", port))
+        taken.listen()
+        for arguments, code, text in (
+            ([], 2, "required arguments"),
+            (["scene:Saw3@150", "scene:Saw3@100"], 2, "several sources need names"),
+            (["scene:Saw3@150", "--namespace", "a/*"], 2, "expected letters, digits"),
+            (["scene:Saw3@150", "--listen", f"tcp/127.0.0.1:{port}"], 2, f"127.0.0.1:{port}"),
+            (["no-such-file.y4m"], 1, "no-such-file.y4m"),
+        ):
+            done = subprocess.run([programs.command, *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False)
+            same(done.returncode, code, f"exit code of {arguments}, which says {done.stderr!r}")
+            if text not in done.stderr:
+                fail(f"{arguments}: {done.stderr!r}, expected {text!r}")
+    with programs.node(programs.scene("sensor", 5), "--listen", f"tcp/127.0.0.1:{port}") as node:
+        listener = Listener(f"tcp/127.0.0.1:{port}")
+        until(lambda: listener.lines("wstac/sensor/features"), "features")
+        node.send_signal(signal.SIGINT)
+        same(node.wait(PATIENCE), 0, "exit code after SIGINT")
+        until(lambda: listener.lines("wstac/sensor/end"), "the end after SIGINT")
+        same(re.findall(r"ended by a signal|error|panick", node.said()), ["ended by a signal"], "notes after SIGINT")
+        listener.close()
+    print("wrong arguments, an address in use, and a signal: told")
+
+
+def check_config(programs):
+    """Zenoh's own configuration decides which keys are heard."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    rule = {"id": "no taxels", "messages": ["put"], "flows": ["egress"], "permission": "deny", "key_exprs": ["wstac/*/taxels"]}
+    policy = {"rules": [rule["id"]], "subjects": ["all"]}
+    control = {"enabled": True, "default_permission": "allow", "rules": [rule], "subjects": [{"id": "all"}], "policies": [policy]}
+    config = {"listen": {"endpoints": [endpoint]}, "scouting": {"multicast": {"enabled": False}}, "access_control": control}
+    file = programs.folder / "zenoh.json5"
+    file.write_text(json.dumps(config))
+    with programs.node(programs.scene("sensor", 6), "--zenoh-config", file):
+        listener = Listener(endpoint)
+        until(lambda: len(listener.lines("wstac/sensor/features")) > 30, "features by a configuration")
+        same(listener.lines("wstac/sensor/taxels"), [], "taxels that are denied")
+        listener.close()
+    file.write_text("{mode:")
+    done = subprocess.run([programs.command, "scene:Saw3@150", "--zenoh-config", file], capture_output=True, text=True, timeout=PATIENCE, check=False)
+    if done.returncode != 1 or str(file) not in done.stderr:
+        fail(f"a damaged configuration: exit code {done.returncode}, {done.stderr!r}")
+    print("a configuration of Zenoh: denied keys are not heard, and a damaged one is refused by its name")
+
+
+MESSAGES = Path(__file__).parents[2] / "wstac-node" / "wstac_msgs" / "msg"
+DOMAIN = 7
+
+
+def types_of_ros():
+    """Returns the types of ROS 2 with those of wstac_msgs, read from their definitions."""
+    types = get_typestore(Stores.ROS2_JAZZY)
+    for file in MESSAGES.glob("*.msg"):
+        types.register(get_types_from_msg(file.read_text(), f"wstac_msgs/msg/{file.stem}"))
+    return types
+
+
+def in_ros(types, messages, sensor):
+    """Decodes what has arrived for ROS 2: the messages of each topic. Keys, hashes, bytes and attachments are right."""
+    found = {}
+    for key, arrived in messages.items():
+        domain, rest = key.split("/", 1)
+        topic, name, digest = rest.rsplit("/", 2)
+        same(domain, str(DOMAIN), f"domain of {key}")
+        name = re.fullmatch(r"(\w+)::msg::dds_::(\w+)_", name).expand(r"\1/msg/\2")
+        same(digest, types.hash_rihs01(name), f"hash of {name}")
+        publishers = set()
+        for count, (payload, attachment, _) in enumerate(arrived):
+            message = types.deserialize_cdr(payload, name)
+            same(bytes(types.serialize_cdr(message, name)), payload, f"bytes of {name}, written again")
+            sequence, stamp, length = struct.unpack_from("<qqB", attachment)
+            same((len(attachment), length), (33, 16), f"attachment of {name}")
+            same(abs(stamp / 1e9 - time.time()) < 10 * PATIENCE, True, f"time in the attachment of {name}")
+            if count == 0:
+                first = sequence
+            same(sequence, first + count, f"number of a message of {name}")
+            publishers.add(attachment[17:])
+            found.setdefault(topic.removeprefix(f"wstac/{sensor}/"), []).append(message)
+        same(len(publishers), 1, f"publishers of {key}")
+    return found
+
+
+def check_ros(programs):
+    """Nodes of ROS 2 would find the topics and decode the messages, which say what `wstac run` says."""
+    source, endpoint, types = programs.scene("sensor", 7), f"tcp/127.0.0.1:{free_port()}", types_of_ros()
+    expected = programs.run(source, "--model", "builtin:path-svm")
+    arguments = [f"left={source}", "--ros", "--domain", DOMAIN, "--model", "builtin:path-svm", "--listen", endpoint]
+    with programs.node(*arguments) as node:
+        listener = Listener(endpoint, f"{DOMAIN}/**", raw=True)
+        tokens = [str(reply.ok.key_expr) for reply in listener.session.liveliness().get("@ros2_lv/**", timeout=PATIENCE)]
+        same(node.wait(PATIENCE), 0, "exit code")
+        until(lambda: any("diagnostics" in key for key in listener.messages), "diagnostics")
+        time.sleep(0.5)
+    kinds = sorted(token.split("/")[5] for token in tokens)
+    same(kinds, ["MP"] * 6 + ["NN"], "tokens for discovery")
+    same(len({token.split("/")[4] for token in tokens}), 7, "numbers of the node and its publishers")
+    quality = {token.rsplit("/", 1)[1] for token in tokens if "/MP/" in token}
+    same(quality, {"::,10:,:,:,,"}, "quality of service in the tokens")
+    described = {tuple(token.split("/")[9:12]) for token in tokens if "/MP/" in token}
+    heard = {("%" + key.split("/", 1)[1].rsplit("/", 2)[0].replace("/", "%"), *key.split("/")[-2:]) for key in listener.messages}
+    same(heard <= described and len(described) == 6, True, f"topics {heard} that tokens describe: {described}")
+    found = in_ros(types, listener.messages, "left")
+    same(set(found), {"event", "contact_end", "motion", "features", "taxels", "diagnostics"}, "topics")
+
+    features = {record["frame"]: record["f"] for record in expected if record["kind"] == "features"}
+    for message in found["features"]:
+        same([float(number) for number in message.features], features[message.frame], "features")
+        same(message.header.frame_id, "left_frame", "coordinate frame")
+    stamps = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in found["features"]]
+    same(stamps == sorted(stamps) and abs(stamps[-1] - time.time()) < PATIENCE, True, "stamps of frames")
+    same({len(message.sums) for message in found["taxels"]}, {25}, "taxels")
+    motion = [record for record in expected if record["kind"] == "motion"]
+    same(len(found["motion"]), len(motion), "messages of motion")
+    for message, record in zip(found["motion"], motion, strict=True):
+        x, y = message.twist.linear.x, message.twist.linear.y
+        near(1000 * math.hypot(x, y), record["speed"]["mm_s"], 0.06, "speed of motion")
+        turn = (math.degrees(math.atan2(y, x)) - record["direction"]["deg"] + 180) % 360 - 180
+        near(turn, 0, 0.06, "direction of motion")
+    events = [record for record in expected if record["kind"] == "event"]
+    same(len(found["event"]), len(events), "events")
+    for message, record in zip(found["event"], events, strict=True):
+        same((message.frame, message.contact, message.reliable), (record["frame"], record["contact"], record["reliable"]), "an event")
+        near(1000 * message.speed, record["speed"]["mm_s"], 0.06, "speed of an event")
+        near(math.degrees(message.direction), record["direction"]["deg"], 0.06, "direction of an event")
+        same((message.texture, message.known), (record["texture"]["specimen"], record["texture"]["known"]), "texture")
+        near(message.confidence, record["texture"]["confidence"], 1e-9, "confidence")
+        touched = message.header.stamp.sec + message.header.stamp.nanosec / 1e9
+        at = stamps[0] + (record["touch_frame"] - found["features"][0].frame) / 30
+        near(touched, at, 0.3, "time of a touch")
+    ends = [(record["frame"], record["event_frame"]) for record in expected if record["kind"] == "contact_end"]
+    same([(message.frame, message.event_frame) for message in found["contact_end"]], ends, "ends of touches")
+    last = found["diagnostics"][-1].status[0]
+    counts = {value.key: int(value.value) for value in last.values}
+    same((last.name, counts["events"], counts["frames"]), ("wstac: left", len(events), expected[-1]["frames"]), "diagnostics")
+    listener.close()
+    count = sum(map(len, found.values()))
+    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 7 tokens for discovery")
+
+
+def check_page(programs):
+    """The program of the page prints events."""
+    page = (Path(__file__).parents[2] / "docs" / "NETWORK.md").read_text()
+    code = next(block for block in re.findall(r"(?:^    .*\n|^\n)+", page, re.MULTILINE) if "import json, zenoh" in block)
+    port = free_port()
+    code = textwrap.dedent(code).replace("tcp/127.0.0.1:7447", f"tcp/127.0.0.1:{port}")
+    with programs.node("left=scene:Saw3@150,90deg", "--listen", f"tcp/127.0.0.1:{port}"):
+        with subprocess.Popen([sys.executable, "-u", "-c", code], stdout=subprocess.PIPE, text=True) as reader:
+            line = reader.stdout.readline()
+            reader.kill()
+    if not line.startswith("wstac/left/event slide {"):
+        fail(f"the program of the page prints {line!r}")
+    print(f"the program of the page: {line.strip()}")
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    wstac, node = (Path(argument).resolve() for argument in sys.argv[1:])
+    with tempfile.TemporaryDirectory() as folder:
+        programs = Programs(wstac, node, Path(folder))
+        check_arguments(programs)
+        check_messages(programs)
+        check_router(programs)
+        check_strangers(programs)
+        check_config(programs)
+        check_ros(programs)
+        check_page(programs)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except BaseException as error:
+        # Sessions that are still open would keep the process.
+        print(error if isinstance(error, SystemExit) else traceback.format_exc(), file=sys.stderr, flush=True)
+        os._exit(1)

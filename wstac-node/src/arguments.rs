@@ -1,0 +1,193 @@
+//! The arguments of the program.
+
+use std::ffi::{OsStr, OsString};
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
+use std::path::PathBuf;
+
+use clap::Parser;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::source::names;
+
+/// Publish tactile sensors on a Zenoh network
+///
+/// Taxel sums, features, motion, events and their ends become JSON objects under wstac/SENSOR/, which any program with a
+/// library of Zenoh reads, or messages of ROS 2. Files and scenes are played at their own rates.
+#[derive(Debug, Parser)]
+#[command(name = "wstac-node", version, after_long_help = HELP, max_term_width = 100)]
+pub(crate) struct Arguments {
+    /// Camera, recording or scene; several as NAME=SOURCE
+    ///
+    /// Sources are those of wstac run: /dev/videoN, scene:Saw3@150, FILE.y4m, FILE.mcap, a folder of PNG files. One
+    /// source without a name is called sensor.
+    #[arg(required = true, value_name = "SOURCE")]
+    sources: Vec<OsString>,
+
+    /// Read the configuration from this TOML file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+
+    /// Name textures with this model; can be given several times
+    #[arg(long = "model", value_name = "FILE.wsm")]
+    pub(crate) models: Vec<PathBuf>,
+
+    /// Publish JSON under the keys below; this is the default without --ros
+    #[arg(long)]
+    zenoh: bool,
+
+    /// Publish messages of ROS 2, as rmw_zenoh does
+    ///
+    /// Topics are /wstac/SENSOR/event, contact_end, motion, features and taxels, and /diagnostics. Nodes need
+    /// RMW_IMPLEMENTATION=rmw_zenoh_cpp and the package wstac_msgs.
+    #[arg(long)]
+    pub(crate) ros: bool,
+
+    /// The domain of ROS 2, as in ROS_DOMAIN_ID
+    #[arg(long, value_name = "N", env = "ROS_DOMAIN_ID", default_value_t = 0)]
+    pub(crate) domain: u32,
+
+    /// Listen at this address of the network
+    ///
+    /// It is tcp/127.0.0.1:7447 by default, unless --connect or --ros is given.
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) listen: Vec<String>,
+
+    /// Connect to a router or another program at this address
+    ///
+    /// If it is not there, the program tries again until it is. With --ros it is tcp/127.0.0.1:7447 by default, where
+    /// the router of rmw_zenoh (ros2 run rmw_zenoh_cpp rmw_zenohd) listens.
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) connect: Vec<String>,
+
+    /// Read the settings of the network from this JSON5 file
+    ///
+    /// It is a configuration of Zenoh, which may have access control and multicast. --listen and --connect replace
+    /// what it says about them.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) zenoh_config: Option<PathBuf>,
+
+    /// Begin all keys with this name instead of wstac
+    #[arg(long, value_name = "NAME", default_value = "wstac", value_parser = namespace)]
+    pub(crate) namespace: String,
+}
+
+const HELP: &str = r"Keys, with the JSON objects of wstac run --json:
+  wstac/SENSOR/event        a tactile event; its attachment is its
+                            number, counted from 0
+  wstac/SENSOR/event/*      answers requests with the last 1000 events,
+                            each under its number
+  wstac/SENSOR/contact_end  the end of an event's touch
+  wstac/SENSOR/texture      a texture that is known before its event
+  wstac/SENSOR/incomplete   an event that a gap interrupted
+  wstac/SENSOR/motion       speed and direction while something slides
+  wstac/SENSOR/features     ten features of every frame
+  wstac/SENSOR/fault        a fault of the camera
+  wstac/SENSOR/end          the end of the source
+and two of this program:
+  wstac/SENSOR/taxels       25 taxel sums of every frame
+  wstac/SENSOR/state        once a second: frames, events, and messages
+                            that were skipped for a slow network
+A token of liveliness at wstac/SENSOR says that a sensor is there.
+
+Network:
+  Without --connect, --listen and --zenoh-config nothing leaves this
+  machine: the program listens at tcp/127.0.0.1:7447, or with --ros
+  connects to it. It sends no multicast and looks for nobody, unless
+  --zenoh-config says so. TCP is the only transport that is built in.
+
+Exit code: 1 if a source or file cannot be used or a source failed, 2
+for wrong arguments, otherwise 0. SIGINT, SIGTERM and SIGHUP end it.
+";
+
+impl Arguments {
+    /// Returns whether JSON is published.
+    pub(crate) fn has_records(&self) -> bool {
+        self.zenoh || !self.ros
+    }
+
+    /// Returns the name and the source of each sensor.
+    ///
+    /// # Errors
+    /// A name is invalid or taken, or one of several sources has none.
+    pub(crate) fn sensors(&self) -> Result<Vec<(String, OsString)>, Error> {
+        let with_prefix: Vec<OsString> = self.sources.iter().map(|source| prefixed(source)).collect();
+        let sensors = names::sensors(&with_prefix)?;
+        if let Some(nameless) = sensors.iter().find(|sensor| sensor.name.is_none() && sensors.len() > 1) {
+            return Err(Error::new(
+                ErrorKind::Usage,
+                format_args!("SOURCE is {:?}", nameless.source.to_string_lossy()),
+                "several sources need names, expected NAME=SOURCE, such as left=/dev/video0",
+            ));
+        }
+        let owned = |sensor: &names::Sensor<'_>| (sensor.name.unwrap_or("sensor").to_owned(), sensor.source.to_owned());
+        Ok(sensors.iter().map(owned).collect())
+    }
+}
+
+/// Writes `left=/dev/video0` as other programs of WSTac do: `cam:left=/dev/video0`. A file whose name has `=` can be given
+/// with its folder.
+fn prefixed(source: &OsStr) -> OsString {
+    let is_of_name = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
+    let bytes = source.as_bytes();
+    let has_name = bytes.iter().position(|byte| !is_of_name(byte)).is_some_and(|at| at > 0 && bytes[at] == b'=');
+    if has_name { OsString::from_vec([b"cam:", bytes].concat()) } else { source.to_owned() }
+}
+
+/// Checks the beginning of all keys: names between slashes, without the characters that Zenoh gives a meaning.
+fn namespace(text: &str) -> Result<String, String> {
+    let is_name = |name: &str| {
+        !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-')
+    };
+    if text.split('/').all(is_name) {
+        Ok(text.to_owned())
+    } else {
+        Err("expected letters, digits, - and _, with / between names".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn sensors(sources: &[&str]) -> Result<Vec<(String, String)>, String> {
+        let arguments = ["wstac-node"].iter().chain(sources);
+        let found = Arguments::try_parse_from(arguments).unwrap().sensors().map_err(|error| error.to_string())?;
+        Ok(found.into_iter().map(|(name, source)| (name, source.into_string().unwrap())).collect())
+    }
+
+    #[test]
+    fn a_sensor_has_the_name_before_the_equals_sign() {
+        let pair = |name: &str, source: &str| (name.to_owned(), source.to_owned());
+        assert_eq!(sensors(&["scene:Saw3@150,seed=2"]).unwrap(), [pair("sensor", "scene:Saw3@150,seed=2")]);
+        assert_eq!(sensors(&["./a=b.y4m"]).unwrap(), [pair("sensor", "./a=b.y4m")]);
+        let two = sensors(&["left=/dev/video0", "cam:right=scene:Saw3@150,seed=2"]).unwrap();
+        assert_eq!(two, [pair("left", "/dev/video0"), pair("right", "scene:Saw3@150,seed=2")]);
+    }
+
+    #[test]
+    fn sensors_that_cannot_be_told_apart_are_refused() {
+        for (sources, part) in [
+            (&["a=1.y4m", "a=2.y4m"][..], "the name is taken"),
+            (&["a=1.y4m", "2.y4m"], "several sources need names"),
+            (&["left="], "nothing after ="),
+        ] {
+            let said = sensors(sources).unwrap_err();
+            assert!(said.contains(part), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_namespace_has_no_wildcards() {
+        for (text, is_right) in
+            [("wstac", true), ("hand/left-1", true), ("", false), ("a//b", false), ("a/*", false), ("$x", false)]
+        {
+            assert_eq!(namespace(text).is_ok(), is_right, "{text}");
+        }
+    }
+
+    #[test]
+    fn help_fits_a_terminal() {
+        Arguments::command().debug_assert();
+        assert!(HELP.lines().all(|line| line.len() <= 72));
+    }
+}

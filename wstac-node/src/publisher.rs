@@ -1,0 +1,161 @@
+//! Publishes what one sensor has found, in a thread of its own.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use wstac_host::error::Error;
+use zenoh::Session;
+
+use crate::arguments::Arguments;
+use crate::message::{Message, Topic};
+use crate::note;
+use crate::records::{Events, RecordPublishers, locked};
+use crate::ros::messages::RosMessage;
+use crate::ros::publishers::RosPublishers;
+
+/// The messages that wait for the network at most: more than half a minute of a camera's.
+const MOST_WAITING: usize = 4096;
+/// The time between two messages about the state.
+const STATE: Duration = Duration::from_secs(1);
+
+/// Publishes what comes through its queue.
+pub(crate) struct Publisher {
+    name: String,
+    records: Option<RecordPublishers>,
+    ros: Option<RosPublishers>,
+    queue: (SyncSender<Found>, Receiver<Found>),
+    counts: Arc<Counts>,
+}
+
+/// The way to a publisher.
+pub(crate) struct Queue {
+    sender: SyncSender<Found>,
+    pub(crate) counts: Arc<Counts>,
+    events: Option<Arc<Mutex<Events>>>,
+}
+
+/// A thing that a sensor has found, in the forms that are published.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Found {
+    pub(crate) record: Option<Message>,
+    pub(crate) ros: Option<RosMessage>,
+    /// The number of an event that was kept.
+    number: Option<u64>,
+}
+
+impl Found {
+    pub(crate) fn new(record: Option<Message>, ros: Option<RosMessage>) -> Self {
+        Self { record, ros, number: None }
+    }
+}
+
+/// The numbers of a sensor's state.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    /// Feature frames on the time line.
+    pub(crate) frames: AtomicU64,
+    /// Camera frames that were lost.
+    pub(crate) lost: AtomicU64,
+    /// Events.
+    pub(crate) events: AtomicU64,
+    /// Messages without room in the queue.
+    skipped: AtomicU64,
+}
+
+impl Queue {
+    /// Hands a thing over. It is skipped and counted if the network is behind. Events are kept even then.
+    pub(crate) fn push(&self, mut found: Found) {
+        let event = found.record.as_ref().filter(|record| record.topic == Topic::Event);
+        found.number = event.zip(self.events.as_ref()).map(|(event, events)| locked(events).keep(&event.payload));
+        if (found.record.is_some() || found.ros.is_some()) && self.sender.try_send(found).is_err() {
+            self.counts.skipped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Publisher {
+    /// Declares the keys of a sensor, which has this place among all sensors.
+    ///
+    /// # Errors
+    /// The network refuses a key.
+    pub(crate) fn new(session: &Session, arguments: &Arguments, name: &str, place: usize) -> Result<Self, Error> {
+        let sensor = format!("{}/{name}", arguments.namespace);
+        let records = arguments.has_records().then(|| RecordPublishers::new(session, &sensor)).transpose()?;
+        let ros = arguments.ros.then(|| RosPublishers::new(session, arguments.domain, &sensor, place)).transpose()?;
+        Ok(Self { name: name.to_owned(), records, ros, queue: sync_channel(MOST_WAITING), counts: Arc::default() })
+    }
+
+    /// Returns the way to this publisher.
+    pub(crate) fn queue(&self) -> Queue {
+        let events = self.records.as_ref().map(|records| Arc::clone(&records.events));
+        Queue { sender: self.queue.0.clone(), counts: Arc::clone(&self.counts), events }
+    }
+
+    /// Publishes until the queue's other ends are gone.
+    pub(crate) fn run(self) {
+        let Self { name, records, mut ros, queue: (own, arriving), counts } = self;
+        // Only readers keep the queue open.
+        drop(own);
+        let mut refused = 0_u64;
+        let mut put = |found: Found| {
+            let record = found.record.zip(records.as_ref()).map(|(record, to)| to.put(record, found.number));
+            let ros = found.ros.zip(ros.as_mut()).map(|(message, to)| to.put(message));
+            for error in [record, ros].into_iter().flatten().filter_map(Result::err) {
+                if refused == 0 {
+                    note(format_args!("{name}: a message was not published: {error}"));
+                }
+                refused += 1;
+            }
+        };
+        let mut due = Instant::now() + STATE;
+        let mut before = 0;
+        loop {
+            match arriving.recv_timeout(due.saturating_duration_since(Instant::now())) {
+                Ok(found) => put(found),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            if Instant::now() >= due {
+                due = Instant::now() + STATE;
+                put(counts.state(&name, &mut before));
+            }
+        }
+        put(counts.state(&name, &mut before));
+        if refused > 0 {
+            note(format_args!("{name}: {refused} messages were not published"));
+        }
+    }
+}
+
+impl Counts {
+    /// Returns the state of a sensor. `before` is how much was lost when it was asked for last.
+    fn state(&self, sensor: &str, before: &mut u64) -> Found {
+        let [frames, dropped, events, skipped] =
+            [&self.frames, &self.lost, &self.events, &self.skipped].map(|count| count.load(Ordering::Relaxed));
+        let counts = [("frames", frames), ("dropped", dropped), ("events", events), ("skipped", skipped)];
+        let is_well = std::mem::replace(before, dropped + skipped) == dropped + skipped;
+        Found::new(Some(Message::of_state(&counts)), Some(RosMessage::of_state(sensor, is_well, &counts)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_queue_skips_and_counts() {
+        let (sender, arriving) = sync_channel(2);
+        let queue = Queue { sender, counts: Arc::default(), events: Some(Arc::default()) };
+        let event = Message { topic: Topic::Event, payload: b"{}".to_vec() };
+        (0..5).for_each(|_| queue.push(Found::new(Some(event.clone()), None)));
+        let state = queue.counts.state("left", &mut 0).record.unwrap();
+        let state: serde_json::Value = serde_json::from_slice(&state.payload).unwrap();
+        assert_eq!(state["skipped"], 3);
+        let numbers: Vec<_> = arriving.try_iter().map(|found| found.number).collect();
+        assert_eq!(numbers, [Some(0), Some(1)]);
+        // Those that were skipped are kept.
+        assert_eq!(locked(queue.events.as_ref().unwrap()).numbered().count(), 5);
+    }
+}

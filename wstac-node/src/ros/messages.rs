@@ -1,0 +1,102 @@
+//! The messages of a sensor as ROS 2 has them. `wstac_msgs` has the definitions of those that no standard package has.
+
+use std::time::{Duration, SystemTime};
+
+use wstac_core::params::TAXELS;
+use wstac_host::json::real;
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::texture::Texture;
+
+use super::cdr::Cdr;
+use super::names::Type;
+
+/// A message, with its type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct RosMessage {
+    pub(crate) kind: Type,
+    pub(crate) payload: Vec<u8>,
+}
+
+/// The time and the place that headers name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Header<'a> {
+    /// The time of the last frame that was taken.
+    pub(crate) stamp: SystemTime,
+    /// The coordinate frame of the sensor: x to the right of the picture, y up.
+    pub(crate) frame_id: &'a str,
+}
+
+impl RosMessage {
+    /// Returns the message of an output; `None` for those that ROS 2 is not told.
+    pub(crate) fn of(output: &Output, header: Header<'_>) -> Option<Self> {
+        let begun = Cdr::new();
+        let (kind, cdr) = match output {
+            Output::Features(features) => {
+                let cdr = begun.header(header.stamp, header.frame_id).u64(features.frame);
+                (Type::Features, features.features.iter().fold(cdr, |cdr, feature| cdr.f32(real(*feature) as f32)))
+            }
+            Output::Motion(motion) => {
+                let (speed, angle) =
+                    (f64::from(motion.velocity.mm_s) / 1000.0, f64::from(motion.velocity.degrees).to_radians());
+                let twist = [speed * angle.cos(), speed * angle.sin(), 0.0, 0.0, 0.0, 0.0];
+                let cdr = begun.header(header.stamp, header.frame_id);
+                (Type::TwistStamped, twist.into_iter().fold(cdr, Cdr::f64))
+            }
+            Output::Event(event) => (Type::Event, of_event(event, header)),
+            Output::ContactEnd(end) => {
+                let cdr = begun.header(header.stamp, header.frame_id);
+                (Type::ContactEnd, cdr.u64(end.frame).u64(end.event_frame))
+            }
+            _ => return None,
+        };
+        Some(Self { kind, payload: cdr.finish() })
+    }
+
+    /// Returns the message of a frame's taxel sums.
+    pub(crate) fn of_taxels(frame: u64, sums: &[u32; TAXELS], header: Header<'_>) -> Self {
+        let cdr = Cdr::new().header(header.stamp, header.frame_id).u64(frame);
+        Self { kind: Type::Taxels, payload: sums.iter().fold(cdr, |cdr, sum| cdr.u32(*sum)).finish() }
+    }
+
+    /// Returns the message about a sensor's state, as `diagnostic_msgs` has it.
+    pub(crate) fn of_state(sensor: &str, is_well: bool, counts: &[(&str, u64)]) -> Self {
+        let text = if is_well { "frames arrive" } else { "frames or messages were lost" };
+        let cdr = Cdr::new().header(SystemTime::now(), "").u32(1);
+        let cdr = cdr.u8(u8::from(!is_well)).text(&format!("wstac: {sensor}")).text(text).text(sensor);
+        let write = |cdr: Cdr, (name, count): &(&str, u64)| cdr.text(name).text(&count.to_string());
+        let cdr = counts.iter().fold(cdr.u32(counts.len() as u32), write);
+        Self { kind: Type::DiagnosticArray, payload: cdr.finish() }
+    }
+}
+
+fn of_event(event: &TactileEvent, header: Header<'_>) -> Cdr {
+    // The sample is complete with the last frame, and the touch was before it.
+    let since = event
+        .time
+        .map(|time| time.completed_s - time.touch_s)
+        .and_then(|since| Duration::try_from_secs_f64(since).ok());
+    let stamp = header.stamp.checked_sub(since.unwrap_or_default()).unwrap_or(header.stamp);
+    let number = |number: Option<f32>| number.map_or(f64::NAN, f64::from);
+    let speed = event.speed.ok();
+    let texture = event.texture.as_ref().ok();
+    Cdr::new()
+        .header(event.time.and_then(|time| time.stamp).unwrap_or(stamp), header.frame_id)
+        .u64(event.frame)
+        .text(event.contact.map_or("", |contact| contact.as_str()))
+        .f64(number(speed.map(|speed| speed.mm_s)) / 1000.0)
+        .f64(number(speed.and_then(|speed| speed.sd)) / 1000.0)
+        .f64(number(event.direction.degrees.ok()).to_radians())
+        .f64(number(event.direction.sd).to_radians())
+        .text(&texture.map_or(String::new(), name_of))
+        .f64(texture.and_then(|texture| texture.confidence).unwrap_or(f64::NAN))
+        .bool(texture.is_some_and(|texture| texture.known == Some(true)))
+        .bool(event.reliable)
+        .u8(event.frames_filled)
+}
+
+/// Returns the specimen, or else what is known of it.
+fn name_of(texture: &Texture) -> String {
+    let depth = texture.depth_mm.map(|depth| depth.to_string());
+    let parts = [texture.pattern.clone(), depth].into_iter().flatten().collect::<Vec<_>>().join(" ");
+    texture.specimen.clone().or_else(|| texture.class.clone()).unwrap_or(parts)
+}

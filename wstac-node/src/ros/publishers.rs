@@ -1,0 +1,55 @@
+//! The publishers of a sensor that nodes of ROS 2 hear.
+
+use wstac_host::error::{Error, ErrorKind};
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
+
+use super::messages::RosMessage;
+use super::names::{Type, attachment};
+
+/// The publishers of a sensor, one for each type.
+pub(crate) struct RosPublishers(Vec<RosPublisher>);
+
+struct RosPublisher {
+    publisher: Publisher<'static>,
+    /// The bytes that distinguish it from every other publisher.
+    gid: [u8; 16],
+    /// The number of the last message.
+    number: i64,
+    /// It ends with the publisher.
+    _token: LivelinessToken,
+}
+
+impl RosPublishers {
+    /// Declares the topics of a sensor. `sensor` has the namespace in front, and `place` is its place among all sensors.
+    ///
+    /// # Errors
+    /// The network refuses a key.
+    pub(crate) fn new(session: &Session, domain: u32, sensor: &str, place: usize) -> Result<Self, Error> {
+        let id = session.zid().to_string();
+        let declare = |kind: Type| {
+            // 0 is the node.
+            let number = 1 + place * Type::ALL.len() + kind as usize;
+            let publisher = session
+                .declare_publisher(kind.key(domain, sensor))
+                .congestion_control(CongestionControl::Drop)
+                .wait()?;
+            let token = session.liveliness().declare_token(kind.token(domain, &id, number, sensor)).wait()?;
+            let mut gid = session.zid().to_le_bytes();
+            gid.iter_mut().zip(number.to_le_bytes()).for_each(|(byte, other)| *byte ^= other);
+            Ok(RosPublisher { publisher, gid, number: 0, _token: token })
+        };
+        let publishers: zenoh::Result<_> = Type::ALL.into_iter().map(declare).collect();
+        let refused = |error| Error::new(ErrorKind::Usage, format_args!("the topics of {sensor}"), error);
+        publishers.map(Self).map_err(refused)
+    }
+
+    /// Publishes a message.
+    pub(crate) fn put(&mut self, message: RosMessage) -> zenoh::Result<()> {
+        let to = &mut self.0[message.kind as usize];
+        to.number += 1;
+        to.publisher.put(message.payload).attachment(attachment(to.number, to.gid)).wait()
+    }
+}
