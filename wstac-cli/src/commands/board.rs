@@ -21,7 +21,7 @@ use wstac_host::monitor::models::{built_in_name, kind_name};
 use wstac_host::monitor::settings::{SettableBoard, settings_of};
 use wstac_host::visible::OneLine;
 
-/// Show and set layout, trigger, exposure and model of a board, and teach it textures
+/// Show and set layout, trigger, exposure and model of a board; teach textures
 ///
 /// The board checks settings, keeps them over resets and starts again. Everything else of a configuration is compiled
 /// into its firmware. A board whose firmware has the feature learn learns textures from slides. One
