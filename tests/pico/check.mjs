@@ -7,8 +7,9 @@
 // what it needs and builds the programs.
 
 import { Board } from './machine.mjs';
-import { BACK, FEATURES, FORGETS, GONE, HELLO, LOST_SYNC, OVERRUN, SILENT } from './host.mjs';
-import { Host, ofKind, range, request, same } from './host.mjs';
+import { BACK, FORGETS, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, same } from './host.mjs';
+import { settings } from './settings.mjs';
+import { FEATURES, HELLO, request } from './wire.mjs';
 
 const [, , wstac, one, four, eight, ...more] = process.argv;
 if (!eight || more.length > 0) {
@@ -255,5 +256,6 @@ crash(
 );
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);
+settings('settings', host, eight);
 console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 process.exit(host.failures ? 1 : 0);

@@ -6,13 +6,11 @@ import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { asToml } from './layout.mjs';
 
 const SIZE = 320 * 240;
 const FIRMWARE = (name) => fileURLToPath(new URL(`../firmware/${name}`, import.meta.url));
 const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml');
-// Requests, as in tests/emulator/check.py: their numbers, and the version of the link.
-export const HELLO = 0, FEATURES = 1;
-const VERSION = 4;
 // What the host says.
 export const OVERRUN = 'pixels came faster than they were taken';
 export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer';
@@ -60,6 +58,15 @@ export class Host {
 
   ofClip(...options) {
     return this.says('run', this.clip, '--json', ...options);
+  }
+
+  /** Returns the events of the clip with these corners of taxels. */
+  eventsWith(corners) {
+    const toml = this.file('layout.toml');
+    fs.writeFileSync(toml, asToml(corners));
+    const events = ofKind(this.ofClip('--config', toml), 'event');
+    if (events.length !== 2 || same(events, this.events)) throw new Error('another layout changes nothing');
+    return events;
   }
 
   /** Returns the lines of `wstac monitor` on bytes that a board sent. */
@@ -123,32 +130,4 @@ function sizes(program) {
     if (place >>> 28 === 2) ram += length;
   }
   return { flash, ram };
-}
-
-/** CRC-32 (IEEE). */
-function crc(bytes) {
-  let rest = 0xffff_ffff;
-  for (const byte of bytes) {
-    rest ^= byte;
-    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? 0xedb8_8320 : 0);
-  }
-  return ~rest >>> 0;
-}
-
-/** Returns the frame of a request. */
-export function request(message, ...wanted) {
-  const data = [VERSION, 0, message, ...wanted];
-  const sum = crc(data);
-  const all = [...data, ...[0, 8, 16, 24].map((shift) => (sum >>> shift) & 0xff), 0];
-  const stuffed = [0];
-  let part = [];
-  for (const byte of all) {
-    if (byte === 0) {
-      stuffed.push(part.length + 1, ...part);
-      part = [];
-    } else {
-      part.push(byte);
-    }
-  }
-  return [...stuffed, 0];
 }

@@ -6,10 +6,11 @@
 // - An address without acknowledge flags the empty queue of the bus.
 // - An SEV instruction sets the core's event, which the emulator leaves out.
 // - A fault enters its handler, which the emulator does not do by itself.
-// Not modeled: electricity, and the time of instructions in flash. The time of a byte on the serial line is not either.
+// Not modeled: electricity, and the time of instructions in flash. The time of a byte that the board sends is not either.
 
 import fs from 'node:fs';
 import { RP2040 } from 'rp2040js';
+import { Flash } from './flash.mjs';
 import { Hm01b0 } from './sensor.mjs';
 
 // The wires of wstac-fw/README.md.
@@ -18,9 +19,13 @@ const DATA = 6, PCLK = 14, HREF = 15, VSYNC = 16, CLOCK = 21, SDA = 4, SCL = 5, 
 // Numbers of exceptions.
 const HARD_FAULT = 3, INTERRUPTS = 16;
 const UART = 2, I2C = 3, SIO = 5, PIO0 = 6, GPOUT = 8;
-const FLASH = 0x1000_0000, BOOT2 = 0x100;
+const FLASH = 0x1000_0000, RAM = 0x2000_0000, BOOT2 = 0x100;
+// Where the boot ROM copies the second boot loader to. Its stack is below that (RP2040 data sheet, 2.8.1).
+const LOADER = 0x2004_1f00;
 const CYCLE = 1e9 / 120e6;
 const FRAME = 1e9 / 30;
+// A byte on the serial line to the board: 10 bits.
+const BYTE = 10e9 / 115_200;
 
 /** CRC-32/MPEG-2, which the boot ROM demands of the second boot loader. */
 function crc(bytes) {
@@ -63,14 +68,18 @@ function parts(file) {
 
 /** The board with a program and a clip of pictures. `faults` has the faults of the clip's frames, by number. */
 export class Board {
-  constructor(program, clip, faults = {}) {
-    this.parts = parts(program);
+  constructor(program, clip, faults = {}, flash = new Flash()) {
+    this.flash = flash;
+    for (const [place, bytes] of parts(program)) flash.bytes.set(bytes, place - FLASH);
     this.functions = functions(program);
     this.clip = clip;
     this.faults = faults;
     this.sensor = new Hm01b0();
     this.sent = [];
     this.requests = [];
+    // What the host sends, and when its next byte comes.
+    this.incoming = [];
+    this.nextByte = 0;
     this.now = 0;
     this.began = null; // the time of the clip's first frame
     this.warnings = new Set();
@@ -90,7 +99,7 @@ export class Board {
     const core = mcu.core;
     const warn = (part, text) => this.warnings.add(`${part}: ${text}`);
     mcu.logger = { debug() {}, info: (_, text) => text === 'SEV' && (core.eventRegistered = true), warn, error: warn };
-    for (const [place, bytes] of this.parts) mcu.flash.set(bytes, place - FLASH);
+    this.flash.connect(mcu, (nanos) => this.stall(nanos));
     if (before) {
       mcu.sram.set(before.sram);
       mcu.clock.tick(before.clock.nanos);
@@ -99,11 +108,8 @@ export class Board {
     if (crc(boot.subarray(0, BOOT2 - 4)) !== boot[252] + (boot[253] << 8) + (boot[254] << 16) + boot[255] * 2 ** 24) {
       throw new Error('the boot ROM refuses the second boot loader');
     }
-    // What the second boot loader does when it has set the flash up.
-    const vectors = mcu.flash.subarray(BOOT2);
-    const word = (at) => new DataView(vectors.buffer, vectors.byteOffset + at).getUint32(0, true);
-    core.VTOR = FLASH + BOOT2;
-    [core.SP, core.PC] = [word(0), word(4) & ~1];
+    mcu.sram.set(boot, LOADER - RAM);
+    [core.SP, core.LR, core.PC] = [LOADER, 0, LOADER];
     mcu.uart[0].onByte = (byte) => mcu.gpio[SENDS].functionSelect === UART && this.sent.push(byte);
     const dog = mcu.peripherals[0x40058];
     dog.onWatchdogTrigger = () => {
@@ -167,6 +173,7 @@ export class Board {
     this.debt = (this.debt ?? 0) + nanos;
     while (this.debt > 0) {
       if (this.now >= this.stalledUntil && !core.waiting) {
+        this.flash.before(core.PC);
         const cycles = core.executeInstruction();
         this.instructions += 1;
         this.debt -= cycles * CYCLE;
@@ -226,6 +233,10 @@ export class Board {
 
   tick(nanos) {
     this.now += nanos;
+    if (this.incoming.length > 0 && this.now >= this.nextByte) {
+      this.mcu.uart[0].feedByte(this.incoming.shift());
+      this.nextByte = this.now + BYTE;
+    }
     this.mcu.clock.tick(nanos);
   }
 
@@ -274,7 +285,7 @@ export class Board {
 
   /** Sends a frame, or lets its time pass. `number` is that of the clip. */
   frame(number) {
-    for (const request of this.requests.splice(0)) for (const byte of request) this.mcu.uart[0].feedByte(byte);
+    this.incoming.push(...this.requests.splice(0).flatMap((request) => [...request]));
     this.lights.push(this.lit());
     const begins = this.now;
     const hertz = this.hertz();

@@ -51,12 +51,22 @@ pub fn h743(out: &Path) {
     }
 }
 
+/// The KiB of a program for a Raspberry Pi Pico or Pico 2. It ends in front of the settings, which begin at 0x101FE000. With
+/// the feature `models`, it ends in front of the models, at 0x10100000.
+const PICO_PROGRAM: [u32; 2] = [2040, 1024];
 /// The memories of a Raspberry Pi Pico: the second boot loader, flash behind it, and RAM.
-const PICO: &str = "MEMORY { BOOT2 : ORIGIN = 0x10000000, LENGTH = 0x100 \
-    FLASH : ORIGIN = 0x10000100, LENGTH = 2048K - 0x100 RAM : ORIGIN = 0x20000000, LENGTH = 264K }\n";
-/// The memories of a Raspberry Pi Pico 2. Its boot ROM looks for a block at the beginning of the flash.
-const PICO_2: &str = "MEMORY { FLASH : ORIGIN = 0x10000000, LENGTH = 4096K RAM : ORIGIN = 0x20000000, LENGTH = 512K }
-SECTIONS { .start_block : ALIGN(4) { __start_block_addr = .; KEEP(*(.start_block)); KEEP(*(.boot_info)); } > FLASH } \
+fn pico_memories(program: u32) -> String {
+    format!(
+        "MEMORY {{ BOOT2 : ORIGIN = 0x10000000, LENGTH = 0x100 \
+         FLASH : ORIGIN = 0x10000100, LENGTH = {program}K - 0x100 RAM : ORIGIN = 0x20000000, LENGTH = 264K }}\n"
+    )
+}
+/// The memories of a Raspberry Pi Pico 2.
+fn pico_2_memories(program: u32) -> String {
+    format!("MEMORY {{ FLASH : ORIGIN = 0x10000000, LENGTH = {program}K RAM : ORIGIN = 0x20000000, LENGTH = 512K }}\n{PICO_2}")
+}
+/// The boot ROM of a Raspberry Pi Pico 2 looks for a block at the beginning of the flash.
+const PICO_2: &str = "SECTIONS { .start_block : ALIGN(4) { __start_block_addr = .; KEEP(*(.start_block)); KEEP(*(.boot_info)); } > FLASH } \
     INSERT AFTER .vector_table;
 _stext = ADDR(.start_block) + SIZEOF(.start_block);\n";
 
@@ -68,7 +78,10 @@ pub fn pico(out: &Path) {
     }
     let folder = out.join("pico");
     fs::create_dir_all(&folder).expect("OUT_DIR can be written");
-    fs::write(folder.join("memory.x"), if is_first { PICO } else { PICO_2 }).expect("OUT_DIR can be written");
+    let [whole, with_models] = PICO_PROGRAM;
+    let program = if env::var_os("CARGO_FEATURE_MODELS").is_some() { with_models } else { whole };
+    let memories = if is_first { pico_memories(program) } else { pico_2_memories(program) };
+    fs::write(folder.join("memory.x"), memories).expect("OUT_DIR can be written");
     println!("cargo:rustc-link-arg-bin=pico=-L{}", folder.display());
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bin=pico={argument}");

@@ -125,10 +125,12 @@ mod kept {
     use core::ptr::{addr_of, addr_of_mut};
 
     #[cfg(feature = "h743")]
+    #[cfg(feature = "h743")]
     use cortex_m::peripheral::SCB;
     use cortex_m_rt::{ExceptionFrame, exception};
 
     use super::{CrashRecord, Ordering, compiler_fence};
+    use crate::restart::restart;
 
     /// The bytes of a panic's path that are kept.
     const PATH: usize = 40;
@@ -180,23 +182,6 @@ mod kept {
     fn restart_because(record: CrashRecord) -> ! {
         keep(record);
         restart()
-    }
-
-    /// Restarts the chip.
-    #[cfg(not(feature = "rp"))]
-    fn restart() -> ! {
-        SCB::sys_reset()
-    }
-
-    /// Restarts the chip. A reset by the core alone would leave the peripherals as they are. The watchdog resets nothing
-    /// before it has been told what: what embassy tells it.
-    #[cfg(feature = "rp")]
-    fn restart() -> ! {
-        embassy_rp::pac::PSM.wdsel().write_value(embassy_rp::pac::psm::regs::Wdsel(0x0001_FFFC));
-        embassy_rp::pac::WATCHDOG.ctrl().write(|w| w.set_trigger(true));
-        loop {
-            cortex_m::asm::nop();
-        }
     }
 
     #[panic_handler]

@@ -10,8 +10,6 @@ pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
-#[cfg(all(feature = "h743", feature = "settings"))]
-pub mod flash;
 #[cfg(feature = "h743")]
 pub mod h743;
 #[cfg(feature = "node")]
@@ -28,6 +26,8 @@ pub mod models;
 pub mod node;
 pub mod picture;
 pub mod reader;
+#[cfg(feature = "node")]
+mod restart;
 #[cfg(feature = "rp")]
 pub mod rp;
 pub mod sccb;

@@ -21,6 +21,7 @@ use crate::keeper::Keeper;
 use crate::link::{Absence, Line, Link};
 use crate::picture::Picture;
 use crate::reader::Reader;
+use crate::restart::restart;
 use crate::self_test::{self, Defect, Probe, RateMeter};
 use crate::sensor::watch::Watch;
 use crate::sensor::{Sensor, SensorError, Signals};
@@ -506,7 +507,7 @@ fn answer_requests(reader: &mut Reader, keeper: &mut impl Keeper, line: &mut Lin
 fn restart_if_wanted(keeper: &impl Keeper, line: &Link<impl Line, impl OutputPin>) {
     if keeper.wants_restart() && line.is_drained() {
         cortex_m::asm::delay(LAST_BYTES);
-        cortex_m::peripheral::SCB::sys_reset();
+        restart();
     }
 }
 

@@ -10,13 +10,14 @@
 //! - WAIT IRQ of the PIO (11.4.3), which in the emulator waits for ever once it waits;
 //! - the watchdog (12.9), whose emulated one does not count microseconds;
 //! - the generator of the timer's microseconds (8.5), which takes the system's clock for that of the crystal;
-//! - loads that acquire, stores that release, and VPUSH and VPOP of pairs of registers, which its core does not know;
+//! - loads that acquire, stores that release, and VPUSH, VPOP, VMOV, VLDR and VSTR of pairs of registers, which its core
+//!   does not know;
 //!   CPS, of which it takes one mask for the other; VSEL, VMAXNM and VMINNM, of which it takes a bit of the register
 //!   for another.
 //!
 //! The boot ROM is not run. Its work is done here: the block of the image is looked for and must be right (5.9), then
-//! the core begins with the vector table at the beginning of the image. Not modeled: electricity, and the time of
-//! instructions in flash and of a byte on the serial line.
+//! the core begins with the vector table at the beginning of the image. Its functions for the flash are in `flash.rs`.
+//! Not modeled: electricity, and the time of instructions in flash and of a byte that the board sends.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -27,6 +28,7 @@ use rp2350_emu::threaded::CoreAtomics;
 use rp2350_emu::{Bus, Config, CortexM33, Emulator, EmulatorBuilder};
 
 use crate::dma::{self, Dma};
+use crate::flash::{self, BOOT_RAM, Flash, QMI};
 use crate::sensor::Hm01b0;
 
 /// The wires of wstac-fw/README.md.
@@ -57,12 +59,17 @@ const UART0_INTERRUPT: u32 = 33;
 const HERTZ: u64 = 120_000_000;
 const IDLE: u32 = 600;
 const FRAME: u64 = HERTZ / 30;
+/// The cycles of a byte on the serial line to the board: 10 bits.
+const BYTE: u64 = HERTZ * 10 / 115_200;
 
 /// What the emulator lacks.
 struct Outside {
     sensor: Hm01b0,
     sent: Vec<u8>,
     received: VecDeque<u8>,
+    /// What the host sends, and when its next byte comes.
+    incoming: VecDeque<u8>,
+    next_byte: u64,
     i2c: HashMap<u32, u32>,
     i2c_read: VecDeque<u8>,
     i2c_busy: bool,
@@ -75,6 +82,8 @@ struct Outside {
     ends: Option<u64>,
     wants_reset: Option<u32>,
     has_sensor_clock: bool,
+    /// Whether the memory interface was set up since that was looked at.
+    has_set_up: bool,
 }
 
 /// Returns the new value of a register after a write to it or to one of its aliases (2.1.3).
@@ -91,7 +100,7 @@ impl Outside {
     /// Returns the peripheral that is modeled here, and the offset of the register.
     fn place(address: u32) -> Option<(u32, u32)> {
         let (base, offset) = (address & !0x3FFF, address & 0xFFF);
-        let is_here = matches!(base, I2C0 | UART0 | WATCHDOG | dma::BASE) || base == CLOCKS && offset <= 4;
+        let is_here = matches!(base, I2C0 | UART0 | WATCHDOG | dma::BASE | BOOT_RAM | QMI) || base == CLOCKS && offset <= 4;
         is_here.then_some((base, offset))
     }
 
@@ -122,6 +131,8 @@ impl Outside {
             (UART0, _) => self.uart.get(&offset).copied().unwrap_or(0),
             (CLOCKS, _) => self.clock_output.get(&offset).copied().unwrap_or(0),
             (dma::BASE, _) => self.dma.read(offset),
+            (BOOT_RAM, _) => flash::boot_ram(offset),
+            (QMI, _) => 0,
             _ => self.dog.get(&offset).copied().unwrap_or(0),
         }
     }
@@ -131,6 +142,8 @@ impl Outside {
             (I2C0, 0x10) => self.transfer(value),
             (dma::BASE, _) => self.dma.write(offset, written(self.dma.read(offset), address, value)),
             (UART0, 0x00) => self.sent.push(value as u8),
+            (BOOT_RAM, _) => {}
+            (QMI, _) => self.has_set_up = true,
             // CTRL: a trigger resets at once.
             // What it resets is chosen by PSM.WDSEL, which `advance` looks at.
             (WATCHDOG, 0x00) => {
@@ -163,6 +176,11 @@ impl Outside {
     fn count(&mut self) {
         let [control, load] = [0, 4].map(|offset| self.dog.get(&offset).copied().unwrap_or(0));
         self.ends = (control & 1 << 30 != 0).then_some(self.now + u64::from(load) * (HERTZ / 1_000_000));
+    }
+
+    /// Returns whether the line is on, and receives (UARTCR).
+    fn listens(&self) -> bool {
+        self.uart.get(&0x30).is_some_and(|control| control & 0x201 == 0x201)
     }
 
     /// Returns the raw interrupts of the line: something was received.
@@ -356,7 +374,7 @@ impl CoreBus for Wired<'_> {
 pub(crate) struct Board {
     emulator: Emulator,
     outside: Outside,
-    image: Vec<u8>,
+    pub(crate) flash: Flash,
     clip: Vec<Vec<u8>>,
     faults: HashMap<usize, String>,
     pins: u32,
@@ -375,13 +393,15 @@ pub(crate) struct Board {
 }
 
 impl Board {
-    /// Creates the board, with power on. `image` is what is flashed at the beginning of the flash.
-    pub(crate) fn new(image: Vec<u8>, clip: Vec<Vec<u8>>, faults: HashMap<usize, String>) -> Result<Self, String> {
-        check_block(&image)?;
+    /// Creates the board, with power on.
+    pub(crate) fn new(flash: Flash, clip: Vec<Vec<u8>>, faults: HashMap<usize, String>) -> Result<Self, String> {
+        check_block(flash.bytes())?;
         let outside = Outside {
             sensor: Hm01b0::new(),
             sent: Vec::new(),
             received: VecDeque::new(),
+            incoming: VecDeque::new(),
+            next_byte: 0,
             i2c: HashMap::new(),
             i2c_read: VecDeque::new(),
             i2c_busy: false,
@@ -393,15 +413,16 @@ impl Board {
             ends: None,
             wants_reset: None,
             has_sensor_clock: false,
+            has_set_up: false,
         };
-        let emulator = powered(&image, None);
+        let emulator = powered(flash.bytes(), None);
         let (pins, began) = (1 << SDA | 1 << SCL, None);
         let (lights, resets, stalled_until) = (Vec::new(), 0, 0);
         let (scl_was_low, is_parked, exclusive) = (false, false, None);
         let mut board = Self {
             emulator,
             outside,
-            image,
+            flash,
             clip,
             faults,
             pins,
@@ -423,14 +444,14 @@ impl Board {
 
     /// Lets the host send bytes.
     pub(crate) fn receive(&mut self, bytes: &[u8]) {
-        self.outside.received.extend(bytes);
+        self.outside.incoming.extend(bytes);
     }
 
     /// Resets the chip for this reason of the watchdog: memory keeps what it has.
     fn reset(&mut self, reason: u32) {
         self.resets += 1;
         self.stalled_until = 0;
-        self.emulator = powered(&self.image, Some(&self.emulator));
+        self.emulator = powered(self.flash.bytes(), Some(&self.emulator));
         let outside = &mut self.outside;
         (outside.i2c, outside.uart, outside.dog) = (HashMap::new(), HashMap::new(), HashMap::new());
         (outside.ends, outside.wants_reset) = (None, None);
@@ -447,6 +468,13 @@ impl Board {
         if let Some(reason) = self.outside.wants_reset.take() {
             self.reset(reason);
         }
+        if self.outside.listens()
+            && now >= self.outside.next_byte
+            && let Some(byte) = self.outside.incoming.pop_front()
+        {
+            self.outside.received.push_back(byte);
+            self.outside.next_byte = now + BYTE;
+        }
         let Emulator { cores, bus, .. } = &mut self.emulator;
         let core = &mut cores.expect_arm_mut()[0];
         if self.outside.raised() & self.outside.uart.get(&0x38).copied().unwrap_or(0) != 0 {
@@ -462,8 +490,21 @@ impl Board {
             while core.cycles() - begin < u64::from(cycles) && !atomics.is_wfe_waiting(0) && !atomics.is_halted(0) {
                 self.instructions += 1;
                 let mut wired = Wired { bus, outside: &mut self.outside };
-                if !executes(core, &mut wired, &self.image, &mut self.exclusive) {
+                if let Some(milliseconds) = self.flash.calls(core, &mut wired) {
+                    if let Some(bytes) = self.flash.changed() {
+                        bus.load_flash(bytes);
+                    }
+                    if milliseconds > 0 {
+                        self.stalled_until = now + milliseconds * (HERTZ / 1000);
+                        break;
+                    }
+                    continue;
+                }
+                if !executes(core, &mut wired, self.flash.bytes(), &mut self.exclusive) {
                     core.step(&mut wired);
+                }
+                if std::mem::take(&mut self.outside.has_set_up) {
+                    self.flash.set_up();
                 }
                 if !bus.pending_cache_invalidations.is_empty() {
                     core.invalidate_decode_cache_entries(&bus.pending_cache_invalidations);
@@ -689,6 +730,7 @@ impl Board {
 /// Returns the chip after power was switched on, or after a reset: then it has the memory of before.
 fn powered(image: &[u8], before: Option<&Emulator>) -> Emulator {
     let mut emulator = EmulatorBuilder::new(Config::default()).build().expect("a serial emulator is built");
+    emulator.load_bootrom(&flash::rom());
     emulator.load_flash(image);
     for at in (RAM..RAM + RAM_SIZE).step_by(4) {
         if let Some(before) = before {
@@ -746,7 +788,7 @@ fn check_block(image: &[u8]) -> Result<(), String> {
 }
 
 /// Executes the next instruction in the flash if the emulator cannot. Returns whether it did. The encodings are those
-/// of the Armv8-M manual: CPS; VPUSH and VPOP; VSEL, VMAXNM and VMINNM; LDA, STL, LDAEX and STLEX with their bytes and
+/// of the Armv8-M manual: CPS; VPUSH and VPOP; VMOV, VLDR and VSTR of pairs; VSEL, VMAXNM and VMINNM; LDA, STL, LDAEX and STLEX with their bytes and
 /// halfwords.
 fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: &mut Option<(u32, u32)>) -> bool {
     let pc = core.reg(15);
@@ -777,6 +819,36 @@ fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: 
             }
         }
         core.set_reg(13, if is_push { below } else { below + 4 * length });
+        core.set_reg(15, pc + 4);
+        return true;
+    }
+    // A pair of core registers and one of single ones.
+    if first & 0xFFE0 == 0xEC40 && second & 0x0FD0 == 0x0B10 {
+        let pair = 2 * usize::from(second >> 1 & 0x10 | second & 15);
+        let registers = [usize::from(second >> 12), usize::from(first & 15)];
+        for (single, register) in core.regs.s[pair..pair + 2].iter_mut().zip(registers) {
+            if first & 0x10 == 0 {
+                *single = f32::from_bits(core.regs.r[register]);
+            } else {
+                core.regs.r[register] = single.to_bits();
+            }
+        }
+        core.set_reg(15, pc + 4);
+        return true;
+    }
+    // Loads and stores of a pair of single registers.
+    if first & 0xFF20 == 0xED00 && second & 0x0F00 == 0x0B00 {
+        let pair = 2 * usize::from(first >> 2 & 0x10 | second >> 12);
+        let base = if first & 15 == 15 { (pc + 4) & !3 } else { core.reg(usize::from(first & 15)) };
+        let offset = 4 * u32::from(second & 0xFF);
+        let at = if first & 0x80 != 0 { base.wrapping_add(offset) } else { base.wrapping_sub(offset) };
+        for (single, at) in core.regs.s[pair..pair + 2].iter_mut().zip([at, at + 4]) {
+            if first & 0x10 == 0 {
+                bus.write32(at, single.to_bits(), 0);
+            } else {
+                *single = f32::from_bits(bus.read32(at, 0));
+            }
+        }
         core.set_reg(15, pc + 4);
         return true;
     }

@@ -1,12 +1,14 @@
 //! Plays a clip to the program of a Raspberry Pi Pico 2 in an emulator.
 //!
-//!     wstac-pico2 ELF CLIP.raw FRAMES SERIAL [REQUEST] [FRAME:FAULT]…
+//!     wstac-pico2 ELF FLASH CLIP.raw FRAMES SERIAL [REQUEST] [FRAME:FAULT]…
 //!
-//! CLIP.raw has frames of 320 x 240 GREY, of which the first FRAMES are played. What comes out of the serial line goes
+//! FLASH is a file with what the flash has beside the program, or "-" if it is erased. It is written at the end if it is a
+//! file. CLIP.raw has frames of 320 x 240 GREY, of which the first FRAMES are played. What comes out of the serial line goes
 //! to the file SERIAL. REQUEST is what the host sends at the start, as hexadecimal bytes or "-". The state at the end
 //! is printed as JSON. A FAULT begins at a frame of the clip: see `machine.rs`.
 
 mod dma;
+mod flash;
 mod machine;
 mod sensor;
 
@@ -14,6 +16,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::process::ExitCode;
 
+use flash::Flash;
 use machine::Board;
 
 const SIZE: usize = 320 * 240;
@@ -31,8 +34,8 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &[String]) -> Result<(), String> {
-    let [elf, clip, frames, serial, more @ ..] = arguments else {
-        return Err("expected ELF CLIP.raw FRAMES SERIAL [REQUEST] [FRAME:FAULT]…".to_owned());
+    let [elf, flash, clip, frames, serial, more @ ..] = arguments else {
+        return Err("expected ELF FLASH CLIP.raw FRAMES SERIAL [REQUEST] [FRAME:FAULT]…".to_owned());
     };
     let read = |file: &String| fs::read(file).map_err(|error| format!("{file}: {error}"));
     let frames: usize = frames.parse().map_err(|_| "FRAMES is not a number")?;
@@ -43,19 +46,25 @@ fn run(arguments: &[String]) -> Result<(), String> {
         Ok((frame.parse().map_err(|_| "a fault begins with a number")?, fault.to_owned()))
     });
     let faults = faults.collect::<Result<HashMap<_, _>, String>>()?;
-    let mut board = Board::new(image(&read(elf)?)?, clip, faults)?;
+    let kept = if std::path::Path::new(flash).exists() { read(flash)? } else { Vec::new() };
+    let mut board = Board::new(Flash::new(kept, &image(&read(elf)?)?)?, clip, faults)?;
     if request != "-" {
         let bytes = (0..request.len()).step_by(2).map(|at| u8::from_str_radix(request.get(at..at + 2)?, 16).ok());
         board.receive(&bytes.collect::<Option<Vec<_>>>().ok_or("REQUEST is not in hexadecimal")?);
     }
     let sent = board.play().to_vec();
     fs::write(serial, sent).map_err(|error| format!("{serial}: {error}"))?;
+    if flash != "-" {
+        fs::write(flash, board.flash.bytes()).map_err(|error| format!("{flash}: {error}"))?;
+    }
     let (uses, floating) = (board.uses(), board.floating());
+    let problems = &board.flash.problems;
     let mut lights = board.lights;
     lights.dedup();
     let (resets, instructions) = (board.resets, board.instructions);
     println!(
-        "{{\"resets\":{resets},\"uses\":{uses},\"floating\":{floating:?},\"lights\":{lights:?},\"instructions\":{instructions}}}"
+        "{{\"resets\":{resets},\"uses\":{uses},\"floating\":{floating:?},\"lights\":{lights:?},\
+         \"instructions\":{instructions},\"problems\":{problems:?}}}"
     );
     Ok(())
 }

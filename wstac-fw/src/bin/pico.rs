@@ -36,6 +36,7 @@ async fn main(_spawner: Spawner) {
         events: RpLight::new(p.PIN_25.into()),
         trouble: RpLight::new(p.PIN_22.into()),
         watchdog: p.WATCHDOG,
+        flash: p.FLASH,
     };
     rp::run(wiring).await
 }

@@ -5,6 +5,8 @@
 //! sensor's bus on I2C1, the line to the host on USART3. A pin of the wrong function does not compile.
 
 mod bus;
+#[cfg(feature = "settings")]
+mod flash;
 mod start;
 mod thermometer;
 mod usart;
@@ -25,7 +27,7 @@ use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
 #[cfg(feature = "settings")]
-use crate::flash::{BoardFlash, SECTORS};
+use self::flash::{BoardFlash, SECTORS};
 #[cfg(not(feature = "settings"))]
 use crate::keeper::FixedSettings;
 #[cfg(feature = "settings")]

@@ -1,6 +1,8 @@
 //! RP2040 and RP2350: what the Raspberry Pi Pico and Pico 2 share, and every board with one of these chips.
 
 mod bus;
+#[cfg(feature = "settings")]
+mod flash;
 mod thermometer;
 mod uart;
 
@@ -19,7 +21,12 @@ use embassy_time::Duration;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
+#[cfg(feature = "settings")]
+use self::flash::{BoardFlash, SECTORS};
+#[cfg(not(feature = "settings"))]
 use crate::keeper::FixedSettings;
+#[cfg(feature = "settings")]
+use crate::keeper::KeptSettings;
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;
@@ -78,6 +85,9 @@ impl Board for Rp {
     type Line = Serial;
     type Light = RpLight;
     type Watchdog = Dog;
+    #[cfg(feature = "settings")]
+    type Keeper = KeptSettings<BoardFlash>;
+    #[cfg(not(feature = "settings"))]
     type Keeper = FixedSettings;
     type Thermometer = RpThermometer;
 }
@@ -109,6 +119,8 @@ pub struct RpWiring {
     pub trouble: RpLight,
     /// The watchdog.
     pub watchdog: Peri<'static, peripherals::WATCHDOG>,
+    /// The flash, for settings.
+    pub flash: Peri<'static, peripherals::FLASH>,
 }
 
 /// Starts the chip at 120 MHz from its crystal of 12 MHz.
@@ -153,6 +165,10 @@ pub async fn run(wiring: RpWiring) -> ! {
     let Some(camera) = Pio::new(wiring.pio, wiring.channels, RpIrqs, ring, wiring.camera, area, signals) else {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
+    #[cfg(feature = "settings")]
+    let keeper = cortex_m::singleton!(: KeptSettings<BoardFlash> =
+        KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE));
+    #[cfg(not(feature = "settings"))]
     let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, RpLight> = Link::new(wiring.line, wiring.trouble));
     let (Some(keeper), Some(line)) = (keeper, line) else { panic!("a board has one node") };

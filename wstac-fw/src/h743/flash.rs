@@ -20,7 +20,7 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorF
 use crate::models::InPlace;
 
 /// The sectors, from the start of the flash.
-pub const SECTORS: Range<u32> = 0x18_0000..0x1C_0000;
+pub(super) const SECTORS: Range<u32> = 0x18_0000..0x1C_0000;
 /// What this may read and write: the sectors of the settings, and those of the models in front of them.
 #[cfg(not(feature = "models"))]
 const ALL: Range<u32> = SECTORS;
