@@ -188,7 +188,7 @@ pub(super) fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Lea
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::string::{String, ToString};
     use std::vec::Vec;
 
@@ -235,19 +235,23 @@ mod tests {
         assert_eq!(numbers, [0, 1, 2, 2, 3, 4].map(|more| numbers[0] + more));
     }
 
-    #[test]
-    fn the_longest_messages_are_read_as_they_were_written() {
+    /// Returns messages about textures, the longest first.
+    pub(in super::super) fn messages() -> [Message<'static>; 4] {
         let full = LearnedTextures {
             names: [Some(longest()); MOST_TEXTURES],
             learning: Some(learning(LearningStep::NotTaken(NotTaken::TooShort))),
         };
-        let begun = LearningStep::Begun;
-        for message in [
+        [
             Message::Textures(full),
             Message::Textures(LearnedTextures::default()),
-            Message::Learning(learning(begun)),
+            Message::Learning(learning(LearningStep::Begun)),
             Message::Learning(learning(LearningStep::Failed(NotLearned::Memory))),
-        ] {
+        ]
+    }
+
+    #[test]
+    fn the_longest_messages_are_read_as_they_were_written() {
+        for message in messages() {
             let bytes = encode(&message, u16::MAX, &mut [0; LONGEST]).to_vec();
             assert!(!bytes.is_empty());
             let mut decoder = Decoder::<LONGEST>::new();
@@ -258,7 +262,7 @@ mod tests {
             });
             assert_eq!(found.collect::<Vec<_>>(), [true], "{message:?}");
         }
-        assert!(!begun.is_end() && LearningStep::Learned.is_end());
+        assert!(!LearningStep::Begun.is_end() && LearningStep::Learned.is_end());
     }
 
     #[test]

@@ -205,7 +205,7 @@ impl fmt::Display for ModelRefusal {
 impl core::error::Error for ModelRefusal {}
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::string::ToString;
     use std::vec::Vec;
 
@@ -271,10 +271,10 @@ mod tests {
         blocks.chain([0]).collect()
     }
 
-    #[test]
-    fn messages_are_read_as_they_were_written() {
+    /// Returns a message with each step, and each kind of refusal.
+    pub(in super::super) fn messages() -> [Message<'static>; 8] {
         let accepts = AcceptedModels { kind: ModelKind::Boosted, input: Input::TaxelPath, most: u32::MAX };
-        for step in [
+        [
             ModelStep::Rest,
             ModelStep::Wants { model: FILE, at: u32::MAX },
             ModelStep::Kept(FILE),
@@ -283,8 +283,13 @@ mod tests {
             ModelStep::Refused(ModelRefusal::Kind(ModelKind::Forest)),
             ModelStep::Refused(ModelRefusal::Input(Input::Path)),
             ModelStep::Refused(ModelRefusal::NoMemory),
-        ] {
-            let message = Message::Model(BoardModel::new(Some(u32::MAX), true, accepts, step));
+        ]
+        .map(|step| Message::Model(BoardModel::new(Some(u32::MAX), true, accepts, step)))
+    }
+
+    #[test]
+    fn messages_are_read_as_they_were_written() {
+        for message in messages() {
             let bytes = encode(&message, u16::MAX, &mut [0; LONGEST]).to_vec();
             let mut decoder = Decoder::<LONGEST>::new();
             let found = bytes.iter().find_map(|&byte| match decoder.push::<Message<'_>>(byte) {

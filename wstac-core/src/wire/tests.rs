@@ -98,7 +98,7 @@ fn messages() -> Vec<Message<'static>> {
         number: 0,
         kept: 0,
     };
-    Vec::from([
+    let mut all = Vec::from([
         Message::Hello(hello(LAST)),
         Message::Features { frame: LAST, features: [i16::MIN; 10] },
         Message::SamplePart { frame: LAST, first: 60, features: [[i16::MIN; 10]; 10] },
@@ -134,7 +134,13 @@ fn messages() -> Vec<Message<'static>> {
         Message::PicturePart(PicturePart::new(u8::MAX, LAST, u32::MAX, &[u8::MAX; PICTURE_PART])),
         Message::PicturePart(PicturePart::new(0, 0, 0, &[0; 3])),
         Message::PictureEnd(PictureEnd::new(u8::MAX, u16::MAX, u32::MAX)),
-    ])
+    ]);
+    // Those of a board with everything.
+    #[cfg(feature = "learn")]
+    all.extend(super::learned::tests::messages());
+    #[cfg(feature = "models")]
+    all.extend(super::models::tests::messages());
+    all
 }
 
 fn frame(message: &Message, sequence: u16) -> Vec<u8> {
@@ -685,6 +691,7 @@ fn an_event_is_given_up_after_its_tries_or_for_two_newer_ones() {
 /// Tests that the fuzzer starts with messages of this version of the link: all of [`messages`].
 ///
 /// `WSTAC_WRITE_SEEDS=1 cargo test -p wstac-core --all-features seeds` makes the files anew.
+#[cfg(all(feature = "learn", feature = "models"))]
 #[test]
 fn seeds_of_the_fuzzer_are_messages_of_this_version() {
     let seeds = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fuzz/seeds");
