@@ -98,8 +98,6 @@ function crash(name, program, how, why, { count = 60, again = false } = {}) {
     },
   };
   const board = new Board(program, frames.slice(0, count), faults);
-  // After power was off, memory has arbitrary bytes.
-  board.mcu.sram.fill(0xa5);
   board.play();
   const problems = [];
   ofLine(Buffer.from(board.sent));

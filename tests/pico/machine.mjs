@@ -100,6 +100,8 @@ export class Board {
     const warn = (part, text) => this.warnings.add(`${part}: ${text}`);
     mcu.logger = { debug() {}, info: (_, text) => text === 'SEV' && (core.eventRegistered = true), warn, error: warn };
     this.flash.connect(mcu, (nanos) => this.stall(nanos));
+    // After power was off, memory has arbitrary bytes.
+    mcu.sram.fill(0xa5);
     if (before) {
       mcu.sram.set(before.sram);
       mcu.clock.tick(before.clock.nanos);
