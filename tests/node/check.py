@@ -299,7 +299,7 @@ class BoardPeer:
     """Plays boards: one behind TCP and one behind a serial line, which is unplugged in the middle."""
 
     def __init__(self, programs, scene):
-        command = [programs.command.parent / "examples" / "board", scene]
+        command = [programs.command.parent / "examples" / "board_bytes", scene]
         self.sent = subprocess.run(command, capture_output=True, check=True, timeout=PATIENCE).stdout
         self.tcp = socket.create_server(("127.0.0.1", 0))
         self.device = programs.folder / "ttyBoard"

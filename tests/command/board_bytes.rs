@@ -1,10 +1,10 @@
-//! Writes to standard output what a board sends for a scene: `board scene:Saw3@150`. The checks of the node play a board
+//! Writes to standard output what a board sends for a scene: `board_bytes scene:Saw3@150`. The checks of the node play a board
 //! with it.
 
 use std::error::Error;
 use std::io::{self, Write};
 
-#[path = "../../tests/command/monitor/board.rs"]
+#[path = "monitor/board.rs"]
 #[expect(dead_code, reason = "the tests of wstac monitor use more of it")]
 mod board;
 
