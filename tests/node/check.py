@@ -2,7 +2,7 @@
 """Checks wstac-node with Zenoh's own client for Python, and with rosbags, which reads the messages of ROS 2: what arrives
 is what `wstac run` prints.
 
-    check.py WSTAC NODE    the two programs
+    check.py WSTAC NODE [CHECK...]    the two programs; the checks to run, such as config, or else all
 """
 
 import contextlib
@@ -141,6 +141,12 @@ class Programs:
                 node.kill()
 
 
+def sockets(node):
+    """Returns the sockets at which the node listens: protocol and address."""
+    listening = subprocess.run(["ss", "-Hlnptu"], capture_output=True, check=True, text=True).stdout
+    return [(line.split()[0], line.split()[4]) for line in listening.splitlines() if f"pid={node.pid}," in line]
+
+
 def of_kind(records, kind):
     # The wall clock is another one in each run.
     return [{name: value for name, value in record.items() if name != "stamp"} for record in records if record["kind"] == kind]
@@ -154,9 +160,7 @@ def check_messages(programs):
         listener = Listener(endpoint)
         alive = [str(reply.ok.key_expr) for reply in listener.session.liveliness().get("wstac/*", timeout=PATIENCE)]
         same(sorted(alive), ["wstac/left", "wstac/right"], "tokens of liveliness")
-        listening = subprocess.run(["ss", "-Hlnptu"], capture_output=True, check=True, text=True).stdout
-        sockets = [line.split() for line in listening.splitlines() if f"pid={node.pid}," in line]
-        same([(words[0], words[4]) for words in sockets], [("tcp", endpoint.removeprefix("tcp/"))], "sockets of the node")
+        same(sockets(node), [("tcp", endpoint.removeprefix("tcp/"))], "sockets of the node")
         until(lambda: all(len(listener.lines(f"wstac/{name}/event")) >= 2 for name in sources), "two events of each sensor")
         late = Listener(endpoint)
         kept = {name: late.kept_events(name) for name in sources}
@@ -291,6 +295,85 @@ def check_arguments(programs):
     print("wrong arguments, an address in use, and a signal: told")
 
 
+class BoardPeer:
+    """Plays boards: one behind TCP and one behind a serial line, which is unplugged in the middle."""
+
+    def __init__(self, programs, scene):
+        command = [programs.command.parent / "examples" / "board_bytes", scene]
+        self.sent = subprocess.run(command, capture_output=True, check=True, timeout=PATIENCE).stdout
+        self.tcp = socket.create_server(("127.0.0.1", 0))
+        self.device = programs.folder / "ttyBoard"
+        self.plug()
+
+    def plug(self):
+        self.serial, host = os.openpty()
+        new = self.device.with_suffix(".new")
+        new.symlink_to(os.ttyname(host))
+        new.rename(self.device)
+        self.host = host
+
+    def unplug(self):
+        os.close(self.serial), os.close(self.host)
+
+    def play(self, write, part=slice(None), seconds=3):
+        """Sends a part of all bytes within some seconds."""
+        data = self.sent[part]
+        step = max(1, len(data) // 100)
+        for start in range(0, len(data), step):
+            write(data[start : start + step])
+            time.sleep(seconds / 100)
+
+
+def check_boards(programs):
+    """Boards behind TCP and a serial line: their records are those of `wstac run` of the same frames."""
+    scene, endpoint = programs.scene("board", 8), f"tcp/127.0.0.1:{free_port()}"
+    expected, peer = programs.run(scene), BoardPeer(programs, scene)
+    left, right = f"left=tcp:127.0.0.1:{peer.tcp.getsockname()[1]}", f"right={peer.device}"
+    with programs.node(left, right, "--baud", 230400, "--listen", endpoint, "--ros", "--zenoh") as node:
+        listener, ros = Listener(endpoint), Listener(endpoint, "0/**", raw=True)
+        same([line for line in ("left: a board at tcp:", "right: a board at ") if line not in node.said()], [], "notes")
+        connection, _ = peer.tcp.accept()
+        over_tcp = threading.Thread(target=peer.play, args=(connection.sendall,))
+        over_tcp.start()
+        # The requests come first: they ask for a description, features and motion.
+        same(connection.recv(4096) != b"" and os.read(peer.serial, 4096) != b"", True, "requests to the boards")
+        half = len(peer.sent) // 2
+        peer.play(lambda data: os.write(peer.serial, data), slice(None, half))
+        until(lambda: len(listener.lines("wstac/right/features")) > 20, "features of the board on the serial line")
+        peer.unplug()
+        until(lambda: "is gone; waiting for it" in node.said(), "the note that the device is gone")
+        silent = f"0/diagnostics/diagnostic_msgs::msg::dds_::DiagnosticArray_/"
+        until(lambda: any(b"no frames arrive" in payload for key, all_ in list(ros.messages.items()) if key.startswith(silent) for payload, *_ in list(all_)), "diagnostics of a board that is gone")
+        peer.plug()
+        until(lambda: "is back" in node.said(), "the note that the device is back")
+        peer.play(lambda data: os.write(peer.serial, data), slice(half, None))
+        over_tcp.join()
+        same(node.wait(PATIENCE), 0, "exit code")
+        until(lambda: all(listener.lines(f"wstac/{name}/end") for name in ("left", "right")), "the ends of the boards")
+    count = 0
+    for kind in ("features", "motion", "event", "contact_end", "end"):
+        found = {name: of_kind(listener.lines(f"wstac/{name}/{kind}"), kind) for name in ("left", "right")}
+        same(found["left"], of_kind(expected, kind), f"{kind} of the board behind TCP")
+        same(found["right"], of_kind(expected, kind), f"{kind} of the board on a serial line")
+        count += 2 * len(found["left"])
+    state = listener.lines("wstac/left/state")[-1]
+    same((state["frames"], state["events"], state["lost_events"]), (expected[-1]["frames"], 3, 0), "the board's last state")
+    types = types_of_ros()
+    events = [payload for key, all_ in ros.messages.items() if "/left/event/" in key for payload, *_ in all_]
+    same([types.deserialize_cdr(payload, "wstac_msgs/msg/Event").frame for payload in events], [record["frame"] for record in of_kind(expected, "event")], "events of a board for ROS 2")
+    listener.close(), ros.close()
+    # A port without a board, and one that cannot be opened.
+    quiet = socket.create_server(("127.0.0.1", 0))
+    with programs.node(f"tcp:127.0.0.1:{quiet.getsockname()[1]}", "--listen", endpoint) as node:
+        quiet.accept()[0].close()
+        same(node.wait(PATIENCE), 1, "exit code of a board that says nothing")
+        same("expected those of a board" in node.said(), True, node.said())
+    for source in ("tcp:127.0.0.1:1", "/dev/ttyNone"):
+        done = subprocess.run([programs.command, source], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        same((done.returncode, source in done.stderr), (1, True), f"{source}: {done.stderr!r}")
+    print(f"boards behind TCP and a serial line that was unplugged: {count} records as wstac run, and diagnostics of the silence")
+
+
 def check_config(programs):
     """Zenoh's own configuration decides which keys are heard."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
@@ -305,11 +388,36 @@ def check_config(programs):
         until(lambda: len(listener.lines("wstac/sensor/features")) > 30, "features by a configuration")
         same(listener.lines("wstac/sensor/taxels"), [], "taxels that are denied")
         listener.close()
-    file.write_text("{mode:")
-    done = subprocess.run([programs.command, "scene:Saw3@150", "--zenoh-config", file], capture_output=True, text=True, timeout=PATIENCE, check=False)
-    if done.returncode != 1 or str(file) not in done.stderr:
-        fail(f"a damaged configuration: exit code {done.returncode}, {done.stderr!r}")
-    print("a configuration of Zenoh: denied keys are not heard, and a damaged one is refused by its name")
+    at = f"127.0.0.1:{free_port()}"
+    # Settings that the file does not name are safe. Those of Zenoh would listen at [::] and send multicast.
+    for named, arguments, expected in (
+        ({"access_control": control}, ["--listen", f"tcp/{at}"], [("tcp", at)]),
+        ({"scouting": {"delay": 100}, "connect": {"endpoints": [endpoint]}, "mode": "router"}, [], []),
+        ({"scouting": {"multicast": {"ttl": 1}}, "connect": {"endpoints": {"peer": [endpoint]}}}, [], []),
+        ({"transport": {"unicast": {"max_sessions": 8}}}, ["--connect", endpoint], []),
+        ({"listen": {"endpoints": {"peer": [f"tcp/{at}"]}}}, [], [("tcp", at)]),
+        ({"listen": {"exit_on_failure": True}}, [], [("tcp", "127.0.0.1:7447")]),
+        ({"access_control": control}, ["--ros"], []),
+    ):
+        # JSON5 has comments, and names without quotes.
+        file.write_text(f"{{ // named\n id: \"abc1\", {json.dumps(named)[1:]}")
+        with programs.node(programs.scene("sensor", 6), "--zenoh-config", file, *arguments) as node:
+            if ("tcp", "127.0.0.1:7447") in expected and "Address already in use" in node.said():
+                continue  # Another program has the default address.
+            same(sockets(node), expected, f"sockets of a node with the settings {named}")
+            same(node.said().count("abc1 listens"), 1, f"the node's identity in {node.said()!r}")
+    for text, part in (
+        ("{mode:", "expected"),
+        ("[]", "has no settings"),
+        ('{"no_such": 1}', "no_such"),
+        ('{"scouting": {"multicast": {"enabled": "perhaps"}}}', "perhaps"),
+        (None, "No such file"),
+    ):
+        file.write_text(text) if text is not None else file.unlink()
+        done = subprocess.run([programs.command, "scene:Saw3@150", "--zenoh-config", file], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        if done.returncode != 1 or str(file) not in done.stderr or part not in done.stderr:
+            fail(f"settings {text!r}: exit code {done.returncode}, {done.stderr!r}")
+    print("a configuration of Zenoh: denied keys are not heard, what it does not name is safe, and a damaged one is refused by its name")
 
 
 MESSAGES = Path(__file__).parents[2] / "wstac-node" / "wstac_msgs" / "msg"
@@ -353,7 +461,7 @@ def check_ros(programs):
     """Nodes of ROS 2 would find the topics and decode the messages, which say what `wstac run` says."""
     source, endpoint, types = programs.scene("sensor", 7), f"tcp/127.0.0.1:{free_port()}", types_of_ros()
     expected = programs.run(source, "--model", "builtin:path-svm")
-    arguments = [f"left={source}", "--ros", "--domain", DOMAIN, "--model", "builtin:path-svm", "--listen", endpoint]
+    arguments = [f"left={source}", "--ros", "--picture", "--domain", DOMAIN, "--model", "builtin:path-svm", "--listen", endpoint]
     with programs.node(*arguments) as node:
         listener = Listener(endpoint, f"{DOMAIN}/**", raw=True)
         tokens = [str(reply.ok.key_expr) for reply in listener.session.liveliness().get("@ros2_lv/**", timeout=PATIENCE)]
@@ -361,15 +469,15 @@ def check_ros(programs):
         until(lambda: any("diagnostics" in key for key in listener.messages), "diagnostics")
         time.sleep(0.5)
     kinds = sorted(token.split("/")[5] for token in tokens)
-    same(kinds, ["MP"] * 6 + ["NN"], "tokens for discovery")
-    same(len({token.split("/")[4] for token in tokens}), 7, "numbers of the node and its publishers")
+    same(kinds, ["MP"] * 7 + ["NN"], "tokens for discovery")
+    same(len({token.split("/")[4] for token in tokens}), 8, "numbers of the node and its publishers")
     quality = {token.rsplit("/", 1)[1] for token in tokens if "/MP/" in token}
     same(quality, {"::,10:,:,:,,"}, "quality of service in the tokens")
     described = {tuple(token.split("/")[9:12]) for token in tokens if "/MP/" in token}
     heard = {("%" + key.split("/", 1)[1].rsplit("/", 2)[0].replace("/", "%"), *key.split("/")[-2:]) for key in listener.messages}
-    same(heard <= described and len(described) == 6, True, f"topics {heard} that tokens describe: {described}")
+    same(heard <= described and len(described) == 7, True, f"topics {heard} that tokens describe: {described}")
     found = in_ros(types, listener.messages, "left")
-    same(set(found), {"event", "contact_end", "motion", "features", "taxels", "diagnostics"}, "topics")
+    same(set(found), {"event", "contact_end", "motion", "features", "taxels", "diagnostics", "picture"}, "topics")
 
     features = {record["frame"]: record["f"] for record in expected if record["kind"] == "features"}
     for message in found["features"]:
@@ -378,6 +486,11 @@ def check_ros(programs):
     stamps = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in found["features"]]
     same(stamps == sorted(stamps) and abs(stamps[-1] - time.time()) < PATIENCE, True, "stamps of frames")
     same({len(message.sums) for message in found["taxels"]}, {25}, "taxels")
+    for picture in found["picture"]:
+        same((picture.encoding, picture.step, len(picture.data)), ("mono8", picture.width, picture.width * picture.height), "a picture")
+        same(picture.header.frame_id, "left_frame", "coordinate frame of a picture")
+    frames = {hash(picture.data.tobytes()) for picture in found["picture"]}
+    same(len(frames) > 30, True, "pictures that differ")
     motion = [record for record in expected if record["kind"] == "motion"]
     same(len(found["motion"]), len(motion), "messages of motion")
     for message, record in zip(found["motion"], motion, strict=True):
@@ -400,10 +513,12 @@ def check_ros(programs):
     same([(message.frame, message.event_frame) for message in found["contact_end"]], ends, "ends of touches")
     last = found["diagnostics"][-1].status[0]
     counts = {value.key: int(value.value) for value in last.values}
+    levels = [(message.status[0].level, message.status[0].message) for message in found["diagnostics"]]
+    same((set(levels[1:-1]), levels[-1]), ({(0, "frames arrive")}, (3, "the source has ended")), "levels of diagnostics")
     same((last.name, counts["events"], counts["frames"]), ("wstac: left", len(events), expected[-1]["frames"]), "diagnostics")
     listener.close()
     count = sum(map(len, found.values()))
-    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 7 tokens for discovery")
+    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 8 tokens for discovery")
 
 
 def check_page(programs):
@@ -421,19 +536,19 @@ def check_page(programs):
     print(f"the program of the page: {line.strip()}")
 
 
+CHECKS = {check.__name__.removeprefix("check_"): check for check in (
+    check_arguments, check_messages, check_router, check_strangers, check_boards, check_config, check_ros, check_page,
+)}
+
+
 def main():
-    if len(sys.argv) != 3:
-        sys.exit(__doc__)
-    wstac, node = (Path(argument).resolve() for argument in sys.argv[1:])
+    if len(sys.argv) < 3 or not CHECKS.keys() >= set(sys.argv[3:]):
+        sys.exit(f"{__doc__}\nChecks: {' '.join(CHECKS)}")
+    wstac, node = (Path(argument).resolve() for argument in sys.argv[1:3])
     with tempfile.TemporaryDirectory() as folder:
         programs = Programs(wstac, node, Path(folder))
-        check_arguments(programs)
-        check_messages(programs)
-        check_router(programs)
-        check_strangers(programs)
-        check_config(programs)
-        check_ros(programs)
-        check_page(programs)
+        for name in sys.argv[3:] or CHECKS:
+            CHECKS[name](programs)
 
 
 if __name__ == "__main__":

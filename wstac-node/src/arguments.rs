@@ -15,10 +15,10 @@ use wstac_host::source::names;
 #[derive(Debug, Parser)]
 #[command(name = "wstac-node", version, after_long_help = HELP, max_term_width = 100)]
 pub(crate) struct Arguments {
-    /// Camera, recording or scene; several as NAME=SOURCE
+    /// Camera, board, recording or scene; several as NAME=SOURCE
     ///
-    /// Sources are those of wstac run: /dev/videoN, scene:Saw3@150, FILE.y4m, FILE.mcap, a folder of PNG files. One
-    /// source without a name is called sensor.
+    /// Sources are those of wstac run (/dev/videoN, scene:Saw3@150, FILE.y4m, FILE.mcap, a folder of PNG files) and the
+    /// boards of wstac monitor (/dev/ttyACM0, tcp:HOST:PORT). One source without a name is called sensor.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -29,6 +29,10 @@ pub(crate) struct Arguments {
     /// Name textures with this model; can be given several times
     #[arg(long = "model", value_name = "FILE.wsm")]
     pub(crate) models: Vec<PathBuf>,
+
+    /// Bits per second of all serial devices; 115200 by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) baud: Option<u32>,
 
     /// Publish JSON under the keys below; this is the default without --ros
     #[arg(long)]
@@ -41,13 +45,17 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) ros: bool,
 
+    /// Also publish every frame as sensor_msgs/Image, under the topic picture (with --ros)
+    #[arg(long, requires = "ros")]
+    pub(crate) picture: bool,
+
     /// The domain of ROS 2, as in ROS_DOMAIN_ID
     #[arg(long, value_name = "N", env = "ROS_DOMAIN_ID", default_value_t = 0)]
     pub(crate) domain: u32,
 
     /// Listen at this address of the network
     ///
-    /// It is tcp/127.0.0.1:7447 by default, unless --connect or --ros is given.
+    /// It is tcp/127.0.0.1:7447 by default, unless --ros or an address to connect to is given.
     #[arg(long, value_name = "ENDPOINT")]
     pub(crate) listen: Vec<String>,
 
@@ -60,8 +68,8 @@ pub(crate) struct Arguments {
 
     /// Read the settings of the network from this JSON5 file
     ///
-    /// It is a configuration of Zenoh, which may have access control and multicast. --listen and --connect replace
-    /// what it says about them.
+    /// It is a configuration of Zenoh, which may have access control and multicast. What it does not name stays as it is
+    /// without a file. --listen and --connect replace what it says about them.
     #[arg(long, value_name = "FILE")]
     pub(crate) zenoh_config: Option<PathBuf>,
 
@@ -83,16 +91,17 @@ const HELP: &str = r"Keys, with the JSON objects of wstac run --json:
   wstac/SENSOR/fault        a fault of the camera
   wstac/SENSOR/end          the end of the source
 and two of this program:
-  wstac/SENSOR/taxels       25 taxel sums of every frame
+  wstac/SENSOR/taxels       25 taxel sums of every frame; boards
+                            have none
   wstac/SENSOR/state        once a second: frames, events, and messages
                             that were skipped for a slow network
 A token of liveliness at wstac/SENSOR says that a sensor is there.
 
 Network:
-  Without --connect, --listen and --zenoh-config nothing leaves this
-  machine: the program listens at tcp/127.0.0.1:7447, or with --ros
-  connects to it. It sends no multicast and looks for nobody, unless
-  --zenoh-config says so. TCP is the only transport that is built in.
+  If no address is given, nothing leaves this machine: the program
+  listens at tcp/127.0.0.1:7447, or with --ros connects to it. It sends
+  no multicast and looks for nobody, unless --zenoh-config says so. TCP
+  is the only transport that is built in.
 
 Exit code: 1 if a source or file cannot be used or a source failed, 2
 for wrong arguments, otherwise 0. SIGINT, SIGTERM and SIGHUP end it.

@@ -1,12 +1,15 @@
 //! `wstac-node` publishes tactile sensors on a Zenoh network.
 //!
-//! Each sensor has two threads: `sensor` reads its source, and `publisher` sends what was found. A full queue between them
-//! makes the reader skip messages, so that a slow network never holds up a sensor. `network` opens the session of Zenoh,
-//! `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes of ROS 2.
+//! Each sensor has two threads: `sensor` reads its source, or `board` its board, and `publisher` sends what was found.
+//! `outlet` makes messages between them. A full queue makes it skip messages, so that a slow network never holds up a
+//! sensor. `network` opens the session of Zenoh, `records` and `message` are for any program that speaks Zenoh, and `ros`
+//! is for nodes of ROS 2.
 
 mod arguments;
+mod board;
 mod message;
 mod network;
+mod outlet;
 mod publisher;
 mod records;
 mod ros;
@@ -25,6 +28,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::visible::OneLine;
 
 use self::arguments::Arguments;
+use self::outlet::Outlet;
 use self::publisher::Publisher;
 use self::sensor::Sensor;
 
@@ -62,8 +66,8 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     for (name, source) in &sources {
         sensors.push(Sensor::open(name, source, arguments, &models)?);
     }
-    let network = network::open(arguments)?;
-    note(network::described(&network, arguments));
+    let (network, about_network) = network::open(arguments)?;
+    note(about_network);
     let mut publishers = Vec::new();
     for (place, (name, _)) in sources.iter().enumerate() {
         publishers.push(Publisher::new(&network, arguments, name, place)?);
@@ -73,10 +77,11 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
         let threads: Vec<_> = sensors
             .into_iter()
             .zip(publishers)
-            .map(|(sensor, publisher)| {
-                let (queue, ends) = (publisher.queue(), &ends);
+            .zip(&sources)
+            .map(|((sensor, publisher), (name, _))| {
+                let (outlet, ends) = (Outlet::new(publisher.queue(), name, arguments), &ends);
                 scope.spawn(move || publisher.run());
-                scope.spawn(move || sensor.run(queue, ends))
+                scope.spawn(move || sensor.run(outlet, ends))
             })
             .collect();
         threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded).count()

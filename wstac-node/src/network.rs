@@ -1,5 +1,8 @@
 //! The session of Zenoh.
 
+use std::path::Path;
+
+use serde_json::{Value, json};
 use wstac_host::error::{Error, ErrorKind};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::{Config, Session, Wait};
@@ -10,14 +13,19 @@ use crate::ros::names;
 /// The address of a program that connects to no other one, and the one at which nodes of ROS 2 meet.
 const LOCAL: &str = "tcp/127.0.0.1:7447";
 
-/// Opens the session.
+/// Opens the session. Returns a line about it for people, too.
 ///
 /// # Errors
 /// A setting is wrong, or an address cannot be listened at. The error names it.
-pub(crate) fn open(arguments: &Arguments) -> Result<Session, Error> {
-    let addresses = format!("{:?} {:?}", arguments.listen, arguments.connect);
-    let about = |error| Error::new(ErrorKind::Usage, format_args!("the network {addresses}"), error);
-    zenoh::open(config(arguments)?).wait().map_err(about)
+pub(crate) fn open(arguments: &Arguments) -> Result<(Session, String), Error> {
+    let config = config(arguments)?;
+    let (listens, connects) = (addresses(&config, "listen"), addresses(&config, "connect"));
+    let about = |error| Error::new(ErrorKind::Usage, format_args!("the network {listens:?} {connects:?}"), error);
+    let session = zenoh::open(config).wait().map_err(about)?;
+    let connected = if connects.is_empty() { String::new() } else { format!(", connects to {}", connects.join(" ")) };
+    let listens = if listens.is_empty() { "at no address".to_owned() } else { format!("at {}", listens.join(" ")) };
+    let line = format!("{} listens {listens}{connected}; keys begin with {}/", session.zid(), arguments.namespace);
+    Ok((session, line))
 }
 
 /// Ends the session after what was published has been sent.
@@ -28,27 +36,18 @@ pub(crate) fn close(session: &Session) -> Result<(), Error> {
     session.close().wait().map_err(|error| Error::new(ErrorKind::Io, "the network", error))
 }
 
-/// Returns a line about the network for people.
-pub(crate) fn described(session: &Session, arguments: &Arguments) -> String {
-    let connects = connects(arguments);
-    let connected = if connects.is_empty() { String::new() } else { format!(", connects to {}", connects.join(" ")) };
-    let listens = listens(arguments);
-    let listens = if listens.is_empty() { "at no address".to_owned() } else { format!("at {}", listens.join(" ")) };
-    format!("{} listens {listens}{connected}; keys begin with {}/", session.zid(), arguments.namespace)
-}
-
-/// Returns the addresses to listen at, if the arguments decide about that.
-fn listens(arguments: &Arguments) -> Vec<String> {
-    if is_told_nothing(arguments) && !arguments.ros { vec![LOCAL.to_owned()] } else { arguments.listen.clone() }
-}
-
-/// Returns the addresses to connect to, if the arguments decide about that.
-fn connects(arguments: &Arguments) -> Vec<String> {
-    if is_told_nothing(arguments) && arguments.ros { vec![LOCAL.to_owned()] } else { arguments.connect.clone() }
-}
-
-fn is_told_nothing(arguments: &Arguments) -> bool {
-    arguments.listen.is_empty() && arguments.connect.is_empty() && arguments.zenoh_config.is_none()
+/// Returns the addresses that the session listens at or connects to, in any mode.
+fn addresses(config: &Config, kind: &str) -> Vec<String> {
+    let text = config.get_json(&format!("{kind}/endpoints")).unwrap_or_default();
+    let found = serde_json::from_str(&text).unwrap_or(Value::Null);
+    let of = |list: &Value| match list {
+        Value::Array(list) => list.iter().filter_map(Value::as_str).map(str::to_owned).collect(),
+        _ => Vec::new(),
+    };
+    match &found {
+        Value::Object(modes) => modes.values().flat_map(of).collect(),
+        list => of(list),
+    }
 }
 
 /// Declares the token that tells nodes of ROS 2 of this one.
@@ -61,34 +60,55 @@ pub(crate) fn node_token(session: &Session, arguments: &Arguments) -> Result<Liv
     session.liveliness().declare_token(token).wait().map_err(refused)
 }
 
-/// Returns the settings of the session.
+/// Returns the settings of the session: safe ones, over which go those of the file, and then those of the arguments.
 fn config(arguments: &Arguments) -> Result<Config, Error> {
-    let refused = |key: &str, error| Error::new(ErrorKind::Usage, format_args!("the network's setting {key}"), error);
-    let mut config = match &arguments.zenoh_config {
-        Some(path) => Config::from_file(path).map_err(|error| Error::new(ErrorKind::Config, path.display(), error))?,
-        None => Config::default(),
-    };
-    let mut set = |key: &str, value: String| config.insert_json5(key, &value).map_err(|error| refused(key, error));
-    if arguments.zenoh_config.is_none() {
-        set("mode", "\"peer\"".to_owned())?;
+    let path = arguments.zenoh_config.as_deref();
+    let file = path.map(read).transpose()?.unwrap_or_else(|| json!({}));
+    let names = |kind: &str| file.get(kind).is_some_and(|part| part.get("endpoints").is_some());
+    let is_told = !arguments.listen.is_empty() || !arguments.connect.is_empty() || names("listen") || names("connect");
+    let local = |is_wanted: bool| if is_wanted && !is_told { json!([LOCAL]) } else { json!([]) };
+    let safe = json!({
+        "mode": "peer",
         // Nothing is sent to or asked of anybody who is not named.
-        set("scouting/multicast/enabled", "false".to_owned())?;
-        set("scouting/gossip/enabled", "false".to_owned())?;
+        "scouting": {"multicast": {"enabled": false}, "gossip": {"enabled": false}},
         // A router may come later, or come back.
-        set("connect/timeout_ms", "-1".to_owned())?;
-        set("connect/exit_on_failure", "false".to_owned())?;
-        set("listen/exit_on_failure", "true".to_owned())?;
+        "connect": {"timeout_ms": -1, "exit_on_failure": false, "endpoints": local(arguments.ros)},
+        // Without addresses, Zenoh would listen to the whole network.
+        "listen": {"exit_on_failure": true, "endpoints": local(!arguments.ros)},
+    });
+    let wrong = |error| Error::new(ErrorKind::Config, "the network's safe settings", error);
+    let mut settings =
+        serde_json::from_str(&Config::default().to_string()).map_err(|error| wrong(error.to_string()))?;
+    merge(&mut settings, safe);
+    merge(&mut settings, file);
+    for (kind, endpoints) in [("listen", &arguments.listen), ("connect", &arguments.connect)] {
+        if !endpoints.is_empty() {
+            merge(&mut settings, json!({ kind: {"endpoints": endpoints} }));
+        }
     }
-    let is_given = arguments.zenoh_config.is_none() || !arguments.listen.is_empty();
-    if is_given {
-        set("listen/endpoints", in_json(&listens(arguments)))?;
-    }
-    if arguments.zenoh_config.is_none() || !arguments.connect.is_empty() {
-        set("connect/endpoints", in_json(&connects(arguments)))?;
-    }
-    Ok(config)
+    let about = |error: zenoh::Error| match path {
+        Some(path) => Error::new(ErrorKind::Config, path.display(), error),
+        None => wrong(error.to_string()),
+    };
+    Config::from_json5(&settings.to_string()).map_err(about)
 }
 
-fn in_json(endpoints: &[String]) -> String {
-    serde_json::json!(endpoints).to_string()
+/// Reads a file of settings.
+fn read(path: &Path) -> Result<Value, Error> {
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+    let wrong = |message: String| Error::new(ErrorKind::Config, path.display(), message);
+    let settings: Value = json5::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    if settings.is_object() { Ok(settings) } else { Err(wrong("has no settings, expected {…}".to_owned())) }
+}
+
+/// Replaces the settings that `named` has, and keeps all others.
+fn merge(settings: &mut Value, named: Value) {
+    match (settings, named) {
+        (Value::Object(settings), Value::Object(named)) => {
+            for (name, value) in named {
+                merge(settings.entry(name).or_insert(Value::Null), value);
+            }
+        }
+        (setting, value) => *setting = value,
+    }
 }

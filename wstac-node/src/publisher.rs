@@ -1,6 +1,6 @@
 //! Publishes what one sensor has found, in a thread of its own.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -12,11 +12,14 @@ use crate::arguments::Arguments;
 use crate::message::{Message, Topic};
 use crate::note;
 use crate::records::{Events, RecordPublishers, locked};
-use crate::ros::messages::RosMessage;
+use crate::ros::messages::{Health, RosMessage};
+use crate::ros::names::Type;
 use crate::ros::publishers::RosPublishers;
 
 /// The messages that wait for the network at most: more than half a minute of a camera's.
 const MOST_WAITING: usize = 4096;
+/// The pictures among them at most: they are large.
+const MOST_PICTURES: u64 = 4;
 /// The time between two messages about the state.
 const STATE: Duration = Duration::from_secs(1);
 
@@ -60,11 +63,29 @@ pub(crate) struct Counts {
     pub(crate) lost: AtomicU64,
     /// Events.
     pub(crate) events: AtomicU64,
+    /// Events that a board has found and that never arrived.
+    pub(crate) lost_events: AtomicU64,
+    /// Whether the end was published.
+    pub(crate) has_ended: AtomicBool,
     /// Messages without room in the queue.
     skipped: AtomicU64,
+    /// Pictures in the queue.
+    pictures: AtomicU64,
 }
 
 impl Queue {
+    /// Hands a picture over that `make` makes. It is left out if the network is behind.
+    pub(crate) fn push_picture(&self, make: impl FnOnce() -> Option<RosMessage>) {
+        if self.counts.pictures.load(Ordering::Relaxed) < MOST_PICTURES
+            && let Some(picture) = make()
+        {
+            self.counts.pictures.fetch_add(1, Ordering::Relaxed);
+            if self.sender.try_send(Found::new(None, Some(picture))).is_err() {
+                self.counts.pictures.fetch_sub(1, Ordering::Relaxed);
+            }
+        }
+    }
+
     /// Hands a thing over. It is skipped and counted if the network is behind. Events are kept even then.
     pub(crate) fn push(&self, mut found: Found) {
         let event = found.record.as_ref().filter(|record| record.topic == Topic::Event);
@@ -83,7 +104,7 @@ impl Publisher {
     pub(crate) fn new(session: &Session, arguments: &Arguments, name: &str, place: usize) -> Result<Self, Error> {
         let sensor = format!("{}/{name}", arguments.namespace);
         let records = arguments.has_records().then(|| RecordPublishers::new(session, &sensor)).transpose()?;
-        let ros = arguments.ros.then(|| RosPublishers::new(session, arguments.domain, &sensor, place)).transpose()?;
+        let ros = arguments.ros.then(|| RosPublishers::new(session, arguments, &sensor, place)).transpose()?;
         Ok(Self { name: name.to_owned(), records, ros, queue: sync_channel(MOST_WAITING), counts: Arc::default() })
     }
 
@@ -100,6 +121,9 @@ impl Publisher {
         drop(own);
         let mut refused = 0_u64;
         let mut put = |found: Found| {
+            if found.ros.as_ref().is_some_and(|message| message.kind == Type::Image) {
+                counts.pictures.fetch_sub(1, Ordering::Relaxed);
+            }
             let record = found.record.zip(records.as_ref()).map(|(record, to)| to.put(record, found.number));
             let ros = found.ros.zip(ros.as_mut()).map(|(message, to)| to.put(message));
             for error in [record, ros].into_iter().flatten().filter_map(Result::err) {
@@ -110,7 +134,7 @@ impl Publisher {
             }
         };
         let mut due = Instant::now() + STATE;
-        let mut before = 0;
+        let mut before = [0; 2];
         loop {
             match arriving.recv_timeout(due.saturating_duration_since(Instant::now())) {
                 Ok(found) => put(found),
@@ -130,13 +154,27 @@ impl Publisher {
 }
 
 impl Counts {
-    /// Returns the state of a sensor. `before` is how much was lost when it was asked for last.
-    fn state(&self, sensor: &str, before: &mut u64) -> Found {
-        let [frames, dropped, events, skipped] =
-            [&self.frames, &self.lost, &self.events, &self.skipped].map(|count| count.load(Ordering::Relaxed));
-        let counts = [("frames", frames), ("dropped", dropped), ("events", events), ("skipped", skipped)];
-        let is_well = std::mem::replace(before, dropped + skipped) == dropped + skipped;
-        Found::new(Some(Message::of_state(&counts)), Some(RosMessage::of_state(sensor, is_well, &counts)))
+    /// Returns the state of a sensor. `before` are its frames and its losses when it was asked for last.
+    fn state(&self, sensor: &str, before: &mut [u64; 2]) -> Found {
+        let [frames, dropped, events, lost_events, skipped] =
+            [&self.frames, &self.lost, &self.events, &self.lost_events, &self.skipped]
+                .map(|count| count.load(Ordering::Relaxed));
+        let counts = [
+            ("frames", frames),
+            ("dropped", dropped),
+            ("events", events),
+            ("lost_events", lost_events),
+            ("skipped", skipped),
+        ];
+        let now = [frames, dropped + lost_events + skipped];
+        let [frames_before, lost_before] = std::mem::replace(before, now);
+        let health = match now {
+            [_, lost] if lost != lost_before => Health::Loses,
+            _ if self.has_ended.load(Ordering::Relaxed) => Health::Ended,
+            [frames, _] if frames == frames_before => Health::Silent,
+            _ => Health::Well,
+        };
+        Found::new(Some(Message::of_state(&counts)), Some(RosMessage::of_state(sensor, health, &counts)))
     }
 }
 
@@ -150,7 +188,7 @@ mod tests {
         let queue = Queue { sender, counts: Arc::default(), events: Some(Arc::default()) };
         let event = Message { topic: Topic::Event, payload: b"{}".to_vec() };
         (0..5).for_each(|_| queue.push(Found::new(Some(event.clone()), None)));
-        let state = queue.counts.state("left", &mut 0).record.unwrap();
+        let state = queue.counts.state("left", &mut [0; 2]).record.unwrap();
         let state: serde_json::Value = serde_json::from_slice(&state.payload).unwrap();
         assert_eq!(state["skipped"], 3);
         let numbers: Vec<_> = arriving.try_iter().map(|found| found.number).collect();

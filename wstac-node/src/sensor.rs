@@ -1,4 +1,4 @@
-//! Reads one sensor.
+//! Reads one sensor: a camera, a file or a scene here, or a board, which finds its events itself.
 
 use std::ffi::OsStr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,10 +17,10 @@ use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
 use crate::arguments::Arguments;
-use crate::message::Message;
+use crate::board::{Board, PortKind};
 use crate::note;
-use crate::publisher::{Found, Queue};
-use crate::ros::messages::{Header, RosMessage};
+use crate::outlet::Outlet;
+use crate::ros::picture::Shape;
 
 /// The kinds of sources besides files.
 const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
@@ -28,14 +28,11 @@ const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene:
 const NAP: Duration = Duration::from_millis(100);
 
 /// A sensor that is ready for reading.
-pub(crate) struct Sensor {
-    name: String,
-    session: Session,
-    /// `None` for a camera, which has its own.
-    pace: Option<Pace>,
-    has_records: bool,
-    /// The coordinate frame, if nodes of ROS 2 are told.
-    frame_id: Option<String>,
+pub(crate) enum Sensor {
+    /// A board, which sends what it finds.
+    Board(Box<Board>),
+    /// A source of frames.
+    Frames(Box<Frames>),
 }
 
 impl Sensor {
@@ -43,12 +40,37 @@ impl Sensor {
     ///
     /// # Errors
     /// The source, the configuration or a model cannot be used.
-    pub(crate) fn open(
-        name: &str,
-        source_name: &OsStr,
-        arguments: &Arguments,
-        models: &[ModelFile],
-    ) -> Result<Self, Error> {
+    pub(crate) fn open(name: &str, source: &OsStr, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
+        match PortKind::of(source) {
+            Some(PortKind::Serial) => {
+                Board::open(name, source, arguments.baud).map(|board| Self::Board(Box::new(board)))
+            }
+            Some(PortKind::Tcp) => Board::open(name, source, None).map(|board| Self::Board(Box::new(board))),
+            None => Frames::open(name, source, arguments, models).map(|frames| Self::Frames(Box::new(frames))),
+        }
+    }
+
+    /// Reads to the end of the source, or until `ends` is set. Returns whether the source did not fail.
+    pub(crate) fn run(self, outlet: Outlet, ends: &AtomicBool) -> bool {
+        match self {
+            Self::Board(board) => board.run(&outlet, ends),
+            Self::Frames(frames) => frames.run(outlet, ends),
+        }
+    }
+}
+
+/// A source of frames that is ready for reading.
+pub(crate) struct Frames {
+    name: String,
+    session: Session,
+    /// `None` for a camera, which has its own.
+    pace: Option<Pace>,
+    /// The shape of pictures, if they are published.
+    picture: Option<Shape>,
+}
+
+impl Frames {
+    fn open(name: &str, source_name: &OsStr, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
         let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
         let source = open(source_name, &options, KINDS)?;
         let info = source.info().clone();
@@ -60,15 +82,16 @@ impl Sensor {
         }
         let pace = (!is_camera(source_name)).then(|| Pace::new(info.rate));
         note(format_args!("{name}: {}", info.about));
-        let frame_id = arguments.ros.then(|| format!("{name}_frame"));
-        let has_records = arguments.has_records();
-        Ok(Self { name: name.to_owned(), session: session.build()?, pace, has_records, frame_id })
+        let picture = if arguments.picture { Shape::of(&info) } else { None };
+        if arguments.picture && picture.is_none() {
+            note(format_args!("{name}: its frames are no pictures of ROS 2; they are not published"));
+        }
+        Ok(Self { name: name.to_owned(), session: session.build()?, pace, picture })
     }
 
-    /// Reads to the end of the source, or until `ends` is set. Returns whether the source did not fail.
-    pub(crate) fn run(self, queue: Queue, ends: &AtomicBool) -> bool {
-        let Self { name, mut session, pace, has_records, frame_id } = self;
-        let mut reader = Reader { queue, pace, passed: 0, stamp: SystemTime::now(), has_records, frame_id };
+    fn run(self, outlet: Outlet, ends: &AtomicBool) -> bool {
+        let Self { name, mut session, pace, picture } = self;
+        let mut reader = Reader { outlet, pace, picture, passed: 0, stamp: SystemTime::now() };
         if let Some(pace) = &mut reader.pace {
             pace.restart();
         }
@@ -91,23 +114,17 @@ impl Sensor {
 
 /// Hands everything over that a session finds.
 struct Reader {
-    queue: Queue,
+    outlet: Outlet,
     pace: Option<Pace>,
+    /// The shape of pictures, if they are published.
+    picture: Option<Shape>,
     /// The camera frames of the last step.
     passed: u64,
     /// The wall-clock time of the last frame: the driver's, or else when it was read.
     stamp: SystemTime,
-    has_records: bool,
-    /// The coordinate frame, if nodes of ROS 2 are told.
-    frame_id: Option<String>,
 }
 
 impl Reader {
-    /// Returns the header of messages of ROS 2, if there are any.
-    fn ros_header(&self) -> Option<Header<'_>> {
-        self.frame_id.as_deref().map(|frame_id| Header { stamp: self.stamp, frame_id })
-    }
-
     /// Waits until the next frame of a file is due.
     fn wait(&mut self, ends: &AtomicBool) {
         let Some(pace) = &mut self.pace else { return };
@@ -126,6 +143,9 @@ impl Observer for Reader {
             SourceEvent::Frame(frame) => {
                 self.passed += 1;
                 self.stamp = frame.stamp.unwrap_or_else(SystemTime::now);
+                if let Some(picture) = self.picture {
+                    self.outlet.picture(picture, frame.bytes, self.stamp);
+                }
             }
             SourceEvent::Taxels(_) => {
                 self.passed += 1;
@@ -133,7 +153,7 @@ impl Observer for Reader {
             }
             SourceEvent::Lost { frames, .. } => {
                 self.passed += frames;
-                self.queue.counts.lost.fetch_add(*frames, Ordering::Relaxed);
+                self.outlet.counts().lost.fetch_add(*frames, Ordering::Relaxed);
             }
             _ => {}
         }
@@ -141,25 +161,13 @@ impl Observer for Reader {
     }
 
     fn output(&mut self, output: Output) -> Result<(), Error> {
-        if let Output::Features(features) = &output {
-            self.queue.counts.frames.store(features.frame + 1, Ordering::Relaxed);
-        }
-        if let Output::Event(_) = &output {
-            self.queue.counts.events.fetch_add(1, Ordering::Relaxed);
-        }
-        let record = if self.has_records { Message::of(&output)? } else { None };
-        let ros = self.ros_header().and_then(|header| RosMessage::of(&output, header));
-        self.queue.push(Found::new(record, ros));
-        Ok(())
+        self.outlet.output(&output, self.stamp)
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
         let is_frame = matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
         if let Some(sums) = processor.taxel_sums().filter(|_| is_frame) {
-            let frame = self.queue.counts.frames.load(Ordering::Relaxed).saturating_sub(1);
-            let record = self.has_records.then(|| Message::of_taxels(frame, &sums));
-            let ros = self.ros_header().map(|header| RosMessage::of_taxels(frame, &sums, header));
-            self.queue.push(Found::new(record, ros));
+            self.outlet.taxels(&sums, self.stamp);
         }
         true
     }

@@ -50,6 +50,13 @@ impl Cdr {
         self.aligned(number.to_le_bytes())
     }
 
+    /// Writes bytes with their length.
+    pub(super) fn bytes(self, bytes: &[u8]) -> Self {
+        let mut cdr = self.u32(bytes.len() as u32);
+        cdr.0.extend(bytes);
+        cdr
+    }
+
     /// Writes a text with its length and a zero byte behind it.
     pub(super) fn text(self, text: &str) -> Self {
         let mut cdr = self.u32(text.len() as u32 + 1);

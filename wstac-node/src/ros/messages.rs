@@ -59,13 +59,38 @@ impl RosMessage {
     }
 
     /// Returns the message about a sensor's state, as `diagnostic_msgs` has it.
-    pub(crate) fn of_state(sensor: &str, is_well: bool, counts: &[(&str, u64)]) -> Self {
-        let text = if is_well { "frames arrive" } else { "frames or messages were lost" };
+    pub(crate) fn of_state(sensor: &str, health: Health, counts: &[(&str, u64)]) -> Self {
+        let (level, text) = health.described();
         let cdr = Cdr::new().header(SystemTime::now(), "").u32(1);
-        let cdr = cdr.u8(u8::from(!is_well)).text(&format!("wstac: {sensor}")).text(text).text(sensor);
+        let cdr = cdr.u8(level).text(&format!("wstac: {sensor}")).text(text).text(sensor);
         let write = |cdr: Cdr, (name, count): &(&str, u64)| cdr.text(name).text(&count.to_string());
         let cdr = counts.iter().fold(cdr.u32(counts.len() as u32), write);
         Self { kind: Type::DiagnosticArray, payload: cdr.finish() }
+    }
+}
+
+/// The health of a sensor within the last second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Health {
+    /// Frames arrived, and nothing was lost.
+    Well,
+    /// Frames, events or messages were lost.
+    Loses,
+    /// No frame arrived.
+    Silent,
+    /// The source has ended.
+    Ended,
+}
+
+impl Health {
+    /// Returns the level of `diagnostic_msgs/DiagnosticStatus`, and a text.
+    fn described(self) -> (u8, &'static str) {
+        match self {
+            Self::Well => (0, "frames arrive"),
+            Self::Loses => (1, "frames, events or messages were lost"),
+            Self::Silent => (2, "no frames arrive"),
+            Self::Ended => (3, "the source has ended"),
+        }
     }
 }
 

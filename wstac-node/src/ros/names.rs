@@ -11,12 +11,20 @@ pub(crate) enum Type {
     Features,
     Taxels,
     DiagnosticArray,
+    Image,
 }
 
 impl Type {
     /// All types, in the order of their declaration.
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Event, Self::ContactEnd, Self::TwistStamped, Self::Features, Self::Taxels, Self::DiagnosticArray];
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Event,
+        Self::ContactEnd,
+        Self::TwistStamped,
+        Self::Features,
+        Self::Taxels,
+        Self::DiagnosticArray,
+        Self::Image,
+    ];
 
     /// Returns the package and the name.
     fn name(self) -> (&'static str, &'static str) {
@@ -27,6 +35,7 @@ impl Type {
             Self::Features => ("wstac_msgs", "Features"),
             Self::Taxels => ("wstac_msgs", "Taxels"),
             Self::DiagnosticArray => ("diagnostic_msgs", "DiagnosticArray"),
+            Self::Image => ("sensor_msgs", "Image"),
         }
     }
 
@@ -39,6 +48,7 @@ impl Type {
             Self::Features => "RIHS01_9031d0c072062218f9d2d78eec148dad884014c6d73326796db1e7ce63bd09aa",
             Self::Taxels => "RIHS01_06c894c5e4cada9ef7e285ac9ee320a313890a2afd055d6af180d8a6e927b02f",
             Self::DiagnosticArray => "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
+            Self::Image => "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47",
         }
     }
 
@@ -50,6 +60,7 @@ impl Type {
             Self::TwistStamped => "motion",
             Self::Features => "features",
             Self::Taxels => "taxels",
+            Self::Image => "picture",
             // Every node's diagnostics have one topic.
             Self::DiagnosticArray => return "diagnostics".to_owned(),
         };

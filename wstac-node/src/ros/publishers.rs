@@ -6,6 +6,8 @@ use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 
+use crate::arguments::Arguments;
+
 use super::messages::RosMessage;
 use super::names::{Type, attachment};
 
@@ -27,8 +29,8 @@ impl RosPublishers {
     ///
     /// # Errors
     /// The network refuses a key.
-    pub(crate) fn new(session: &Session, domain: u32, sensor: &str, place: usize) -> Result<Self, Error> {
-        let id = session.zid().to_string();
+    pub(crate) fn new(session: &Session, arguments: &Arguments, sensor: &str, place: usize) -> Result<Self, Error> {
+        let (id, domain) = (session.zid().to_string(), arguments.domain);
         let declare = |kind: Type| {
             // 0 is the node.
             let number = 1 + place * Type::ALL.len() + kind as usize;
@@ -41,14 +43,16 @@ impl RosPublishers {
             gid.iter_mut().zip(number.to_le_bytes()).for_each(|(byte, other)| *byte ^= other);
             Ok(RosPublisher { publisher, gid, number: 0, _token: token })
         };
-        let publishers: zenoh::Result<_> = Type::ALL.into_iter().map(declare).collect();
+        // Pictures are the last type.
+        let is_wanted = |kind: &Type| *kind != Type::Image || arguments.picture;
+        let publishers: zenoh::Result<_> = Type::ALL.into_iter().filter(is_wanted).map(declare).collect();
         let refused = |error| Error::new(ErrorKind::Usage, format_args!("the topics of {sensor}"), error);
         publishers.map(Self).map_err(refused)
     }
 
-    /// Publishes a message.
+    /// Publishes a message. A picture that nobody wanted is not.
     pub(crate) fn put(&mut self, message: RosMessage) -> zenoh::Result<()> {
-        let to = &mut self.0[message.kind as usize];
+        let Some(to) = self.0.get_mut(message.kind as usize) else { return Ok(()) };
         to.number += 1;
         to.publisher.put(message.payload).attachment(attachment(to.number, to.gid)).wait()
     }
