@@ -63,7 +63,9 @@ fn pico_memories(program: u32) -> String {
 }
 /// The memories of a Raspberry Pi Pico 2.
 fn pico_2_memories(program: u32) -> String {
-    format!("MEMORY {{ FLASH : ORIGIN = 0x10000000, LENGTH = {program}K RAM : ORIGIN = 0x20000000, LENGTH = 512K }}\n{PICO_2}")
+    format!(
+        "MEMORY {{ FLASH : ORIGIN = 0x10000000, LENGTH = {program}K RAM : ORIGIN = 0x20000000, LENGTH = 512K }}\n{PICO_2}"
+    )
 }
 /// The boot ROM of a Raspberry Pi Pico 2 looks for a block at the beginning of the flash.
 const PICO_2: &str = "SECTIONS { .start_block : ALIGN(4) { __start_block_addr = .; KEEP(*(.start_block)); KEEP(*(.boot_info)); } > FLASH } \

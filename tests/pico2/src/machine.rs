@@ -100,7 +100,8 @@ impl Outside {
     /// Returns the peripheral that is modeled here, and the offset of the register.
     fn place(address: u32) -> Option<(u32, u32)> {
         let (base, offset) = (address & !0x3FFF, address & 0xFFF);
-        let is_here = matches!(base, I2C0 | UART0 | WATCHDOG | dma::BASE | BOOT_RAM | QMI) || base == CLOCKS && offset <= 4;
+        let is_here =
+            matches!(base, I2C0 | UART0 | WATCHDOG | dma::BASE | BOOT_RAM | QMI) || base == CLOCKS && offset <= 4;
         is_here.then_some((base, offset))
     }
 

@@ -22,42 +22,42 @@ pub(super) const SECTORS: Range<u32> = 0x1F_E000..0x20_0000;
 #[cfg(not(feature = "models"))]
 const WRITABLE: [Range<u32>; 1] = [SECTORS];
 #[cfg(feature = "models")]
-const WRITABLE: [Range<u32>; 2] = [SECTORS, <BoardFlash as InPlace>::MODELS];
+const WRITABLE: [Range<u32>; 2] = [SECTORS, <RpFlash as InPlace>::MODELS];
 
 /// The flash.
-pub struct BoardFlash(Flash<'static, peripherals::FLASH, Blocking, SIZE>);
+pub struct RpFlash(Flash<'static, peripherals::FLASH, Blocking, SIZE>);
 
 /// A failure of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FlashFailed;
+pub struct RpFlashFailed;
 
-impl From<Error> for FlashFailed {
+impl From<Error> for RpFlashFailed {
     fn from(_: Error) -> Self {
         Self
     }
 }
 
-impl NorFlashError for FlashFailed {
+impl NorFlashError for RpFlashFailed {
     fn kind(&self) -> NorFlashErrorKind {
         NorFlashErrorKind::Other
     }
 }
 
-impl BoardFlash {
+impl RpFlash {
     /// Takes the flash.
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
         Self(Flash::new_blocking(flash))
     }
 }
 
-impl ErrorType for BoardFlash {
-    type Error = FlashFailed;
+impl ErrorType for RpFlash {
+    type Error = RpFlashFailed;
 }
 
-impl ReadNorFlash for BoardFlash {
+impl ReadNorFlash for RpFlash {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFailed> {
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), RpFlashFailed> {
         Ok(self.0.blocking_read(offset, bytes)?)
     }
 
@@ -71,28 +71,28 @@ fn is_writable(from: u32, to: u32) -> bool {
     WRITABLE.iter().any(|range| from >= range.start && to <= range.end)
 }
 
-impl NorFlash for BoardFlash {
+impl NorFlash for RpFlash {
     const WRITE_SIZE: usize = WRITE_SIZE;
     const ERASE_SIZE: usize = ERASE_SIZE;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFailed> {
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), RpFlashFailed> {
         if !is_writable(from, to) {
-            return Err(FlashFailed);
+            return Err(RpFlashFailed);
         }
         Ok(self.0.blocking_erase(from, to)?)
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFailed> {
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), RpFlashFailed> {
         let end = u32::try_from(bytes.len()).ok().and_then(|length| offset.checked_add(length));
         if end.is_none_or(|end| !is_writable(offset, end)) {
-            return Err(FlashFailed);
+            return Err(RpFlashFailed);
         }
         Ok(self.0.blocking_write(offset, bytes)?)
     }
 }
 
 #[cfg(feature = "models")]
-impl InPlace for BoardFlash {
+impl InPlace for RpFlash {
     const MODELS: Range<u32> = 0x10_0000..0x18_0000;
 
     fn in_place(&mut self, range: Range<u32>) -> Option<&'static [u8]> {

@@ -22,7 +22,7 @@ use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
 #[cfg(feature = "settings")]
-use self::flash::{BoardFlash, SECTORS};
+use self::flash::{RpFlash, SECTORS};
 #[cfg(not(feature = "settings"))]
 use crate::keeper::FixedSettings;
 #[cfg(feature = "settings")]
@@ -86,7 +86,7 @@ impl Board for Rp {
     type Light = RpLight;
     type Watchdog = Dog;
     #[cfg(feature = "settings")]
-    type Keeper = KeptSettings<BoardFlash>;
+    type Keeper = KeptSettings<RpFlash>;
     #[cfg(not(feature = "settings"))]
     type Keeper = FixedSettings;
     type Thermometer = RpThermometer;
@@ -166,8 +166,8 @@ pub async fn run(wiring: RpWiring) -> ! {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
     #[cfg(feature = "settings")]
-    let keeper = cortex_m::singleton!(: KeptSettings<BoardFlash> =
-        KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE));
+    let keeper = cortex_m::singleton!(: KeptSettings<RpFlash> =
+        KeptSettings::new(RpFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE));
     #[cfg(not(feature = "settings"))]
     let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, RpLight> = Link::new(wiring.line, wiring.trouble));
