@@ -27,7 +27,7 @@ const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8025
 /// Most sensors of a page.
 const MOST_SENSORS: usize = 16;
 
-/// Watch sensors in a browser: picture, taxels, traces, motion, events
+/// Watch sensors in a browser: picture, taxels, traces, events
 ///
 /// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene is
 /// played once, at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may touch
