@@ -11,6 +11,7 @@ mod golden_vectors;
 mod learn;
 mod ln;
 mod path_models;
+mod picture;
 mod properties;
 mod serialized;
 mod taxel_models;

@@ -119,6 +119,17 @@ impl<'a> JsonLine<'a> {
     }
 }
 
+/// A line of JSON with the name of its sensor, as several sensors need it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SensorLine<'a> {
+    /// The name of the sensor, which comes first; `None` for the only one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<&'a str>,
+    /// The line itself.
+    #[serde(flatten)]
+    pub line: JsonLine<'a>,
+}
+
 /// An event as a line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]

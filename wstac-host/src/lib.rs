@@ -9,6 +9,7 @@
 //! | [`model_file`], [`texture`] | texture models, and their answers |
 //! | `record` | recordings: written, planned and recovered (feature `mcap`) |
 //! | `monitor` | the messages of a board (feature `board`) |
+//! | [`picture`] | frames as small pictures, to show them |
 //! | [`camera`] | facts about cameras: formats, modes, controls |
 //! | [`text_file`] | configurations and other files of text, read up to a limit |
 //! | [`error`] | errors for a person |
@@ -28,6 +29,7 @@ pub mod model_file;
 #[cfg(feature = "board")]
 pub mod monitor;
 pub mod output;
+pub mod picture;
 pub mod plural;
 #[cfg(feature = "mcap")]
 pub mod record;

@@ -19,6 +19,8 @@ mod record;
 mod recover;
 mod run;
 mod scene;
+#[cfg(feature = "serve")]
+mod serve;
 pub(crate) mod signals;
 mod source_arguments;
 mod trade;
@@ -119,6 +121,8 @@ enum Command {
     Monitor(monitor::Arguments),
     Board(board::Arguments),
     View(view::Arguments),
+    #[cfg(feature = "serve")]
+    Serve(serve::Arguments),
     Plot(plot::Arguments),
     Trade(trade::Arguments),
     Completions(completions::Arguments),
@@ -151,6 +155,8 @@ pub(crate) fn main() -> ExitCode {
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Board(arguments) => board::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
+        #[cfg(feature = "serve")]
+        Command::Serve(arguments) => serve::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Trade(arguments) => trade::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),

@@ -6,13 +6,12 @@ use std::io::{self, StdoutLock, Write};
 use std::path::Path;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use serde::Serialize;
 
 use super::signals::is_readers_time_over;
 
 use wstac_core::motion::Velocity;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{JsonLine, angle, confidence, real, rounded};
+use wstac_host::json::{JsonLine, SensorLine, angle, confidence, real, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
@@ -143,15 +142,6 @@ pub(super) struct Records {
     line: String,
 }
 
-/// A record with the name of its sensor.
-#[derive(Serialize)]
-struct OfSensor<'a> {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sensor: Option<&'a str>,
-    #[serde(flatten)]
-    line: JsonLine<'a>,
-}
-
 impl Records {
     pub(super) fn new(form: Form) -> Self {
         Self { form, sensor: None, line: String::new() }
@@ -174,7 +164,7 @@ impl Records {
         let sensor = self.sensor.as_deref();
         match self.form {
             Form::Json => {
-                self.line = serde_json::to_string(&OfSensor { sensor, line })
+                self.line = serde_json::to_string(&SensorLine { sensor, line })
                     .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
             }
             // Writing to a string does not fail.

@@ -2,12 +2,11 @@
 //!
 //! One thread reads the source and keeps `state` up to date. Another one draws it at most 15 times per second and reads
 //! keys, so a slow terminal never delays the reading. `player` reads, `recording` records on request, `draw` draws,
-//! `screen` has the terminal, `board` reads a board, and `picture` scales frames down.
+//! `screen` has the terminal, and `board` reads a board.
 
 pub(crate) mod board;
 mod draw;
 mod keys;
-mod picture;
 mod player;
 mod rate_meter;
 mod recording;

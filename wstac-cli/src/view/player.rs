@@ -4,7 +4,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use wstac_core::params::FEATURE_ONE;
 
-use super::picture::Sampler;
 use super::rate_meter::RateMeter;
 use super::recording::Recordings;
 use super::state::{About, HISTORY, Phase, State};
@@ -13,6 +12,7 @@ use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::json::real;
 use wstac_host::output::Output;
+use wstac_host::picture::Sampler;
 use wstac_host::session::Processor;
 use wstac_host::source::{Frame, Lag, Source, SourceEvent, StreamInfo};
 

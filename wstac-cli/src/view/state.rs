@@ -7,9 +7,9 @@ use wstac_core::motion::Velocity;
 use wstac_core::params::{FEATURES, TAXELS};
 use wstac_core::wire::Telemetry;
 
-use super::picture::Picture;
 use wstac_host::json::{angle, confidence, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
+use wstac_host::picture::Picture;
 use wstac_host::source::Lag;
 
 /// The number of feature frames that traces keep, which is more than a terminal is wide.

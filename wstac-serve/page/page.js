@@ -1,0 +1,452 @@
+"use strict";
+// Shows what the server sends. An update has records as `wstac run --json` prints them.
+
+const FRAMES = 300; // of the traces
+const ROWS = 200; // of the table
+const SILENT = 6000; // ms without a message after which the connection is dead
+const AGAIN = 1000; // ms between two attempts to connect
+const main = document.getElementById("sensors");
+const connection = document.getElementById("connection");
+const pauseButton = document.getElementById("pause");
+let socket = null;
+let sensors = [];
+let paused = false;
+let heard = 0;
+let drawing = false;
+
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+let colors = {};
+function readColors() {
+  for (const name of ["row", "column", "lit", "text", "faint", "line", "card"]) colors[name] = css("--" + name);
+}
+readColors();
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColors(); draw(); });
+
+// --- numbers as text
+
+const short = (sd) => (sd < 9.95 ? sd.toFixed(1) : sd.toFixed(0));
+const spread = (value) => (value === undefined ? "" : " ± " + short(value));
+const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
+
+function speedText(event) {
+  if (event.speed) return event.speed.mm_s + spread(event.speed.sd) + (event.speed.extrapolated ? " extrapolated" : "");
+  if (event.speed_at_most) return "≤ " + event.speed_at_most.mm_s;
+  return "–";
+}
+
+function directionText(event) {
+  const direction = event.direction;
+  if (!direction || direction.deg === null) return "–";
+  if (direction.sd === undefined) return direction.deg + "°, confidence " + direction.confidence;
+  return direction.deg + "° ± " + short(direction.sd) + "°";
+}
+
+function textureText(texture) {
+  if (!texture) return "–";
+  if (texture.known === false) return "unknown";
+  if (texture.specimen) return texture.specimen;
+  const depth = texture.depth_mm === null || texture.depth_mm === undefined ? [] : [texture.depth_mm + " mm"];
+  return [texture.class, texture.pattern].filter(Boolean).concat(depth).join(" ") || "–";
+}
+
+// Rounded down: nothing is certain.
+const percent = (part) => Math.floor(100 * part + 1e-9) + " %";
+
+function certaintyText(event) {
+  const words = [];
+  const confidence = event.texture && event.texture.confidence;
+  if (confidence !== null && confidence !== undefined) words.push("texture " + percent(confidence));
+  words.push(event.reliable ? "reliable" : "not reliable");
+  return words.join(", ");
+}
+
+// --- one sensor
+
+class Sensor {
+  constructor(number, about) {
+    Object.assign(this, { number, about, features: [], status: null, motion: null, picture: null, skipped: 0 });
+    Object.assign(this, { angle: null, strength: 0, times: [], peak: 0.05, described: 0, frozen: null });
+    this.root = document.getElementById("sensor").content.firstElementChild.cloneNode(true);
+    this.title = about.name || "Sensor";
+    const part = (name) => this.root.querySelector("." + name);
+    this.part = part;
+    this.root.setAttribute("aria-label", this.title);
+    this.root.dataset.sensor = about.name || "";
+    this.root.querySelector("h2").textContent = this.title;
+    part("about").textContent = about.about;
+    part("table").setAttribute("aria-label", "Events of " + this.title);
+    const button = part("rezero");
+    button.setAttribute("aria-label", "Gather a new baseline for " + this.title);
+    if (number < 9) {
+      button.setAttribute("aria-keyshortcuts", number + 1);
+      button.append(" ", Object.assign(document.createElement("kbd"), { textContent: number + 1 }));
+    }
+    button.addEventListener("click", () => this.rezero());
+    this.body = this.root.querySelector("tbody");
+    this.note("no event yet");
+  }
+
+  rezero() {
+    if (socket && socket.readyState === WebSocket.OPEN) socket.send("rezero " + this.number);
+  }
+
+  take(update) {
+    const now = performance.now();
+    this.times.push(now);
+    while (now - this.times[0] > 2000) this.times.shift();
+    Object.assign(this, { status: update.status, motion: update.motion, skipped: update.skipped });
+    this.features.push(...update.features);
+    this.features.splice(0, this.features.length - FRAMES);
+    for (const record of update.records) this.record(record);
+  }
+
+  // Adds a row for a record.
+  record(record) {
+    if (record.kind === "event") {
+      const why = record.why ? Object.entries(record.why).map(([name, text]) => name + ": " + text).join("; ") : "";
+      const cells = [
+        ["Frame", record.frame], ["Contact", record.contact || "–"], ["Speed, mm/s", speedText(record)],
+        ["Direction", directionText(record)], ["Texture", textureText(record.texture)],
+        ["Certainty", certaintyText(record)],
+      ];
+      const row = this.row(cells, "event");
+      row.title = why;
+      row.classList.toggle("doubtful", !record.reliable);
+      this.part("newest").textContent = cells.map(([name, text]) => name + " " + text).join(", ");
+    } else if (record.kind === "fault") {
+      this.words(record.frame, record.fault + ": " + record.message, "fault");
+    } else if (record.kind === "incomplete") {
+      this.words(record.frame, "incomplete event, " + plural(record.frames, "frame") + " of 70", "incomplete");
+    } else if (record.kind === "end") {
+      this.words(record.frames, "end of the source, " + plural(record.dropped, "frame") + " lost", "end");
+    }
+  }
+
+  row(cells, kind) {
+    if (this.empty) { this.empty.remove(); this.empty = null; }
+    const row = document.createElement("tr");
+    row.dataset.kind = kind;
+    for (const [name, text] of cells) {
+      const cell = document.createElement("td");
+      cell.dataset.name = name;
+      cell.append(Object.assign(document.createElement("span"), { textContent: text }));
+      row.append(cell);
+    }
+    this.body.prepend(row);
+    while (this.body.rows.length > ROWS) this.body.lastElementChild.remove();
+    return row;
+  }
+
+  words(frame, text, kind) {
+    const row = this.row([["Frame", frame], ["", text]], kind);
+    row.lastElementChild.colSpan = 5;
+    row.lastElementChild.className = "words";
+  }
+
+  note(text) {
+    this.words("", text, "note");
+    this.empty = this.body.firstElementChild;
+  }
+
+  draw() {
+    const { status } = this;
+    if (!status) return;
+    this.drawPicture(this.part("picture"));
+    this.drawTraces(this.part("plot"));
+    const set = (name, text) => {
+      const element = this.part(name);
+      if (element.textContent !== String(text)) element.textContent = text;
+    };
+    const phases = {
+      baseline: "gathering the baseline: keep everything off the sensor", watching: "watching for a touch",
+      capturing: "capturing an event", ended: "the source has ended", failed: "the source has failed",
+    };
+    set("phase", phases[status.phase] || status.phase);
+    this.part("phase").className = "phase " + status.phase;
+    const progress = this.root.querySelector("progress");
+    progress.hidden = !status.progress;
+    if (status.progress) [progress.value, progress.max] = status.progress;
+    const disturbed = "The baseline was not quiet: events are not reliable. Gather a new one with nothing touching.";
+    const trouble = status.error || (status.disturbed ? disturbed : "");
+    this.part("trouble").hidden = !trouble;
+    set("trouble", trouble);
+    const { motion } = this;
+    set("motion", motion
+      ? `${motion.speed.mm_s.toFixed(0)} ± ${short(motion.speed.sd)} mm/s at ${motion.direction.deg.toFixed(0)}° ± ${short(motion.direction.sd)}°`
+      : "nothing slides");
+    this.part("motion").classList.toggle("slides", Boolean(motion));
+    set("frame", status.frame);
+    set("dropped", plural(status.dropped, "frame"));
+    set("skipped", plural(this.skipped, "frame"));
+    const span = this.times.length > 1 ? (this.times.at(-1) - this.times[0]) / 1000 : 0;
+    const ran = status.phase !== "ended" && status.phase !== "failed";
+    set("rate", span > 0 && ran ? ((this.times.length - 1) / span).toFixed(0) : "–");
+    this.part("delay").hidden = status.latency_ms === null;
+    set("latency", `${status.latency_ms} ms, ${plural(status.camera_skipped, "frame")} skipped`);
+    // Screen readers read a label again when it changes.
+    if (performance.now() - this.described > 1000) this.describe();
+  }
+
+  describe() {
+    this.described = performance.now();
+    const { taxels } = this.status;
+    const rows = taxels ? [0, 5, 10, 15, 20].map((at) => taxels.slice(at, at + 5).map((t) => (100 * t).toFixed(0)).join(" ")) : [];
+    const light = rows.length ? "light of the taxels by row, in percent: " + rows.join("; ") : "no frame yet";
+    this.part("picture").setAttribute("aria-label", `Picture of ${this.title}, ${light}`);
+    const newest = this.features.at(-1);
+    const values = newest ? newest.f.map((value) => value.toFixed(2)) : [];
+    const text = newest ? `rows ${values.slice(0, 5).join(" ")}; columns ${values.slice(5).join(" ")}` : "no frame yet";
+    this.part("plot").setAttribute("aria-label", `Traces of ten features of ${this.title}: ${text}`);
+  }
+
+  drawPicture(canvas) {
+    const [frameWidth, frameHeight] = this.about.size;
+    const context = sized(canvas, (width) => (width * frameHeight) / frameWidth);
+    const scale = canvas.width / frameWidth;
+    const taxels = this.status.taxels;
+    // The brightest taxel, followed slowly, so that noise stays dark.
+    const bright = Math.max(0.02, ...(taxels || []));
+    this.peak = Math.max(bright, this.peak * 0.995);
+    context.fillStyle = "#000";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    if (this.picture) {
+      const image = pictureImage(this.picture, this.peak);
+      context.imageSmoothingEnabled = true;
+      context.drawImage(image, 0, 0, canvas.width, canvas.height);
+    }
+    const [width, height] = this.about.taxel.map((side) => side * scale);
+    context.lineWidth = Math.max(1, canvas.width / 500);
+    this.about.corners.forEach(([x, y], index) => {
+      if (!this.picture && taxels) {
+        context.fillStyle = green(Math.sqrt(Math.min(1, taxels[index] / this.peak)));
+        context.fillRect(x * scale, y * scale, width, height);
+      }
+      context.strokeStyle = "rgba(255, 255, 255, .55)";
+      context.strokeRect(x * scale, y * scale, width, height);
+    });
+    this.drawArrow(context, canvas);
+  }
+
+  // An arrow that turns towards the newest direction, and fades when nothing slides.
+  drawArrow(context, canvas) {
+    const { motion } = this;
+    if (motion) {
+      const target = (motion.direction.deg * Math.PI) / 180;
+      const turn = this.angle === null ? 0 : Math.atan2(Math.sin(target - this.angle), Math.cos(target - this.angle));
+      this.angle = this.angle === null ? target : this.angle + turn * 0.4;
+      this.strength = Math.min(1, this.strength + 0.35);
+      this.speed = motion.speed.mm_s;
+    } else {
+      this.strength = Math.max(0, this.strength - 0.04);
+      if (this.strength === 0) this.angle = null;
+    }
+    if (this.angle === null) return;
+    const most = Math.min(canvas.width, canvas.height);
+    const length = most * (0.18 + 0.6 * Math.min(1, this.speed / 300));
+    const head = most * 0.09;
+    context.save();
+    context.globalAlpha = this.strength;
+    context.translate(canvas.width / 2, canvas.height / 2);
+    // Counterclockwise: the canvas turns the other way.
+    context.rotate(-this.angle);
+    const path = new Path2D();
+    path.moveTo(-length / 2, 0);
+    path.lineTo(length / 2 - head / 2, 0);
+    const tip = new Path2D();
+    tip.moveTo(length / 2, 0);
+    tip.lineTo(length / 2 - head, head * 0.6);
+    tip.lineTo(length / 2 - head, -head * 0.6);
+    tip.closePath();
+    for (const [color, more] of [["#000", most / 90], ["#ffb454", 0]]) {
+      Object.assign(context, { strokeStyle: color, fillStyle: color, lineJoin: "round", lineCap: "round" });
+      context.lineWidth = most / 45 + 2 * more;
+      context.stroke(path);
+      context.fill(tip);
+      context.lineWidth = 2 * more;
+      if (more) context.stroke(tip);
+    }
+    context.restore();
+  }
+
+  drawTraces(canvas) {
+    const context = sized(canvas);
+    const ratio = canvas.width / canvas.clientWidth;
+    const thresholds = this.status.thresholds || [];
+    const values = this.features.flatMap((record) => record.f).concat(thresholds);
+    let [low, high] = values.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+    if (!values.length) [low, high] = [0, 1.5];
+    high = Math.max(high, low + 1.5);
+    context.fillStyle = colors.card;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.font = `${12 * ratio}px system-ui, "DejaVu Sans", sans-serif`;
+    context.textBaseline = "middle";
+    const [label, value] = [26 * ratio, 46 * ratio];
+    const [half, height] = [canvas.width / 2, canvas.height / 5];
+    const next = this.status.frame;
+    for (let feature = 0; feature < 10; feature++) {
+      const [left, top] = [feature < 5 ? 0 : half, (feature % 5) * height];
+      const width = half - label - value;
+      const x = (frame) => left + label + width * (1 - (next - 1 - frame) / FRAMES);
+      const y = (number) => top + height * (0.92 - (0.84 * (number - low)) / (high - low));
+      const color = feature < 5 ? colors.row : colors.column;
+      context.strokeStyle = colors.line;
+      context.lineWidth = ratio;
+      if (feature % 5) stroke(context, [[left, top], [left + half, top]]);
+      const threshold = thresholds[feature];
+      if (threshold !== undefined) {
+        context.strokeStyle = colors.lit;
+        context.setLineDash([4 * ratio, 4 * ratio]);
+        stroke(context, [[left + label, y(threshold)], [left + label + width, y(threshold)]]);
+        context.setLineDash([]);
+      }
+      context.strokeStyle = color;
+      context.lineWidth = 1.5 * ratio;
+      context.lineJoin = "round";
+      let line = [];
+      let before = null;
+      for (const record of this.features) {
+        // Lost frames have no features: the line has a gap.
+        if (before !== null && record.frame !== before + 1) { stroke(context, line); line = []; }
+        before = record.frame;
+        if (next - record.frame <= FRAMES) line.push([x(record.frame), y(record.f[feature])]);
+      }
+      stroke(context, line);
+      context.fillStyle = color;
+      context.fillText((feature < 5 ? "r" : "c") + ((feature % 5) + 1), left + 6 * ratio, top + height / 2);
+      const newest = this.features.at(-1);
+      if (newest) {
+        const above = threshold !== undefined && newest.f[feature] > threshold;
+        context.fillStyle = above ? colors.lit : colors.faint;
+        context.textAlign = "right";
+        context.fillText(newest.f[feature].toFixed(2), left + half - 6 * ratio, top + height / 2);
+        context.textAlign = "left";
+      }
+    }
+    context.strokeStyle = colors.line;
+    context.lineWidth = ratio;
+    stroke(context, [[half, 0], [half, canvas.height]]);
+    const seconds = (FRAMES / this.about.rate).toFixed(0);
+    const text = `rows and columns over ${seconds} s, logarithms of light from ${low.toFixed(1)} to ${high.toFixed(1)}; dashes: thresholds`;
+    if (this.part("range").textContent !== text) this.part("range").textContent = text;
+  }
+}
+
+function stroke(context, points) {
+  if (points.length < 2) return;
+  context.beginPath();
+  points.forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)));
+  context.stroke();
+}
+
+// Gives a canvas as many pixels as the screen has where it is, and returns its context.
+function sized(canvas, heightOf) {
+  const ratio = Math.min(2, devicePixelRatio || 1);
+  const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+  const height = Math.max(1, Math.round(heightOf ? heightOf(width) : canvas.clientHeight * ratio));
+  if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+  return canvas.getContext("2d");
+}
+
+const green = (shade) => `rgb(${Math.round(150 * shade ** 3)}, ${Math.round(255 * shade)}, ${Math.round(190 * shade ** 2)})`;
+const PALETTE = Array.from({ length: 256 }, (_, index) => green(index / 255).match(/\d+/g).map(Number));
+
+// Returns a picture as an image, scaled so that the brightest taxel is bright.
+function pictureImage({ bytes, width, height, canvas }, peak) {
+  const context = canvas.getContext("2d");
+  const image = context.createImageData(width, height);
+  const factor = 1 / Math.sqrt(peak * 1.3);
+  for (let at = 0; at < width * height; at++) {
+    const [red, lit, blue] = PALETTE[Math.min(255, Math.round(bytes[at] * factor))];
+    image.data.set([red, lit, blue, 255], 4 * at);
+  }
+  context.putImageData(image, 0, 0);
+  return canvas;
+}
+
+function takePicture(buffer) {
+  const view = new DataView(buffer);
+  const sensor = sensors[view.getUint8(0)];
+  if (!sensor) return;
+  const [width, height] = [view.getUint16(1, true), view.getUint16(3, true)];
+  let canvas = sensor.picture && sensor.picture.canvas;
+  if (!canvas || canvas.width !== width || canvas.height !== height) {
+    canvas = Object.assign(document.createElement("canvas"), { width, height });
+  }
+  sensor.picture = { bytes: new Uint8Array(buffer, 5), width, height, canvas };
+}
+
+// --- the connection
+
+function draw() {
+  drawing = false;
+  if (!paused) sensors.forEach((sensor) => sensor.draw());
+}
+
+function drawSoon() {
+  if (!drawing) {
+    drawing = true;
+    requestAnimationFrame(draw);
+  }
+}
+
+function start(about) {
+  sensors = about.map((sensor, number) => new Sensor(number, sensor));
+  main.replaceChildren(...sensors.map((sensor) => sensor.root));
+  main.classList.toggle("several", sensors.length > 1);
+  const names = about.map((sensor) => sensor.name).filter(Boolean).join(", ");
+  document.title = names ? `WSTac: ${names}` : "WSTac";
+}
+
+function say(text, lost) {
+  connection.textContent = text;
+  connection.classList.toggle("lost", Boolean(lost));
+}
+
+function connect() {
+  const own = new WebSocket(location.href.replace(/^http/, "ws").replace(/\/(\?|#|$).*/, "/socket") + location.search);
+  socket = own;
+  heard = performance.now();
+  own.binaryType = "arraybuffer";
+  own.onmessage = ({ data }) => {
+    heard = performance.now();
+    if (typeof data !== "string") {
+      takePicture(data);
+    } else {
+      const message = JSON.parse(data);
+      if (message.sensors) {
+        start(message.sensors);
+        say("connected");
+      } else {
+        if (sensors[message.update]) sensors[message.update].take(message);
+        own.send("ok");
+      }
+    }
+    drawSoon();
+  };
+  own.onclose = () => {
+    if (socket !== own) return;
+    say("no connection: trying again", true);
+    socket = null;
+    setTimeout(connect, AGAIN);
+  };
+}
+
+setInterval(() => {
+  if (socket && performance.now() - heard > SILENT) socket.close();
+}, 1000);
+
+function pause() {
+  paused = !paused;
+  pauseButton.setAttribute("aria-pressed", String(paused));
+  drawSoon();
+}
+
+pauseButton.addEventListener("click", pause);
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+  if (event.key === "p") pause();
+  const sensor = sensors[event.key - 1];
+  if (sensor) sensor.rezero();
+});
+addEventListener("resize", drawSoon);
+connect();

@@ -1,0 +1,332 @@
+//! What sensors have found, kept for the clients. A sensor never waits for a client: it replaces what is older.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde::Serialize;
+use wstac_core::params::{FEATURES, TAXELS};
+
+/// Frames of the traces, 10 s at 30 per second.
+const FRAMES: usize = 300;
+/// Events and other records besides features and motion.
+const RECORDS: usize = 200;
+
+/// The constant facts of a sensor, as the page gets them.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct About {
+    pub(crate) name: Option<String>,
+    /// The source and its frames, for a person.
+    pub(crate) about: String,
+    /// Width and height of a frame.
+    pub(crate) size: [u16; 2],
+    /// Width and height of a taxel.
+    pub(crate) taxel: [u16; 2],
+    /// The top left corners of the taxels, row by row.
+    pub(crate) corners: Vec<[u16; 2]>,
+    /// Whether there are pictures.
+    pub(crate) pictures: bool,
+    /// Feature frames per second.
+    pub(crate) rate: f64,
+}
+
+/// The state of a sensor at its newest frame, as the page gets it.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Status {
+    /// The number of the next feature frame.
+    pub(crate) frame: u64,
+    /// `baseline`, `watching`, `capturing`, `ended` or `failed`.
+    pub(crate) phase: &'static str,
+    /// Frames of the baseline or of the sample so far, and all of them.
+    pub(crate) progress: Option<[u64; 2]>,
+    /// The error of a source that has failed.
+    pub(crate) error: Option<String>,
+    /// Each as a fraction of full scale.
+    pub(crate) taxels: Option<[f32; TAXELS]>,
+    /// The light above which the trigger fires, as features are written.
+    pub(crate) thresholds: Option<[f32; FEATURES]>,
+    /// Camera frames that were lost.
+    pub(crate) dropped: u64,
+    /// Camera frames that were skipped for newer ones.
+    pub(crate) camera_skipped: u64,
+    /// Milliseconds from the driver's timestamp to reading.
+    pub(crate) latency_ms: Option<f64>,
+    /// Whether something disturbed the baseline.
+    pub(crate) disturbed: bool,
+}
+
+/// A picture, as the page gets it: width and height, two bytes each, and the square root of the light of each pixel,
+/// so that dark pixels keep their differences. The least byte comes first.
+pub(crate) type Picture = Arc<[u8]>;
+
+/// What a sensor has found in one step.
+#[derive(Debug, Default)]
+pub(crate) struct News {
+    pub(crate) features: Vec<String>,
+    pub(crate) records: Vec<String>,
+    pub(crate) motion: Option<String>,
+    pub(crate) picture: Option<Picture>,
+}
+
+/// The last values of a stream.
+#[derive(Debug)]
+struct Ring {
+    kept: VecDeque<Arc<str>>,
+    most: usize,
+    /// The number of the next value.
+    next: u64,
+}
+
+impl Ring {
+    fn new(most: usize) -> Self {
+        Self { kept: VecDeque::with_capacity(most), most, next: 0 }
+    }
+
+    fn extend(&mut self, values: Vec<String>) {
+        for value in values {
+            if self.kept.len() == self.most {
+                self.kept.pop_front();
+            }
+            self.kept.push_back(value.into());
+            self.next += 1;
+        }
+    }
+
+    /// Returns the values from number `seen` on that are kept, and moves `seen` behind them.
+    fn since(&self, seen: &mut u64) -> Vec<Arc<str>> {
+        let missed = (self.next - *seen).min(self.kept.len() as u64) as usize;
+        *seen = self.next;
+        self.kept.range(self.kept.len() - missed..).cloned().collect()
+    }
+}
+
+/// What one sensor has found.
+#[derive(Debug)]
+struct Channel {
+    about: About,
+    features: Ring,
+    records: Ring,
+    motion: Option<Arc<str>>,
+    status: Status,
+    picture: Option<Picture>,
+    /// Steps that brought something.
+    steps: u64,
+    /// Whether a new baseline was asked for.
+    rezero: bool,
+}
+
+/// How much of a sensor a client has seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cursor {
+    features: u64,
+    records: u64,
+    steps: u64,
+    /// Steps without an update of their own.
+    skipped: u64,
+}
+
+/// What a client has not seen of a sensor.
+#[derive(Debug)]
+pub(crate) struct Update {
+    features: Vec<Arc<str>>,
+    records: Vec<Arc<str>>,
+    motion: Option<Arc<str>>,
+    status: Status,
+    skipped: u64,
+    sensor: usize,
+    pub(crate) picture: Option<Picture>,
+}
+
+impl Update {
+    /// Returns the update as JSON. Its records are the lines of `wstac run --json`.
+    pub(crate) fn text(&self) -> Result<String, serde_json::Error> {
+        let Self { features, records, motion, status, skipped, sensor, .. } = self;
+        let (features, records) = (features.join(","), records.join(","));
+        let (motion, status) = (motion.as_deref().unwrap_or("null"), serde_json::to_string(status)?);
+        Ok(format!(
+            r#"{{"update":{sensor},"skipped":{skipped},"status":{status},"motion":{motion},"features":[{features}],"records":[{records}]}}"#
+        ))
+    }
+
+    /// Returns the picture behind the number of its sensor.
+    pub(crate) fn picture(&self) -> Option<Vec<u8>> {
+        let picture = self.picture.as_ref()?;
+        Some([&[u8::try_from(self.sensor).ok()?], &picture[..]].concat())
+    }
+}
+
+/// What all sensors have found.
+#[derive(Debug)]
+pub(crate) struct Hub {
+    channels: Mutex<Vec<Channel>>,
+    news: Condvar,
+    clients: AtomicUsize,
+    is_over: AtomicBool,
+}
+
+impl Hub {
+    pub(crate) fn new(sensors: impl Iterator<Item = About>) -> Self {
+        let channel = |about| Channel {
+            about,
+            features: Ring::new(FRAMES),
+            records: Ring::new(RECORDS),
+            motion: None,
+            status: Status { phase: "baseline", ..Status::default() },
+            picture: None,
+            steps: 0,
+            rezero: false,
+        };
+        Self {
+            channels: Mutex::new(sensors.map(channel).collect()),
+            news: Condvar::new(),
+            clients: AtomicUsize::new(0),
+            is_over: AtomicBool::new(false),
+        }
+    }
+
+    /// Locks the channels, even if a thread that held them panicked. Nobody waits for a client with them.
+    fn locked(&self) -> MutexGuard<'_, Vec<Channel>> {
+        self.channels.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes what a sensor has found in a step.
+    pub(crate) fn publish(&self, sensor: usize, news: News, status: Status) {
+        let mut channels = self.locked();
+        let Some(channel) = channels.get_mut(sensor) else { return };
+        channel.features.extend(news.features);
+        channel.records.extend(news.records);
+        channel.motion = news.motion.map(Into::into);
+        channel.status = status;
+        channel.picture = news.picture.or(channel.picture.take());
+        channel.steps += 1;
+        drop(channels);
+        self.news.notify_all();
+    }
+
+    /// Returns the facts of all sensors as JSON, the first message of a client.
+    pub(crate) fn hello(&self) -> Result<String, serde_json::Error> {
+        let about: Vec<About> = self.locked().iter().map(|channel| channel.about.clone()).collect();
+        Ok(format!(r#"{{"sensors":{}}}"#, serde_json::to_string(&about)?))
+    }
+
+    /// Returns what a client has not seen, for each sensor with anything new. There is a cursor for each sensor.
+    pub(crate) fn updates(&self, cursors: &mut Vec<Cursor>) -> Vec<Update> {
+        let channels = self.locked();
+        cursors.resize(channels.len(), Cursor::default());
+        let changed =
+            channels.iter().zip(cursors).enumerate().filter(|(_, (channel, cursor))| channel.steps != cursor.steps);
+        let update = |(sensor, (channel, cursor)): (usize, (&Channel, &mut Cursor))| {
+            // What was there before the client came was not skipped.
+            if cursor.steps > 0 {
+                cursor.skipped += channel.steps - cursor.steps - 1;
+            }
+            cursor.steps = channel.steps;
+            Update {
+                sensor,
+                features: channel.features.since(&mut cursor.features),
+                records: channel.records.since(&mut cursor.records),
+                motion: channel.motion.clone(),
+                status: channel.status.clone(),
+                skipped: cursor.skipped,
+                picture: channel.picture.clone(),
+            }
+        };
+        changed.map(update).collect()
+    }
+
+    /// Waits for news, at most so long.
+    pub(crate) fn wait(&self, longest: Duration) {
+        let guard = self.locked();
+        // What woke it up does not matter: the caller looks.
+        drop(self.news.wait_timeout(guard, longest));
+    }
+
+    /// Asks a sensor for a new baseline.
+    pub(crate) fn ask_rezero(&self, sensor: usize) {
+        if let Some(channel) = self.locked().get_mut(sensor) {
+            channel.rezero = true;
+        }
+    }
+
+    /// Returns whether a new baseline was asked for since the last time.
+    pub(crate) fn take_rezero(&self, sensor: usize) -> bool {
+        self.locked().get_mut(sensor).is_some_and(|channel| std::mem::take(&mut channel.rezero))
+    }
+
+    /// Counts a client until the guard is dropped.
+    pub(crate) fn join(&self) -> Joined<'_> {
+        self.clients.fetch_add(1, Ordering::Relaxed);
+        Joined(self)
+    }
+
+    /// Returns whether there are clients, so that pictures are worth their time.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.clients.load(Ordering::Relaxed) > 0
+    }
+
+    /// Ends everything.
+    pub(crate) fn end(&self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        self.news.notify_all();
+    }
+
+    pub(crate) fn is_over(&self) -> bool {
+        self.is_over.load(Ordering::Relaxed)
+    }
+}
+
+/// A client that watches.
+pub(crate) struct Joined<'h>(&'h Hub);
+
+impl Drop for Joined<'_> {
+    fn drop(&mut self) {
+        self.0.clients.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn about() -> About {
+        let (about, corners) = (String::new(), Vec::new());
+        About { name: None, about, size: [1, 1], taxel: [1, 1], corners, pictures: false, rate: 30.0 }
+    }
+
+    fn of_features(number: usize) -> News {
+        News { features: vec![number.to_string()], ..News::default() }
+    }
+
+    #[test]
+    fn clients_get_what_is_new_and_a_count_of_the_rest() {
+        let hub = Hub::new([about(), about()].into_iter());
+        let (mut fast, mut slow) = (Vec::new(), Vec::new());
+        assert!(hub.updates(&mut fast).is_empty());
+        for number in 0..FRAMES + 20 {
+            hub.publish(1, of_features(number), Status::default());
+            let updates = hub.updates(&mut fast);
+            assert_eq!((updates.len(), updates[0].sensor, updates[0].skipped), (1, 1, 0));
+            assert_eq!(updates[0].features.join(","), number.to_string());
+            if number == 0 {
+                assert_eq!(hub.updates(&mut slow).len(), 1);
+            }
+        }
+        let late = &hub.updates(&mut slow)[0];
+        assert_eq!((late.skipped, late.features.len()), (FRAMES as u64 + 18, FRAMES));
+        assert_eq!((&*late.features[0], &*late.features[FRAMES - 1]), ("20", "319"));
+        let text = late.text().unwrap();
+        assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok(), "{text}");
+        // A client that comes now has skipped nothing, and gets all that is kept.
+        let new = &hub.updates(&mut Vec::new())[0];
+        assert_eq!((new.skipped, new.features.len()), (0, FRAMES));
+    }
+
+    #[test]
+    fn a_baseline_is_asked_for_once() {
+        let hub = Hub::new([about()].into_iter());
+        hub.ask_rezero(0);
+        hub.ask_rezero(7);
+        assert!(hub.take_rezero(0) && !hub.take_rezero(0) && !hub.take_rezero(7));
+    }
+}
