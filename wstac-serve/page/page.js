@@ -73,7 +73,7 @@ class Sensor {
     this.root.setAttribute("aria-label", this.title);
     this.root.dataset.sensor = about.name || "";
     this.root.querySelector("h2").textContent = this.title;
-    part("about").textContent = about.about;
+    part("about").textContent = about.source;
     part("table").setAttribute("aria-label", "Events of " + this.title);
     const button = part("rezero");
     button.setAttribute("aria-label", "Gather a new baseline for " + this.title);

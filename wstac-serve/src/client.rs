@@ -11,7 +11,7 @@ use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
 use crate::http::is_wait;
-use crate::hub::{Cursor, Hub};
+use crate::hub::{Cursor, Hub, Update};
 
 /// Time between two updates: 30 per second.
 const PERIOD: Duration = Duration::from_micros(33_333);
@@ -101,7 +101,7 @@ impl Client<'_> {
         self.unacknowledged.push(texts.len());
         for (index, text) in texts.into_iter().enumerate() {
             self.send(Message::text(text))?;
-            if let Some(picture) = updates.get(index).and_then(|update| update.picture()) {
+            if let Some(picture) = updates.get(index).and_then(Update::picture) {
                 self.send(Message::binary(picture))?;
             }
         }

@@ -18,7 +18,7 @@ const RECORDS: usize = 200;
 pub(crate) struct About {
     pub(crate) name: Option<String>,
     /// The source and its frames, for a person.
-    pub(crate) about: String,
+    pub(crate) source: String,
     /// Width and height of a frame.
     pub(crate) size: [u16; 2],
     /// Width and height of a taxel.
@@ -291,7 +291,7 @@ mod tests {
 
     fn about() -> About {
         let (about, corners) = (String::new(), Vec::new());
-        About { name: None, about, size: [1, 1], taxel: [1, 1], corners, pictures: false, rate: 30.0 }
+        About { name: None, source: about, size: [1, 1], taxel: [1, 1], corners, pictures: false, rate: 30.0 }
     }
 
     fn of_features(number: usize) -> News {

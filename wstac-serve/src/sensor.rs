@@ -47,7 +47,7 @@ impl Sensor {
         let layout = *session.processor().geometry().layout();
         let about = About {
             name: name.map(str::to_owned),
-            about: info.about.clone(),
+            source: info.about.clone(),
             size: [info.size.width(), info.size.height()],
             taxel: layout.taxel(),
             corners: layout.corners().to_vec(),

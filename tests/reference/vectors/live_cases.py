@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from wstac_reference.live import Live
 from wstac_reference.rng import SplitMix64, seed_of
 
 from . import SEED
+from .stored import stored
 
 DARK = 0.012
 BASELINE_FRAMES = 25
@@ -89,7 +89,7 @@ def live_cases() -> list[dict[str, Any]]:
                 "dark": dark,
                 "frames": BASELINE_FRAMES,
                 "features": features[: len(said)].tolist(),
-                "said": [None if one is None else asdict(one) for one in said],
+                "said": [None if one is None else stored(one) for one in said],
             }
         )
     return made

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from wstac_reference.motion import measure_motion
 from wstac_reference.rng import SplitMix64, seed_of
 
 from . import SEED
+from .stored import stored
 
 DARK = 0.006
 BASELINE_FRAMES = 25
@@ -94,7 +94,7 @@ def motion_cases() -> list[dict[str, Any]]:
                 "totals": totals.tolist(),
                 "frames": BASELINE_FRAMES,
                 "features": features.T.tolist(),
-                "motion": asdict(answer),
+                "motion": stored(answer),
             }
         )
     return made
