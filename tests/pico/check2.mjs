@@ -106,10 +106,11 @@ function models(name, program, file) {
   const flash = host.file('flash of models'), clip = host.file('long.raw');
   const pieces = modelPieces(fs.readFileSync(file));
   // Before the first piece is taken, a few sectors are erased, and after each of them the camera is set up again.
-  const first = 160, count = first + pieces.all.length + 90;
+  // A host waits for the answer to each piece: one that comes while another is written would be lost.
+  const first = 160, each = 2, count = first + each * pieces.all.length + 90;
   fs.writeFileSync(clip, Buffer.concat(new Array(count).fill(host.frames[0])));
   const faults = { 5: `send ${hex(pieces.begin)}` };
-  pieces.all.forEach((piece, number) => (faults[first + number] = `send ${hex(piece)}`));
+  pieces.all.forEach((piece, number) => (faults[first + each * number] = `send ${hex(piece)}`));
   const sending = play(program, count, '-', faults, flash, clip);
   const steps = contents(sending.sent).filter((content) => content[0] === BOARD_MODEL).map(modelState);
   const problems = [...sending.problems];
