@@ -119,6 +119,8 @@ words! {
     Controls = "controls",
     /// A calibration reports something.
     Calibration = "calibration",
+    /// The decoder of a video reports something.
+    Decoder = "decoder",
 }
 
 words! {

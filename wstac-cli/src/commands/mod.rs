@@ -88,8 +88,8 @@ Recordings and other sources:
       write frames and events to a file
   wstac run clip.y4m --json
       print the events of a recording as JSON Lines
-  ffmpeg -i clip.mp4 -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run -
-      read any video
+  wstac run clip.mp4
+      read a video, with ffmpeg
   wstac monitor /dev/ttyACM0
       print the events that a board finds
   wstac board /dev/ttyACM0 --set wstac.toml

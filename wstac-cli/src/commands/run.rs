@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     /// Camera, recording or scene, or several as cam:NAME=SOURCE
     ///
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
-    /// FILE.mcap and a folder of PNG files; see Sources below.
+    /// FILE.mcap, a video such as FILE.mp4, and a folder of PNG files; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -86,9 +86,10 @@ const HELP: &str = r#"Sources:
                    then any of ,90deg ,60mm ,seed=N
   scene:FILE.toml  simulated slides with any property of specimen,
                    whiskers, light and camera (see wstac scene --help)
-  FILE.y4m, -      Y4M, from a file or standard input; other videos:
-                   ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - |
-                   wstac run -
+  FILE.y4m, -      Y4M, from a file or standard input
+  FILE.mp4         a video, also .mkv, .mov, .avi, .webm and others; it
+                   is decoded by ffmpeg, which must be installed. Range
+                   and matrix are those that the file states.
   FILE.mcap        a recording of wstac record: it gives the same events
                    again, with its own configuration unless --config
                    gives another; textures need --model, and a note

@@ -9,6 +9,7 @@ pub mod open;
 pub mod pace;
 #[cfg(feature = "png")]
 pub mod png_folder;
+pub mod video;
 pub mod y4m;
 
 use std::collections::BTreeMap;

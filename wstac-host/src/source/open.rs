@@ -12,6 +12,7 @@ use wstac_core::rate::FrameRate;
 use super::mcap::McapSource;
 #[cfg(feature = "png")]
 use super::png_folder::PngFolder;
+use super::video::{self, Video};
 use super::y4m::{MAGIC, Y4m};
 use super::{FramePolicy, Source};
 use crate::camera::ControlSetting;
@@ -36,10 +37,10 @@ pub struct OpenOptions {
 
 /// The files that this build reads, for messages.
 const FILES: &str = match (cfg!(feature = "mcap"), cfg!(feature = "png")) {
-    (true, true) => "a .y4m or .mcap file, a folder of PNGs or -",
-    (true, false) => "a .y4m or .mcap file or -",
-    (false, true) => "a .y4m file, a folder of PNGs or -",
-    (false, false) => "a .y4m file or -",
+    (true, true) => "a .y4m, .mcap or video file, a folder of PNGs or -",
+    (true, false) => "a .y4m, .mcap or video file or -",
+    (false, true) => "a .y4m or video file, a folder of PNGs or -",
+    (false, false) => "a .y4m or video file or -",
 };
 /// How the names of sources start that other crates open, and the kinds of source that open them.
 const OTHER_CRATES: [(&str, &str); 2] =
@@ -62,8 +63,8 @@ pub trait SourceKind: Sync {
 
 /// Opens a source by its name.
 ///
-/// The name is one of `kinds`, a Y4M file, a named pipe, a recording, a folder of PNGs, or `-`. `-` stands for Y4M on
-/// standard input.
+/// The name is one of `kinds`, a Y4M file, a named pipe, a recording, a video, a folder of PNGs, or `-`. `-` stands for
+/// Y4M on standard input. Videos are decoded by ffmpeg, if the machine has it.
 ///
 /// Files are recognized by their first bytes or by their names. A name need not be UTF-8.
 ///
@@ -127,13 +128,13 @@ pub fn open(
     if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
         return Ok(Box::new(Y4m::open(path, options.fps)?));
     }
+    if video::is_video(path) {
+        return Ok(Box::new(Video::open(path, options.fps)?));
+    }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let why = match extension.to_str() {
         Some("toml") => "a scene's file is scene:FILE.toml; ",
         Some("png") => "a PNG is read with all of its folder, so name that; ",
-        Some("mp4" | "mkv" | "mov" | "avi" | "webm" | "mjpeg") => {
-            "a video is read by ffmpeg -i FILE -pix_fmt yuv420p -f yuv4mpegpipe - | wstac run - ; "
-        }
         _ => "",
     };
     Err(none_of_these(ErrorKind::Unsupported, why))
@@ -239,9 +240,9 @@ mod tests {
         }
         let error = error_of("nothing", &[]);
         assert_eq!(error.kind(), ErrorKind::NotFound);
-        assert!(error.to_string().contains("expected a .y4m "), "{error}");
+        assert!(error.to_string().contains("expected a .y4m"), "{error}");
         let error = error_of("nothing", &[&Other, &Other]).to_string();
-        assert!(error.contains("expected other:NAME, other:NAME, a .y4m "), "{error}");
+        assert!(error.contains("expected other:NAME, other:NAME, a .y4m"), "{error}");
     }
 
     #[cfg(not(all(feature = "mcap", feature = "png")))]
