@@ -53,6 +53,16 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", env = "ROS_DOMAIN_ID", default_value_t = 0)]
     pub(crate) domain: u32,
 
+    /// The name of the node in ROS 2; each program of a domain needs its own
+    #[arg(long, value_name = "NAME", default_value = "wstac_node", value_parser = node_name)]
+    pub(crate) node_name: String,
+
+    /// Let services read and write files of this folder (with --ros)
+    ///
+    /// They name configurations, models and recordings without folders. Without this, services that need a file refuse.
+    #[arg(long, value_name = "FOLDER", requires = "ros")]
+    pub(crate) files: Option<PathBuf>,
+
     /// Listen at this address of the network
     ///
     /// It is tcp/127.0.0.1:7447 by default, unless --ros or an address to connect to is given.
@@ -151,6 +161,13 @@ fn namespace(text: &str) -> Result<String, String> {
     } else {
         Err("expected letters, digits, - and _, with / between names".to_owned())
     }
+}
+
+/// Checks the name of a node of ROS 2.
+fn node_name(text: &str) -> Result<String, String> {
+    let is_name = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+        && text.bytes().next().is_some_and(|first| !first.is_ascii_digit());
+    if is_name { Ok(text.to_owned()) } else { Err("expected letters, digits and _, and no digit in front".to_owned()) }
 }
 
 #[cfg(test)]
