@@ -122,7 +122,7 @@ class Client:
         tokens = [str(reply.ok.key_expr).split("/") for reply in replies]
         return {token[9].replace("%", "/"): tuple(token[10:12]) for token in tokens if token[5] == "SS"}
 
-    def message(self, name, **fields):
+    def message(self, name, /, **fields):
         """Makes a message. Fields that are not given are empty."""
         kinds = {field: kind for field, kind in self.types.fielddefs[name][1]}
         empty = {"string": "", "bool": False, "float64": 0.0}

@@ -56,7 +56,12 @@ impl Frames {
     ///
     /// # Errors
     /// The source, the configuration or a model cannot be used.
-    pub(crate) fn open(name: &str, source_name: &OsStr, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
+    pub(crate) fn open(
+        name: &str,
+        source_name: &OsStr,
+        arguments: &Arguments,
+        models: &[ModelFile],
+    ) -> Result<Self, Error> {
         let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
         let source = open(source_name, &options, KINDS)?;
         let info = source.info().clone();

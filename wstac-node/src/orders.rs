@@ -103,11 +103,16 @@ pub(crate) fn path_in(folder: Option<&Path>, file: &str) -> Result<PathBuf, Erro
     let Some(folder) = folder else {
         return Err(Error::new(ErrorKind::Usage, "the node", "has no folder for files, expected --files FOLDER"));
     };
-    let is_name = !file.is_empty() && !file.starts_with('.') && !file.contains(['/', '\\']) && !file.contains(char::is_control);
+    let is_name =
+        !file.is_empty() && !file.starts_with('.') && !file.contains(['/', '\\']) && !file.contains(char::is_control);
     if is_name {
         Ok(folder.join(file))
     } else {
-        Err(Error::new(ErrorKind::Usage, format_args!("file is {file:?}"), "expected the name of a file without folders"))
+        Err(Error::new(
+            ErrorKind::Usage,
+            format_args!("file is {file:?}"),
+            "expected the name of a file without folders",
+        ))
     }
 }
 

@@ -152,19 +152,25 @@ mod tests {
     fn what_was_written_is_read() {
         let bytes = Cdr::new().u8(7).text("ab").u64(9).bool(true).u32(2).text("c").text("").finish();
         let mut reader = CdrReader::new(&bytes).unwrap();
-        assert_eq!((reader.u8(), reader.text(), reader.u64(), reader.bool()), (Some(7), Some("ab"), Some(9), Some(true)));
+        assert_eq!(
+            (reader.u8(), reader.text(), reader.u64(), reader.bool()),
+            (Some(7), Some("ab"), Some(9), Some(true))
+        );
         assert_eq!(reader.list(CdrReader::text), Some(vec!["c", ""]));
         assert_eq!(reader.u8(), None);
         for end in 0..bytes.len() {
             let Some(mut reader) = CdrReader::new(&bytes[..end]) else { continue };
-            let mut read = || Some((reader.u8()?, reader.text()?, reader.u64()?, reader.bool()?, reader.list(CdrReader::text)?));
+            let mut read =
+                || Some((reader.u8()?, reader.text()?, reader.u64()?, reader.bool()?, reader.list(CdrReader::text)?));
             assert_eq!(read(), None, "{end} bytes");
         }
     }
 
     #[test]
     fn lengths_beyond_the_end_are_refused() {
-        let of = |parts: &[u32]| [&HEADER[..], &parts.iter().flat_map(|part| part.to_le_bytes()).collect::<Vec<_>>()].concat();
+        let of = |parts: &[u32]| {
+            [&HEADER[..], &parts.iter().flat_map(|part| part.to_le_bytes()).collect::<Vec<_>>()].concat()
+        };
         assert_eq!(CdrReader::new(&of(&[u32::MAX, 1])).unwrap().list(CdrReader::text), None);
         assert_eq!(CdrReader::new(&of(&[u32::MAX])).unwrap().text(), None);
         assert_eq!(CdrReader::new(&of(&[0])).unwrap().text(), None);

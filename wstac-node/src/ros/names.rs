@@ -121,28 +121,36 @@ impl ServiceType {
             Self::LoadFile => {
                 ("wstac_msgs", "LoadFile", "RIHS01_33a86df6af22aa64707d9ee4183df36286910e6c13df3b93ec03fccb21122e95")
             }
-            Self::StartRecording => {
-                ("wstac_msgs", "StartRecording", "RIHS01_e62ba986e546fb4acb08f8e9513324df9ae205a4bbed21427b2f7eac0a73f425")
-            }
+            Self::StartRecording => (
+                "wstac_msgs",
+                "StartRecording",
+                "RIHS01_e62ba986e546fb4acb08f8e9513324df9ae205a4bbed21427b2f7eac0a73f425",
+            ),
             Self::DescribeParameters => (
                 of_parameters,
                 "DescribeParameters",
                 "RIHS01_845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff",
             ),
-            Self::GetParameters => {
-                (of_parameters, "GetParameters", "RIHS01_bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc")
-            }
+            Self::GetParameters => (
+                of_parameters,
+                "GetParameters",
+                "RIHS01_bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc",
+            ),
             Self::GetParameterTypes => (
                 of_parameters,
                 "GetParameterTypes",
                 "RIHS01_da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca",
             ),
-            Self::ListParameters => {
-                (of_parameters, "ListParameters", "RIHS01_3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d")
-            }
-            Self::SetParameters => {
-                (of_parameters, "SetParameters", "RIHS01_56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0")
-            }
+            Self::ListParameters => (
+                of_parameters,
+                "ListParameters",
+                "RIHS01_3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d",
+            ),
+            Self::SetParameters => (
+                of_parameters,
+                "SetParameters",
+                "RIHS01_56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0",
+            ),
             Self::SetParametersAtomically => (
                 of_parameters,
                 "SetParametersAtomically",
@@ -210,9 +218,13 @@ mod tests {
     #[test]
     fn a_service_is_named_as_in_the_design_of_rmw_zenoh() {
         let (kind, name) = (ServiceType::Trigger, "wstac/left/restart_baseline");
-        assert!(kind.key(2, name).starts_with("2/wstac/left/restart_baseline/std_srvs::srv::dds_::Trigger_/RIHS01_eeff2"));
+        assert!(
+            kind.key(2, name).starts_with("2/wstac/left/restart_baseline/std_srvs::srv::dds_::Trigger_/RIHS01_eeff2")
+        );
         let token = kind.token(2, "abc", 10, "wstac_node", name);
-        assert!(token.starts_with("@ros2_lv/2/abc/0/10/SS/%/%/wstac_node/%wstac%left%restart_baseline/std_srvs::srv::"));
+        assert!(
+            token.starts_with("@ros2_lv/2/abc/0/10/SS/%/%/wstac_node/%wstac%left%restart_baseline/std_srvs::srv::")
+        );
         assert!(token.ends_with("2062c5f/::,10:,:,:,,"), "{token}");
     }
 

@@ -83,10 +83,8 @@ const OF_SENSORS: [(&str, bool, &str); 5] = [
     ("source", true, "The camera, board, recording or scene."),
 ];
 /// The same of the node itself.
-const OF_NODE: [(&str, bool, &str); 2] = [
-    ("domain", true, "The domain of ROS 2."),
-    ("namespace", true, "The beginning of all topics and services."),
-];
+const OF_NODE: [(&str, bool, &str); 2] =
+    [("domain", true, "The domain of ROS 2."), ("namespace", true, "The beginning of all topics and services.")];
 
 impl Parameters {
     /// Returns all names.

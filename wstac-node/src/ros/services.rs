@@ -150,8 +150,11 @@ impl Services {
         };
         let declared: zenoh::Result<_> = of_node.into_iter().chain(of_sensors).enumerate().map(declare).collect();
         let refused = |error| Error::new(ErrorKind::Usage, "the services", error);
-        let parameters =
-            Parameters { namespace: arguments.namespace.clone(), domain: arguments.domain, controls: controls.to_vec() };
+        let parameters = Parameters {
+            namespace: arguments.namespace.clone(),
+            domain: arguments.domain,
+            controls: controls.to_vec(),
+        };
         let clerk = Clerk { parameters, folder: arguments.files.clone(), arriving, own: own.clone() };
         Ok((Self { _declared: declared.map_err(refused)?, own }, clerk))
     }
