@@ -22,8 +22,9 @@ from pathlib import Path
 
 from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, same, session, sockets, until
 from packages import check_packages
-from ros import DOMAIN, in_ros, types_of_ros
+from ros import DOMAIN, check_cdr, in_ros, types_of_ros
 from services import check_parameters, check_services
+from tls import check_tls
 
 
 def check_messages(programs):
@@ -106,11 +107,12 @@ signal.pause()
 
 
 def check_strangers(programs):
-    """A subscriber that stops reading, bytes that are no protocol, and a large message under a sensor's key."""
+    """A subscriber that stops reading, bytes that are no protocol, and large messages under a sensor's keys."""
     source, endpoint = programs.scene("sensor", 4), f"tcp/127.0.0.1:{free_port()}"
     expected = programs.run(source)
-    with programs.node(source, "--listen", endpoint) as node:
-        listener = Listener(endpoint)
+    begun = time.monotonic()
+    with programs.node(source, "--listen", endpoint, "--ros", "--zenoh") as node:
+        listener, ros = Listener(endpoint), Listener(endpoint, "0/wstac/**", raw=True)
         stalled = subprocess.Popen([sys.executable, "-c", STALLED, endpoint])
         try:
             with socket.create_connection(("127.0.0.1", int(endpoint.rsplit(":", 1)[1]))) as stranger:
@@ -118,8 +120,13 @@ def check_strangers(programs):
             rogue = session("client", connect=endpoint)
             rogue.put("wstac/sensor/state", bytes(20_000_000))
             rogue.put("wstac/sensor/event/0", b"{")
+            until(lambda: any("/features/" in key for key in ros.messages), "features for ROS 2")
+            own = {key: arrived[-1][0] for key, arrived in list(ros.messages.items())}
+            for key in own:
+                rogue.put(key, bytes(1_000_000))
             rogue.close()
             same(node.wait(PATIENCE), 0, "exit code")
+            took = time.monotonic() - begun
             stops = Path(f"/proc/{stalled.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
             same(stops, "T", "the state of the subscriber that stops reading")
             until(lambda: listener.lines("wstac/sensor/end"), "the end")
@@ -127,8 +134,18 @@ def check_strangers(programs):
             stalled.kill(), stalled.wait()
     for kind in ("event", "contact_end", "end"):
         same(of_kind(listener.lines(f"wstac/sensor/{kind}"), kind), of_kind(expected, kind), kind)
-    listener.close()
-    print("a subscriber that stops, bytes that are no protocol and 20 MB under a key: the sensor's events are as before")
+    # The sensor did not wait: it read every frame in time, and left nothing out.
+    state = [json.loads(payload) for payload, *_ in listener.messages["wstac/sensor/state"] if len(payload) < 1000][-1]
+    frames = expected[-1]["frames"]
+    same((state["frames"], state["skipped"], state["dropped"]), (frames, 0, 0), "the last state")
+    same(took < frames / 30 + 10, True, f"{frames} frames in {took:.1f} s")
+    # What the node sends has its attachment, by which a receiver tells it from a stranger's.
+    events = [payload for key, all_ in ros.messages.items() if "/event/" in key for payload, attachment, _ in all_ if attachment]
+    types = types_of_ros()
+    found = [types.deserialize_cdr(payload, "wstac_msgs/msg/Event").frame for payload in events]
+    same(found, [record["frame"] for record in of_kind(expected, "event")], "events for ROS 2")
+    listener.close(), ros.close()
+    print("a subscriber that stops, bytes that are no protocol, 20 MB and 1 MB under the keys: no sensor waits, and all events arrive")
 
 
 def check_arguments(programs):
@@ -267,9 +284,9 @@ def check_ros(programs):
         until(lambda: any("diagnostics" in key for key in listener.messages), "diagnostics")
         time.sleep(0.5)
     kinds = sorted(token.split("/")[5] for token in tokens)
-    same(kinds, ["MP"] * 7 + ["NN"], "tokens for discovery")
-    same(len({token.split("/")[4] for token in tokens}), 8, "numbers of the node and its publishers")
-    quality = {token.rsplit("/", 1)[1] for token in tokens if "/MP/" in token}
+    same(kinds, ["MP"] * 7 + ["NN"] + ["SS"] * 11, "tokens for discovery")
+    same(len({token.split("/")[4] for token in tokens}), 19, "numbers of the node, its publishers and its services")
+    quality = {token.rsplit("/", 1)[1] for token in tokens if "/NN/" not in token}
     same(quality, {"::,10:,:,:,,"}, "quality of service in the tokens")
     described = {tuple(token.split("/")[9:12]) for token in tokens if "/MP/" in token}
     heard = {("%" + key.split("/", 1)[1].rsplit("/", 2)[0].replace("/", "%"), *key.split("/")[-2:]) for key in listener.messages}
@@ -316,12 +333,12 @@ def check_ros(programs):
     same((last.name, counts["events"], counts["frames"]), ("wstac: left", len(events), expected[-1]["frames"]), "diagnostics")
     listener.close()
     count = sum(map(len, found.values()))
-    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 8 tokens for discovery")
+    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 19 tokens for discovery")
 
 
 def check_page(programs):
     """The program of the page prints events."""
-    page = (Path(__file__).parents[2] / "docs" / "NETWORK.md").read_text()
+    page = programs.page.read_text()
     code = next(block for block in re.findall(r"(?:^    .*\n|^\n)+", page, re.MULTILINE) if "import json, zenoh" in block)
     port = free_port()
     code = textwrap.dedent(code).replace("tcp/127.0.0.1:7447", f"tcp/127.0.0.1:{port}")
@@ -335,7 +352,7 @@ def check_page(programs):
 
 
 CHECKS = {check.__name__.removeprefix("check_"): check for check in (
-    check_arguments, check_messages, check_router, check_strangers, check_boards, check_config, check_ros, check_services, check_parameters, check_packages, check_page,
+    check_arguments, check_messages, check_router, check_strangers, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_parameters, check_packages, check_page,
 )}
 
 

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import time
+from pathlib import Path
 
 import zenoh
 
@@ -96,6 +97,8 @@ class Listener:
 
 
 class Programs:
+    page = Path(__file__).parents[2] / "docs" / "NETWORK.md"
+
     def __init__(self, wstac, node, folder):
         self.wstac, self.command, self.folder = wstac, node, folder
 

@@ -186,6 +186,7 @@ def measure(programs, minutes, sensors):
     early = memory[min(30, len(memory) // 3)]
     rows = [
         ("sensors, time", f"{sensors}, {took / 60:.1f} minutes"),
+        ("build, priority over other programs (nice)", f"{programs.command.parent.name}, {os.nice(0)}"),
         ("features that were heard, and lost", f"{heard['features']}, {lost['features']}"),
         ("events that were heard, and lost", f"{heard['event']}, {lost['event']}"),
         ("frames from before the connection", f"{before}"),

@@ -5,11 +5,12 @@ import struct
 import time
 from pathlib import Path
 
+import numpy
 import zenoh
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from common import PATIENCE, fail, same, session
+from common import PATIENCE, Listener, fail, free_port, same, session, until
 
 MESSAGES = Path(__file__).parents[2] / "wstac-node" / "wstac_msgs" / "msg"
 DOMAIN = 7
@@ -128,9 +129,11 @@ class Client:
         empty = {"string": "", "bool": False, "float64": 0.0}
 
         def value(field):
+            kind = kinds[field]
+            if kind[0] == Nodetype.SEQUENCE and kind[1][0][0] == Nodetype.BASE and kind[1][0][1][0] != "string":
+                return numpy.array(fields.get(field, []), dtype={"byte": "uint8"}.get(kind[1][0][1][0], kind[1][0][1][0]))
             if field in fields:
                 return fields[field]
-            kind = kinds[field]
             if kind[0] == Nodetype.NAME:
                 return self.message(kind[1])
             return empty.get(kind[1][0], 0) if kind[0] == Nodetype.BASE else []
@@ -168,3 +171,33 @@ class Client:
 
     def close(self):
         self.session.close()
+
+
+def check_cdr(programs):
+    """Under the keys of JSON, payloads are messages of ROS 2, with their type as the encoding; a late reader gets them, too."""
+    source, endpoint, types = programs.scene("sensor", 12), f"tcp/127.0.0.1:{free_port()}", types_of_ros()
+    expected = programs.run(source)
+    with programs.node(source, "--zenoh-encoding", "cdr", "--listen", endpoint) as node:
+        listener = Listener(endpoint, raw=True)
+        until(lambda: len(listener.messages.get("wstac/sensor/event", [])) == 3, "three events")
+        kept = [reply.ok for reply in listener.session.get("wstac/sensor/event/*", timeout=PATIENCE)]
+        same(node.wait(PATIENCE), 0, "exit code")
+        until(lambda: listener.messages.get("wstac/sensor/end"), "the end")
+    names = {"event": "wstac_msgs/msg/Event", "contact_end": "wstac_msgs/msg/ContactEnd", "motion": "geometry_msgs/msg/TwistStamped"}
+    names |= {"features": "wstac_msgs/msg/Features", "taxels": "wstac_msgs/msg/Taxels"}
+    found = {}
+    for kind, name in names.items():
+        for payload, _, encoding in listener.messages[f"wstac/sensor/{kind}"]:
+            same(encoding, f"application/cdr;{name}", f"encoding of {kind}")
+            message = types.deserialize_cdr(payload, name)
+            same(bytes(types.serialize_cdr(message, name)), payload, f"bytes of {kind}, written again")
+            found.setdefault(kind, []).append(message)
+    events = [record["frame"] for record in expected if record["kind"] == "event"]
+    same([event.frame for event in found["event"]], events, "events in CDR")
+    same([attachment for _, attachment, _ in listener.messages["wstac/sensor/event"]], [b"0", b"1", b"2"], "numbers of events")
+    late = {str(sample.key_expr): (types.deserialize_cdr(sample.payload.to_bytes(), names["event"]).frame, str(sample.encoding)) for sample in kept}
+    same(late, {f"wstac/sensor/event/{k}": (frame, f"application/cdr;{names['event']}") for k, frame in enumerate(events)}, "events for a late reader")
+    same({encoding for _, _, encoding in listener.messages["wstac/sensor/end"]}, {"application/json"}, "encoding of the end")
+    same(any(key.startswith("0/") for key in listener.messages), False, "topics of ROS 2 without --ros")
+    listener.close()
+    print(f"CDR: {sum(map(len, found.values()))} messages under the keys of JSON")

@@ -19,6 +19,7 @@ use crate::ros::picture::Shape;
 pub(crate) struct Outlet {
     queue: Queue,
     has_records: bool,
+    has_cdr_records: bool,
     has_ros: bool,
     settings: Arc<Settings>,
 }
@@ -26,7 +27,8 @@ pub(crate) struct Outlet {
 impl Outlet {
     /// Creates the outlet of the sensor with these settings.
     pub(crate) fn new(queue: Queue, settings: Arc<Settings>, arguments: &Arguments) -> Self {
-        Self { queue, has_records: arguments.has_records(), has_ros: arguments.ros, settings }
+        let (has_records, has_cdr_records) = (arguments.has_records(), arguments.has_cdr_records());
+        Self { queue, has_records, has_cdr_records, has_ros: arguments.ros, settings }
     }
 
     /// Returns the settings of the sensor.
@@ -51,18 +53,22 @@ impl Outlet {
             Output::End(_) => counts.has_ended.store(true, Ordering::Relaxed),
             _ => {}
         }
-        let record = if self.has_records { Message::of(output)? } else { None };
         let ros = self.with_header(stamp, |header| RosMessage::of(output, header)).flatten();
-        self.queue.push(Found::new(record, ros));
+        let record = match self.cdr_record(ros.as_ref()) {
+            None if self.has_records => Message::of(output)?,
+            record => record,
+        };
+        self.queue.push(Found::new(record, ros.filter(|_| self.has_ros)));
         Ok(())
     }
 
     /// Publishes the taxel sums of the last frame.
     pub(crate) fn taxels(&self, sums: &[u32; TAXELS], stamp: SystemTime) {
         let frame = self.counts().frames.load(Ordering::Relaxed).saturating_sub(1);
-        let record = self.has_records.then(|| Message::of_taxels(frame, sums));
         let ros = self.with_header(stamp, |header| RosMessage::of_taxels(frame, sums, header));
-        self.queue.push(Found::new(record, ros));
+        let record = self.cdr_record(ros.as_ref());
+        let record = record.or_else(|| self.has_records.then(|| Message::of_taxels(frame, sums)));
+        self.queue.push(Found::new(record, ros.filter(|_| self.has_ros)));
     }
 
     /// Publishes the picture of the last frame, if pictures are wanted.
@@ -73,9 +79,14 @@ impl Outlet {
         }
     }
 
+    /// Returns a message of ROS 2 as a record, if records are such messages.
+    fn cdr_record(&self, message: Option<&RosMessage>) -> Option<Message> {
+        message.filter(|_| self.has_cdr_records).and_then(Message::of_ros)
+    }
+
     /// Makes a message of ROS 2 with its header, if there are any.
     fn with_header<T>(&self, stamp: SystemTime, make: impl FnOnce(Header<'_>) -> T) -> Option<T> {
-        self.has_ros.then(|| {
+        (self.has_ros || self.has_cdr_records).then(|| {
             let frame_id = copy_of(&self.settings.frame_id);
             make(Header { stamp, frame_id: &frame_id })
         })

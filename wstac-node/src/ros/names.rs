@@ -2,7 +2,7 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use zenoh::qos::CongestionControl;
+use zenoh::qos::{CongestionControl, Priority};
 
 /// The type of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,12 +69,23 @@ impl Type {
         format!("{sensor}/{last}")
     }
 
+    /// Returns the name as ROS 2 writes it, such as `wstac_msgs/msg/Event`.
+    pub(crate) fn schema(self) -> String {
+        let (package, name) = self.name();
+        format!("{package}/msg/{name}")
+    }
+
     /// Returns what happens to a message if a subscriber is slow: of streams, a newer one makes an older one worthless.
     pub(crate) fn control(self) -> CongestionControl {
         match self {
             Self::Event | Self::ContactEnd => CongestionControl::Block,
             _ => CongestionControl::Drop,
         }
+    }
+
+    /// Returns the place of a message in a connection's queues. Pictures are large, and have one of their own.
+    pub(crate) fn priority(self) -> Priority {
+        if self == Self::Image { Priority::DataLow } else { Priority::Data }
     }
 
     /// Returns the type as DDS writes it, and its hash.
