@@ -36,8 +36,8 @@ TICKS = os.sysconf("SC_CLK_TCK")
 def recording(programs, number, minutes):
     """Records slides for so many minutes. Returns the file, and what `wstac run` finds: frames and events."""
     scene, file = programs.folder / f"many-{number}.toml", programs.folder / f"many-{number}.mcap"
-    # One slide with its pause is longer than four seconds.
-    count = max(1, round(minutes * 60 / 4.2))
+    # One slide with its pause takes 3.7 seconds.
+    count = max(1, round(minutes * 60 / 3.7))
     slides = (SLIDES[k % len(SLIDES)] for k in range(count))
     parts = (f'[[slide]]\nspecimen = "{name}"\nspeed = {speed}\ndirection = {way}\n' for name, speed, way in slides)
     scene.write_text(f'fidelity = "taxel"\nlead_in = 40\ngap = 85\nseed = {number}\n' + "".join(parts))
@@ -184,6 +184,7 @@ def measure(programs, minutes, sensors):
     before = sum(frames for frames, _ in expected) - heard["features"] - lost["features"]
     memory = machine.memory
     early = memory[min(30, len(memory) // 3)]
+    kept = [early, *(memory[quarter * (len(memory) - 1) // 4] for quarter in (1, 2, 3, 4))]
     rows = [
         ("sensors, time", f"{sensors}, {took / 60:.1f} minutes"),
         ("build, priority over other programs (nice)", f"{programs.command.parent.name}, {os.nice(0)}"),
@@ -192,7 +193,7 @@ def measure(programs, minutes, sensors):
         ("frames from before the connection", f"{before}"),
         ("frame to subscriber, features: median, 99 %, 99.9 %, worst", latencies(meter, "features")),
         ("frame to subscriber, events: median, 99 %, 99.9 %, worst", latencies(meter, "event")),
-        ("memory of the node: after half a minute, at the end, most", f"{early:.1f}, {memory[-1]:.1f}, {max(memory):.1f} MiB"),
+        ("memory of the node: after half a minute, and at each quarter of the time", ", ".join(f"{one:.1f}" for one in kept) + " MiB"),
         ("processors that the node took, and the subscriber", f"{used[0]:.2f}, {used[1]:.2f}"),
         ("processors that other programs took meanwhile", f"{used[2]:.2f} of {os.cpu_count()}"),
     ]

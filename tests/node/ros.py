@@ -62,7 +62,7 @@ SERVICES = {
     "rcl_interfaces/srv/SetParametersAtomically": (
         "rcl_interfaces/msg/Parameter[] parameters\n---\nrcl_interfaces/msg/SetParametersResult result\n"
     ),
-    # Its hash is in rmw_zenoh's docs/design.md, so it checks how hashes are computed here.
+    # Its hash is in the design of rmw_zenoh, so it checks how hashes are computed here.
     "example_interfaces/srv/AddTwoInts": "int64 a\nint64 b\n---\nint64 sum\n",
 }
 PUBLISHED = {"example_interfaces/srv/AddTwoInts": "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"}

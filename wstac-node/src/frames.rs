@@ -259,7 +259,7 @@ impl Observer for Reader {
         }
         if self.recording.as_mut().is_some_and(|recording| !recording.processed(event, processor)) {
             // The disk is full. The sensor goes on without it.
-            let ended = self.end_recording().map(Option::unwrap_or_default).unwrap_or_else(|error| error.to_string());
+            let ended = self.end_recording().map_or_else(|error| error.to_string(), Option::unwrap_or_default);
             note(ended);
         }
         true

@@ -50,7 +50,7 @@ impl Value {
     }
 
     fn read(reader: &mut CdrReader<'_>) -> Option<Self> {
-        let (kind, flag, integer) = (reader.u8()?, reader.bool()?, reader.u64()? as i64);
+        let (kind, flag, integer) = (reader.u8()?, reader.bool()?, reader.u64()?.cast_signed());
         // A number, which no parameter is.
         reader.u64()?;
         let text = reader.text()?.to_owned();

@@ -33,8 +33,11 @@ impl RosPublishers {
         let declare = |kind: Type| {
             // 0 is the node.
             let number = 1 + place * Type::ALL.len() + kind as usize;
-            let publisher =
-                session.declare_publisher(kind.key(domain, sensor)).congestion_control(kind.control()).wait()?;
+            let publisher = session
+                .declare_publisher(kind.key(domain, sensor))
+                .congestion_control(kind.control())
+                .priority(kind.priority())
+                .wait()?;
             let token = kind.token(domain, &id, number, &arguments.node_name, sensor);
             let token = session.liveliness().declare_token(token).wait()?;
             let mut gid = session.zid().to_le_bytes();
