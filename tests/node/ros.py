@@ -33,16 +33,17 @@ def in_ros(types, messages, sensor):
         same(domain, str(DOMAIN), f"domain of {key}")
         name = re.fullmatch(r"(\w+)::msg::dds_::(\w+)_", name).expand(r"\1/msg/\2")
         same(digest, types.hash_rihs01(name), f"hash of {name}")
-        publishers = set()
+        publishers, before = set(), 0
         for count, (payload, attachment, _) in enumerate(arrived):
             message = types.deserialize_cdr(payload, name)
             same(bytes(types.serialize_cdr(message, name)), payload, f"bytes of {name}, written again")
             sequence, stamp, length = struct.unpack_from("<qqB", attachment)
             same((len(attachment), length), (33, 16), f"attachment of {name}")
             same(abs(stamp / 1e9 - time.time()) < 10 * PATIENCE, True, f"time in the attachment of {name}")
-            if count == 0:
-                first = sequence
-            same(sequence, first + count, f"number of a message of {name}")
+            # A slow subscriber may miss pictures, which are large.
+            expected = range(before + 1, before + 100) if count and topic.endswith("/picture") else [before + 1 if count else sequence]
+            same(sequence in expected, True, f"number {sequence} of a message of {name} after {before}")
+            before = sequence
             publishers.add(attachment[17:])
             found.setdefault(topic.removeprefix(f"wstac/{sensor}/"), []).append(message)
         same(len(publishers), 1, f"publishers of {key}")
