@@ -22,7 +22,7 @@ from pathlib import Path
 
 from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, same, session, sockets, until
 from packages import check_packages
-from ros import DOMAIN, check_cdr, in_ros, types_of_ros
+from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
 from services import check_parameters, check_services
 from tls import check_tls
 
@@ -70,7 +70,7 @@ def check_router(programs):
     """A router that comes late, is killed and comes back: the sensor goes on, and no event is lost for who asks."""
     port, source = free_port(), programs.scene("sensor", 3)
     expected = programs.run(source)
-    with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}") as node:
+    with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}", "--ros", "--zenoh", "--domain", DOMAIN) as node:
         first = router(port)
         try:
             listener = Listener(f"tcp/127.0.0.1:{port}")
@@ -81,6 +81,10 @@ def check_router(programs):
         try:
             before = len(listener.lines("wstac/sensor/features"))
             until(lambda: len(listener.lines("wstac/sensor/features")) > before + 10, "features through the router that came back")
+            client = Client(f"tcp/127.0.0.1:{port}", DOMAIN)
+            until(lambda: len(client.services()) == 11, "services through the router that came back")
+            same(client.call("/wstac_node/get_parameters", names=["domain"]).values[0].integer_value, DOMAIN, "a parameter")
+            client.close()
             until(lambda: listener.lines("wstac/sensor/state")[-1]["events"] == 3, "three events")
             kept = [event for _, event in sorted(listener.kept_events("sensor").items())]
             same(node.wait(PATIENCE), 0, "exit code")
@@ -90,7 +94,7 @@ def check_router(programs):
         finally:
             listener.close()
             second.kill(), second.wait()
-    print("a router that came late, was killed and came back: features go on, and all 3 events are there for who asks")
+    print("a router that came late, was killed and came back: features and services go on, and all 3 events are there for who asks")
 
 
 STALLED = """

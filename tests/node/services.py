@@ -86,6 +86,9 @@ def check_services(programs):
         loaded = client.call("/wstac_node/get_parameters", names=["idle.configuration", "right.models", "left.models"]).values
         found = (loaded[0].string_value, loaded[1].string_array_value, loaded[2].string_array_value)
         same(found, (str(folder / "deaf.toml"), [str(folder / "path-svm.wsm")], []), "parameters after files were loaded")
+        # Nobody ends this one: the end of the source does. It has the first name that is free.
+        unnamed = client.call("/wstac/idle/start_recording", features_only=True)
+        same(unnamed.recorded, str(folder / "idle-1.mcap"), "file of a recording without a name")
         until(lambda: len(listener.lines("wstac/left/event")) == 2, "two events")
         time.sleep(1)
         stop = client.call("/wstac/left/stop_recording")
@@ -97,6 +100,9 @@ def check_services(programs):
         over.set()
         restarts.join()
         node.wait(60)
+    same(f"{folder}/idle-1.mcap: " in node.said(), True, f"the note about a recording that the source ended: {node.said()!r}")
+    whole = programs.run(folder / "idle-1.mcap")[-1]
+    same((whole["kind"], whole["frames"] > 300, whole["dropped"]), ("end", True, 0), "a recording that the source ended")
     check_recording(recorded, of_kind(listener.lines("wstac/left/event"), "event"))
     named = [event["texture"]["specimen"] for event in listener.lines("wstac/right/event")]
     same(len(named), 4, "events of a sensor whose model was loaded")

@@ -1,32 +1,44 @@
 // Checks the program of the Raspberry Pi Pico 2 in rp2350-emu (tests/pico2): its events and features are those of
 // `wstac run` on the same frames.
 //
-//     node check2.mjs WSTAC PLAYER ONE FOUR EIGHT
+//     node check2.mjs WSTAC PLAYER ONE FOUR EIGHT [TAKING MODEL]
 //
 // WSTAC is the command on the host, and PLAYER runs a program on a clip. The others are the program, built for 1, 4 and
-// 8 data wires. `ci/pico` builds all of them.
+// 8 data wires, and TAKING for 8 of them with models over the link; MODEL is one to send. `ci/pico` builds all of them.
 
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import { BACK, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, same } from './host.mjs';
 import { IS_OUTSIDE, IS_SET, LAYOUT, LAYOUT_OUTSIDE, withLayout } from './layout.mjs';
-import { ANSWER, FEATURES, IN_USE, SET, SETTINGS, contents, request } from './wire.mjs';
+import {
+  ANSWER,
+  BOARD_MODEL,
+  FEATURES,
+  IN_USE,
+  MODEL,
+  SET,
+  SETTINGS,
+  contents,
+  modelPieces,
+  modelState,
+  request,
+} from './wire.mjs';
 
 // An emulated run takes a minute or two.
 const LIMIT_MS = 20 * 60_000;
-const [, , wstac, player, one, four, eight, ...more] = process.argv;
-if (!eight || more.length > 0) {
-  console.error('usage: node check2.mjs WSTAC PLAYER ONE FOUR EIGHT');
+const [, , wstac, player, one, four, eight, taking, model, ...more] = process.argv;
+if (!eight || Boolean(taking) !== Boolean(model) || more.length > 0) {
+  console.error('usage: node check2.mjs WSTAC PLAYER ONE FOUR EIGHT [TAKING MODEL]');
   process.exit(2);
 }
 const host = new Host(wstac);
 const hex = (bytes) => Buffer.from(bytes).toString('hex');
 
 /** Plays the beginning of the clip. `flash` is a file with what the flash keeps. Returns what was sent, and the board's state. */
-function play(program, count, wanted = '-', faults = {}, flash = '-') {
+function play(program, count, wanted = '-', faults = {}, flash = '-', clip = host.raw) {
   const serial = host.file('sent');
   const listed = Object.entries(faults).map(([frame, fault]) => `${frame}:${fault}`);
-  const done = spawnSync(player, [program, flash, host.raw, count, serial, wanted, ...listed], {
+  const done = spawnSync(player, [program, flash, clip, count, serial, wanted, ...listed], {
     encoding: 'utf8',
     timeout: LIMIT_MS,
   });
@@ -89,6 +101,29 @@ function settings(name, program) {
   host.say(name, problems);
 }
 
+/** A model that is sent over the link is kept, and the answers are then the host's with it. */
+function models(name, program, file) {
+  const flash = host.file('flash of models'), clip = host.file('long.raw');
+  const pieces = modelPieces(fs.readFileSync(file));
+  // Before the first piece is taken, a few sectors are erased, and after each of them the camera is set up again.
+  // A host waits for the answer to each piece: one that comes while another is written would be lost.
+  const first = 160, each = 2, count = first + each * pieces.all.length + 90;
+  fs.writeFileSync(clip, Buffer.concat(new Array(count).fill(host.frames[0])));
+  const faults = { 5: `send ${hex(pieces.begin)}` };
+  pieces.all.forEach((piece, number) => (faults[first + each * number] = `send ${hex(piece)}`));
+  const sending = play(program, count, '-', faults, flash, clip);
+  const steps = contents(sending.sent).filter((content) => content[0] === BOARD_MODEL).map(modelState);
+  const problems = [...sending.problems];
+  if (!steps.some(({ step }) => step[0] === 2)) problems.push(`the model is not kept: ${JSON.stringify(steps.at(-1))}`);
+  const after = play(program, host.frames.length, hex(request(MODEL)), {}, flash);
+  problems.push(...after.problems);
+  const events = ofKind(host.ofLine(after.sent), 'event'), expected = ofKind(host.ofClip('--model', file), 'event');
+  if (!same(events, expected)) problems.push(`events are ${events}, expected ${expected}`);
+  const used = contents(after.sent).filter((content) => content[0] === BOARD_MODEL).map(modelState)[0];
+  if (!used?.isSent || used.checksum !== pieces.checksum) problems.push(`the model in use is ${JSON.stringify(used)}`);
+  host.say(name, problems);
+}
+
 const begun = Date.now();
 console.log('Pico 2:');
 plain('events, 8 data wires', eight);
@@ -122,5 +157,6 @@ faulty(
   1,
 );
 settings('settings', eight);
+if (taking) models('models over the link', taking, model);
 console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 process.exit(host.failures ? 1 : 0);

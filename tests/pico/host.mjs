@@ -29,13 +29,7 @@ export class Host {
     this.wstac = wstac;
     this.folder = fs.mkdtempSync(path.join(os.tmpdir(), 'pico-'));
     process.on('exit', () => fs.rmSync(this.folder, { recursive: true }));
-    this.clip = this.file('clip.y4m');
-    this.raw = this.file('clip.raw');
-    for (const output of [this.clip, this.raw]) {
-      execFileSync(wstac, ['scene', 'render', SCENE, '-o', output], { stdio: 'ignore' });
-    }
-    const pixels = fs.readFileSync(this.raw);
-    this.frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
+    Object.assign(this, this.rendered('clip', fs.readFileSync(SCENE)));
     this.failures = 0;
     this.notes = '';
     this.events = ofKind(this.ofClip(), 'event');
@@ -46,6 +40,16 @@ export class Host {
   /** Returns the path of a file of this check. */
   file(name) {
     return path.join(this.folder, name);
+  }
+
+  /** Renders a scene. Returns the paths of a clip and of its raw pixels, and its frames. */
+  rendered(name, toml) {
+    const [scene, clip, raw] = ['toml', 'y4m', 'raw'].map((ending) => this.file(`${name}.${ending}`));
+    fs.writeFileSync(scene, toml);
+    for (const output of [clip, raw]) execFileSync(this.wstac, ['scene', 'render', scene, '-o', output], { stdio: 'ignore' });
+    const pixels = fs.readFileSync(raw);
+    const frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
+    return { clip, raw, frames };
   }
 
   /** Runs the command. Returns its lines; those of standard error are in `notes`. */

@@ -7,7 +7,7 @@ import { Board } from './machine.mjs';
 import { ANSWER, BEGIN, FORGET, IN_USE, SET, SETTINGS, contents, request } from './wire.mjs';
 
 /** Returns what a flash without power has, for another board. */
-function carried(flash) {
+export function carried(flash) {
   const again = new Flash();
   again.bytes.set(flash.bytes);
   return again;

@@ -3,8 +3,11 @@
 const VERSION = 4;
 // Requests, as in tests/emulator/check.py: their numbers.
 export const HELLO = 0, FEATURES = 1, SETTINGS = 8, SET = 9, FORGET = 10;
+export const TEXTURES = 11, LEARN = 12, MODEL = 15, SEND_MODEL = 16, MODEL_PIECE = 17, FORGET_MODEL = 18;
 // Messages.
-export const BEGIN = 0, IN_USE = 16, ANSWER = 17;
+export const BEGIN = 0, IN_USE = 16, ANSWER = 17, LEARNING = 18, LEARNED = 19, BOARD_MODEL = 20;
+/** The bytes of a piece of a model. */
+const PIECE = 160;
 
 /** CRC-32 (IEEE). */
 function crc(bytes) {
@@ -73,4 +76,23 @@ export function numbers(bytes, count) {
 /** Returns the bytes of a number. */
 export function asVarint(number) {
   return number < 0x80 ? [number] : [(number & 0x7f) | 0x80, ...asVarint(number >>> 7)];
+}
+
+/** Returns the requests that send a model file, and the checksum by which boards name it. */
+export function modelPieces(file) {
+  const checksum = file.readUInt32LE(4);
+  const begin = request(SEND_MODEL, ...asVarint(file.length), ...asVarint(checksum));
+  const all = [];
+  for (let at = 0; at < file.length; at += PIECE) {
+    const piece = file.subarray(at, at + PIECE);
+    all.push(request(MODEL_PIECE, ...asVarint(at), ...asVarint(piece.length), ...piece));
+  }
+  return { checksum, begin, all };
+}
+
+/** Returns what a message says of a board's model: the checksum in use, whether it was sent, and what happened last. */
+export function modelState(content) {
+  const { found, rest } = content[1] ? numbers(content.subarray(2), 1) : { found: [null], rest: content.subarray(2) };
+  // Behind kind and sample is the size.
+  return { checksum: found[0], isSent: rest[0] === 1, step: [...numbers(rest.subarray(3), 1).rest] };
 }

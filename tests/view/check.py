@@ -1,8 +1,8 @@
 """Checks `wstac view` in a real terminal (tmux): the screen, keys, signals and sizes. At the end, the terminal must be
 as before.
 
-check.py WSTAC          checks
-check.py WSTAC --keep   writes the screens in docs/VIEW.md as well
+check.py WSTAC BOARD          checks; BOARD prints what a board sends for a scene
+check.py WSTAC BOARD --keep   writes the screens in docs/VIEW.md as well
 """
 
 import contextlib
@@ -260,8 +260,29 @@ def check_a_broken_file(wstac):
         clip.unlink()
 
 
+@contextlib.contextmanager
+def board(part=1.0):
+    """What a board sends of this part of the scene, as a source."""
+    sent = pathlib.Path(os.environ.get("TMPDIR", "/tmp")) / f"wstac-board-{os.getpid()}"
+    data = subprocess.run([sys.argv[2], SCENE], stdout=subprocess.PIPE, check=True).stdout
+    # A frame of the link ends with a zero.
+    sent.write_bytes(data[: data.rindex(b"\0", 0, int(len(data) * part)) + 1])
+    try:
+        yield f"board:{sent}"
+    finally:
+        sent.unlink()
+
+
+def check_a_board(wstac):
+    with board() as source, view(wstac, source) as terminal:
+        screen = terminal.until("ended", "the end of what the board sent")
+        assert re.search(r"events +1\b", screen) and re.search(r"\b1[45]\d\.?\d* mm/s", screen), screen
+        terminal.keys("q")
+        terminal.left(0)
+
+
 def keep(wstac):
-    """Writes docs/VIEW.md: two screens as text."""
+    """Writes docs/VIEW.md: two screens of a camera and one of a board, as text."""
     screens = []
     for size in [(80, 24), (120, 40)]:
         with view(wstac, SCENE, "--model", "builtin:svm", size=size, variables=["env", "NO_COLOR=1"]) as terminal:
@@ -274,9 +295,13 @@ def keep(wstac):
             screens.append((size, first))
             terminal.keys("q")
             terminal.left(0)
+    with board(0.83) as source, view(wstac, source, variables=["env", "NO_COLOR=1"]) as terminal:
+        of_board = terminal.until(r"\bended\b", "the end of what the board sent").replace(source.removeprefix("board:"), "board.bytes")
+        terminal.keys("q")
+        terminal.left(0)
     text = """# The screens of `wstac view`
 
-These screens show a simulated slide, paused while it is captured, in two sizes of a terminal without colors.
+The first two screens show a simulated slide, paused while it is captured, in two sizes of a terminal without colors.
 With colors, the picture has two pixels per character, and the cells of the taxel map are filled.
 The picture is scaled so that white is the given percentage of full scale.
 Below it, each trace shows one feature, r1 to r5 for rows and c1 to c5 for columns: a dot per frame, and the newest value beside it.
@@ -287,17 +312,19 @@ The lines at the bottom list the events.
     for (width, height), screen in screens:
         lines = [line.rstrip() for line in screen.splitlines()]
         text += f"\n## {width} × {height}\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"
+    lines = [line.rstrip() for line in of_board.splitlines()]
+    text += "\n## A board\n\nA board sends features, events and its state, and no pictures.\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"
     (ROOT / "docs/VIEW.md").write_text(text)
     print("docs/VIEW.md is written")
 
 
 def main():
     wstac = sys.argv[1]
-    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file]
+    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)
-    if sys.argv[2:] == ["--keep"]:
+    if sys.argv[3:] == ["--keep"]:
         keep(wstac)
 
 

@@ -641,6 +641,9 @@ impl Board {
         self.lights.push(self.lit());
         let begins = self.outside.now;
         let fault = number.and_then(|number| self.faults.remove(&number));
+        if let Some(request) = fault.as_deref().and_then(|fault| fault.strip_prefix("send ")) {
+            self.receive(&crate::bytes(request).expect("faults are checked"));
+        }
         match fault.as_deref() {
             Some("unplug") => {
                 self.outside.sensor.present = false;

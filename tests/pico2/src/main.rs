@@ -5,7 +5,7 @@
 //! FLASH is a file with what the flash has beside the program, or "-" if it is erased. It is written at the end if it is a
 //! file. CLIP.raw has frames of 320 x 240 GREY, of which the first FRAMES are played. What comes out of the serial line goes
 //! to the file SERIAL. REQUEST is what the host sends at the start, as hexadecimal bytes or "-". The state at the end
-//! is printed as JSON. A FAULT begins at a frame of the clip: see `machine.rs`.
+//! is printed as JSON. A FAULT begins at a frame of the clip: see `machine.rs`. "send" with bytes is a request that comes then.
 
 mod dma;
 mod flash;
@@ -43,14 +43,16 @@ fn run(arguments: &[String]) -> Result<(), String> {
     let (request, faults) = more.split_first().map_or(("-", &[][..]), |(request, faults)| (request.as_str(), faults));
     let faults = faults.iter().map(|fault| {
         let (frame, fault) = fault.split_once(':').ok_or("a fault is FRAME:FAULT")?;
+        if let Some(request) = fault.strip_prefix("send ") {
+            bytes(request)?;
+        }
         Ok((frame.parse().map_err(|_| "a fault begins with a number")?, fault.to_owned()))
     });
     let faults = faults.collect::<Result<HashMap<_, _>, String>>()?;
     let kept = if std::path::Path::new(flash).exists() { read(flash)? } else { Vec::new() };
     let mut board = Board::new(Flash::new(kept, &image(&read(elf)?)?)?, clip, faults)?;
     if request != "-" {
-        let bytes = (0..request.len()).step_by(2).map(|at| u8::from_str_radix(request.get(at..at + 2)?, 16).ok());
-        board.receive(&bytes.collect::<Option<Vec<_>>>().ok_or("REQUEST is not in hexadecimal")?);
+        board.receive(&bytes(request)?);
     }
     let sent = board.play().to_vec();
     fs::write(serial, sent).map_err(|error| format!("{serial}: {error}"))?;
@@ -67,6 +69,13 @@ fn run(arguments: &[String]) -> Result<(), String> {
          \"instructions\":{instructions},\"problems\":{problems:?}}}"
     );
     Ok(())
+}
+
+/// Returns the bytes of a request of the host.
+pub(crate) fn bytes(hexadecimal: &str) -> Result<Vec<u8>, String> {
+    let digits = (0..hexadecimal.len()).step_by(2).map(|at| hexadecimal.get(at..at + 2));
+    let bytes = digits.map(|digits| u8::from_str_radix(digits?, 16).ok());
+    bytes.collect::<Option<_>>().ok_or_else(|| "a request is not in hexadecimal".to_owned())
 }
 
 /// Returns what is flashed of a program: its loaded parts, from the beginning of the flash.

@@ -137,9 +137,9 @@ fn messages() -> Vec<Message<'static>> {
     ]);
     // Those of a board with everything.
     #[cfg(feature = "learn")]
-    all.extend(super::learned::tests::messages());
+    all.extend(learned::tests::messages());
     #[cfg(feature = "models")]
-    all.extend(super::models::tests::messages());
+    all.extend(models::tests::messages());
     all
 }
 

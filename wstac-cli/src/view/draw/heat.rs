@@ -29,7 +29,11 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     let height = cell_height(area.height);
     let width = cell_width(height).min(area.width / COLUMNS as u16);
     let Some(taxels) = state.taxels.filter(|_| width > 0) else {
-        let text = if state.frame == 0 { "no frame yet" } else { "frame lost" };
+        let text = match state {
+            _ if state.is_board => "a board: no taxels",
+            _ if state.frame == 0 => "no frame yet",
+            _ => "frame lost",
+        };
         buffer.set_stringn(area.x, area.y, text, usize::from(area.width), colors.calm());
         return;
     };

@@ -291,6 +291,7 @@ fn a_board_is_shown_with_its_features_and_its_own_state() {
     assert!(lines[0].starts_with("wstac view  board at /dev/ttyACM0"), "{all}");
     for text in [
         "a board: no picture",
+        "a board: no taxels",
         "29.97 fps",
         "frame   34",
         "up for  2 min 7 s",
@@ -303,7 +304,7 @@ fn a_board_is_shown_with_its_features_and_its_own_state() {
         assert_eq!(count(&lines, text), 1, "{text}\n{all}");
     }
     // What belongs to a camera or a source with frames is not there.
-    for text in ["latency", "behind", "re-zero", "record"] {
+    for text in ["frame lost", "latency", "behind", "re-zero", "record"] {
         assert_eq!(count(&lines, text), 0, "{text}\n{all}");
     }
 }

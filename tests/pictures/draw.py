@@ -1,0 +1,209 @@
+"""Draws the pictures of the README from what the program prints, as SVG: the sensor, and one slide from frames to answer.
+
+draw.py WSTAC FOLDER           writes them
+draw.py WSTAC FOLDER --check   compares what they say with those in the folder
+"""
+
+import base64
+import html
+import json
+import math
+import pathlib
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import zlib
+
+SCENE = "scene:Saw3@150,90deg"
+WIDTH, HEIGHT = 1280, 720
+# The frames that are shown, and how long one of them and the answer stay.
+FIRST, LAST, STEP = 32, 70, 2
+SECONDS, HOLD = 0.2, 3.2
+FONT = "font-family='Helvetica, Arial, sans-serif'"
+INK, CALM, GREEN, PAPER = "#1f2328", "#59636e", "#1a9f3c", "#ffffff"
+ROWS_AND_COLUMNS = [f"{axis}{number}" for axis in "rc" for number in range(1, 6)]
+
+
+def text(x, y, content, size=13, anchor="start", fill=INK, weight="normal"):
+    return f"<text x='{x}' y='{y}' {FONT} font-size='{size}' text-anchor='{anchor}' fill='{fill}' font-weight='{weight}'>{html.escape(content)}</text>"
+
+
+def svg(width, height, title, parts):
+    card = f"<rect width='{width}' height='{height}' rx='8' fill='{PAPER}'/>"
+    head = f"<svg xmlns='http://www.w3.org/2000/svg' width='{width}' height='{height}' viewBox='0 0 {width} {height}' role='img'>"
+    return "\n".join([head, f"<title>{html.escape(title)}</title>", card, *parts, "</svg>"]) + "\n"
+
+
+def png(pixels):
+    """Returns a picture of 8 bits of green as PNG."""
+    chunk = lambda name, data: struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+    head = struct.pack(">IIBBBBB", len(pixels[0]), len(pixels), 8, 3, 0, 0, 0)
+    # A dark picture with a green glow, which is brighter than in the frame so that it is seen.
+    palette = bytes(part for light in range(256) for part in (light // 5, min(255, 18 + 3 * light), light // 3))
+    lines = b"".join(b"\0" + bytes(line) for line in pixels)
+    parts = [(b"IHDR", head), (b"PLTE", palette), (b"IDAT", zlib.compress(lines, 9)), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*part) for part in parts)
+
+
+class Slide:
+    """One slide: its frames, the taxels in them, the ten features of every frame, and the answer."""
+
+    def __init__(self, wstac):
+        run = lambda *arguments: subprocess.run([wstac, *arguments], check=True, capture_output=True).stdout
+        with tempfile.TemporaryDirectory() as folder:
+            raw = pathlib.Path(folder) / "frames.raw"
+            run("scene", "render", SCENE, "-o", str(raw))
+            data = raw.read_bytes()
+        size = WIDTH * HEIGHT
+        self.frames = [data[at : at + size] for at in range(0, len(data), size)]
+        # The paper layout (docs/SPEC.md, section 1).
+        side = min(WIDTH, HEIGHT)
+        axis = lambda size: [((size - side) // 2 + (15 + 80 * number) * side // 400, side // 8) for number in range(5)]
+        self.columns, self.rows = [[(at, at + taxel) for at, taxel in axis(size)] for size in (WIDTH, HEIGHT)]
+        lines = [json.loads(line) for line in run("run", SCENE, "--json", "--features", "--model", "builtin:path-svm").splitlines()]
+        self.features = [line["f"] for line in lines if line["kind"] == "features"]
+        (self.event,) = [line for line in lines if line["kind"] == "event"]
+
+    def taxels(self, frame):
+        """Returns the mean light of every taxel, row by row."""
+        pixels = self.frames[frame]
+        means = []
+        for top, bottom in self.rows:
+            for left, right in self.columns:
+                total = sum(sum(pixels[y * WIDTH + left : y * WIDTH + right]) for y in range(top, bottom))
+                means.append(total / ((bottom - top) * (right - left)))
+        return means
+
+    def picture(self, frame):
+        """Returns the picture around the taxels, every sixth pixel of it."""
+        pixels, border = self.frames[frame], 27
+        ys = range(self.rows[0][0] - border, self.rows[-1][1] + border, 6)
+        xs = range(self.columns[0][0] - border, self.columns[-1][1] + border, 6)
+        return [[pixels[y * WIDTH + x] if 0 <= y < HEIGHT and 0 <= x < WIDTH else 0 for x in xs] for y in ys]
+
+
+def arrow(x, y):
+    return f"<path d='M{x} {y}h20m-7 -6l7 6l-7 6' stroke='{CALM}' stroke-width='2' fill='none'/>"
+
+
+def slide(wstac):
+    """Draws one slide: frames, taxels, features and the answer, as a film that repeats."""
+    shown = Slide(wstac)
+    frames = list(range(FIRST, LAST, STEP))
+    total = len(frames) * SECONDS + HOLD
+    at = [number * SECONDS / total for number in range(len(frames))]
+    times = ";".join(f"{time:.4f}" for time in at)
+    film = lambda name, values: (
+        f"<animate attributeName='{name}' calcMode='discrete' dur='{total:.1f}s' repeatCount='indefinite' "
+        f"keyTimes='{times}' values='{';'.join(values)}'/>"
+    )
+    parts = []
+    heads = [(20, "camera frame"), (250, "25 taxel sums"), (480, "10 features"), (720, "answer")]
+    parts += [text(x, 34, head, 15, weight="bold") for x, head in heads]
+    parts += [arrow(x, 142) for x in (215, 445, 688)]
+
+    # Every frame is a picture that is seen in its time; the last one stays.
+    for number, frame in enumerate(frames):
+        data = base64.b64encode(png(shown.picture(frame))).decode()
+        values = ["1" if other == number else "0" for other in range(len(frames))]
+        still = 1 if number == len(frames) // 2 else 0
+        parts.append(f"<image x='20' y='50' width='184' height='184' opacity='{still}' href='data:image/png;base64,{data}'>{film('opacity', values)}</image>")
+
+    lights = [shown.taxels(frame) for frame in frames]
+    peak = max(max(light) for light in lights)
+    for number in range(25):
+        x, y = 250 + number % 5 * 37, 50 + number // 5 * 37
+        opacities = [f"{0.06 + 0.94 * math.sqrt(light[number] / peak):.2f}" for light in lights]
+        parts.append(f"<rect x='{x}' y='{y}' width='34' height='34' rx='4' fill='{GREEN}' fill-opacity='{opacities[len(frames) // 2]}'>{film('fill-opacity', opacities)}</rect>")
+
+    low, high = min(map(min, shown.features)), max(map(max, shown.features))
+    for number, name in enumerate(ROWS_AND_COLUMNS):
+        bottom = 66 + number * 18.4
+        point = lambda k, value, bottom=bottom: f"{506 + (k - FIRST) * 168 / (LAST - FIRST):.1f},{bottom - 15 * (value - low) / (high - low):.1f}"
+        line = " ".join(point(frame, shown.features[frame][number]) for frame in range(FIRST, LAST))
+        parts.append(text(480, bottom - 2, name, 11, fill=CALM))
+        parts.append(f"<polyline points='{line}' fill='none' stroke='{GREEN}' stroke-width='1.5'/>")
+    # What has not happened yet is covered.
+    covers = [f"{506 + (frame - FIRST) * 168 / (LAST - FIRST):.1f}" for frame in frames[:-1]] + ["676"]
+    parts.append(f"<rect x='676' y='48' width='172' height='190' fill='{PAPER}'>{film('x', covers)}</rect>")
+    parts.append(f"<rect x='676' y='44' width='220' height='200' fill='{PAPER}'/>")
+    parts.append(arrow(688, 142))
+
+    event = shown.event
+    texture = event["texture"]
+    direction = "upward" if abs(event["direction"]["deg"] - 90) < 10 else ""
+    answer = [
+        (event["contact"], 20),
+        (f"{event['speed']['mm_s']:.1f} ± {event['speed']['sd']:.1f} mm/s", 17),
+        (f"{event['direction']['deg']:.1f}° ± {event['direction']['sd']:.1f}° {direction}".strip(), 17),
+        (f"{texture['specimen']}: saw teeth of {texture['depth_mm']:.0f} mm", 15),
+        (f"probability {texture['confidence']:.3f}", 13),
+    ]
+    hidden = ["0"] * (len(frames) - 1) + ["1"]
+    lines = "".join(text(720, 90 + number * 30, content, size) for number, (content, size) in enumerate(answer))
+    parts.append(f"<g>{film('opacity', hidden)}{lines}</g>")
+    parts.append(text(20, 258, f"wstac run {SCENE} --model builtin:path-svm", 12, fill=CALM))
+    parts.append(text(940, 258, f"frames {FIRST} to {LAST - 1} of 140, three times slower", 12, "end", CALM))
+    truth = "a simulated slide of a saw-shaped specimen at 150 mm/s, upward"
+    return svg(960, 274, f"From camera frames to an answer: {truth}", parts)
+
+
+def sensor():
+    """Draws what the sensor is, from the side and from behind."""
+    parts = [text(20, 34, "from the side", 15, weight="bold"), text(640, 34, "what the camera sees", 15, weight="bold")]
+    teeth = " ".join(f"{60 + 32 * number},{64 if number % 2 else 84}" for number in range(12))
+    parts.append(f"<polygon points='60,52 {teeth} 412,52' fill='#c9ced6'/>")
+    parts.append(f"<path d='M430 66h46m-8 -7l8 7l-8 7' stroke='{INK}' stroke-width='2' fill='none'/>")
+    parts.append(text(430, 52, "slides", 13))
+    parts.append(f"<rect x='60' y='148' width='352' height='34' rx='4' fill='#e8e4dc' stroke='{CALM}'/>")
+    for number in range(5):
+        x, lean = 92 + 72 * number, (0, 10, 16, 6, 0)[number]
+        parts.append(f"<path d='M{x - 5} 150L{x + lean - 3} 90h6L{x + 5} 150z' fill='#8d959f'/>")
+        if lean:
+            parts.append(f"<circle cx='{x}' cy='156' r='{6 + lean / 3:.1f}' fill='{GREEN}' fill-opacity='{0.3 + lean / 24:.2f}'/>")
+    parts.append(f"<path d='M236 250L120 186M236 250L352 186' stroke='{CALM}' stroke-dasharray='4 4'/>")
+    parts.append(f"<rect x='206' y='244' width='60' height='36' rx='4' fill='{INK}'/><circle cx='236' cy='246' r='10' fill='{CALM}'/>")
+    for x, y, content in (
+        (430, 108, "5 × 5 whiskers"),
+        (430, 154, "base of a whisker: glows"),
+        (430, 172, "green while it bends"),
+        (430, 192, "elastomer"),
+        (280, 268, "camera, 30 frames per second"),
+    ):
+        parts.append(text(x, y, content, 13))
+    parts.append(f"<rect x='640' y='50' width='230' height='230' rx='4' fill='#101418'/>")
+    for number in range(25):
+        x, y = 662 + number % 5 * 46, 72 + number // 5 * 46
+        light = (0.05, 0.45, 0.9, 0.3, 0.05)[number % 5] * (0.8, 0.95, 1, 0.95, 0.8)[number // 5]
+        parts.append(f"<circle cx='{x}' cy='{y}' r='11' fill='#35e065' fill-opacity='{light:.2f}'/>")
+        parts.append(f"<rect x='{x - 16}' y='{y - 16}' width='32' height='32' fill='none' stroke='#59636e'/>")
+    for x, y, content in (
+        (886, 76, "taxels: the squares"),
+        (886, 94, "around the bases;"),
+        (886, 112, "their light is summed"),
+        (886, 160, "r1 to r5: rows"),
+        (886, 178, "c1 to c5: columns"),
+    ):
+        parts.append(text(x, y, content, 13))
+    return svg(1060, 300, "The sensor: a surface bends whiskers, whose bases glow, and a camera sees the 25 bases from behind", parts)
+
+
+def says(picture):
+    """Returns the texts of a picture. Pixels and lines may differ in their last digits between processors."""
+    return re.findall(r"<(?:text|title)[^>]*>([^<]*)<", picture)
+
+
+def main():
+    wstac, folder, check = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3:] == ["--check"]
+    for name, picture in (("sensor.svg", sensor()), ("slide.svg", slide(wstac))):
+        path = folder / name
+        if not check:
+            path.write_text(picture)
+        elif says(path.read_text()) != says(picture):
+            sys.exit(f"{path}: says {says(path.read_text())}, expected {says(picture)}; ci/pictures writes it")
+        print(f"{path}: {len(picture.encode()):,} bytes")
+
+
+main()
