@@ -76,8 +76,10 @@ def check_services(programs):
         over = threading.Event()
 
         def restart():
+            other = Client(endpoint, DOMAIN)
             while not over.wait(0.2):
-                done(client.call("/wstac/deaf/restart_baseline"), "a new baseline")
+                done(other.call("/wstac/deaf/restart_baseline"), "a new baseline")
+            other.close()
 
         restarts = threading.Thread(target=restart)
         restarts.start()
