@@ -5,14 +5,12 @@ is what `wstac run` prints.
     check.py WSTAC NODE [CHECK...]    the two programs; the checks to run, such as config, or else all
 """
 
-import contextlib
 import json
 import math
 import os
 import re
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -22,134 +20,11 @@ import time
 import traceback
 from pathlib import Path
 
-import zenoh
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-SCENE = "lead_in = 30\ngap = 70\nseed = {seed}\n" + "".join(
-    f'[[slide]]\nspecimen = "{specimen}"\nspeed = {speed}\ndirection = {direction}\n'
-    for specimen, speed, direction in (("Saw3", 150, 90), ("Sin2", 170, 180), ("Tri4", 130, 300))
-)
-# No message takes longer than this on a loaded machine.
-PATIENCE = 60
-
-
-def fail(message):
-    sys.exit(f"check.py: {message}")
-
-
-def same(found, expected, what):
-    if found != expected:
-        fail(f"{what}: {found!r:.2000}, expected {expected!r:.2000}")
-
-
-def near(found, expected, most, what):
-    if not abs(found - expected) <= most:
-        fail(f"{what}: {found}, expected {expected} within {most}")
-
-
-def until(is_so, what, seconds=PATIENCE):
-    """Waits until something is so."""
-    end = time.monotonic() + seconds
-    while not is_so():
-        if time.monotonic() > end:
-            fail(f"after {seconds} s still not: {what}")
-        time.sleep(0.02)
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-def session(mode, **endpoints):
-    """Opens a session of Zenoh that looks for nobody."""
-    config = zenoh.Config()
-    config.insert_json5("mode", json.dumps(mode))
-    config.insert_json5("scouting/multicast/enabled", "false")
-    for key, endpoint in endpoints.items():
-        config.insert_json5(f"{key}/endpoints", json.dumps([endpoint]))
-    end = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return zenoh.open(config)
-        except zenoh.ZError:
-            if time.monotonic() > end:
-                raise
-            time.sleep(0.1)
-
-
-class Listener:
-    """Keeps what arrives, by key."""
-
-    def __init__(self, endpoint, keys="wstac/**", raw=False):
-        self.raw = raw
-        self.messages, self.lock = {}, threading.Lock()
-        self.session = session("client", connect=endpoint)
-        self.subscriber = self.session.declare_subscriber(keys, self.take)
-
-    def take(self, sample):
-        attachment = sample.attachment and (sample.attachment.to_bytes() if self.raw else sample.attachment.to_string())
-        with self.lock:
-            arrived = self.messages.setdefault(str(sample.key_expr), [])
-            arrived.append((sample.payload.to_bytes(), attachment, str(sample.encoding)))
-
-    def lines(self, key):
-        """Returns the objects that have arrived under a key."""
-        with self.lock:
-            return [json.loads(payload) for payload, *_ in self.messages.get(key, [])]
-
-    def kept_events(self, sensor):
-        """Returns the events that the node keeps, by their keys."""
-        replies = self.session.get(f"wstac/{sensor}/event/*", timeout=PATIENCE)
-        return {str(reply.ok.key_expr): json.loads(reply.ok.payload.to_bytes()) for reply in replies}
-
-    def close(self):
-        self.session.close()
-
-
-class Programs:
-    def __init__(self, wstac, node, folder):
-        self.wstac, self.command, self.folder = wstac, node, folder
-
-    def scene(self, name, seed):
-        file = self.folder / f"{name}.toml"
-        file.write_text(SCENE.format(seed=seed))
-        return f"scene:{file}"
-
-    def run(self, source, *options):
-        """Returns what `wstac run` prints."""
-        command = [self.wstac, "run", source, "--json", "--features", "--motion", *options]
-        done = subprocess.run(command, capture_output=True, check=True, text=True, timeout=PATIENCE)
-        return [json.loads(line) for line in done.stdout.splitlines()]
-
-    @contextlib.contextmanager
-    def node(self, *arguments):
-        """Starts the node. It is killed at the end if it still runs. `said` has its notes."""
-        notes = tempfile.TemporaryFile("w+")
-        with subprocess.Popen([self.command, *map(str, arguments)], stderr=notes, stdin=subprocess.DEVNULL) as node:
-
-            def said():
-                notes.seek(0)
-                return notes.read()
-
-            node.said = said
-            try:
-                until(lambda: "keys begin with" in said() or node.poll() is not None, "the node is ready")
-                yield node
-            finally:
-                node.kill()
-
-
-def sockets(node):
-    """Returns the sockets at which the node listens: protocol and address."""
-    listening = subprocess.run(["ss", "-Hlnptu"], capture_output=True, check=True, text=True).stdout
-    return [(line.split()[0], line.split()[4]) for line in listening.splitlines() if f"pid={node.pid}," in line]
-
-
-def of_kind(records, kind):
-    # The wall clock is another one in each run.
-    return [{name: value for name, value in record.items() if name != "stamp"} for record in records if record["kind"] == kind]
+from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, same, session, sockets, until
+from packages import check_packages
+from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
+from services import check_parameters, check_services
+from tls import check_tls
 
 
 def check_messages(programs):
@@ -191,21 +66,11 @@ def check_messages(programs):
     print(f"two sensors: {count} records as wstac run, with taxels and state; a late reader gets the events; one socket, at 127.0.0.1")
 
 
-def router(port):
-    """Starts a router of Zenoh in a process of its own."""
-    program = (
-        "import json, sys, time, zenoh; c = zenoh.Config(); c.insert_json5('mode', '\"router\"');"
-        "c.insert_json5('scouting/multicast/enabled', 'false');"
-        "c.insert_json5('listen/endpoints', json.dumps([sys.argv[1]])); s = zenoh.open(c); time.sleep(1e6)"
-    )
-    return subprocess.Popen([sys.executable, "-c", program, f"tcp/127.0.0.1:{port}"])
-
-
 def check_router(programs):
     """A router that comes late, is killed and comes back: the sensor goes on, and no event is lost for who asks."""
     port, source = free_port(), programs.scene("sensor", 3)
     expected = programs.run(source)
-    with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}") as node:
+    with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}", "--ros", "--zenoh", "--domain", DOMAIN) as node:
         first = router(port)
         try:
             listener = Listener(f"tcp/127.0.0.1:{port}")
@@ -216,6 +81,10 @@ def check_router(programs):
         try:
             before = len(listener.lines("wstac/sensor/features"))
             until(lambda: len(listener.lines("wstac/sensor/features")) > before + 10, "features through the router that came back")
+            client = Client(f"tcp/127.0.0.1:{port}", DOMAIN)
+            until(lambda: len(client.services()) == 11, "services through the router that came back")
+            same(client.call("/wstac_node/get_parameters", names=["domain"]).values[0].integer_value, DOMAIN, "a parameter")
+            client.close()
             until(lambda: listener.lines("wstac/sensor/state")[-1]["events"] == 3, "three events")
             kept = [event for _, event in sorted(listener.kept_events("sensor").items())]
             same(node.wait(PATIENCE), 0, "exit code")
@@ -225,7 +94,7 @@ def check_router(programs):
         finally:
             listener.close()
             second.kill(), second.wait()
-    print("a router that came late, was killed and came back: features go on, and all 3 events are there for who asks")
+    print("a router that came late, was killed and came back: features and services go on, and all 3 events are there for who asks")
 
 
 STALLED = """
@@ -242,11 +111,12 @@ signal.pause()
 
 
 def check_strangers(programs):
-    """A subscriber that stops reading, bytes that are no protocol, and a large message under a sensor's key."""
+    """A subscriber that stops reading, bytes that are no protocol, and large messages under a sensor's keys."""
     source, endpoint = programs.scene("sensor", 4), f"tcp/127.0.0.1:{free_port()}"
     expected = programs.run(source)
-    with programs.node(source, "--listen", endpoint) as node:
-        listener = Listener(endpoint)
+    begun = time.monotonic()
+    with programs.node(source, "--listen", endpoint, "--ros", "--zenoh") as node:
+        listener, ros = Listener(endpoint), Listener(endpoint, "0/wstac/**", raw=True)
         stalled = subprocess.Popen([sys.executable, "-c", STALLED, endpoint])
         try:
             with socket.create_connection(("127.0.0.1", int(endpoint.rsplit(":", 1)[1]))) as stranger:
@@ -254,8 +124,13 @@ def check_strangers(programs):
             rogue = session("client", connect=endpoint)
             rogue.put("wstac/sensor/state", bytes(20_000_000))
             rogue.put("wstac/sensor/event/0", b"{")
+            until(lambda: any("/features/" in key for key in ros.messages), "features for ROS 2")
+            own = {key: arrived[-1][0] for key, arrived in list(ros.messages.items())}
+            for key in own:
+                rogue.put(key, bytes(1_000_000))
             rogue.close()
             same(node.wait(PATIENCE), 0, "exit code")
+            took = time.monotonic() - begun
             stops = Path(f"/proc/{stalled.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
             same(stops, "T", "the state of the subscriber that stops reading")
             until(lambda: listener.lines("wstac/sensor/end"), "the end")
@@ -263,8 +138,18 @@ def check_strangers(programs):
             stalled.kill(), stalled.wait()
     for kind in ("event", "contact_end", "end"):
         same(of_kind(listener.lines(f"wstac/sensor/{kind}"), kind), of_kind(expected, kind), kind)
-    listener.close()
-    print("a subscriber that stops, bytes that are no protocol and 20 MB under a key: the sensor's events are as before")
+    # The sensor did not wait: it read every frame in time, and left nothing out.
+    state = [json.loads(payload) for payload, *_ in listener.messages["wstac/sensor/state"] if len(payload) < 1000][-1]
+    frames = expected[-1]["frames"]
+    same((state["frames"], state["skipped"], state["dropped"]), (frames, 0, 0), "the last state")
+    same(took < frames / 30 + 10, True, f"{frames} frames in {took:.1f} s")
+    # What the node sends has its attachment, by which a receiver tells it from a stranger's.
+    events = [payload for key, all_ in ros.messages.items() if "/event/" in key for payload, attachment, _ in all_ if attachment]
+    types = types_of_ros()
+    found = [types.deserialize_cdr(payload, "wstac_msgs/msg/Event").frame for payload in events]
+    same(found, [record["frame"] for record in of_kind(expected, "event")], "events for ROS 2")
+    listener.close(), ros.close()
+    print("a subscriber that stops, bytes that are no protocol, 20 MB and 1 MB under the keys: no sensor waits, and all events arrive")
 
 
 def check_arguments(programs):
@@ -293,35 +178,6 @@ def check_arguments(programs):
         same(re.findall(r"ended by a signal|error|panick", node.said()), ["ended by a signal"], "notes after SIGINT")
         listener.close()
     print("wrong arguments, an address in use, and a signal: told")
-
-
-class BoardPeer:
-    """Plays boards: one behind TCP and one behind a serial line, which is unplugged in the middle."""
-
-    def __init__(self, programs, scene):
-        command = [programs.command.parent / "examples" / "board_bytes", scene]
-        self.sent = subprocess.run(command, capture_output=True, check=True, timeout=PATIENCE).stdout
-        self.tcp = socket.create_server(("127.0.0.1", 0))
-        self.device = programs.folder / "ttyBoard"
-        self.plug()
-
-    def plug(self):
-        self.serial, host = os.openpty()
-        new = self.device.with_suffix(".new")
-        new.symlink_to(os.ttyname(host))
-        new.rename(self.device)
-        self.host = host
-
-    def unplug(self):
-        os.close(self.serial), os.close(self.host)
-
-    def play(self, write, part=slice(None), seconds=3):
-        """Sends a part of all bytes within some seconds."""
-        data = self.sent[part]
-        step = max(1, len(data) // 100)
-        for start in range(0, len(data), step):
-            write(data[start : start + step])
-            time.sleep(seconds / 100)
 
 
 def check_boards(programs):
@@ -420,43 +276,6 @@ def check_config(programs):
     print("a configuration of Zenoh: denied keys are not heard, what it does not name is safe, and a damaged one is refused by its name")
 
 
-MESSAGES = Path(__file__).parents[2] / "wstac-node" / "wstac_msgs" / "msg"
-DOMAIN = 7
-
-
-def types_of_ros():
-    """Returns the types of ROS 2 with those of wstac_msgs, read from their definitions."""
-    types = get_typestore(Stores.ROS2_JAZZY)
-    for file in MESSAGES.glob("*.msg"):
-        types.register(get_types_from_msg(file.read_text(), f"wstac_msgs/msg/{file.stem}"))
-    return types
-
-
-def in_ros(types, messages, sensor):
-    """Decodes what has arrived for ROS 2: the messages of each topic. Keys, hashes, bytes and attachments are right."""
-    found = {}
-    for key, arrived in messages.items():
-        domain, rest = key.split("/", 1)
-        topic, name, digest = rest.rsplit("/", 2)
-        same(domain, str(DOMAIN), f"domain of {key}")
-        name = re.fullmatch(r"(\w+)::msg::dds_::(\w+)_", name).expand(r"\1/msg/\2")
-        same(digest, types.hash_rihs01(name), f"hash of {name}")
-        publishers = set()
-        for count, (payload, attachment, _) in enumerate(arrived):
-            message = types.deserialize_cdr(payload, name)
-            same(bytes(types.serialize_cdr(message, name)), payload, f"bytes of {name}, written again")
-            sequence, stamp, length = struct.unpack_from("<qqB", attachment)
-            same((len(attachment), length), (33, 16), f"attachment of {name}")
-            same(abs(stamp / 1e9 - time.time()) < 10 * PATIENCE, True, f"time in the attachment of {name}")
-            if count == 0:
-                first = sequence
-            same(sequence, first + count, f"number of a message of {name}")
-            publishers.add(attachment[17:])
-            found.setdefault(topic.removeprefix(f"wstac/{sensor}/"), []).append(message)
-        same(len(publishers), 1, f"publishers of {key}")
-    return found
-
-
 def check_ros(programs):
     """Nodes of ROS 2 would find the topics and decode the messages, which say what `wstac run` says."""
     source, endpoint, types = programs.scene("sensor", 7), f"tcp/127.0.0.1:{free_port()}", types_of_ros()
@@ -469,9 +288,9 @@ def check_ros(programs):
         until(lambda: any("diagnostics" in key for key in listener.messages), "diagnostics")
         time.sleep(0.5)
     kinds = sorted(token.split("/")[5] for token in tokens)
-    same(kinds, ["MP"] * 7 + ["NN"], "tokens for discovery")
-    same(len({token.split("/")[4] for token in tokens}), 8, "numbers of the node and its publishers")
-    quality = {token.rsplit("/", 1)[1] for token in tokens if "/MP/" in token}
+    same(kinds, ["MP"] * 7 + ["NN"] + ["SS"] * 11, "tokens for discovery")
+    same(len({token.split("/")[4] for token in tokens}), 19, "numbers of the node, its publishers and its services")
+    quality = {token.rsplit("/", 1)[1] for token in tokens if "/NN/" not in token}
     same(quality, {"::,10:,:,:,,"}, "quality of service in the tokens")
     described = {tuple(token.split("/")[9:12]) for token in tokens if "/MP/" in token}
     heard = {("%" + key.split("/", 1)[1].rsplit("/", 2)[0].replace("/", "%"), *key.split("/")[-2:]) for key in listener.messages}
@@ -518,12 +337,12 @@ def check_ros(programs):
     same((last.name, counts["events"], counts["frames"]), ("wstac: left", len(events), expected[-1]["frames"]), "diagnostics")
     listener.close()
     count = sum(map(len, found.values()))
-    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 8 tokens for discovery")
+    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 19 tokens for discovery")
 
 
 def check_page(programs):
     """The program of the page prints events."""
-    page = (Path(__file__).parents[2] / "docs" / "NETWORK.md").read_text()
+    page = programs.page.read_text()
     code = next(block for block in re.findall(r"(?:^    .*\n|^\n)+", page, re.MULTILINE) if "import json, zenoh" in block)
     port = free_port()
     code = textwrap.dedent(code).replace("tcp/127.0.0.1:7447", f"tcp/127.0.0.1:{port}")
@@ -537,7 +356,7 @@ def check_page(programs):
 
 
 CHECKS = {check.__name__.removeprefix("check_"): check for check in (
-    check_arguments, check_messages, check_router, check_strangers, check_boards, check_config, check_ros, check_page,
+    check_arguments, check_messages, check_router, check_strangers, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_parameters, check_packages, check_page,
 )}
 
 

@@ -4,7 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::PathBuf;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::names;
 
@@ -38,20 +38,36 @@ pub(crate) struct Arguments {
     #[arg(long)]
     zenoh: bool,
 
+    /// Payloads of event, contact_end, motion, features and taxels under the keys below
+    #[arg(long, value_name = "FORM", value_enum, default_value_t = Form::Json)]
+    zenoh_encoding: Form,
+
     /// Publish messages of ROS 2, as rmw_zenoh does
     ///
-    /// Topics are /wstac/SENSOR/event, contact_end, motion, features and taxels, and /diagnostics. Nodes need
+    /// Topics are /wstac/SENSOR/event, contact_end, motion, features, taxels and picture, and /diagnostics. Nodes need
     /// RMW_IMPLEMENTATION=rmw_zenoh_cpp and the package wstac_msgs.
     #[arg(long)]
     pub(crate) ros: bool,
 
-    /// Also publish every frame as sensor_msgs/Image, under the topic picture (with --ros)
+    /// Begin with pictures: every frame as sensor_msgs/Image under the topic picture (with --ros)
+    ///
+    /// The parameter SENSOR.picture changes it later.
     #[arg(long, requires = "ros")]
     pub(crate) picture: bool,
 
     /// The domain of ROS 2, as in ROS_DOMAIN_ID
     #[arg(long, value_name = "N", env = "ROS_DOMAIN_ID", default_value_t = 0)]
     pub(crate) domain: u32,
+
+    /// The name of the node in ROS 2; each program of a domain needs its own
+    #[arg(long, value_name = "NAME", default_value = "wstac_node", value_parser = node_name)]
+    pub(crate) node_name: String,
+
+    /// Let services read and write files of this folder (with --ros)
+    ///
+    /// They name configurations, models and recordings without folders. Without this, services that need a file refuse.
+    #[arg(long, value_name = "FOLDER", requires = "ros")]
+    pub(crate) files: Option<PathBuf>,
 
     /// Listen at this address of the network
     ///
@@ -78,6 +94,15 @@ pub(crate) struct Arguments {
     pub(crate) namespace: String,
 }
 
+/// The form of payloads that both JSON and ROS 2 have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Form {
+    /// JSON objects, as wstac run prints them
+    Json,
+    /// The messages of ROS 2, in CDR behind four bytes of header
+    Cdr,
+}
+
 const HELP: &str = r"Keys, with the JSON objects of wstac run --json:
   wstac/SENSOR/event        a tactile event; its attachment is its
                             number, counted from 0
@@ -97,6 +122,10 @@ and two of this program:
                             that were skipped for a slow network
 A token of liveliness at wstac/SENSOR says that a sensor is there.
 
+Services of ROS 2, with --ros:
+  /wstac/SENSOR/restart_baseline, load_configuration, load_model,
+  start_recording and stop_recording; parameters of /wstac_node
+
 Network:
   If no address is given, nothing leaves this machine: the program
   listens at tcp/127.0.0.1:7447, or with --ros connects to it. It sends
@@ -111,6 +140,11 @@ impl Arguments {
     /// Returns whether JSON is published.
     pub(crate) fn has_records(&self) -> bool {
         self.zenoh || !self.ros
+    }
+
+    /// Returns whether payloads that ROS 2 has a message for are such messages, under the keys of JSON.
+    pub(crate) fn has_cdr_records(&self) -> bool {
+        self.has_records() && self.zenoh_encoding == Form::Cdr
     }
 
     /// Returns the name and the source of each sensor.
@@ -151,6 +185,13 @@ fn namespace(text: &str) -> Result<String, String> {
     } else {
         Err("expected letters, digits, - and _, with / between names".to_owned())
     }
+}
+
+/// Checks the name of a node of ROS 2.
+fn node_name(text: &str) -> Result<String, String> {
+    let is_name = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+        && text.bytes().next().is_some_and(|first| !first.is_ascii_digit());
+    if is_name { Ok(text.to_owned()) } else { Err("expected letters, digits and _, and no digit in front".to_owned()) }
 }
 
 #[cfg(test)]

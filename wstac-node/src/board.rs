@@ -6,6 +6,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
 use std::time::{Instant, SystemTime};
 
 use wstac_host::error::{Error, ErrorKind};
@@ -16,6 +17,7 @@ use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 
 use crate::note;
+use crate::orders::Order;
 use crate::outlet::Outlet;
 
 /// A board whose port is open.
@@ -67,16 +69,18 @@ impl Board {
     }
 
     /// Reads until the board or its connection ends, or until `ends` is set. Returns whether it did not fail.
-    pub(crate) fn run(mut self, outlet: &Outlet, ends: &AtomicBool) -> bool {
-        let read = self.read(outlet, ends);
+    ///
+    /// Orders are refused: what a service could change is in the board.
+    pub(crate) fn run(mut self, outlet: &Outlet, orders: &Receiver<Order>, ends: &AtomicBool) -> bool {
+        let read = self.read(outlet, orders, ends);
         if let Err(error) = &read {
             note(format_args!("{}: {error}", self.name));
         }
         read.is_ok()
     }
 
-    fn read(&mut self, outlet: &Outlet, ends: &AtomicBool) -> Result<(), Error> {
-        let read = self.read_to_end(outlet, ends);
+    fn read(&mut self, outlet: &Outlet, orders: &Receiver<Order>, ends: &AtomicBool) -> Result<(), Error> {
+        let read = self.read_to_end(outlet, orders, ends);
         if !matches!(read, Ok(true)) {
             // The board did not say its end: what is known here takes its place.
             outlet.output(&self.monitor.finish(), SystemTime::now())?;
@@ -85,11 +89,15 @@ impl Board {
     }
 
     /// Returns whether the board has said its end.
-    fn read_to_end(&mut self, outlet: &Outlet, ends: &AtomicBool) -> Result<bool, Error> {
+    fn read_to_end(&mut self, outlet: &Outlet, orders: &Receiver<Order>, ends: &AtomicBool) -> Result<bool, Error> {
         let start = Instant::now();
         let mut room = [0; 4096];
         let mut waits = 0_u32;
         while !ends.load(Ordering::Relaxed) {
+            for order in orders.try_iter() {
+                let why = "is a board, which finds its events itself; wstac board changes its settings";
+                (order.answer)(Err(Error::new(ErrorKind::Unsupported, &self.name, why)));
+            }
             self.requests.extend(self.monitor.set_now(start.elapsed(), SystemTime::now()));
             if let Some(reading) = self.requests.send(&mut self.port) {
                 self.say(reading.in_words(self.port.name()));

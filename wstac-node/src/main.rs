@@ -1,16 +1,19 @@
 //! `wstac-node` publishes tactile sensors on a Zenoh network.
 //!
-//! Each sensor has two threads: `sensor` reads its source, or `board` its board, and `publisher` sends what was found.
-//! `outlet` makes messages between them. A full queue makes it skip messages, so that a slow network never holds up a
-//! sensor. `network` opens the session of Zenoh, `records` and `message` are for any program that speaks Zenoh, and `ros`
-//! is for nodes of ROS 2.
+//! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher` sends
+//! what was found. `outlet` makes messages between them. A full queue makes it skip messages, so that a slow network never
+//! holds up a sensor. `orders` are what services ask of a sensor, and `recording` is one that they start. `network` opens
+//! the session of Zenoh, `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes of ROS 2.
 
 mod arguments;
 mod board;
+mod frames;
 mod message;
 mod network;
+mod orders;
 mod outlet;
 mod publisher;
+mod recording;
 mod records;
 mod ros;
 mod sensor;
@@ -28,8 +31,11 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::visible::OneLine;
 
 use self::arguments::Arguments;
+use self::orders::Control;
 use self::outlet::Outlet;
 use self::publisher::Publisher;
+use self::ros::publishers::RosPublishers;
+use self::ros::services::Services;
 use self::sensor::Sensor;
 
 fn main() -> ExitCode {
@@ -73,18 +79,32 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
         publishers.push(Publisher::new(&network, arguments, name, place)?);
     }
     let _node = arguments.ros.then(|| network::node_token(&network, arguments)).transpose()?;
+    let (controls, orders): (Vec<_>, Vec<_>) =
+        sources.iter().map(|(name, source)| Control::new(name, &source.to_string_lossy(), arguments)).unzip();
+    let first = RosPublishers::after(sources.len());
+    let services = arguments.ros.then(|| Services::new(&network, arguments, &controls, first)).transpose()?;
+    let (services, clerk) = services.unzip();
     let failures = thread::scope(|scope| {
+        if let Some(clerk) = clerk {
+            scope.spawn(move || clerk.run());
+        }
         let threads: Vec<_> = sensors
             .into_iter()
             .zip(publishers)
-            .zip(&sources)
-            .map(|((sensor, publisher), (name, _))| {
-                let (outlet, ends) = (Outlet::new(publisher.queue(), name, arguments), &ends);
+            .zip(controls.iter().zip(orders))
+            .enumerate()
+            .map(|(place, ((sensor, publisher), (control, orders)))| {
+                let outlet = Outlet::new(publisher.queue(), Arc::clone(&control.settings), arguments);
+                let (share, ends) = (place as f64 / sources.len() as f64, &ends);
                 scope.spawn(move || publisher.run());
-                scope.spawn(move || sensor.run(outlet, ends))
+                scope.spawn(move || sensor.run(outlet, &orders, share, ends))
             })
             .collect();
-        threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded).count()
+        let failures = threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded);
+        let failures = failures.count();
+        // This ends the clerk.
+        drop(services);
+        failures
     });
     network::close(&network)?;
     if ends.load(Ordering::Relaxed) {

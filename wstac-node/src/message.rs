@@ -8,12 +8,17 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::JsonLine;
 use wstac_host::output::Output;
 
+use crate::ros::messages::RosMessage;
+use crate::ros::names::Type;
+
 /// A message that is to be published.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
     pub(crate) topic: Topic,
-    /// A JSON object.
+    /// A JSON object, or a message of ROS 2 in CDR.
     pub(crate) payload: Vec<u8>,
+    /// The type of a message of ROS 2.
+    pub(crate) kind: Option<Type>,
 }
 
 /// The last name of a message's key.
@@ -91,7 +96,20 @@ impl Message {
         let Some((topic, line)) = Topic::of(output).zip(JsonLine::new(output)) else { return Ok(None) };
         let payload =
             serde_json::to_vec(&line).map_err(|error| Error::with_cause(ErrorKind::Data, topic.name(), error))?;
-        Ok(Some(Self { topic, payload }))
+        Ok(Some(Self { topic, payload, kind: None }))
+    }
+
+    /// Returns a message of ROS 2 under the key of JSON; `None` if JSON has no such topic.
+    pub(crate) fn of_ros(message: &RosMessage) -> Option<Self> {
+        let topic = match message.kind {
+            Type::Event => Topic::Event,
+            Type::ContactEnd => Topic::ContactEnd,
+            Type::TwistStamped => Topic::Motion,
+            Type::Features => Topic::Features,
+            Type::Taxels => Topic::Taxels,
+            Type::DiagnosticArray | Type::Image => return None,
+        };
+        Some(Self { topic, payload: message.payload.clone(), kind: Some(message.kind) })
     }
 
     /// Returns the message about a sensor's state: names and counts.
@@ -99,13 +117,13 @@ impl Message {
         let counts = counts.iter().map(|(name, count)| ((*name).to_owned(), (*count).into()));
         let kind = ("kind".to_owned(), Topic::State.name().into());
         let payload: serde_json::Map<String, serde_json::Value> = iter::once(kind).chain(counts).collect();
-        Self { topic: Topic::State, payload: json!(payload).to_string().into_bytes() }
+        Self { topic: Topic::State, payload: json!(payload).to_string().into_bytes(), kind: None }
     }
 
     /// Returns the message of a frame's taxel sums.
     pub(crate) fn of_taxels(frame: u64, sums: &[u32; TAXELS]) -> Self {
         let payload = json!({"kind": Topic::Taxels.name(), "frame": frame, "sums": sums});
-        Self { topic: Topic::Taxels, payload: payload.to_string().into_bytes() }
+        Self { topic: Topic::Taxels, payload: payload.to_string().into_bytes(), kind: None }
     }
 }
 

@@ -55,7 +55,7 @@ fn addresses(config: &Config, kind: &str) -> Vec<String> {
 /// # Errors
 /// The network refuses it.
 pub(crate) fn node_token(session: &Session, arguments: &Arguments) -> Result<LivelinessToken, Error> {
-    let token = names::node_token(arguments.domain, &session.zid().to_string());
+    let token = names::node_token(arguments.domain, &session.zid().to_string(), &arguments.node_name);
     let refused = |error| Error::new(ErrorKind::Usage, "the node's token", error);
     session.liveliness().declare_token(token).wait().map_err(refused)
 }

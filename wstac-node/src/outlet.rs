@@ -1,5 +1,6 @@
 //! Turns what a sensor finds into the messages that are published.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::SystemTime;
 
@@ -9,6 +10,7 @@ use wstac_host::output::Output;
 
 use crate::arguments::Arguments;
 use crate::message::Message;
+use crate::orders::{Settings, copy_of};
 use crate::publisher::{Counts, Found, Queue};
 use crate::ros::messages::{Header, RosMessage};
 use crate::ros::picture::Shape;
@@ -17,15 +19,21 @@ use crate::ros::picture::Shape;
 pub(crate) struct Outlet {
     queue: Queue,
     has_records: bool,
-    /// The coordinate frame, if nodes of ROS 2 are told.
-    frame_id: Option<String>,
+    has_cdr_records: bool,
+    has_ros: bool,
+    settings: Arc<Settings>,
 }
 
 impl Outlet {
-    /// Creates the outlet of the sensor with this name.
-    pub(crate) fn new(queue: Queue, name: &str, arguments: &Arguments) -> Self {
-        let frame_id = arguments.ros.then(|| format!("{name}_frame"));
-        Self { queue, has_records: arguments.has_records(), frame_id }
+    /// Creates the outlet of the sensor with these settings.
+    pub(crate) fn new(queue: Queue, settings: Arc<Settings>, arguments: &Arguments) -> Self {
+        let (has_records, has_cdr_records) = (arguments.has_records(), arguments.has_cdr_records());
+        Self { queue, has_records, has_cdr_records, has_ros: arguments.ros, settings }
+    }
+
+    /// Returns the settings of the sensor.
+    pub(crate) fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Returns the numbers of the sensor's state.
@@ -45,29 +53,42 @@ impl Outlet {
             Output::End(_) => counts.has_ended.store(true, Ordering::Relaxed),
             _ => {}
         }
-        let record = if self.has_records { Message::of(output)? } else { None };
-        let ros = self.header(stamp).and_then(|header| RosMessage::of(output, header));
-        self.queue.push(Found::new(record, ros));
+        let ros = self.with_header(stamp, |header| RosMessage::of(output, header)).flatten();
+        let record = match self.cdr_record(ros.as_ref()) {
+            None if self.has_records => Message::of(output)?,
+            record => record,
+        };
+        self.queue.push(Found::new(record, ros.filter(|_| self.has_ros)));
         Ok(())
     }
 
     /// Publishes the taxel sums of the last frame.
     pub(crate) fn taxels(&self, sums: &[u32; TAXELS], stamp: SystemTime) {
         let frame = self.counts().frames.load(Ordering::Relaxed).saturating_sub(1);
-        let record = self.has_records.then(|| Message::of_taxels(frame, sums));
-        let ros = self.header(stamp).map(|header| RosMessage::of_taxels(frame, sums, header));
-        self.queue.push(Found::new(record, ros));
+        let ros = self.with_header(stamp, |header| RosMessage::of_taxels(frame, sums, header));
+        let record = self.cdr_record(ros.as_ref());
+        let record = record.or_else(|| self.has_records.then(|| Message::of_taxels(frame, sums)));
+        self.queue.push(Found::new(record, ros.filter(|_| self.has_ros)));
     }
 
-    /// Publishes the picture of the last frame.
+    /// Publishes the picture of the last frame, if pictures are wanted.
     pub(crate) fn picture(&self, shape: Shape, bytes: &[u8], stamp: SystemTime) {
-        if let Some(frame_id) = &self.frame_id {
-            self.queue.push_picture(|| shape.message(bytes, stamp, frame_id));
+        if self.has_ros && self.settings.picture.load(Ordering::Relaxed) {
+            let frame_id = copy_of(&self.settings.frame_id);
+            self.queue.push_picture(|| shape.message(bytes, stamp, &frame_id));
         }
     }
 
-    /// Returns the header of messages of ROS 2, if there are any.
-    fn header(&self, stamp: SystemTime) -> Option<Header<'_>> {
-        self.frame_id.as_deref().map(|frame_id| Header { stamp, frame_id })
+    /// Returns a message of ROS 2 as a record, if records are such messages.
+    fn cdr_record(&self, message: Option<&RosMessage>) -> Option<Message> {
+        message.filter(|_| self.has_cdr_records).and_then(Message::of_ros)
+    }
+
+    /// Makes a message of ROS 2 with its header, if there are any.
+    fn with_header<T>(&self, stamp: SystemTime, make: impl FnOnce(Header<'_>) -> T) -> Option<T> {
+        (self.has_ros || self.has_cdr_records).then(|| {
+            let frame_id = copy_of(&self.settings.frame_id);
+            make(Header { stamp, frame_id: &frame_id })
+        })
     }
 }

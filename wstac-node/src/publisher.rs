@@ -103,7 +103,8 @@ impl Publisher {
     /// The network refuses a key.
     pub(crate) fn new(session: &Session, arguments: &Arguments, name: &str, place: usize) -> Result<Self, Error> {
         let sensor = format!("{}/{name}", arguments.namespace);
-        let records = arguments.has_records().then(|| RecordPublishers::new(session, &sensor)).transpose()?;
+        let records =
+            arguments.has_records().then(|| RecordPublishers::new(session, &sensor, arguments)).transpose()?;
         let ros = arguments.ros.then(|| RosPublishers::new(session, arguments, &sensor, place)).transpose()?;
         Ok(Self { name: name.to_owned(), records, ros, queue: sync_channel(MOST_WAITING), counts: Arc::default() })
     }
@@ -186,7 +187,7 @@ mod tests {
     fn a_full_queue_skips_and_counts() {
         let (sender, arriving) = sync_channel(2);
         let queue = Queue { sender, counts: Arc::default(), events: Some(Arc::default()) };
-        let event = Message { topic: Topic::Event, payload: b"{}".to_vec() };
+        let event = Message { topic: Topic::Event, payload: b"{}".to_vec(), kind: None };
         (0..5).for_each(|_| queue.push(Found::new(Some(event.clone()), None)));
         let state = queue.counts.state("left", &mut [0; 2]).record.unwrap();
         let state: serde_json::Value = serde_json::from_slice(&state.payload).unwrap();

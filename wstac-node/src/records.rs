@@ -1,4 +1,4 @@
-//! The records of a sensor, published as JSON under the keys of `docs/NETWORK.md`.
+//! The records of a sensor, published as JSON or CDR under the keys of `docs/NETWORK.md`.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,9 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
+use crate::arguments::Arguments;
 use crate::message::{Message, Topic};
+use crate::ros::names::Type;
 
 /// The events that are kept for those who ask.
 const MOST_EVENTS: usize = 1000;
@@ -31,7 +33,7 @@ impl RecordPublishers {
     ///
     /// # Errors
     /// The network refuses a key.
-    pub(crate) fn new(session: &Session, sensor: &str) -> Result<Self, Error> {
+    pub(crate) fn new(session: &Session, sensor: &str, arguments: &Arguments) -> Result<Self, Error> {
         let refused = |error| Error::new(ErrorKind::Usage, format_args!("the keys {sensor}"), error);
         let declare = |topic: Topic| {
             let (control, priority) = if topic.is_stream() {
@@ -49,9 +51,10 @@ impl RecordPublishers {
         let publishers = Topic::ALL.into_iter().map(declare).collect::<Result<_, _>>().map_err(refused)?;
         let events = Arc::new(Mutex::new(Events::default()));
         let (kept, prefix) = (Arc::clone(&events), format!("{sensor}/event"));
+        let encoding = encoding_of(arguments.has_cdr_records().then_some(Type::Event));
         let answers = session
             .declare_queryable(format!("{prefix}/*"))
-            .callback(move |query| answer(&query, &prefix, &kept))
+            .callback(move |query| answer(&query, &prefix, &kept, &encoding))
             .wait()
             .map_err(refused)?;
         let alive = session.liveliness().declare_token(sensor.to_owned()).wait().map_err(refused)?;
@@ -60,7 +63,7 @@ impl RecordPublishers {
 
     /// Publishes a message. An event has a number.
     pub(crate) fn put(&self, message: Message, number: Option<u64>) -> zenoh::Result<()> {
-        let put = self.publishers[message.topic as usize].put(message.payload);
+        let put = self.publishers[message.topic as usize].put(message.payload).encoding(encoding_of(message.kind));
         match number {
             Some(number) => put.attachment(number.to_string()).wait(),
             None => put.wait(),
@@ -92,15 +95,20 @@ impl Events {
     }
 }
 
+/// Returns the encoding of JSON, or of a message of ROS 2.
+fn encoding_of(kind: Option<Type>) -> Encoding {
+    kind.map_or(Encoding::APPLICATION_JSON, |kind| Encoding::APPLICATION_CDR.with_schema(kind.schema()))
+}
+
 /// Answers a request with the events that are kept and asked for.
-fn answer(query: &Query, prefix: &str, events: &Mutex<Events>) {
+fn answer(query: &Query, prefix: &str, events: &Mutex<Events>, encoding: &Encoding) {
     let events: Vec<(u64, Vec<u8>)> =
         locked(events).numbered().map(|(number, payload)| (number, payload.clone())).collect();
     for (number, payload) in events {
         let Ok(key) = zenoh::key_expr::KeyExpr::try_from(format!("{prefix}/{number}")) else { continue };
         if query.key_expr().intersects(&key) {
             // Whoever has asked may be gone.
-            let _ = query.reply(key, payload).encoding(Encoding::APPLICATION_JSON).wait();
+            let _ = query.reply(key, payload).encoding(encoding.clone()).wait();
         }
     }
 }

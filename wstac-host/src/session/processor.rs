@@ -168,10 +168,18 @@ impl Processor {
     /// Adds texture models.
     #[must_use]
     pub fn with_textures(mut self, textures: Textures) -> Self {
-        if textures.needs_taxels() {
+        self.set_textures(textures);
+        self
+    }
+
+    /// Replaces the texture models. The next events have the answers of the new ones.
+    ///
+    /// Models of 25 taxels answer for events that begin after it.
+    pub fn set_textures(&mut self, textures: Textures) {
+        if textures.needs_taxels() && !self.textures.needs_taxels() {
             self.pipeline.keep_taxels();
         }
-        Self { textures, ..self }
+        self.textures = textures;
     }
 
     /// Takes an event of the source and hands every output that follows from it to `emit`.

@@ -2,6 +2,8 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use zenoh::qos::{CongestionControl, Priority};
+
 /// The type of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Type {
@@ -67,6 +69,25 @@ impl Type {
         format!("{sensor}/{last}")
     }
 
+    /// Returns the name as ROS 2 writes it, such as `wstac_msgs/msg/Event`.
+    pub(crate) fn schema(self) -> String {
+        let (package, name) = self.name();
+        format!("{package}/msg/{name}")
+    }
+
+    /// Returns what happens to a message if a subscriber is slow: of streams, a newer one makes an older one worthless.
+    pub(crate) fn control(self) -> CongestionControl {
+        match self {
+            Self::Event | Self::ContactEnd => CongestionControl::Block,
+            _ => CongestionControl::Drop,
+        }
+    }
+
+    /// Returns the place of a message in a connection's queues. Pictures are large, and have one of their own.
+    pub(crate) fn priority(self) -> Priority {
+        if self == Self::Image { Priority::DataLow } else { Priority::Data }
+    }
+
     /// Returns the type as DDS writes it, and its hash.
     fn typed(self) -> String {
         let (package, name) = self.name();
@@ -79,25 +100,113 @@ impl Type {
     }
 
     /// Returns the token that tells other nodes of a publisher. Publishers of a session have different numbers.
-    pub(crate) fn token(self, domain: u32, session: &str, number: usize, sensor: &str) -> String {
+    pub(crate) fn token(self, domain: u32, session: &str, number: usize, node: &str, sensor: &str) -> String {
         let topic = format!("/{}", self.topic(sensor)).replace('/', "%");
         // Reliable, volatile, the last ten: the default quality of service.
-        format!("@ros2_lv/{domain}/{session}/0/{number}/MP/%/%/{NODE}/{topic}/{}/::,10:,:,:,,", self.typed())
+        format!("@ros2_lv/{domain}/{session}/0/{number}/MP/%/%/{node}/{topic}/{}/::,10:,:,:,,", self.typed())
     }
 }
 
-/// The name of the node.
-const NODE: &str = "wstac_node";
-
-/// Returns the token that tells other nodes of this one.
-pub(crate) fn node_token(domain: u32, session: &str) -> String {
-    format!("@ros2_lv/{domain}/{session}/0/0/NN/%/%/{NODE}")
+/// The type of a service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ServiceType {
+    Trigger,
+    LoadFile,
+    StartRecording,
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
 }
 
-/// Returns what goes along with a message: its number, the time now, and the publisher's 16 bytes.
+impl ServiceType {
+    /// Returns the package, the name and the hash of the definition (REP 2016): that of the service, not of its parts.
+    fn described(self) -> (&'static str, &'static str, &'static str) {
+        let of_parameters = "rcl_interfaces";
+        match self {
+            Self::Trigger => {
+                ("std_srvs", "Trigger", "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f")
+            }
+            Self::LoadFile => {
+                ("wstac_msgs", "LoadFile", "RIHS01_33a86df6af22aa64707d9ee4183df36286910e6c13df3b93ec03fccb21122e95")
+            }
+            Self::StartRecording => (
+                "wstac_msgs",
+                "StartRecording",
+                "RIHS01_e62ba986e546fb4acb08f8e9513324df9ae205a4bbed21427b2f7eac0a73f425",
+            ),
+            Self::DescribeParameters => (
+                of_parameters,
+                "DescribeParameters",
+                "RIHS01_845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff",
+            ),
+            Self::GetParameters => (
+                of_parameters,
+                "GetParameters",
+                "RIHS01_bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc",
+            ),
+            Self::GetParameterTypes => (
+                of_parameters,
+                "GetParameterTypes",
+                "RIHS01_da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca",
+            ),
+            Self::ListParameters => (
+                of_parameters,
+                "ListParameters",
+                "RIHS01_3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d",
+            ),
+            Self::SetParameters => (
+                of_parameters,
+                "SetParameters",
+                "RIHS01_56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0",
+            ),
+            Self::SetParametersAtomically => (
+                of_parameters,
+                "SetParametersAtomically",
+                "RIHS01_0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd",
+            ),
+        }
+    }
+
+    /// Returns the type as DDS writes it, and its hash.
+    fn typed(self) -> String {
+        let (package, name, hash) = self.described();
+        format!("{package}::srv::dds_::{name}_/{hash}")
+    }
+
+    /// Returns the key of a service. `service` is its name without the slash in front.
+    pub(crate) fn key(self, domain: u32, service: &str) -> String {
+        format!("{domain}/{service}/{}", self.typed())
+    }
+
+    /// Returns the token that tells other nodes of a service. Entities of a session have different numbers.
+    pub(crate) fn token(self, domain: u32, session: &str, number: usize, node: &str, service: &str) -> String {
+        let name = format!("/{service}").replace('/', "%");
+        format!("@ros2_lv/{domain}/{session}/0/{number}/SS/%/%/{node}/{name}/{}/::,10:,:,:,,", self.typed())
+    }
+}
+
+/// Returns the token that tells other nodes of this one.
+pub(crate) fn node_token(domain: u32, session: &str, node: &str) -> String {
+    format!("@ros2_lv/{domain}/{session}/0/0/NN/%/%/{node}")
+}
+
+/// Returns what goes along with a message: its number, the time now, and the 16 bytes of the publisher or of the client
+/// that is answered.
 pub(crate) fn attachment(number: i64, publisher: [u8; 16]) -> Vec<u8> {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as i64);
     [&number.to_le_bytes()[..], &now.to_le_bytes(), &[16], &publisher].concat()
+}
+
+/// Returns the number and the 16 bytes of the client that came along with a request.
+pub(crate) fn attached(bytes: &[u8]) -> Option<(i64, [u8; 16])> {
+    let number = bytes.first_chunk().map(|number| i64::from_le_bytes(*number))?;
+    match bytes.get(16..)? {
+        [16, client @ ..] => Some((number, client.try_into().ok()?)),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -108,7 +217,7 @@ mod tests {
     fn a_key_and_a_token_name_topic_type_and_hash() {
         let key = Type::Event.key(3, "wstac/left");
         assert!(key.starts_with("3/wstac/left/event/wstac_msgs::msg::dds_::Event_/RIHS01_c995"), "{key}");
-        let token = Type::Event.token(3, "abc", 7, "wstac/left");
+        let token = Type::Event.token(3, "abc", 7, "wstac_node", "wstac/left");
         assert!(
             token.starts_with("@ros2_lv/3/abc/0/7/MP/%/%/wstac_node/%wstac%left%event/wstac_msgs::msg::"),
             "{token}"
@@ -118,11 +227,26 @@ mod tests {
     }
 
     #[test]
+    fn a_service_is_named_as_in_the_design_of_rmw_zenoh() {
+        let (kind, name) = (ServiceType::Trigger, "wstac/left/restart_baseline");
+        assert!(
+            kind.key(2, name).starts_with("2/wstac/left/restart_baseline/std_srvs::srv::dds_::Trigger_/RIHS01_eeff2")
+        );
+        let token = kind.token(2, "abc", 10, "wstac_node", name);
+        assert!(
+            token.starts_with("@ros2_lv/2/abc/0/10/SS/%/%/wstac_node/%wstac%left%restart_baseline/std_srvs::srv::")
+        );
+        assert!(token.ends_with("2062c5f/::,10:,:,:,,"), "{token}");
+    }
+
+    #[test]
     fn an_attachment_has_33_bytes() {
         let bytes = attachment(5, [9; 16]);
         assert_eq!(
             (bytes.len(), &bytes[..8], bytes[16], &bytes[17..]),
             (33, &5_i64.to_le_bytes()[..], 16, &[9; 16][..])
         );
+        assert_eq!(attached(&bytes), Some((5, [9; 16])));
+        assert_eq!((attached(&bytes[..32]), attached(&[0; 33]), attached(&[])), (None, None, None));
     }
 }

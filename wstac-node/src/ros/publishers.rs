@@ -3,7 +3,6 @@
 use wstac_host::error::{Error, ErrorKind};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Publisher;
-use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 
 use crate::arguments::Arguments;
@@ -36,21 +35,26 @@ impl RosPublishers {
             let number = 1 + place * Type::ALL.len() + kind as usize;
             let publisher = session
                 .declare_publisher(kind.key(domain, sensor))
-                .congestion_control(CongestionControl::Drop)
+                .congestion_control(kind.control())
+                .priority(kind.priority())
                 .wait()?;
-            let token = session.liveliness().declare_token(kind.token(domain, &id, number, sensor)).wait()?;
+            let token = kind.token(domain, &id, number, &arguments.node_name, sensor);
+            let token = session.liveliness().declare_token(token).wait()?;
             let mut gid = session.zid().to_le_bytes();
             gid.iter_mut().zip(number.to_le_bytes()).for_each(|(byte, other)| *byte ^= other);
             Ok(RosPublisher { publisher, gid, number: 0, _token: token })
         };
-        // Pictures are the last type.
-        let is_wanted = |kind: &Type| *kind != Type::Image || arguments.picture;
-        let publishers: zenoh::Result<_> = Type::ALL.into_iter().filter(is_wanted).map(declare).collect();
+        let publishers: zenoh::Result<_> = Type::ALL.into_iter().map(declare).collect();
         let refused = |error| Error::new(ErrorKind::Usage, format_args!("the topics of {sensor}"), error);
         publishers.map(Self).map_err(refused)
     }
 
-    /// Publishes a message. A picture that nobody wanted is not.
+    /// Returns the number behind those of the publishers of so many sensors.
+    pub(crate) fn after(sensors: usize) -> usize {
+        1 + sensors * Type::ALL.len()
+    }
+
+    /// Publishes a message.
     pub(crate) fn put(&mut self, message: RosMessage) -> zenoh::Result<()> {
         let Some(to) = self.0.get_mut(message.kind as usize) else { return Ok(()) };
         to.number += 1;

@@ -1,0 +1,267 @@
+//! Reads one source of frames: a camera, a file or a scene.
+
+use std::ffi::OsStr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
+use std::thread;
+use std::time::{Duration, SystemTime};
+
+use wstac_core::trigger::InterruptedSample;
+use wstac_host::config::Config;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::model_file::ModelFile;
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::record::about::About;
+use wstac_host::session::{Observer, Processor, Session, Step};
+use wstac_host::source::open::{OpenOptions, SourceKind, open};
+use wstac_host::source::pace::Pace;
+use wstac_host::source::{FramePolicy, Labels, SourceEvent, StreamInfo, config_of};
+use wstac_host::texture::Textures;
+use wstac_linux::source::is_camera;
+
+use crate::arguments::Arguments;
+use crate::note;
+use crate::orders::{Action, Order, replace, shown};
+use crate::outlet::Outlet;
+use crate::recording::Recording;
+use crate::ros::picture::Shape;
+
+/// The kinds of sources besides files.
+const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
+/// The longest sleep between two looks at the signal.
+const NAP: Duration = Duration::from_millis(100);
+
+/// A source of frames that is ready for reading.
+pub(crate) struct Frames {
+    name: String,
+    session: Session,
+    /// `None` for a camera, which has its own.
+    pace: Option<Pace>,
+    /// The shape of pictures, if the source has any.
+    picture: Option<Shape>,
+    configured: Configured,
+}
+
+/// What services may replace.
+struct Configured {
+    info: StreamInfo,
+    config: Config,
+    textures: Textures,
+    /// What the models say about themselves.
+    models: Vec<String>,
+}
+
+impl Frames {
+    /// Opens a source.
+    ///
+    /// # Errors
+    /// The source, the configuration or a model cannot be used.
+    pub(crate) fn open(
+        name: &str,
+        source_name: &OsStr,
+        arguments: &Arguments,
+        models: &[ModelFile],
+    ) -> Result<Self, Error> {
+        let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
+        let source = open(source_name, &options, KINDS)?;
+        let info = source.info().clone();
+        let given = arguments.config.as_deref().map(Config::read).transpose()?;
+        let (config, textures) = (config_of(&info, given)?, Textures::new(models)?);
+        let session = Session::builder(source).outputs(wanted()).textures(textures.clone()).config(config.clone());
+        let pace = (!is_camera(source_name)).then(|| Pace::new(info.rate));
+        note(format_args!("{name}: {}", info.about));
+        let picture = Shape::of(&info);
+        if arguments.picture && picture.is_none() {
+            note(format_args!("{name}: its frames are no pictures of ROS 2; they are not published"));
+        }
+        let models = models.iter().map(|model| model.about().to_owned()).collect();
+        let configured = Configured { info, config, textures, models };
+        Ok(Self { name: name.to_owned(), session: session.build()?, pace, picture, configured })
+    }
+
+    /// Reads to the end of the source, or until `ends` is set. Returns whether the source did not fail.
+    pub(crate) fn run(self, outlet: Outlet, orders: &Receiver<Order>, share: f64, ends: &AtomicBool) -> bool {
+        let Self { name, mut session, pace, picture, mut configured } = self;
+        if pace.is_some() {
+            // A frame of a file may last for hours.
+            thread::sleep(Duration::from_secs_f64((share / session.info().rate.per_second()).min(1.0)));
+        }
+        let mut reader = Reader { outlet, pace, picture, passed: 0, stamp: SystemTime::now(), recording: None };
+        if let Some(pace) = &mut reader.pace {
+            pace.restart();
+        }
+        let read = loop {
+            if ends.load(Ordering::Relaxed) {
+                break session.finish(&mut reader);
+            }
+            for Order { action, answer } in orders.try_iter() {
+                answer(configured.follow(action, &name, &mut session, &mut reader));
+            }
+            match session.step(&mut reader) {
+                Ok(Step::GoesOn) => reader.wait(ends),
+                Ok(Step::Over) => break Ok(()),
+                Err(error) => break Err(error),
+            }
+        };
+        if let Err(error) = &read {
+            note(format_args!("{name}: {error}"));
+        }
+        let recorded = reader.end_recording().inspect_err(|error| note(format_args!("{name}: {error}")));
+        if let Ok(Some(line)) = &recorded {
+            note(format_args!("{name}: {line}"));
+        }
+        read.is_ok() && recorded.is_ok()
+    }
+}
+
+/// Returns the outputs that are published.
+fn wanted() -> OutputOptions {
+    let mut wanted = OutputOptions::default();
+    (wanted.features, wanted.motion) = (true, true);
+    wanted
+}
+
+impl Configured {
+    /// Does what a service asks. Returns a text for people.
+    ///
+    /// # Errors
+    /// A file cannot be used, or the sensor is in a state in which it cannot be done. Nothing has changed then.
+    fn follow(
+        &mut self,
+        action: Action,
+        name: &str,
+        session: &mut Session,
+        reader: &mut Reader,
+    ) -> Result<String, Error> {
+        let state = |why: &str| Err(Error::new(ErrorKind::Usage, name, why));
+        match action {
+            // Whatever else changes, a replay of the recording would not know of it.
+            Action::StopRecording => match reader.end_recording()? {
+                Some(line) => Ok(line),
+                None => state("has no recording in progress"),
+            },
+            _ if reader.recording.is_some() => state("has a recording in progress, expected none: stop it first"),
+            Action::RestartBaseline => {
+                reader.interrupt(session.processor_mut().rezero())?;
+                Ok("the baseline is gathered; leave the sensor untouched for 25 frames".to_owned())
+            }
+            Action::LoadConfig(path) => {
+                let config = Config::read(&path)?;
+                let processor = Processor::new(&self.info, &config, wanted())?;
+                // What the old one was capturing ends here.
+                reader.interrupt(session.processor_mut().restart())?;
+                *session.processor_mut() = processor.with_textures(self.textures.clone());
+                self.config = config;
+                replace(&reader.outlet.settings().config, shown(&path));
+                Ok(format!("{} is used", path.display()))
+            }
+            Action::LoadModel(path) => {
+                let file = ModelFile::open(&path)?;
+                let about = file.about().to_owned();
+                self.textures = Textures::new(&[file])?;
+                session.processor_mut().set_textures(self.textures.clone());
+                self.models = vec![about];
+                replace(&reader.outlet.settings().models, vec![shown(&path)]);
+                Ok(format!("{} is used", path.display()))
+            }
+            Action::StartRecording { folder, file, features_only } => {
+                let mut kept = self.info.clone();
+                if features_only {
+                    (kept.taxels_only, kept.crop) = (true, None);
+                } else if kept.taxels_only {
+                    return state("has taxel sums and no frames, expected features_only");
+                }
+                let about = About::new(&kept, &self.config, Labels::new(), self.models.clone())?;
+                // Its replay begins with a new baseline, too.
+                reader.interrupt(session.processor_mut().restart())?;
+                let recording = Recording::start(&folder, &file, name, &about, session.processor())?;
+                let path = recording.path.display().to_string();
+                reader.recording = Some(recording);
+                Ok(path)
+            }
+        }
+    }
+}
+
+/// Hands everything over that a session finds.
+struct Reader {
+    outlet: Outlet,
+    pace: Option<Pace>,
+    /// The shape of pictures, if the source has any.
+    picture: Option<Shape>,
+    /// The camera frames of the last step.
+    passed: u64,
+    /// The wall-clock time of the last frame: the driver's, or else when it was read.
+    stamp: SystemTime,
+    recording: Option<Recording>,
+}
+
+impl Reader {
+    /// Publishes a sample that ends early.
+    fn interrupt(&mut self, sample: Option<InterruptedSample>) -> Result<(), Error> {
+        sample.map_or(Ok(()), |sample| self.output(Output::Interrupted(sample)))
+    }
+
+    /// Ends the recording in progress, if there is one. Returns a line about it.
+    fn end_recording(&mut self) -> Result<Option<String>, Error> {
+        self.recording.take().map(Recording::finish).transpose()
+    }
+
+    /// Waits until the next frame of a file is due.
+    fn wait(&mut self, ends: &AtomicBool) {
+        let Some(pace) = &mut self.pace else { return };
+        pace.advance(std::mem::take(&mut self.passed));
+        while !pace.wait().is_zero() && !ends.load(Ordering::Relaxed) {
+            thread::sleep(pace.wait().min(NAP));
+        }
+    }
+}
+
+impl Observer for Reader {
+    type Error = Error;
+
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
+        if let Some(recording) = &mut self.recording {
+            recording.source_event(event);
+        }
+        match event {
+            SourceEvent::Frame(frame) => {
+                self.passed += 1;
+                self.stamp = frame.stamp.unwrap_or_else(SystemTime::now);
+                if let Some(picture) = self.picture {
+                    self.outlet.picture(picture, frame.bytes, self.stamp);
+                }
+            }
+            SourceEvent::Taxels(_) => {
+                self.passed += 1;
+                self.stamp = SystemTime::now();
+            }
+            SourceEvent::Lost { frames, .. } => {
+                self.passed += frames;
+                self.outlet.counts().lost.fetch_add(*frames, Ordering::Relaxed);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn output(&mut self, output: Output) -> Result<(), Error> {
+        if let Some(recording) = &mut self.recording {
+            recording.output(&output);
+        }
+        self.outlet.output(&output, self.stamp)
+    }
+
+    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        let is_frame = matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
+        if let Some(sums) = processor.taxel_sums().filter(|_| is_frame) {
+            self.outlet.taxels(&sums, self.stamp);
+        }
+        if self.recording.as_mut().is_some_and(|recording| !recording.processed(event, processor)) {
+            // The disk is full. The sensor goes on without it.
+            let ended = self.end_recording().map_or_else(|error| error.to_string(), Option::unwrap_or_default);
+            note(ended);
+        }
+        true
+    }
+}

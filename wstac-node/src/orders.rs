@@ -1,0 +1,132 @@
+//! What services ask of a sensor, and the settings that others may read and change while it is read.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use wstac_host::error::{Error, ErrorKind};
+
+use crate::arguments::Arguments;
+
+/// The orders that wait for a sensor at most.
+const MOST_WAITING: usize = 16;
+
+/// What a service asks a sensor to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Action {
+    /// Gather a new baseline.
+    RestartBaseline,
+    /// Use the configuration of this file.
+    LoadConfig(PathBuf),
+    /// Name textures with the model of this file, in place of all others.
+    LoadModel(PathBuf),
+    /// Record to a new file: of this name in the folder, or of the first that is free.
+    StartRecording { folder: PathBuf, file: String, features_only: bool },
+    /// End the recording.
+    StopRecording,
+}
+
+/// An action, and the way of its result: a text for people.
+pub(crate) struct Order {
+    pub(crate) action: Action,
+    pub(crate) answer: Box<dyn FnOnce(Result<String, Error>) + Send>,
+}
+
+/// The way to a sensor.
+#[derive(Clone)]
+pub(crate) struct Control {
+    pub(crate) name: String,
+    orders: SyncSender<Order>,
+    pub(crate) settings: Arc<Settings>,
+}
+
+impl Control {
+    /// Creates the way to the sensor of this name and source. The sensor takes the orders.
+    pub(crate) fn new(name: &str, source: &str, arguments: &Arguments) -> (Self, Receiver<Order>) {
+        let (orders, arriving) = sync_channel(MOST_WAITING);
+        let settings = Settings {
+            source: source.to_owned(),
+            frame_id: Mutex::new(format!("{name}_frame").into()),
+            picture: AtomicBool::new(arguments.picture),
+            config: Mutex::new(arguments.config.as_deref().map(shown).unwrap_or_default()),
+            models: Mutex::new(arguments.models.iter().map(|model| shown(model)).collect()),
+        };
+        (Self { name: name.to_owned(), orders, settings: Arc::new(settings) }, arriving)
+    }
+
+    /// Hands an order over. It is answered at once if the sensor takes none.
+    pub(crate) fn order(&self, order: Order) {
+        let (order, why) = match self.orders.try_send(order) {
+            Ok(()) => return,
+            Err(TrySendError::Full(order)) => (order, "has too many requests that wait"),
+            Err(TrySendError::Disconnected(order)) => (order, "has ended"),
+        };
+        (order.answer)(Err(Error::new(ErrorKind::Usage, &self.name, why)));
+    }
+}
+
+/// The settings of a sensor.
+#[derive(Debug)]
+pub(crate) struct Settings {
+    pub(crate) source: String,
+    /// The coordinate frame of messages of ROS 2.
+    pub(crate) frame_id: Mutex<Arc<str>>,
+    /// Whether frames are published as pictures.
+    pub(crate) picture: AtomicBool,
+    /// The file of the configuration; empty without one.
+    pub(crate) config: Mutex<String>,
+    /// The files of the models.
+    pub(crate) models: Mutex<Vec<String>>,
+}
+
+/// Returns a copy of what a lock holds, even if a thread that held it panicked.
+pub(crate) fn copy_of<T: Clone>(held: &Mutex<T>) -> T {
+    held.lock().unwrap_or_else(PoisonError::into_inner).clone()
+}
+
+/// Replaces what a lock holds.
+pub(crate) fn replace<T>(held: &Mutex<T>, value: T) {
+    *held.lock().unwrap_or_else(PoisonError::into_inner) = value;
+}
+
+/// Returns a path as text.
+pub(crate) fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// Returns the path of a file that a service names.
+///
+/// # Errors
+/// The program has no folder for services, or the name has folders or leads out of it.
+pub(crate) fn path_in(folder: Option<&Path>, file: &str) -> Result<PathBuf, Error> {
+    let Some(folder) = folder else {
+        return Err(Error::new(ErrorKind::Usage, "the node", "has no folder for files, expected --files FOLDER"));
+    };
+    let is_name =
+        !file.is_empty() && !file.starts_with('.') && !file.contains(['/', '\\']) && !file.contains(char::is_control);
+    if is_name {
+        Ok(folder.join(file))
+    } else {
+        Err(Error::new(
+            ErrorKind::Usage,
+            format_args!("file is {file:?}"),
+            "expected the name of a file without folders",
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_stays_in_its_folder() {
+        let folder = Some(Path::new("files"));
+        assert_eq!(path_in(folder, "a b.wsm").unwrap(), Path::new("files/a b.wsm"));
+        for name in ["", ".", "..", "../a", "a/b", "/etc/passwd", "a\\b", "a\0", ".hidden", "a\n"] {
+            assert!(path_in(folder, name).is_err(), "{name:?}");
+        }
+        assert!(path_in(None, "a").unwrap_err().to_string().contains("--files"));
+    }
+}

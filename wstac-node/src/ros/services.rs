@@ -1,0 +1,277 @@
+//! The services of the node, which nodes of ROS 2 call, and any program that speaks Zenoh.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use wstac_host::error::{Error, ErrorKind};
+use zenoh::liveliness::LivelinessToken;
+use zenoh::query::{Query, Queryable};
+use zenoh::{Session, Wait};
+
+use super::cdr::{Cdr, CdrReader};
+use super::names::{ServiceType, attached, attachment};
+use super::parameters::Parameters;
+use crate::arguments::Arguments;
+use crate::orders::{Action, Control, Order, path_in};
+
+/// The requests that wait at most. Further ones have no answer.
+const MOST_WAITING: usize = 64;
+/// The longest request.
+const MOST_BYTES: usize = 1 << 16;
+
+/// A service of the node or of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Service {
+    RestartBaseline,
+    LoadConfig,
+    LoadModel,
+    StartRecording,
+    StopRecording,
+    DescribeParameters,
+    GetParameters,
+    GetParameterTypes,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+}
+
+impl Service {
+    const OF_SENSORS: [Self; 5] =
+        [Self::RestartBaseline, Self::LoadConfig, Self::LoadModel, Self::StartRecording, Self::StopRecording];
+    const OF_NODE: [Self; 6] = [
+        Self::DescribeParameters,
+        Self::GetParameters,
+        Self::GetParameterTypes,
+        Self::ListParameters,
+        Self::SetParameters,
+        Self::SetParametersAtomically,
+    ];
+
+    /// Returns the last part of the name, and the type.
+    fn named(self) -> (&'static str, ServiceType) {
+        match self {
+            Self::RestartBaseline => ("restart_baseline", ServiceType::Trigger),
+            Self::LoadConfig => ("load_configuration", ServiceType::LoadFile),
+            Self::LoadModel => ("load_model", ServiceType::LoadFile),
+            Self::StartRecording => ("start_recording", ServiceType::StartRecording),
+            Self::StopRecording => ("stop_recording", ServiceType::Trigger),
+            Self::DescribeParameters => ("describe_parameters", ServiceType::DescribeParameters),
+            Self::GetParameters => ("get_parameters", ServiceType::GetParameters),
+            Self::GetParameterTypes => ("get_parameter_types", ServiceType::GetParameterTypes),
+            Self::ListParameters => ("list_parameters", ServiceType::ListParameters),
+            Self::SetParameters => ("set_parameters", ServiceType::SetParameters),
+            Self::SetParametersAtomically => ("set_parameters_atomically", ServiceType::SetParametersAtomically),
+        }
+    }
+}
+
+/// The services, while they can be called.
+pub(crate) struct Services {
+    /// They end with this.
+    _declared: Vec<(Queryable<()>, LivelinessToken)>,
+    own: Sender<Work>,
+}
+
+/// Answers the requests. It is for a thread of its own: who asked may be slow to take an answer.
+pub(crate) struct Clerk {
+    parameters: Parameters,
+    folder: Option<PathBuf>,
+    arriving: Receiver<Work>,
+    own: Sender<Work>,
+}
+
+enum Work {
+    /// A request to a service, of the sensor with this place.
+    Asked(Service, usize, Request),
+    /// What a sensor has done.
+    Done(Service, Request, Result<String, Error>),
+    /// The services are gone.
+    Over,
+}
+
+/// A request that has no answer yet.
+struct Request {
+    query: Query,
+    /// The key of the service. The request may have one with wildcards.
+    key: Arc<str>,
+    /// It counts until it is answered or given up.
+    _waits: Waits,
+}
+
+/// One of the requests that wait.
+struct Waits(Arc<AtomicUsize>);
+
+impl Drop for Waits {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+impl Services {
+    /// Declares the services of the node and its sensors. `first` is the number of the first one among all entities.
+    ///
+    /// # Errors
+    /// The network refuses a key.
+    pub(crate) fn new(
+        session: &Session,
+        arguments: &Arguments,
+        controls: &[Control],
+        first: usize,
+    ) -> Result<(Self, Clerk), Error> {
+        let (own, arriving) = channel();
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let node = &arguments.node_name;
+        let of_node = Service::OF_NODE.map(|service| (service, 0, format!("{node}/{}", service.named().0)));
+        let of_sensors = controls.iter().enumerate().flat_map(|(place, control)| {
+            let prefix = format!("{}/{}", arguments.namespace, control.name);
+            Service::OF_SENSORS.map(|service| (service, place, format!("{prefix}/{}", service.named().0)))
+        });
+        let id = session.zid().to_string();
+        let declare = |(number, (service, place, name)): (usize, (Service, usize, String))| {
+            let (own, waiting) = (own.clone(), Arc::clone(&waiting));
+            let kind = service.named().1;
+            let key: Arc<str> = kind.key(arguments.domain, &name).into();
+            let answered = Arc::clone(&key);
+            let take = move |query| {
+                if waiting.fetch_add(1, Ordering::Relaxed) < MOST_WAITING {
+                    let request = Request { query, key: Arc::clone(&answered), _waits: Waits(Arc::clone(&waiting)) };
+                    // The clerk is gone only at the end.
+                    let _ = own.send(Work::Asked(service, place, request));
+                } else {
+                    waiting.fetch_sub(1, Ordering::Relaxed);
+                }
+            };
+            // Nodes of ROS 2 ask those alone that answer every request under their key.
+            let queryable = session.declare_queryable(&*key).complete(true).callback(take).wait()?;
+            let token = kind.token(arguments.domain, &id, first + number, node, &name);
+            Ok((queryable, session.liveliness().declare_token(token).wait()?))
+        };
+        let declared: zenoh::Result<_> = of_node.into_iter().chain(of_sensors).enumerate().map(declare).collect();
+        let refused = |error| Error::new(ErrorKind::Usage, "the services", error);
+        let parameters = Parameters {
+            namespace: arguments.namespace.clone(),
+            domain: arguments.domain,
+            controls: controls.to_vec(),
+        };
+        let clerk = Clerk { parameters, folder: arguments.files.clone(), arriving, own: own.clone() };
+        Ok((Self { _declared: declared.map_err(refused)?, own }, clerk))
+    }
+}
+
+impl Drop for Services {
+    fn drop(&mut self) {
+        // The clerk may be gone.
+        let _ = self.own.send(Work::Over);
+    }
+}
+
+impl Clerk {
+    /// Answers until the services are gone.
+    pub(crate) fn run(self) {
+        for work in &self.arriving {
+            match work {
+                Work::Asked(service, place, request) => self.asked(service, place, request),
+                Work::Done(service, request, result) => request.answer(&answer(service, result)),
+                Work::Over => break,
+            }
+        }
+    }
+
+    /// Answers a request about parameters, and hands any other one to its sensor.
+    fn asked(&self, service: Service, place: usize, request: Request) {
+        let payload = request.query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
+        if payload.len() > MOST_BYTES {
+            request.refuse("the request is too long");
+            return;
+        }
+        let of_node = match service {
+            Service::DescribeParameters => self.parameters.describe(&payload),
+            Service::GetParameters => self.parameters.get_all(&payload),
+            Service::GetParameterTypes => self.parameters.types(&payload),
+            Service::ListParameters => self.parameters.list(&payload),
+            Service::SetParameters => self.parameters.set_all(&payload),
+            Service::SetParametersAtomically => self.parameters.set_atomically(&payload),
+            of_sensor => {
+                match self.action(of_sensor, &payload) {
+                    Some(Ok(action)) => self.order(of_sensor, place, action, request),
+                    Some(Err(error)) => request.answer(&answer(of_sensor, Err(error))),
+                    None => request.refuse("the request is no message of the service"),
+                }
+                return;
+            }
+        };
+        match of_node {
+            Some(cdr) => request.answer(&cdr.finish()),
+            None => request.refuse("the request is no message of the service"),
+        }
+    }
+
+    /// Returns what a request asks of a sensor; `None` if it is no message of the service.
+    fn action(&self, service: Service, payload: &[u8]) -> Option<Result<Action, Error>> {
+        let folder = self.folder.as_deref();
+        let mut reader = CdrReader::new(payload);
+        Some(Ok(match service {
+            // An empty message, of which rosidl makes one byte.
+            Service::RestartBaseline => Action::RestartBaseline,
+            Service::StopRecording => Action::StopRecording,
+            Service::StartRecording => {
+                let (file, features_only) = (reader.as_mut()?.text()?, reader.as_mut()?.bool()?);
+                // Without a name the sensor finds one.
+                let name = if file.is_empty() { "recording" } else { file };
+                match path_in(folder, name) {
+                    Ok(path) => {
+                        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+                        Action::StartRecording { folder, file: file.to_owned(), features_only }
+                    }
+                    Err(error) => return Some(Err(error)),
+                }
+            }
+            load => match path_in(folder, reader.as_mut()?.text()?) {
+                Ok(path) if load == Service::LoadModel => Action::LoadModel(path),
+                Ok(path) => Action::LoadConfig(path),
+                Err(error) => return Some(Err(error)),
+            },
+        }))
+    }
+
+    fn order(&self, service: Service, place: usize, action: Action, request: Request) {
+        let Some(control) = self.parameters.controls.get(place) else { return };
+        let back = self.own.clone();
+        let answer = move |result| {
+            // The clerk may be gone, and with it who would answer.
+            let _ = back.send(Work::Done(service, request, result));
+        };
+        control.order(Order { action, answer: Box::new(answer) });
+    }
+}
+
+impl Request {
+    /// Sends an answer. Whoever has asked may be gone.
+    fn answer(&self, payload: &[u8]) {
+        // Programs that are no nodes of ROS 2 need no attachment.
+        let attached = self.query.attachment().and_then(|bytes| attached(&bytes.to_bytes()));
+        let (number, client) = attached.unwrap_or_default();
+        let reply = self.query.reply(&*self.key, payload);
+        let _ = reply.attachment(attachment(number, client)).wait();
+    }
+
+    fn refuse(&self, why: &str) {
+        let _ = self.query.reply_err(why).wait();
+    }
+}
+
+/// Returns the message that answers a request to a sensor.
+fn answer(service: Service, result: Result<String, Error>) -> Vec<u8> {
+    let is_done = result.is_ok();
+    let text = result.unwrap_or_else(|error| error.to_string());
+    let cdr = Cdr::new().bool(is_done);
+    match service {
+        // The text of a recording that has started is its file.
+        Service::StartRecording if is_done => cdr.text("").text(&text),
+        Service::StartRecording => cdr.text(&text).text(""),
+        _ => cdr.text(&text),
+    }
+    .finish()
+}
