@@ -169,7 +169,8 @@ fn shards_of_a_study_give_its_results() {
     let again = [&study[..], &["--shard", "1/3", "-o", text(&files[0])]].concat();
     assert!(good(&again).contains("shard 1/3 is already there"));
     bad(&[&study[..], &["--shard", "2/3", "-o", text(&files[0])]].concat(), &["s-1-of-3.shard", "exists"]);
-    let merge = ["trade", "--no-times", "-o", text(&folder.0.join("no")), "--merge"];
+    let none = folder.0.join("no");
+    let merge = ["trade", "--no-times", "-o", text(&none), "--merge"];
     bad(&[&merge[..], &names(&[0, 2])].concat(), &["1 of 3 shards are missing", "2/3"]);
     bad(
         &["dataset", "merge", text(&files[0]), text(&files[1]), text(&files[2]), "-o", "x.npz"],
