@@ -110,7 +110,7 @@ fn shards_of_recordings_give_the_set_of_one_process() {
     bad(&[&merge[..], &[text(&later[1])]].concat(), &["c-2-of-2.shard: is shard 2/2 of 5 items", "a-1-of-2.shard"]);
     bad(&merge, &["1 of 2 shards are missing", "2/2"]);
     // Recordings that cannot be compared are found by the shard that has both, or by the merge.
-    let fast = folder.file("fast.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nfps = 60\n");
+    let fast = folder.file("fast.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nfps = 40\n");
     let scene = format!("scene:{}", text(&fast));
     let file = recordings.join("6.mcap");
     good(&["record", &scene, "-o", text(&file), "--label", "specimen=Saw3", "--features-only"]);

@@ -2,7 +2,6 @@
 //! the file.
 
 use serde::{Deserialize, Serialize};
-use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_train::shard::{ShardKind, ShardSet, WholeSet, digest};
 
@@ -24,13 +23,13 @@ pub struct SweepPlan {
 }
 
 impl SweepPlan {
-    /// Returns the set of these models and this configuration, for a new shard.
+    /// Returns the set of this plan with these models, for a new shard.
     ///
     /// # Errors
     /// This does not fail: every plan can be written as JSON.
-    pub fn set(&self, models: &[Candidate], config: &Config) -> Result<ShardSet, Error> {
+    pub fn set(&self, models: &[Candidate]) -> Result<ShardSet, Error> {
         let plan = serde_json::to_string(self).map_err(|error| Error::with_cause(ErrorKind::Config, "sweep", error))?;
-        let digest = self.digest(models, config);
+        let digest = self.digest(models);
         Ok(ShardSet { kind: ShardKind::Trade, items: SENSORS * self.of_each, digest, plan })
     }
 
@@ -54,12 +53,12 @@ impl SweepPlan {
         Ok(plan)
     }
 
-    /// Checks that the models and the configuration are those that the shards were made with.
+    /// Checks that the models are those that the shards were made with.
     ///
     /// # Errors
     /// They are others.
-    pub fn check(&self, set: &WholeSet, models: &[Candidate], config: &Config) -> Result<(), Error> {
-        let (found, expected) = (self.digest(models, config), &set.set().digest);
+    pub fn check(&self, set: &WholeSet, models: &[Candidate]) -> Result<(), Error> {
+        let (found, expected) = (self.digest(models), &set.set().digest);
         if found == *expected {
             return Ok(());
         }
@@ -71,13 +70,13 @@ impl SweepPlan {
         Err(Error::new(ErrorKind::Config, set.first().path().display(), message))
     }
 
-    fn digest(&self, models: &[Candidate], config: &Config) -> String {
+    fn digest(&self, models: &[Candidate]) -> String {
         let words = |model: &Candidate| {
             let words = model.file.words().iter().map(|word| format!("{word:08x}")).collect::<String>();
             format!("{} {:016x}", model.name, digest(&words))
         };
         let models: Vec<String> = models.iter().map(words).collect();
-        format!("{:016x}", digest(&format!("{} {models:?} {:?} {config:?}", self.of_each, Setting::all())))
+        format!("{:016x}", digest(&format!("{} {models:?} {:?} {:?}", self.of_each, Setting::all(), self.config)))
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) fn make(arguments: &Arguments, numbers: [u32; 2], config: &Config) ->
     let models = models(&arguments.models)?;
     let names = models.iter().map(|model| model.name.clone()).collect();
     let plan = SweepPlan { of_each: of_each(arguments), models: names, config: base(arguments)?.1 };
-    let shard = Shard::new(numbers, plan.set(&models, config)?)?;
+    let shard = Shard::new(numbers, plan.set(&models)?)?;
     make_shard(&shard, output, &outputs(arguments), arguments.force, |items| {
         finishing(Ending::AtOnce);
         let (slides, settings) = (slides_of(plan.of_each, items), Setting::all());
@@ -52,7 +52,7 @@ pub(super) fn merged(arguments: &Arguments) -> Result<Merged, Error> {
     let subject = set.first().path().display().to_string();
     let config = Config::parse(&plan.config).map_err(|error| error.about(&subject))?;
     let models = plan.models.iter().map(|name| Candidate::named(Path::new(name))).collect::<Result<Vec<_>, _>>()?;
-    plan.check(&set, &models, &config)?;
+    plan.check(&set, &models)?;
     let (settings, slides) = (Setting::all(), slides(plan.of_each));
     let found = outcomes(&set, &settings, models.len())?;
     let of = Plan { config: &config, settings: &settings, models: &models, slides: &slides, light: 1.0 };
