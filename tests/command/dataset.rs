@@ -322,7 +322,7 @@ fn shards_that_are_no_whole_set_are_refused_by_name() {
     refused(&[&one], &["1 of 2 shards are missing", "2/2"]);
     refused(&[&one, &two, &one], &["1.shard", "is shard 1/2, as is", "expected each once"]);
     refused(&[&one, &foreign], &["foreign: is shard 2/2", "expected one of the set of", "1.shard"]);
-    refused(&[&one, &third], &["third: is shard 2/3", "1/2 of 10 slides"]);
+    refused(&[&one, &third], &["third: is shard 2/3", "1/2 of 10 items"]);
     refused(&[&one, &sweep], &["s.toml", "is no shard"]);
     refused(&[&one, &folder.0.join("none")], &["none", "No such file"]);
     // Damage at any place: the header, a sample, a byte less, a byte more.
@@ -337,8 +337,8 @@ fn shards_that_are_no_whole_set_are_refused_by_name() {
     for (bytes, part) in [
         (flipped(3), "is no shard"),
         (flipped(40), "has a damaged header"),
-        (flipped(middle), "has a damaged record, expected that of slide 9"),
-        (flipped(last), "has a damaged record, expected that of slide 9"),
+        (flipped(middle), "has a damaged record, expected that of item 9"),
+        (flipped(last), "has a damaged record, expected that of item 9"),
         (whole[..last].to_vec(), "expected"),
         (longer, "make it again"),
         (Vec::new(), "is no shard"),
@@ -355,7 +355,7 @@ fn shards_that_are_no_whole_set_are_refused_by_name() {
 }
 
 #[test]
-fn a_shard_needs_a_sweep_over_time_and_a_number_in_range() {
+fn a_shard_needs_a_number_in_range() {
     let folder = Folder::new("dataset shard arguments");
     let sweep = folder.file("s.toml", SWEEP.as_bytes());
     let output = folder.0.join("1.shard");
@@ -363,6 +363,5 @@ fn a_shard_needs_a_sweep_over_time_and_a_number_in_range() {
         bad(&sweep, &output, &[&format!("--shard={wrong}")], &[wrong, "1/8 to 8/8"]);
     }
     bad(&sweep, &output, &["--shard", "1/11"], &["--shard: is 1/11, expected at most 10 shards"]);
-    bad(&sweep, &output, &["--shard", "1/2", "--input", "path"], &["--shard: is only for a sweep over time"]);
     assert!(!output.exists());
 }

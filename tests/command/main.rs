@@ -13,6 +13,7 @@ mod program;
 mod recording;
 mod scene;
 mod sets;
+mod shards;
 mod signals;
 mod texture;
 mod train;

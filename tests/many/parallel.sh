@@ -1,12 +1,14 @@
 #!/bin/bash
-# Makes a data set in shards with GNU parallel: parallel.sh SWEEP.toml SHARDS FOLDER [OPTION of parallel]…
-# The same command again makes the shards that failed or are missing.
+# Makes all shards of a set with GNU parallel: parallel.sh FOLDER SHARDS COMMAND…
+# COMMAND is that of one process without its output, such as: wstac dataset sweep.toml
+# JOBS is the number of processes at a time; by default, one per processor. OPTIONS are others of parallel, such as
+# --sshloginfile. The same command again makes the shards that failed or are missing.
 set -euo pipefail
-export WSTAC=${WSTAC:-wstac} SWEEP=$1 SHARDS=$2 FOLDER=$3
-shift 3
+export FOLDER=$1 SHARDS=$2 RAYON_NUM_THREADS=${RAYON_NUM_THREADS:-1}
+shift 2
 mkdir -p "$FOLDER"
-make_shard() { "$WSTAC" dataset "$SWEEP" --shard "$1/$SHARDS" --threads 1 -o "$FOLDER/$1.shard"; }
-export -f make_shard
-# The job log may know a shard whose file is gone; then the merge names what is missing.
-SHELL=/bin/bash parallel "$@" --joblog "$FOLDER/jobs.log" --retries 3 --resume-failed make_shard ::: $(seq "$SHARDS")
-exec "$WSTAC" dataset merge "$FOLDER"/*.shard -o "$FOLDER/set.npz"
+quoted=$(printf '%q ' "$@")
+# A shard that is there and whole is not made again. So a job log is only for people, and each run has its own.
+# shellcheck disable=SC2086 # no option or several
+parallel --jobs "${JOBS:-100%}" --retries 3 --joblog "$FOLDER/jobs.log" ${OPTIONS:-} \
+    "$quoted --shard {}/$SHARDS -o $(printf '%q' "$FOLDER")/{}.shard" ::: $(seq "$SHARDS")

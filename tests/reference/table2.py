@@ -5,13 +5,11 @@ Needs scikit-learn (requirements-train.txt).
 
 from __future__ import annotations
 
-import json
-import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
+import table_shards
 import texture
 from runs import run_all, sweeps
 from scenes import WORKERS
@@ -80,14 +78,18 @@ def accuracies(slides: Slides, specimens: np.ndarray) -> dict[str, float]:
 
 def measure(file: Path, repeats: int, only: str | None = None) -> None:
     """Runs all jobs, or one of JOBS, this many times. Adds a line to the file for each that is missing there."""
-    lines = file.read_text().splitlines() if file.exists() else []
-    there = {(line["kind"], line["repeat"]) for line in map(json.loads, lines)}
-    jobs = [(kind, n) for kind in JOBS if only in (None, kind) for n in range(repeats) if (kind, n) not in there]
-    with ThreadPoolExecutor(WORKERS) as pool, file.open("a") as out:
-        running = [(kind, n, pool.submit(JOBS[kind], n)) for kind, n in jobs]
-        for kind, n, job in running:
-            print(record(kind, n, job.result()), file=out, flush=True)
-            print(f"{kind}: repeat {n + 1} of {repeats}", file=sys.stderr, flush=True)
+    table_shards.run(jobs_of(repeats, only), file, line_of, WORKERS)
+
+
+def jobs_of(repeats: int, only: str | None = None) -> list[table_shards.Job]:
+    """Returns all jobs, or those of one of JOBS."""
+    return [(kind, n) for kind in JOBS if only in (None, kind) for n in range(repeats)]
+
+
+def line_of(job: table_shards.Job) -> str:
+    """Does a job, and returns its line for a file of results."""
+    kind, n = job
+    return record(kind, n, JOBS[kind](n))
 
 
 JOBS = {"paper": paper_repeat, "deployed": deployed_repeat}

@@ -12,6 +12,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
+import schemas
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory as Protobuf
 from mcap_ros2.decoder import DecoderFactory as Ros2
@@ -123,6 +124,26 @@ def check_rerun(fourcc, file, folder):
     return dict(rows)
 
 
+def other_lines(folder):
+    """Returns lines of all kinds that streams have, and of events of every law, with and without answers."""
+    published = folder / "published.toml"
+    published.write_text('[speed]\nlaw = "published"\n')
+    # Most frames are lost: samples are interrupted.
+    gaps = folder / "gaps.toml"
+    gaps.write_text('specimen = "Fla0"\nspeed = 150\nseed = 1\n[sensor]\ndropped = 0.75\n')
+    every = ["--json", "--features", "--motion", "--samples"]
+    for source, more in [
+        ("scene:Saw3@150,30deg", []),
+        ("scene:Saw3@150,30deg", ["--model", "builtin:path-svm"]),
+        ("scene:Saw3@150", ["--config", str(published)]),
+        ("scene:Saw3@150", ["--config", str(published), "--model", "builtin:svm-20f"]),
+        ("scene:Saw3@20", ["--config", str(published)]),
+        ("scene:Saw3@20", []),
+        (f"scene:{gaps}", []),
+    ]:
+        yield wstac("run", source, *every, *more)
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -131,6 +152,8 @@ def main():
             count = check_messages(fourcc, file, scene, lines)
             rows = check_rerun(fourcc, file, folder)
             shown = ", ".join(f"{topic} {rows[topic, kind]} × {kind.split(':')[0]}" for topic, kind in sorted(rows))
+            valid = schemas.check_recording(file)
+            print(f"ok: {fourcc}: {valid} messages of JSON are valid by the schema in the file")
             print(f"ok: {fourcc}: {count} messages decoded; Rerun shows {shown}")
             # The recovered half of a file opens, too.
             half = folder / "half.mcap"
@@ -141,6 +164,10 @@ def main():
             assert 40 < frames < 100, frames
             check_rerun(fourcc, whole, folder)
             print(f"ok: {fourcc}: half of the file, recovered: {frames} frames")
+        print(f"ok: the layout for Foxglove: {schemas.check_layout(file)} panels of topics that are there")
+        kinds = schemas.check_lines(file, other_lines(folder))
+        assert set(kinds) >= {"contact_end", "end", "event", "features", "incomplete", "motion", "texture"}, kinds
+        print(f"ok: lines of wstac run --json are valid by the same schema: {', '.join(kinds)}")
     print("viewers: recordings open")
 
 

@@ -7,7 +7,7 @@ use wstac_core::direction::Direction;
 use wstac_core::features::Features;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
 use wstac_core::motion::{self, Contact, MotionConfig, Velocity};
-use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
@@ -29,6 +29,9 @@ pub struct OutputOptions {
     /// The samples along the path in the event of every slide, of ten sums and of 25 taxels.
     pub paths: bool,
 }
+
+/// The names of the ten features, in their order: rows from top to bottom, then columns from left to right (SPEC §1).
+pub const FEATURE_NAMES: [&str; FEATURES] = ["r1", "r2", "r3", "r4", "r5", "c1", "c2", "c3", "c4", "c5"];
 
 /// A sample in units of 2^-11: 70 frames of ten features, five rows, then five columns.
 pub type SampleFrames = [Features; SAMPLE_FRAMES];

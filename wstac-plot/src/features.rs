@@ -2,16 +2,17 @@
 
 use wstac_core::params::{ROWS, SAMPLE_FRAMES};
 use wstac_core::speed::ThresholdOn;
+use wstac_host::output::FEATURE_NAMES;
 
 use super::event::Found;
 use crate::axes::{Axes, Side, Span, spread};
 use crate::style::{GRAY, ORDERED, PALE, SIZE, THICK, THIN};
 use crate::svg::{Anchor, Drawing};
 
-/// Height of the strip above the lines that holds their numbers.
+/// Height of the strip above the lines that holds their names.
 const STRIP: f64 = 21.0;
-/// Smallest distance between two numbers.
-const APART: f64 = 10.0;
+/// Smallest distance between two names.
+const APART: f64 = 12.0;
 
 /// Returns the range of all ten features and thresholds, so that both panels have the same scale.
 pub(super) fn range(found: &Found) -> [f64; 2] {
@@ -55,7 +56,7 @@ pub(super) fn draw(
             .collect();
         drawing.line(&line, color, THICK);
     }
-    numbers(drawing, found, &panel, first);
+    names(drawing, found, &panel, first);
     panel.frame(drawing);
     panel.ticks(drawing, Side::Left, &panel.y);
     panel.y_title(drawing, "ln of light, fraction of full scale");
@@ -97,22 +98,22 @@ fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) 
     }
 }
 
-/// Draws the numbers of rows or columns above their lines, at the centroids of their light.
-fn numbers(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
+/// Draws the names of rows or columns above their lines, at the centroids of their light.
+fn names(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     let own = (first..first + ROWS).zip(0_u8..);
     let centroids: Vec<(u8, f64)> = own.filter_map(|(feature, line)| Some((line, centroid(found, feature)?))).collect();
     let wanted: Vec<f64> = centroids.iter().map(|(_, centroid)| panel.across(*centroid)).collect();
-    let (first, last) = wanted.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
+    let (earliest, last) = wanted.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
     // If all are at the same time, noise would decide their order.
-    let in_order = (0_u8..).map(|line| first + 1e-3 * f64::from(line));
-    let wishes = if last - first < 2.0 { in_order.take(wanted.len()).collect() } else { wanted.clone() };
+    let in_order = (0_u8..).map(|line| earliest + 1e-3 * f64::from(line));
+    let wishes = if last - earliest < 2.0 { in_order.take(wanted.len()).collect() } else { wanted.clone() };
     let places = spread(&wishes, APART, [panel.left + 6.0, panel.right() - 6.0]);
     let (strip, words) = (panel.top + STRIP, panel.top + SIZE + 1.0);
     for (((line, _), x), place) in centroids.iter().zip(&wanted).zip(places) {
         let color = ORDERED[usize::from(*line)];
         drawing.line(&[[place, words + 2.0], [*x, strip - 5.0]], color, THIN);
         drawing.polygon(&[[x - 2.4, strip - 5.0], [x + 2.4, strip - 5.0], [*x, strip]], color);
-        drawing.text([place, words], SIZE, Anchor::Middle, &(line + 1).to_string());
+        drawing.text([place, words], SIZE, Anchor::Middle, FEATURE_NAMES[first + usize::from(*line)]);
     }
 }
 

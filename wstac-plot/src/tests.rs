@@ -101,6 +101,8 @@ fn the_numbers_are_those_of_the_event() {
     let event = serde_json::to_value(JsonLine::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
     let speed = event["speed"]["mm_s"].as_f64().unwrap();
     for expected in [
+        " r1 ".into(),
+        " c5 ".into(),
         format!("slide; Speed {speed} ± {} mm/s", event["speed"]["sd"]),
         format!("first frame {} ", event["frame"]),
         format!("lit {} frames", event["duration_frames"]),

@@ -15,7 +15,7 @@ use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
 use wstac_scene::Touch;
 use wstac_scene::specimen::{Pattern, Specimen};
-use wstac_train::dataset::path::write_split;
+use wstac_train::dataset::path::{PathRow, write_split};
 use wstac_train::dataset::random::RandomSweep;
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{Outcome, each_sample};
@@ -98,7 +98,10 @@ pub(crate) fn path_dataset<'py>(
         waiting(py, || RandomSweep::read(Path::new(&sweep)))?
     };
     let bytes = in_thread(py, move |stop| {
-        let slides = pool(threads)?.install(|| sweep.slides.all_while(|| !stop.load(Ordering::Relaxed)))?;
+        let goes_on = || !stop.load(Ordering::Relaxed);
+        let numbers: Vec<u32> = (0..sweep.slides.slides).collect();
+        let row = |slide| Ok(PathRow::of(&slide, input));
+        let slides = pool(threads)?.install(|| sweep.slides.some_while(&numbers, goes_on, row))?;
         let mut file = Cursor::new(Vec::new());
         let written = write_split(&mut file, &slides.ok_or_else(stopped)?, input, |sensor| sweep.is_for_tests(sensor));
         written.map_err(|error| Error::io("sweep", error))?;

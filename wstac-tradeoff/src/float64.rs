@@ -60,8 +60,10 @@ impl FeatureError {
 pub struct Deviation {
     /// Largest absolute deviation.
     pub max: f64,
-    squares: f64,
-    count: u64,
+    /// Sum of their squares.
+    pub(super) squares: f64,
+    /// Their number.
+    pub(super) count: u64,
 }
 
 impl Deviation {

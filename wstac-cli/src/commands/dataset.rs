@@ -52,10 +52,10 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE.npz", required = true)]
     output: Option<PathBuf>,
 
-    /// Make only shard K of N of a sweep over time
+    /// Make only shard K of N of the set
     ///
     /// wstac dataset merge makes the set of all N shards. A shard that is already there, and whole, stays.
-    #[arg(long, value_name = "K/N", value_parser = shard::numbers)]
+    #[arg(long, value_name = "K/N", value_parser = super::shards::numbers)]
     shard: Option<[u32; 2]>,
 
     /// Number of threads; by default, one per processor
@@ -97,6 +97,39 @@ impl Arguments {
     fn sample(&self) -> Sample {
         self.input.unwrap_or(if self.sources.is_empty() { Sample::Path } else { Sample::Frames })
     }
+
+    /// Returns what the samples are made of.
+    fn source(&self) -> Result<Source<'_>, Error> {
+        let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
+        match &self.sources[..] {
+            [] => Ok(Source::Random(None)),
+            [one] if !one.is_dir() && !ends(one, "mcap") => {
+                if !ends(one, "toml") {
+                    let message = "is no sweep, expected a .toml file, recordings (.mcap) or a folder of them";
+                    return Err(Error::new(ErrorKind::Usage, one.display(), message));
+                }
+                Ok(if self.sample() == Sample::Frames { Source::Sweep(one) } else { Source::Random(Some(one)) })
+            }
+            all => match all.iter().find(|source| ends(source, "toml")) {
+                Some(sweep) => {
+                    let message = "is a sweep among other sources, expected a single sweep, or recordings";
+                    Err(Error::new(ErrorKind::Usage, sweep.display(), message))
+                }
+                None => Ok(Source::Recordings),
+            },
+        }
+    }
+}
+
+/// What samples are made of.
+#[derive(Clone, Copy, Debug)]
+enum Source<'a> {
+    /// A sweep over time.
+    Sweep(&'a Path),
+    /// Random slides: a sweep's file, or the defaults.
+    Random(Option<&'a Path>),
+    /// Recordings.
+    Recordings,
 }
 
 const HELP: &str = r#"Recordings:
@@ -182,9 +215,11 @@ On many machines (docs/MANY.md):
   wstac dataset sweep.toml --shard 1/2 -o 1.shard
   wstac dataset sweep.toml --shard 2/2 -o 2.shard
   wstac dataset merge 1.shard 2.shard -o set.npz
-  The set equals that of one process, byte for byte. Shard K has every
-  Nth slide from the Kth on. A process that is killed leaves no shard:
-  start the same command again.
+  The set equals that of one process, byte for byte: of a sweep, with
+  any --input, or of recordings. Shard K has every Nth slide or
+  recording from the Kth on. A process that is killed leaves no shard:
+  start the same command again. Recordings need the same names on all
+  machines; the merge does not read them.
 
 Interrupted runs:
   FILE.npz.part keeps the finished slides. After Ctrl-C or a crash, the
@@ -197,19 +232,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(Command::Merge(arguments)) = &arguments.command {
         return shard::merge_all(arguments);
     }
-    if arguments.shard.is_some() {
-        return shard::run(arguments);
+    if let Some(numbers) = arguments.shard {
+        return shard::run(arguments, numbers);
     }
-    match &arguments.sources[..] {
-        [] => random::run(arguments),
-        [one] if !one.is_dir() && !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap")) => {
-            if !one.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
-                let message = "is no sweep, expected a .toml file, recordings (.mcap) or a folder of them";
-                return Err(Error::new(ErrorKind::Usage, one.display(), message).into());
-            }
-            if arguments.sample() == Sample::Frames { simulated(arguments, one) } else { random::run(arguments) }
-        }
-        _ => recorded::run(arguments),
+    match arguments.source()? {
+        Source::Sweep(file) => simulated(arguments, file),
+        Source::Random(file) => random::run(arguments, file),
+        Source::Recordings => recorded::run(arguments),
     }
 }
 

@@ -21,6 +21,7 @@ mod run;
 mod scene;
 #[cfg(feature = "serve")]
 mod serve;
+mod shards;
 pub(crate) mod signals;
 mod source_arguments;
 mod trade;

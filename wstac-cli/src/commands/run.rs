@@ -187,7 +187,7 @@ Output with --json, one object per line (wrapped here):
   A texture also has pattern ("Saw") and depth_mm (3.0).
   With cam:NAME=SOURCE, each object starts with "sensor":"NAME", and each
   sensor has its own end.
-  features    "f" has five rows, then five columns: natural logarithms,
+  features    "f" has rows r1 to r5, then columns c1 to c5: natural logs,
               exact multiples of 1/2048.
   motion      is printed with --motion, for every frame while something
               slides and its speed is known.

@@ -2,6 +2,7 @@
 
 mod choose;
 mod fade;
+mod shard;
 
 use std::path::{Path, PathBuf};
 
@@ -68,6 +69,26 @@ pub(super) struct Arguments {
     /// The core that tables and figures are for
     #[arg(long, value_enum, default_value = "M4F", conflicts_with_all = ["verify", "fade"])]
     core: Core,
+
+    /// Make only shard K of N of the sweep, and write it to the file -o
+    ///
+    /// wstac trade --merge puts all N shards together. A shard that is already there, and whole, stays.
+    #[arg(long, value_name = "K/N", value_parser = super::shards::numbers, requires = "output",
+        conflicts_with_all = ["map", "budget", "verify", "fade", "prices", "merge", "no_times"])]
+    shard: Option<[u32; 2]>,
+
+    /// Run nothing: merge all shards of a sweep, in any order
+    ///
+    /// The results are those of one process. Times are measured on this machine.
+    #[arg(long, value_name = "SHARD", num_args = 1..,
+        conflicts_with_all = ["map", "budget", "verify", "fade", "slides", "quick", "models", "config"])]
+    merge: Vec<PathBuf>,
+
+    /// Leave out the times on this machine
+    ///
+    /// All else is the same in every run.
+    #[arg(long, conflicts_with_all = ["map", "budget", "verify", "fade"])]
+    no_times: bool,
 
     /// Run nothing: read the map.csv of an earlier sweep
     ///
@@ -147,6 +168,10 @@ Examples:
       digit; also print the result on other sensors
   wstac trade -o found
       run the whole sweep, which takes minutes
+  wstac trade --shard 1/2 -o 1.shard
+  wstac trade --shard 2/2 -o 2.shard
+  wstac trade --merge 1.shard 2.shard -o found
+      run it in parts, on any number of machines (docs/MANY.md)
   wstac trade --quick --model my.wsm -o found
   wstac trade --budget 'frames<=40' --map found/map.csv -o early
   wstac trade --map kept -o map.pdf
@@ -167,12 +192,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.fade {
         return fade::fade(arguments, &config);
     }
+    if let Some(numbers) = arguments.shard {
+        return shard::make(arguments, numbers, &config);
+    }
     match figure {
         Some((path, _)) => outputs(arguments).check([path])?,
         None => check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?,
     }
-    let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
-    let (rows, models) = if let Some(path) = &arguments.map {
+    let (prices, (_, mut base)) = (prices(arguments)?, base(arguments)?);
+    let (rows, models) = if !arguments.merge.is_empty() {
+        let merged = shard::merged(arguments)?;
+        base = merged.base;
+        (merged.rows, merged.models)
+    } else if let Some(path) = &arguments.map {
         let mut rows = read(path)?;
         let models = of_rows(&rows)?;
         if arguments.times {
@@ -260,7 +292,7 @@ fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
 fn outputs(arguments: &Arguments) -> Outputs {
     let base = arguments.map.as_ref().map(|map| map.with_file_name(BASE));
     let outputs = Outputs::new(arguments.force).reading(&arguments.models).reading(&arguments.config);
-    outputs.reading(&arguments.map).reading(&base).reading(&arguments.prices)
+    outputs.reading(&arguments.merge).reading(&arguments.map).reading(&base).reading(&arguments.prices)
 }
 
 /// Returns the name and the text of the configuration of a sweep: everything that the study does not vary.
@@ -292,16 +324,25 @@ fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
     Ok(models)
 }
 
+/// Returns the number of slides of each sensor.
+fn of_each(arguments: &Arguments) -> u32 {
+    if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) }
+}
+
 /// Runs every setting, and then measures its time.
 fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result<Vec<Row>, Error> {
-    let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
-    let (settings, slides) = (Setting::all(), slides(of_each));
+    let (settings, slides) = (Setting::all(), slides(of_each(arguments)));
     let (all, every, count) = (slides.len(), settings.len(), models.len());
     note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
     let plan = Plan { config, settings: &settings, models, slides: &slides, light: 1.0 };
     let mut rows = rows(&plan, &sweep::run(&plan)?);
-    host::measure(&mut rows, models, config)?;
+    timed(arguments, &mut rows, models, config)?;
     Ok(rows)
+}
+
+/// Measures the times of rows, unless they are left out.
+fn timed(arguments: &Arguments, rows: &mut [Row], models: &[Candidate], config: &Config) -> Result<(), Error> {
+    if arguments.no_times { Ok(()) } else { host::measure(rows, models, config) }
 }
 
 /// Returns the map of an earlier sweep, or the one that comes with the program.

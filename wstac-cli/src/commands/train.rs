@@ -174,7 +174,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 fn gathered(arguments: &Arguments, options: &TrainOptions, threads: &rayon::ThreadPool) -> Result<TrainingSet, Stop> {
     let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
     let simulated = |file: Option<&PathBuf>| {
-        let sweep = random::sweep(file)?;
+        let sweep = random::sweep(file.map(PathBuf::as_path))?;
         let slides = random::simulate(&sweep, threads)?;
         let mut set = TrainingSet::of_sweep(&sweep, &slides, options);
         if let Some(file) = file {

@@ -88,6 +88,36 @@ impl About {
     /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the
     /// pictures that are stored.
     pub(super) fn to_metadata(&self, layout: &Layout) -> Result<Vec<Metadata>, serde_json::Error> {
+        let of_pictures = self.info.crop.as_ref().and_then(|crop| crop.layout(layout));
+        let layout = of_pictures.as_ref().unwrap_or(layout);
+        let mut all = self.records()?;
+        all.insert(2, one(LAYOUT, JSON, serde_json::to_string(layout)?));
+        Ok(all)
+    }
+
+    /// Returns the description as one line of JSON, for programs that keep it without the recording.
+    ///
+    /// # Errors
+    /// A part of it cannot be written as JSON.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        let records = self.records()?.into_iter().map(|record| (record.name, record.metadata));
+        serde_json::to_string(&records.collect::<BTreeMap<_, _>>())
+    }
+
+    /// Reads what [`to_json`](Self::to_json) wrote.
+    ///
+    /// # Errors
+    /// The text is no description; the message says what was found and what was expected.
+    pub fn from_json(text: &str) -> Result<Self, String> {
+        let records: BTreeMap<String, BTreeMap<String, String>> =
+            serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let records = records.into_iter().map(|(name, metadata)| Metadata { name, metadata });
+        let about = Self::from_metadata(&records.collect::<Vec<_>>())?;
+        about.ok_or_else(|| format!("has no {STREAM}, expected the description of a recording"))
+    }
+
+    /// Returns the records of metadata without the layout.
+    fn records(&self) -> Result<Vec<Metadata>, serde_json::Error> {
         let Self { info, driver_times, configuration, labels, models } = self;
         let stream = Stream {
             wstac: env!("CARGO_PKG_VERSION").into(),
@@ -102,16 +132,9 @@ impl About {
             crop: info.crop,
             taxels_only: info.taxels_only,
         };
-        let of_pictures = info.crop.as_ref().and_then(|crop| crop.layout(layout));
-        let layout = of_pictures.as_ref().unwrap_or(layout);
-        let one = |name: &str, key: &str, text: String| Metadata {
-            name: name.into(),
-            metadata: BTreeMap::from([(key.into(), text)]),
-        };
         let mut all = vec![
             one(STREAM, JSON, serde_json::to_string(&stream)?),
             one(CONFIGURATION, TOML, configuration.clone()),
-            one(LAYOUT, JSON, serde_json::to_string(layout)?),
             Metadata { name: LABELS.into(), metadata: labels.clone() },
         ];
         if let Some(camera) = &info.camera {
@@ -154,6 +177,11 @@ impl About {
     }
 }
 
+/// Returns a record that holds a single text.
+fn one(name: &str, key: &str, text: String) -> Metadata {
+    Metadata { name: name.into(), metadata: BTreeMap::from([(key.into(), text)]) }
+}
+
 #[cfg(test)]
 mod tests {
     use wstac_core::green::ycbcr::YcbcrMatrix;
@@ -171,6 +199,8 @@ mod tests {
         let stream = Metadata { name: STREAM.into(), metadata: BTreeMap::from([(JSON.into(), OF_BEFORE.into())]) };
         let about = About::from_metadata(&[stream]).unwrap().unwrap();
         assert_eq!((about.info.format, about.info.color.matrix), (PixelFormat::Gray, YcbcrMatrix::Bt709));
+        assert_eq!(About::from_json(&about.to_json().unwrap()).unwrap(), about);
+        assert!(About::from_json("{}").unwrap_err().contains("has no wstac.stream"));
         let layout = Layout::paper(about.info.size).unwrap();
         let written = about.to_metadata(&layout).unwrap();
         // Only the version is that of this program.

@@ -12,7 +12,7 @@ use wstac_core::params::{FEATURES, TAXELS};
 
 pub(crate) use self::messages::log::Level;
 use self::messages::{CompressedImage, Log, RawImage};
-use super::limits;
+use super::{limits, schema};
 
 /// A schema of a recording's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl Schema {
             Self::Log => include_bytes!("foxglove/Log.binpb"),
             Self::Float64MultiArray => multi_array!("float64").as_bytes(),
             Self::UInt32MultiArray => multi_array!("uint32").as_bytes(),
-            Self::Record => br#"{"type":"object","properties":{"kind":{"type":"string"}}}"#,
+            Self::Record => schema::record(),
         }
     }
 }

@@ -22,6 +22,7 @@ mod reader;
 mod recorder;
 mod recover;
 mod reserved;
+mod schema;
 mod summary;
 mod sums;
 mod walk;

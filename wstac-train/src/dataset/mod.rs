@@ -1,8 +1,7 @@
 //! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
-//! [`sweep`] selects the slides, [`samples`] computes them, and [`part`] stores them meanwhile. [`shard`] has those of
-//! one of several processes. [`npz`] and [`arrays`]
-//! write them for NumPy. [`path`] has random slides and their samples along the path, and [`random`] the file that selects
+//! [`sweep`] selects the slides, [`samples`] computes them, and [`part`] stores them meanwhile. [`shard`] has what one
+//! of several processes makes. [`npz`] and [`arrays`] write them for NumPy. [`path`] has random slides and their samples along the path, and [`random`] the file that selects
 //! them. [`recordings`] and [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;

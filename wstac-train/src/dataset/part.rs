@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use super::sweep::Sweep;
-use super::{DATA_VERSION, Facts, Outcome};
+use super::{Facts, Outcome};
+use crate::shard::digest;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::files::open_own;
@@ -28,10 +29,7 @@ pub(super) const RECORD: usize = 8 + SAMPLE_BYTES + 4;
 pub fn fingerprint(sweep: &Sweep, config: &Config) -> u64 {
     let Config { layout, green, features, trigger, speed, direction, .. } = config;
     let config = (layout, green, features, trigger, speed, direction);
-    let version = (DATA_VERSION, env!("CARGO_PKG_VERSION"));
-    // FNV-1a.
-    let text = format!("{version:?} {sweep:?} {config:?}");
-    text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+    digest(&format!("{sweep:?} {config:?}"))
 }
 
 /// The known state of a slide.
@@ -257,11 +255,6 @@ pub(super) fn record(number: u32, outcome: &Outcome) -> [u8; RECORD] {
     let mut record = [0; RECORD];
     record.copy_from_slice(&content);
     record
-}
-
-/// Returns the slide's number of a record, or `None` if the record is damaged.
-pub(super) fn number_of(record: &[u8; RECORD]) -> Option<u32> {
-    parsed(record).map(|(number, _)| number)
 }
 
 /// Returns the number and status of a record, or `None` if it is damaged.

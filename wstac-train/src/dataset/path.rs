@@ -106,6 +106,12 @@ pub struct PathSlide {
 }
 
 impl RandomSlides {
+    /// Returns the slide of a number, and its sensor.
+    pub fn slide_of(&self, number: u32) -> (Slide, u32) {
+        let (slide, sensor, _) = self.drawn(number);
+        (slide, sensor)
+    }
+
     /// Returns the slide of a number, its sensor, and its scene.
     fn drawn(&self, number: u32) -> (Slide, u32, SceneConfig) {
         let mut rng = Rng::new(self.seed, 1_000_000 + u64::from(number));
@@ -203,9 +209,22 @@ impl RandomSlides {
     /// # Errors
     /// A scene is not valid.
     pub fn all_while(&self, goes_on: impl Fn() -> bool + Sync) -> Result<Option<Vec<PathSlide>>, Error> {
-        let each = (0..self.slides).into_par_iter().with_max_len(16).map(|number| {
-            let slide = self.slide(number)?;
-            Ok(goes_on().then_some(slide))
+        self.some_while(&(0..self.slides).collect::<Vec<_>>(), goes_on, Ok)
+    }
+
+    /// Simulates the slides of some numbers as [`all_while`](Self::all_while) does, and returns what `keep` makes of them.
+    ///
+    /// # Errors
+    /// A scene is not valid, or `keep` fails.
+    pub fn some_while<T: Send>(
+        &self,
+        numbers: &[u32],
+        goes_on: impl Fn() -> bool + Sync,
+        keep: impl Fn(PathSlide) -> Result<T, Error> + Sync,
+    ) -> Result<Option<Vec<T>>, Error> {
+        let each = numbers.par_iter().with_max_len(16).map(|&number| {
+            let kept = keep(self.slide(number)?)?;
+            Ok(goes_on().then_some(kept))
         });
         each.collect()
     }
@@ -233,13 +252,37 @@ impl PathSlide {
     }
 }
 
+/// A slide in a data set of one input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathRow {
+    /// The slide.
+    pub slide: Slide,
+    /// Its sensor.
+    pub sensor: u32,
+    /// Its sample; `None` if there is none, or if it shows too little of the path.
+    pub sample: Option<Box<[i16; INPUTS]>>,
+    /// The measured speed in mm/s and direction in degrees; `None` if there is none.
+    pub measured: Option<[f32; 2]>,
+    /// Whether the event and its motion are reliable.
+    pub reliable: bool,
+}
+
+impl PathRow {
+    /// Returns the row of a slide in a data set of this input.
+    pub fn of(slide: &PathSlide, input: Input) -> Self {
+        let sample = slide.sample(input).map(|sample| Box::new(*sample));
+        let PathSlide { slide, sensor, measured, reliable, .. } = *slide;
+        Self { slide, sensor, sample, measured, reliable }
+    }
+}
+
 /// Writes the slides of a sweep as a data set of one input, with the sensors that are for tests.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write_split(
     file: impl Write + Seek,
-    slides: &[PathSlide],
+    slides: &[PathRow],
     input: Input,
     is_for_tests: impl Fn(u32) -> bool,
 ) -> io::Result<()> {
@@ -247,14 +290,14 @@ pub fn write_split(
     let mut npz = Npz::new(file);
     let name = crate::model::eval::array_of(input);
     npz.array(name, Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
-        slides.iter().try_for_each(|slide| out.write_all(&by_feature(slide.sample(input).unwrap_or(&[0; INPUTS]))))
+        slides.iter().try_for_each(|slide| out.write_all(&by_feature(slide.sample.as_deref().unwrap_or(&[0; INPUTS]))))
     })?;
     facts(&mut npz, slides)?;
     let patterns = slides.iter().map(|slide| slide.slide.specimen.pattern.name().to_owned());
     npz.strings("y_pattern", patterns)?;
     let depths = slides.iter().map(|slide| slide.slide.specimen.depth_mm.to_le_bytes());
     numbers_of(&mut npz, "y_depth", Dtype::Float64, depths)?;
-    let split = |slide: &PathSlide| if is_for_tests(slide.sensor) { "test" } else { "train" }.to_owned();
+    let split = |slide: &PathRow| if is_for_tests(slide.sensor) { "test" } else { "train" }.to_owned();
     npz.strings("split", slides.iter().map(split))?;
     npz.finish().map(drop)
 }
@@ -275,17 +318,21 @@ pub fn write(file: impl Write + Seek, slides: &[PathSlide]) -> io::Result<()> {
     samples(&mut npz, "X", &|slide| slide.frames)?;
     samples(&mut npz, "X_path", &|slide| slide.path.map_or(zeros, |path| *path.numbers()))?;
     samples(&mut npz, "X_taxel_path", &|slide| slide.taxel_path.map_or(zeros, |path| *path.numbers()))?;
-    facts(&mut npz, slides)?;
+    let without_samples = |slide: &PathSlide| {
+        let PathSlide { slide, sensor, measured, reliable, .. } = *slide;
+        PathRow { slide, sensor, sample: None, measured, reliable }
+    };
+    facts(&mut npz, &slides.iter().map(without_samples).collect::<Vec<_>>())?;
     npz.finish().map(drop)
 }
 
 /// Writes the arrays of slides that all data sets of them have.
-fn facts(npz: &mut Npz<impl Write + Seek>, slides: &[PathSlide]) -> io::Result<()> {
+fn facts(npz: &mut Npz<impl Write + Seek>, slides: &[PathRow]) -> io::Result<()> {
     let n = slides.len();
     let scale = 1.0 / f64::from(FEATURE_ONE);
     npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;
     npz.strings("y_specimen", slides.iter().map(|slide| super::arrays::name(&slide.slide.specimen)))?;
-    let mut column = |name: &str, of: &dyn Fn(&PathSlide) -> f64| {
+    let mut column = |name: &str, of: &dyn Fn(&PathRow) -> f64| {
         numbers_of(npz, name, Dtype::Float64, slides.iter().map(|slide| of(slide).to_le_bytes()))
     };
     column("speed", &|slide| slide.slide.speed_mm_s)?;

@@ -13,11 +13,17 @@ use crate::model::eval::array_of;
 
 /// Writes all samples with their recordings' labels; for each recording, `tests` holds whether it is for tests.
 ///
-/// The samples are those of one input. Along a path they are zeros if an event has none.
+/// The samples are those of one input. Along a path they are `paths`, one for each event, and zeros if it has none.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool], input: Input) -> io::Result<()> {
+pub fn write(
+    file: impl Write + Seek,
+    recordings: &[Recording],
+    tests: &[bool],
+    input: Input,
+    paths: &[Option<&[i16; INPUTS]>],
+) -> io::Result<()> {
     let all: Vec<_> = recordings
         .iter()
         .zip(tests)
@@ -32,8 +38,7 @@ pub fn write(file: impl Write + Seek, recordings: &[Recording], tests: &[bool], 
                 out.write_all(&bytes.collect::<Vec<u8>>())
             });
         }
-        let paths = recordings.iter().flat_map(|recording| &recording.paths);
-        paths.into_iter().try_for_each(|path| out.write_all(&by_feature(path.sample(input).unwrap_or(&[0; INPUTS]))))
+        paths.iter().try_for_each(|path| out.write_all(&by_feature(path.unwrap_or(&[0; INPUTS]))))
     })?;
     let scale = 1.0 / f64::from(FEATURE_ONE);
     npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;

@@ -51,6 +51,29 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// Creates a recording without its samples, with its own configuration unless another is given.
+    ///
+    /// # Errors
+    /// Its labels or its configuration cannot be used.
+    pub(super) fn labeled(name: &str, about: &About, config: Option<Config>) -> Result<Self, Error> {
+        let own = || Config::parse(&about.configuration).map_err(|error| error.about(name));
+        let config = config.map_or_else(own, Ok)?;
+        let recording = labeled(name, &about.labels, about, config);
+        recording.map_err(|message| Error::new(ErrorKind::Data, name, message))
+    }
+
+    /// Returns its description.
+    pub(super) fn about(&self) -> &About {
+        &self.about
+    }
+
+    /// Returns the samples along the path that a model of this input takes, one for each event; `None` for an event
+    /// without one, and for all unless they were read ([`read_paths`]).
+    pub fn path_samples(&self, input: Input) -> Vec<Option<&[i16; INPUTS]>> {
+        let none = self.samples.iter().skip(self.paths.len()).map(|_| None);
+        self.paths.iter().map(|path| path.sample(input)).chain(none).collect()
+    }
+
     /// Returns the frames per second of its camera.
     pub fn rate(&self) -> FrameRate {
         self.about.info.rate
@@ -104,10 +127,7 @@ pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
     let source = McapSource::open(path, None)?;
     let about = source.about().clone();
     let name = path.display().to_string();
-    let own = || Config::parse(&about.configuration).map_err(|error| error.about(&name));
-    let config = config.cloned().map_or_else(own, Ok)?;
-    let recording = labeled(&name, &about.labels, &about, config);
-    let mut recording = recording.map_err(|message| Error::new(ErrorKind::Data, &name, message))?;
+    let mut recording = Recording::labeled(&name, &about, config.cloned())?;
     for output in session(source, &recording.config)? {
         match output? {
             Output::Event(event) => {

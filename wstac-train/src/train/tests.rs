@@ -1,5 +1,5 @@
 use super::*;
-use crate::dataset::path::{PathSlide, write_split};
+use crate::dataset::path::{PathRow, PathSlide, write_split};
 use crate::dataset::random::RandomSweep;
 
 fn slide(label: &str, group: &str, is_test: Option<bool>, number: i16) -> LabeledSlide {
@@ -133,7 +133,8 @@ fn a_data_set_gives_what_its_slides_give() {
         let at_once = train(TrainingSet::of_sweep(&sweep, &slides, &options), &options).unwrap();
         let path = std::env::temp_dir().join(format!("wstac-train-{}-{}.npz", std::process::id(), input.name()));
         let file = std::fs::File::create(&path).unwrap();
-        write_split(file, &slides, input, |sensor| sweep.is_for_tests(sensor)).unwrap();
+        let rows: Vec<PathRow> = slides.iter().map(|slide| PathRow::of(slide, input)).collect();
+        write_split(file, &rows, input, |sensor| sweep.is_for_tests(sensor)).unwrap();
         let read = TrainingSet::read(&path, &options).unwrap();
         let read = train(read, &options).unwrap();
         assert!(at_once.calibration.is_none(), "too few slides");

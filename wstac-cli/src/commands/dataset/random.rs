@@ -1,6 +1,6 @@
 //! `wstac dataset --input path` makes a data set of random slides.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
@@ -8,37 +8,61 @@ use wstac_core::model::file::Input;
 
 use super::progress::Progress;
 use super::{Arguments, Ending, finishing, note, number, outputs, pool, write_all};
+use crate::commands::files::Outputs;
 use crate::commands::output::Stop;
+use wstac_host::error::Error;
 use wstac_host::plural::counted;
-use wstac_train::dataset::path::{PathSlide, write_split};
+use wstac_train::dataset::path::{PathRow, PathSlide, write_split};
 use wstac_train::dataset::random::RandomSweep;
 
 /// Makes the data set of a sweep's file, or of the defaults.
-pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let sweep = sweep(arguments.sources.first())?;
+pub(super) fn run(arguments: &Arguments, file: Option<&Path>) -> Result<(), Stop> {
+    let sweep = sweep(file)?;
     let input: Input = arguments.sample().into();
     let outputs = outputs(arguments);
     outputs.check([arguments.output()])?;
-    let slides = simulate(&sweep, &pool(arguments.threads)?)?;
-    without_path(slides.iter().filter(|slide| slide.sample(input).is_none()).count(), slides.len());
+    let numbers: Vec<u32> = (0..sweep.slides.slides).collect();
+    let rows = simulated(&sweep, &numbers, &pool(arguments.threads)?, |slide| Ok(PathRow::of(&slide, input)))?;
+    finish(&outputs, arguments.output(), &sweep, input, &rows)
+}
+
+/// Writes the data set of a sweep.
+pub(super) fn finish(
+    outputs: &Outputs,
+    output: &Path,
+    sweep: &RandomSweep,
+    input: Input,
+    rows: &[PathRow],
+) -> Result<(), Stop> {
+    without_path(rows.iter().filter(|row| row.sample.is_none()).count(), rows.len());
     let is_for_tests = |sensor| sweep.is_for_tests(sensor);
-    write_all(&outputs, arguments.output(), |file| write_split(file, &slides, input, is_for_tests))?;
-    let tests = slides.iter().filter(|slide| sweep.is_for_tests(slide.sensor)).count();
-    let (path, count) = (arguments.output().display(), counted(slides.len(), "slide"));
+    write_all(outputs, output, |file| write_split(file, rows, input, is_for_tests))?;
+    let tests = rows.iter().filter(|row| sweep.is_for_tests(row.sensor)).count();
+    let (path, count) = (output.display(), counted(rows.len(), "slide"));
     note(format_args!("{path}: {count}, {tests} of them on sensors for tests"));
     Ok(())
 }
 
 /// Reads a sweep's file; without one, the defaults hold.
-pub(in crate::commands) fn sweep(file: Option<&PathBuf>) -> Result<RandomSweep, Stop> {
-    Ok(file.map(|file| RandomSweep::read(file)).transpose()?.unwrap_or_default())
+pub(in crate::commands) fn sweep(file: Option<&Path>) -> Result<RandomSweep, Stop> {
+    Ok(file.map(RandomSweep::read).transpose()?.unwrap_or_default())
 }
 
 /// Simulates the slides of a sweep.
 pub(in crate::commands) fn simulate(sweep: &RandomSweep, threads: &rayon::ThreadPool) -> Result<Vec<PathSlide>, Stop> {
+    simulated(sweep, &(0..sweep.slides.slides).collect::<Vec<_>>(), threads, Ok)
+}
+
+/// Simulates the slides of some numbers, and returns what `keep` makes of each, in order.
+pub(super) fn simulated<T: Send>(
+    sweep: &RandomSweep,
+    numbers: &[u32],
+    threads: &rayon::ThreadPool,
+    keep: impl Fn(PathSlide) -> Result<T, Error> + Send + Sync,
+) -> Result<Vec<T>, Stop> {
     finishing(Ending::InTime);
     let signal = number();
-    let progress = Mutex::new((Progress::new("slides", 0, sweep.slides.slides), 0));
+    let progress = Mutex::new((Progress::new("slides", 0, numbers.len() as u32), 0));
     let goes_on = || {
         if let Ok(mut progress) = progress.lock() {
             progress.1 += 1;
@@ -47,7 +71,7 @@ pub(in crate::commands) fn simulate(sweep: &RandomSweep, threads: &rayon::Thread
         }
         signal.load(Ordering::Relaxed) == 0
     };
-    let slides = threads.install(|| sweep.slides.all_while(goes_on))?;
+    let slides = threads.install(|| sweep.slides.some_while(numbers, goes_on, keep))?;
     slides.ok_or_else(|| Stop::Interrupted(signal.load(Ordering::Relaxed) as u8))
 }
 

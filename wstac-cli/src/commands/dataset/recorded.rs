@@ -1,14 +1,15 @@
 //! `wstac dataset` makes a data set of recordings.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
-use wstac_core::model::file::Input;
+use wstac_core::model::file::{INPUTS, Input};
 
 use super::progress::Progress;
 use super::random::without_path;
 use super::{Arguments, Ending, finishing, note, number, outputs, pool, write_all};
+use crate::commands::files::Outputs;
 use crate::commands::output::Stop;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -18,19 +19,25 @@ use wstac_train::dataset::recordings::{Recording, comparable, find, for_tests, r
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
-    if let Some(sweep) = arguments.sources.iter().find(|source| source.extension().is_some_and(|end| end == "toml")) {
-        return Err(Error::new(
-            ErrorKind::Usage,
-            sweep.display(),
-            "is a sweep among other sources, expected a single sweep, or recordings",
-        )
-        .into());
-    }
     let outputs = outputs(arguments);
     outputs.check([arguments.output()])?;
     let input = arguments.sample().into();
     let threads = pool(arguments.threads)?;
     let recordings = read_all(&arguments.sources, config.as_ref(), input, &threads)?;
+    let paths: Vec<_> = recordings.iter().flat_map(|recording| recording.path_samples(input)).collect();
+    finish(&outputs, arguments.output(), &recordings, input, &paths, arguments.test)
+}
+
+/// Writes the data set of recordings, of which this fraction is for tests. `paths` has the samples along the path of all
+/// their events.
+pub(super) fn finish(
+    outputs: &Outputs,
+    output: &Path,
+    recordings: &[Recording],
+    input: Input,
+    paths: &[Option<&[i16; INPUTS]>],
+    test: f64,
+) -> Result<(), Stop> {
     for recording in recordings.iter().filter(|recording| recording.samples.is_empty()) {
         note(format_args!("{}: no event, so no sample", recording.name));
     }
@@ -41,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let samples = recordings.iter().map(|recording| recording.samples.len()).sum::<usize>();
     if samples == 0 {
         let message = "none of the recordings has an event, expected at least 1";
-        return Err(Error::new(ErrorKind::Data, arguments.output().display(), message).into());
+        return Err(Error::new(ErrorKind::Data, output.display(), message).into());
     }
     let facts = || recordings.iter().flat_map(|recording| &recording.samples).map(|(.., facts)| facts);
     let unreliable = facts().filter(|facts| !facts.reliable).count();
@@ -56,14 +63,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         ));
     }
     if input != Input::Frames {
-        let paths = recordings.iter().flat_map(|recording| &recording.paths);
-        without_path(paths.filter(|path| path.sample(input).is_none()).count(), samples);
+        without_path(paths.iter().filter(|path| path.is_none()).count(), samples);
     }
-    let tests = for_tests(&recordings, arguments.test);
-    write_all(&outputs, arguments.output(), |file| recorded_arrays::write(file, &recordings, &tests, input))?;
+    let tests = for_tests(recordings, test);
+    write_all(outputs, output, |file| recorded_arrays::write(file, recordings, &tests, input, paths))?;
     let for_tests = tests.iter().filter(|test| **test).count();
     let (samples, count) = (counted(samples, "sample"), counted(recordings.len(), "recording"));
-    note(format_args!("{}: {samples} of {count}, {for_tests} of them for tests", arguments.output().display()));
+    note(format_args!("{}: {samples} of {count}, {for_tests} of them for tests", output.display()));
     Ok(())
 }
 
@@ -74,7 +80,18 @@ pub(in crate::commands) fn read_all(
     input: Input,
     threads: &rayon::ThreadPool,
 ) -> Result<Vec<Recording>, Stop> {
-    let files = find(sources)?;
+    let (recordings, doubts) = read_files(&find(sources)?, config, input, threads)?;
+    doubts.iter().for_each(note);
+    Ok(recordings)
+}
+
+/// Reads these files, and returns doubts about them for a person.
+pub(super) fn read_files(
+    files: &[PathBuf],
+    config: Option<&Config>,
+    input: Input,
+    threads: &rayon::ThreadPool,
+) -> Result<(Vec<Recording>, Vec<String>), Stop> {
     finishing(Ending::InTime);
     let signal = number();
     let progress = std::sync::Mutex::new((Progress::new("recordings", 0, files.len() as u32), 0));
@@ -102,8 +119,6 @@ pub(in crate::commands) fn read_all(
     }
     let recordings = recordings.into_iter().flatten().collect::<Option<Vec<Recording>>>();
     let Some(recordings) = recordings else { return Err(Stop::Interrupted(signal.load(Ordering::Relaxed) as u8)) };
-    for doubt in comparable(&recordings)? {
-        note(doubt);
-    }
-    Ok(recordings)
+    let doubts = comparable(&recordings)?;
+    Ok((recordings, doubts))
 }

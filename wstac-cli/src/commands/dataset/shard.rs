@@ -1,18 +1,23 @@
 //! `wstac dataset --shard` and `wstac dataset merge`: a data set that several processes make.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use wstac_core::model::file::Input;
+
 use super::progress::Progress;
-use super::{Ending, Sample, beside, check, each_sample, finish, finishing, note, number, outputs, pool, write_all};
+use super::{Ending, Source, beside, check, each_sample, finish, finishing, number, outputs, pool, random, recorded};
 use crate::commands::files::Outputs;
 use crate::commands::output::Stop;
+use crate::commands::shards::make_shard;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::plural::counted;
 use wstac_host::text_file::file_text;
-use wstac_train::dataset::shard::{Shard, ShardFile, merge};
+use wstac_train::dataset::random::RandomSweep;
+use wstac_train::dataset::recordings::{comparable, find};
+use wstac_train::dataset::shard::{frames, random as random_shard, recorded as recorded_shard};
 use wstac_train::dataset::sweep::Sweep;
+use wstac_train::shard::{Shard, ShardKind, WholeSet};
 
 /// Merge all shards of a data set, in any order
 ///
@@ -40,78 +45,99 @@ pub(super) fn merge_all(arguments: &Arguments) -> Result<(), Stop> {
     let Arguments { shards, output, force } = arguments;
     let outputs = Outputs::new(*force).reading(shards);
     outputs.check([output])?;
-    let files = shards.iter().map(|path| ShardFile::open(path)).collect::<Result<Vec<_>, Error>>()?;
-    let (Some(first), Some(file)) = (shards.first(), files.first()) else { return Ok(()) };
-    let sweep = file.sweep()?;
-    let part = merge(&files, &beside(output, ".part"), *force)?;
-    finish(&outputs, output, &sweep, part, first)
+    let set = WholeSet::open(shards)?;
+    match set.set().kind {
+        ShardKind::Frames => {
+            let sweep = frames::sweep(&set)?;
+            let part = frames::merge(&set, &beside(output, ".part"), *force)?;
+            finish(&outputs, output, &sweep, part, set.first().path())
+        }
+        ShardKind::RandomSlides => {
+            let set = random_shard::read(&set)?;
+            random::finish(&outputs, output, &set.sweep, set.input, &set.rows)
+        }
+        ShardKind::Recordings => {
+            let set = recorded_shard::read(&set)?;
+            comparable(&set.recordings)?.iter().for_each(super::note);
+            let paths: Vec<_> = set.paths.iter().map(|path| path.as_deref()).collect();
+            recorded::finish(&outputs, output, &set.recordings, set.input, &paths, set.test)
+        }
+        ShardKind::Trade => {
+            let message = "is a shard of wstac trade, expected shards of wstac dataset: use wstac trade --merge";
+            Err(Error::new(ErrorKind::Config, set.first().path().display(), message).into())
+        }
+    }
 }
 
-/// Makes one shard of the data set of a sweep.
-pub(super) fn run(arguments: &super::Arguments) -> Result<(), Stop> {
-    let (Some(numbers), [sweep_file], Sample::Frames) = (arguments.shard, &arguments.sources[..], arguments.sample())
-    else {
-        let message = "is only for a sweep over time, expected one sweep's file (.toml) and no other --input";
-        return Err(Error::new(ErrorKind::Usage, "--shard", message).into());
-    };
+/// Makes one shard of a data set.
+pub(super) fn run(arguments: &super::Arguments, numbers: [u32; 2]) -> Result<(), Stop> {
+    match arguments.source()? {
+        Source::Sweep(file) => of_sweep(arguments, numbers, file),
+        Source::Random(file) => of_random(arguments, numbers, file),
+        Source::Recordings => of_recordings(arguments, numbers),
+    }
+}
+
+/// Makes a shard of a sweep over time.
+fn of_sweep(arguments: &super::Arguments, numbers: [u32; 2], file: &Path) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
-    let text = file_text(sweep_file)?;
-    let sweep = Sweep::parse(&sweep_file.display().to_string(), &text)?;
-    check(&sweep.script(0), &config).map_err(|error| Error::new(ErrorKind::Config, sweep_file.display(), error))?;
-    let [shard, of] = numbers;
-    if of > sweep.count() {
-        let message = format_args!("is {shard}/{of}, expected at most {} shards, one per slide", sweep.count());
-        return Err(Error::new(ErrorKind::Usage, "--shard", message).into());
-    }
-    let (shard, output) = (Shard::new(numbers, &sweep, text, &config), arguments.output());
-    // A worker that was taken for dead may have made it meanwhile.
-    if !arguments.force && is_there(&shard, arguments) {
-        note(format_args!("{}: shard {}/{} is already there", output.display(), shard.number, shard.of));
-        return Ok(());
-    }
-    let outputs = outputs(arguments);
-    outputs.check([output])?;
-    finishing(Ending::InTime);
-    let signal = number();
-    let slides: Vec<u32> = shard.slides().collect();
-    let count = slides.len() as u32;
-    let mut outcomes = Vec::with_capacity(slides.len());
-    let mut progress = Progress::new("slides", 0, count);
-    pool(arguments.threads)?.install(|| {
-        each_sample(
-            &slides,
-            |number| sweep.script(number),
-            &config,
-            |number, outcome| {
-                outcomes.push((number, outcome));
-                progress.say(outcomes.len() as u32);
-                match signal.load(Ordering::Relaxed) {
-                    0 => Ok(()),
-                    signal => Err(Stop::Interrupted(signal as u8)),
-                }
-            },
-        )
-    })?;
-    drop(progress);
-    outcomes.sort_unstable_by_key(|(number, _)| *number);
-    match write_all(&outputs, output, |file| shard.write(file, &outcomes)) {
-        Err(error) if error.is_already_exists() && is_there(&shard, arguments) => {}
-        written => written?,
-    }
-    let (path, count) = (output.display(), counted(slides.len(), "slide"));
-    note(format_args!("{path}: shard {}/{}, {count}", shard.number, shard.of));
-    Ok(())
+    let text = file_text(file)?;
+    let sweep = Sweep::parse(&file.display().to_string(), &text)?;
+    check(&sweep.script(0), &config).map_err(|error| Error::new(ErrorKind::Config, file.display(), error))?;
+    let shard = Shard::new(numbers, frames::set(&sweep, text, &config))?;
+    make_shard(&shard, arguments.output(), &outputs(arguments), arguments.force, |slides| {
+        finishing(Ending::InTime);
+        let signal = number();
+        let mut contents = Vec::with_capacity(slides.len());
+        let mut progress = Progress::new("slides", 0, slides.len() as u32);
+        pool(arguments.threads)?.install(|| {
+            each_sample(
+                slides,
+                |number| sweep.script(number),
+                &config,
+                |number, outcome| {
+                    contents.push((number, frames::content(number, &outcome)));
+                    progress.say(contents.len() as u32);
+                    match signal.load(Ordering::Relaxed) {
+                        0 => Ok(()),
+                        signal => Err(Stop::Interrupted(signal as u8)),
+                    }
+                },
+            )
+        })?;
+        contents.sort_unstable_by_key(|(number, _)| *number);
+        Ok(contents)
+    })
 }
 
-/// Returns whether the output is this very shard, and whole.
-fn is_there(shard: &Shard, arguments: &super::Arguments) -> bool {
-    let there = ShardFile::open(arguments.output());
-    there.is_ok_and(|there| there.shard == *shard && there.check().is_ok())
+/// Makes a shard of random slides; without a file, of the defaults.
+fn of_random(arguments: &super::Arguments, numbers: [u32; 2], file: Option<&Path>) -> Result<(), Stop> {
+    let input: Input = arguments.sample().into();
+    let text = file.map_or_else(|| Ok(String::new()), file_text)?;
+    let subject = file.map_or_else(|| "sweep".to_owned(), |file| file.display().to_string());
+    let sweep = RandomSweep::parse(&subject, &text)?;
+    let shard = Shard::new(numbers, random_shard::set(&sweep, &text, input)?)?;
+    make_shard(&shard, arguments.output(), &outputs(arguments), arguments.force, |slides| {
+        let keep = |slide| Ok(random_shard::content(&slide, input));
+        let contents = random::simulated(&sweep, slides, &pool(arguments.threads)?, keep)?;
+        Ok(slides.iter().copied().zip(contents).collect())
+    })
 }
 
-/// Reads the number of a shard and the number of all shards.
-pub(super) fn numbers(text: &str) -> Result<[u32; 2], String> {
-    let parsed = text.split_once('/').and_then(|(shard, of)| Some([shard.parse().ok()?, of.parse().ok()?]));
-    let good = parsed.filter(|[shard, of]: &[u32; 2]| (1..=*of).contains(shard));
-    good.ok_or_else(|| format!("{text:?} is no shard, expected K/N: 1/8 to 8/8 for eight"))
+/// Makes a shard of recordings.
+fn of_recordings(arguments: &super::Arguments, numbers: [u32; 2]) -> Result<(), Stop> {
+    let input: Input = arguments.sample().into();
+    let text = arguments.config.as_deref().map(file_text).transpose()?;
+    let config = arguments.config.as_deref().map(Config::read).transpose()?;
+    let files = find(&arguments.sources)?;
+    let set = recorded_shard::set(&files, text.as_deref(), input, arguments.test)?;
+    let shard = Shard::new(numbers, set)?;
+    make_shard(&shard, arguments.output(), &outputs(arguments), arguments.force, |items| {
+        let own: Vec<PathBuf> = items.iter().filter_map(|item| files.get(*item as usize)).cloned().collect();
+        // Doubts are said when all recordings are there.
+        let (recordings, _) = recorded::read_files(&own, config.as_ref(), input, &pool(arguments.threads)?)?;
+        let contents = recordings.iter().map(|recording| recorded_shard::content(recording, input));
+        let contents = contents.collect::<Result<Vec<_>, Error>>()?;
+        Ok(items.iter().copied().zip(contents).collect())
+    })
 }

@@ -6,6 +6,7 @@ use wstac_core::params::{FEATURES, ROWS};
 
 use super::colors::Colors;
 use crate::view::state::State;
+use wstac_host::output::FEATURE_NAMES;
 
 /// Dots of a Braille character: two columns of four, each with the bit that sets it.
 const DOTS: [[u32; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
@@ -61,8 +62,8 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
         let y = area.y + 1 + line as u16 * height;
         let place = Rect { x: x + LABEL, y, width, height };
         let middle = y + (height - 1) / 2;
-        let name = format!("{}{}", if column == 0 { 'r' } else { 'c' }, line + 1);
-        buffer.set_stringn(x, middle, &name, 2, colors.faint());
+        let name = FEATURE_NAMES[feature];
+        buffer.set_stringn(x, middle, name, 2, colors.faint());
         let above = trace(state, feature, range, colors, place, buffer);
         if value == VALUE {
             let newest = state.traces.back().copied().flatten().map(|features| features[feature]);
