@@ -10,7 +10,10 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 
-use crate::output::{MotionReport, Output, SampleFrames, StreamSummary, TactileEvent};
+use crate::output::{
+    ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
+    StreamClock, StreamSummary, TactileEvent,
+};
 use crate::texture::Texture;
 
 /// A line of JSON. [`JsonLine::new`] makes it from an output.
@@ -22,6 +25,8 @@ pub enum JsonLine<'a> {
     Features {
         /// The number of the feature frame.
         frame: u64,
+        /// The time of the frame in nanoseconds; `None` from a board that has not described itself.
+        time_ns: Option<u64>,
         /// Natural logarithms, exact multiples of 1/2048.
         f: [f64; FEATURES],
     },
@@ -29,6 +34,8 @@ pub enum JsonLine<'a> {
     Motion {
         /// The number of the feature frame.
         frame: u64,
+        /// The time of the frame in nanoseconds; `None` from a board that has not described itself.
+        time_ns: Option<u64>,
         /// The time of the frame in seconds from the first frame; `None` from a board that has not described
         /// itself.
         time_s: Option<f64>,
@@ -45,13 +52,22 @@ pub enum JsonLine<'a> {
     Texture {
         /// The number of the first frame of the sample.
         frame: u64,
+        /// The time of that frame in nanoseconds; `None` from a board that has not described itself.
+        time_ns: Option<u64>,
         /// Frames of the sample that the model reads.
         frames: u8,
         /// The model's answer.
         texture: &'a Texture,
     },
     /// A sample that a long gap interrupted.
-    Incomplete(InterruptedSample),
+    Incomplete {
+        /// The number of its first frame.
+        frame: u64,
+        /// The time of that frame in nanoseconds; `None` from a board that has not described itself.
+        time_ns: Option<u64>,
+        /// The number of its frames that had arrived: 1 to 69.
+        frames: u8,
+    },
     /// The end of the touch of an event: its light has left.
     #[serde(rename = "contact_end")]
     ContactEnd {
@@ -59,6 +75,8 @@ pub enum JsonLine<'a> {
         frame: u64,
         /// The number of the first frame of the event's sample.
         event_frame: u64,
+        /// The time of that dark frame in nanoseconds; `None` from a board that has not described itself.
+        time_ns: Option<u64>,
         /// The time of that dark frame in seconds from the first frame; `None` from a board that has not described
         /// itself.
         time_s: Option<f64>,
@@ -67,6 +85,8 @@ pub enum JsonLine<'a> {
     Fault {
         /// The number of the feature frame that comes next.
         frame: u64,
+        /// The time of that frame in nanoseconds; `None` before the first frame.
+        time_ns: Option<u64>,
         /// The kind of the fault in a word.
         fault: &'a str,
         /// A description of the fault for people.
@@ -82,6 +102,11 @@ pub enum JsonLine<'a> {
         baseline: &'static str,
         /// The sample that was being captured.
         incomplete: Option<InterruptedSample>,
+        /// The time of the last feature frame in nanoseconds; `None` without one, or from a board that has not described
+        /// itself.
+        time_ns: Option<u64>,
+        /// The clock of all times: `driver` or `frames`.
+        clock: StreamClock,
     },
 }
 
@@ -89,30 +114,40 @@ impl<'a> JsonLine<'a> {
     /// Returns the line of an output; `None` for lost frames and a disturbed baseline, which have none.
     pub fn new(output: &'a Output) -> Option<Self> {
         Some(match output {
-            Output::Features(features) => Self::Features { frame: features.frame, f: features.features.map(real) },
-            Output::Motion(MotionReport { frame, time_s, velocity, .. }) => Self::Motion {
+            Output::Features(FrameFeatures { frame, time_ns, features }) => {
+                Self::Features { frame: *frame, time_ns: *time_ns, f: features.map(real) }
+            }
+            Output::Motion(MotionReport { frame, time_ns, time_s, velocity, .. }) => Self::Motion {
                 frame: *frame,
+                time_ns: *time_ns,
                 time_s: time_s.map(seconds),
                 contact: Contact::Slide.as_str(),
                 speed: Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd).into(),
                 direction: DirectionField::Arrival { deg: angle(velocity.degrees), sd: spread(velocity.degrees_sd) },
             },
             Output::Event(event) => Self::Event(Box::new(EventLine::new(event))),
-            Output::EarlyTexture(early) => {
-                Self::Texture { frame: early.frame, frames: early.frames, texture: &early.texture }
+            Output::EarlyTexture(EarlyTexture { frame, time_ns, frames, texture }) => {
+                Self::Texture { frame: *frame, time_ns: *time_ns, frames: *frames, texture }
             }
-            Output::Interrupted(sample) => Self::Incomplete(*sample),
-            Output::ContactEnd(end) => {
-                Self::ContactEnd { frame: end.frame, event_frame: end.event_frame, time_s: end.time_s.map(seconds) }
+            Output::Interrupted(InterruptedReport { frame, time_ns, frames }) => {
+                Self::Incomplete { frame: *frame, time_ns: *time_ns, frames: *frames }
             }
-            Output::Fault(report) => {
-                Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: report.fault.to_string() }
+            Output::ContactEnd(ContactEndReport { frame, event_frame, time_ns, time_s }) => Self::ContactEnd {
+                frame: *frame,
+                event_frame: *event_frame,
+                time_ns: *time_ns,
+                time_s: time_s.map(seconds),
+            },
+            Output::Fault(FaultReport { frame, time_ns, fault }) => {
+                Self::Fault { frame: *frame, time_ns: *time_ns, fault: fault.kind.name(), message: fault.to_string() }
             }
             Output::End(end) => Self::End {
                 frames: end.frames,
                 dropped: end.dropped,
                 baseline: baseline(end),
                 incomplete: end.incomplete,
+                time_ns: end.time_ns,
+                clock: end.clock,
             },
             Output::Lost(_) | Output::BaselineDisturbed { .. } => return None,
         })
@@ -136,6 +171,8 @@ pub struct SensorLine<'a> {
 pub struct EventLine<'a> {
     frame: u64,
     frames: usize,
+    time_ns: Option<u64>,
+    completed_ns: Option<u64>,
     #[serde(flatten)]
     touch: Option<TouchFields>,
     duration_frames: Option<u8>,
@@ -158,6 +195,8 @@ impl<'a> EventLine<'a> {
         Self {
             frame: event.frame,
             frames: SAMPLE_FRAMES,
+            time_ns: event.time_ns,
+            completed_ns: event.completed_ns,
             touch: TouchFields::new(event),
             duration_frames: event.lit_frames,
             speed: event.speed.ok().map(SpeedField::from),

@@ -11,7 +11,6 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::speed::{NoSpeed, Speed};
-use wstac_core::trigger::InterruptedSample;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread};
 use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
@@ -193,7 +192,7 @@ impl<'py> Classes<'py> {
             Output::EarlyTexture(early) => {
                 self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?))
             }
-            Output::Interrupted(sample) => self.incomplete(sample),
+            Output::Interrupted(sample) => self.incomplete(sample.frame, sample.frames),
             Output::Motion(report) => self.motion(&report),
             Output::ContactEnd(end) => self.make("ContactEnd", (end.frame, end.event_frame, end.time_s.map(seconds))),
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
@@ -201,7 +200,7 @@ impl<'py> Classes<'py> {
                 self.make("Fault", (report.frame, report.fault.kind.name(), report.fault.to_string()))
             }
             Output::End(end) => {
-                let incomplete = end.incomplete.map(|sample| self.incomplete(sample)).transpose()?;
+                let incomplete = end.incomplete.map(|sample| self.incomplete(sample.frame, sample.frames)).transpose()?;
                 self.make("End", (end.frames, end.dropped, baseline(&end), incomplete))
             }
             _ => return Ok(None),
@@ -283,8 +282,8 @@ impl<'py> Classes<'py> {
         self.make("Texture", (specimen, pattern, *depth_mm, class, *confidence, *known))
     }
 
-    fn incomplete(&self, sample: InterruptedSample) -> PyResult<Bound<'py, PyAny>> {
-        self.make("Incomplete", (sample.frame, sample.frames))
+    fn incomplete(&self, frame: u64, frames: u8) -> PyResult<Bound<'py, PyAny>> {
+        self.make("Incomplete", (frame, frames))
     }
 }
 

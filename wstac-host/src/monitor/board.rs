@@ -15,8 +15,8 @@ use super::clock::{BoardClock, ClockMatch};
 use super::delivery::{Arrival, Delivery};
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, MotionReport, Output, OutputOptions,
-    StreamSummary, TactileEvent,
+    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, InterruptedReport, MotionReport, Output,
+    OutputOptions, StreamSummary, TactileEvent,
 };
 use crate::plural::counted;
 use crate::texture::Texture;
@@ -101,7 +101,12 @@ impl Board {
 
     /// Returns the end record for a board that gives none.
     pub(super) fn finish(&self) -> Output {
-        Output::End(self.progress)
+        Output::End(self.clock.as_ref().map_or(self.progress, |clock| self.progress.by_clock(clock)))
+    }
+
+    /// Returns the time of a frame in nanoseconds, by its number; `None` before the board has described itself.
+    fn time_ns(&self, frame: u64) -> Option<u64> {
+        self.clock.as_ref()?.nanoseconds(frame)
     }
 
     /// Notes that this many frames have passed.
@@ -130,7 +135,8 @@ impl Board {
             Message::Hello(hello) => self.hello(hello, first, give),
             Message::Features { frame, features } => {
                 self.reach(frame.saturating_add(1));
-                let record = Output::Features(FrameFeatures { frame: *frame, features: *features });
+                let time_ns = self.time_ns(*frame);
+                let record = Output::Features(FrameFeatures { frame: *frame, time_ns, features: *features });
                 if self.wanted.features { give(Report::Output(record)) } else { Ok(()) }
             }
             Message::SamplePart { frame, first, features } => {
@@ -142,23 +148,21 @@ impl Board {
                 let so_far = InterruptedSample::new(*frame, *frames);
                 self.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
                 let texture = texture_of(texture);
-                let (frame, frames) = (*frame, *frames);
-                give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, frames, texture })))
+                let (frame, frames, time_ns) = (*frame, *frames, self.time_ns(*frame));
+                give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, time_ns, frames, texture })))
             }
             Message::InterruptedSample(sample) => {
                 self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
-                give(Report::Output(Output::Interrupted(*sample)))
+                give(Report::Output(Output::Interrupted(InterruptedReport::new(*sample, self.clock.as_ref()))))
             }
             Message::Motion { frame, velocity } => {
                 self.reach(frame.saturating_add(1));
-                let time_s = self.clock.map(|clock| clock.seconds(*frame));
-                let record = Output::Motion(MotionReport::new(*frame, time_s, *velocity));
+                let record = Output::Motion(MotionReport::new(*frame, *velocity, self.clock.as_ref()));
                 if self.wanted.motion { give(Report::Output(record)) } else { Ok(()) }
             }
             Message::ContactEnd(end) => {
                 self.reach(end.frame);
-                let time_s = self.clock.map(|clock| clock.seconds(end.frame));
-                give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, time_s))))
+                give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, self.clock.as_ref()))))
             }
             Message::Lost { frames } => {
                 self.progress.dropped = self.progress.dropped.saturating_add(*frames);
@@ -189,10 +193,11 @@ impl Board {
     ) -> Result<(), E> {
         let again = self.clock.is_some();
         // The times of frames stay known while the same board runs on.
-        let new = FrameClock::new(hello.rate);
+        let new = FrameClock::of_frames(hello.rate);
         let is_alike = |clock: &FrameClock| clock.seconds(1).to_bits() == new.seconds(1).to_bits();
-        let clock = self.clock.filter(is_alike).or(Some(new));
-        self.clock = clock;
+        if !self.clock.as_ref().is_some_and(is_alike) {
+            self.clock = Some(new.clone());
+        }
         if hello.frame == 0 {
             // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they
             // are gone: that proves a start whose first message was lost.
@@ -232,12 +237,12 @@ impl Board {
     fn telemetry<E>(&mut self, telemetry: &Telemetry, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
         if telemetry.uptime_ms < self.uptime_ms {
             // The board has started again, and its first message was lost. The status before this message was new.
-            self.restart(self.progress, self.clock);
+            self.restart(self.progress, self.clock.clone());
             give(Report::Note("the board has started again".to_owned()))?;
         }
         self.uptime_ms = telemetry.uptime_ms;
         if let (Some(clock), Some(FrameTime { frame, board_us })) = (&mut self.clock, telemetry.last_frame) {
-            clock.frame_arrives(frame, self.own_clock.wall(board_us));
+            clock.wall_clock(frame, self.own_clock.wall(board_us));
         }
         lost_events(self.delivery.take_state(telemetry.events, telemetry.kept), give)?;
         if self.has_taken_requests(telemetry.wanted) {

@@ -18,8 +18,8 @@ use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, MotionReport, Output,
-    OutputOptions, StreamSummary, TactileEvent,
+    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, LostFrames, MotionReport,
+    Output, OutputOptions, StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -190,13 +190,15 @@ impl Processor {
             SourceEvent::Waiting => {}
             SourceEvent::Fault(fault) => {
                 let frame = pipeline.next_frame();
-                emit(Output::Fault(FaultReport { frame, fault: fault.clone() }))?;
+                let time_ns = answers.clock.nanoseconds(frame);
+                emit(Output::Fault(FaultReport { frame, time_ns, fault: fault.clone() }))?;
             }
             SourceEvent::End => {
                 self.finish(emit)?;
                 return Ok(false);
             }
             SourceEvent::Taxels(frame) => {
+                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, None);
                 answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
                 self.taxels = Some(frame.sums);
             }
@@ -208,7 +210,7 @@ impl Processor {
                 self.taxels = None;
             }
             SourceEvent::Frame(frame) => {
-                answers.clock.frame_arrives(pipeline.next_frame(), frame.stamp);
+                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
                     answers.emit(&update, &mut emit)?;
                     self.taxels = self.pipeline.taxels();
@@ -244,10 +246,10 @@ impl Processor {
             emit(answers.contact_end(end))?;
         }
         if let Some(sample) = finished.interrupted() {
-            emit(Output::Interrupted(sample))?;
+            emit(answers.interrupted(sample))?;
         }
         let end = finished.end();
-        emit(Output::End(StreamSummary::new(end, self.dropped)))
+        emit(Output::End(StreamSummary::new(end, self.dropped).by_clock(&self.clock)))
     }
 
     /// Returns the 25 taxels of the last frame, row by row, each as a fraction of full scale from 0 to 1.
@@ -290,7 +292,9 @@ impl Processor {
     pub fn restart(&mut self) -> Option<InterruptedSample> {
         self.baseline_reported = false;
         self.forget_motion();
-        self.pipeline.restart()
+        let incomplete = self.pipeline.restart();
+        self.clock.restart(self.pipeline.next_frame());
+        incomplete
     }
 
     fn forget_motion(&mut self) {
@@ -305,7 +309,7 @@ impl Processor {
         let (next_frame, recent) = self.pipeline.recent();
         let velocity = live.push(next_frame, recent, baseline)?.velocity?;
         let frame = next_frame.saturating_sub(1);
-        Some(MotionReport::new(frame, Some(self.clock.seconds(frame)), velocity))
+        Some(MotionReport::new(frame, velocity, Some(&self.clock)))
     }
 
     /// Returns `true` once when the baseline turns out not to be quiet.
@@ -341,16 +345,21 @@ impl Answers<'_> {
         Output::Event(Box::new(TactileEvent::new(event, taxels, &answering)))
     }
 
+    fn interrupted(&self, sample: InterruptedSample) -> Output {
+        Output::Interrupted(InterruptedReport::new(sample, Some(self.clock)))
+    }
+
     fn contact_end(&self, end: ContactEnd) -> Output {
-        Output::ContactEnd(ContactEndReport::new(end, Some(self.clock.seconds(end.frame))))
+        Output::ContactEnd(ContactEndReport::new(end, Some(self.clock)))
     }
 
     fn emit<E>(&self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
         if let Some(frame) = update.frame().filter(|_| self.options.features) {
-            emit(Output::Features(FrameFeatures { frame: frame.number, features: frame.features }))?;
+            let time_ns = self.clock.nanoseconds(frame.number);
+            emit(Output::Features(FrameFeatures { frame: frame.number, time_ns, features: frame.features }))?;
         }
         if let Some(sample) = update.interrupted() {
-            emit(Output::Interrupted(sample))?;
+            emit(self.interrupted(sample))?;
         }
         if let Some(event) = update.event() {
             emit(self.event(&event, update.taxels()))?;
@@ -360,7 +369,8 @@ impl Answers<'_> {
             emit(self.contact_end(end))?;
         }
         for (frame, frames, texture) in self.textures.of_prefixes(update) {
-            emit(Output::EarlyTexture(EarlyTexture { frame, frames, texture }))?;
+            let time_ns = self.clock.nanoseconds(frame);
+            emit(Output::EarlyTexture(EarlyTexture { frame, time_ns, frames, texture }))?;
         }
         Ok(())
     }
