@@ -12,7 +12,7 @@ use wstac_core::trigger::{ContactEnd, InterruptedSample, StreamEnd};
 pub(crate) use self::event::Answering;
 pub use self::event::{Paths, TactileEvent, TouchTime};
 use crate::frame_clock::FrameClock;
-pub use crate::frame_clock::StreamClock;
+pub use crate::frame_clock::{Stamp, StreamClock};
 use crate::source::{Fault, LossReason};
 use crate::texture::Texture;
 
@@ -63,6 +63,37 @@ pub enum Output {
 }
 
 impl Output {
+    /// Returns the time of the record in nanoseconds ([`StreamSummary::clock`]); `None` for records without a time, and
+    /// from a board whose clock is not known yet.
+    pub fn time_ns(&self) -> Option<u64> {
+        match self {
+            Self::Features(features) => features.time_ns,
+            Self::Motion(motion) => motion.time_ns,
+            Self::Event(event) => event.time_ns,
+            Self::EarlyTexture(texture) => texture.time_ns,
+            Self::Interrupted(sample) => sample.time_ns,
+            Self::ContactEnd(end) => end.time_ns,
+            Self::Fault(fault) => fault.time_ns,
+            Self::End(end) => end.time_ns,
+            Self::Lost(_) | Self::BaselineDisturbed { .. } => None,
+        }
+    }
+
+    /// Returns the wall-clock time of the record; `None` where the source knows none.
+    pub fn stamp(&self) -> Option<Stamp> {
+        match self {
+            Self::Features(features) => features.stamp,
+            Self::Motion(motion) => motion.stamp,
+            Self::Event(event) => event.stamp,
+            Self::EarlyTexture(texture) => texture.stamp,
+            Self::Interrupted(sample) => sample.stamp,
+            Self::ContactEnd(end) => end.stamp,
+            Self::Fault(fault) => fault.stamp,
+            Self::End(end) => end.stamp,
+            Self::Lost(_) | Self::BaselineDisturbed { .. } => None,
+        }
+    }
+
     /// Returns the same output with frames counted from frame `zero` on.
     #[must_use]
     pub fn counted_from(mut self, zero: u64) -> Self {
@@ -95,15 +126,34 @@ impl Output {
     }
 }
 
+/// The times of the frame that a record is about.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RecordTimes {
+    pub(crate) time_ns: Option<u64>,
+    pub(crate) stamp: Option<Stamp>,
+    pub(crate) time_s: Option<f64>,
+}
+
+impl RecordTimes {
+    /// Returns the times of a frame by a clock, if it is known.
+    pub(crate) fn new(frame: u64, clock: Option<&FrameClock>) -> Self {
+        let Some(clock) = clock else { return Self::default() };
+        let time_ns = clock.nanoseconds(frame);
+        Self { time_ns, stamp: clock.stamp(frame), time_s: time_ns.map(|_| clock.seconds(frame)) }
+    }
+}
+
 /// The features of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct FrameFeatures {
     /// The number of the feature frame.
     pub frame: u64,
-    /// The time of the frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board that has not described
-    /// itself.
+    /// The time of the frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not
+    /// known yet.
     pub time_ns: Option<u64>,
+    /// The wall-clock time of the frame; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
     /// Five rows, then five columns: natural logarithms in units of 2^-11.
     pub features: Features,
 }
@@ -114,10 +164,12 @@ pub struct FrameFeatures {
 pub struct MotionReport {
     /// The number of the feature frame.
     pub frame: u64,
-    /// The time of the frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board that has not described
-    /// itself.
+    /// The time of the frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not
+    /// known yet.
     pub time_ns: Option<u64>,
-    /// The time of the frame in seconds from the first frame; `None` from a board that has not described itself.
+    /// The wall-clock time of the frame; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
+    /// The time of the frame in seconds from the first frame; `None` from a board whose clock is not known yet.
     pub time_s: Option<f64>,
     /// Speed and direction with their standard deviations.
     pub velocity: Velocity,
@@ -126,8 +178,8 @@ pub struct MotionReport {
 impl MotionReport {
     /// Creates the report of a frame. `clock` is that of the frames, if it is known.
     pub(crate) fn new(frame: u64, velocity: Velocity, clock: Option<&FrameClock>) -> Self {
-        let time_ns = clock.and_then(|clock| clock.nanoseconds(frame));
-        Self { frame, time_ns, time_s: clock.map(|clock| clock.seconds(frame)), velocity }
+        let RecordTimes { time_ns, stamp, time_s } = RecordTimes::new(frame, clock);
+        Self { frame, time_ns, stamp, time_s, velocity }
     }
 }
 
@@ -139,11 +191,13 @@ pub struct ContactEndReport {
     pub frame: u64,
     /// The number of the first frame of the event's sample.
     pub event_frame: u64,
-    /// The time of the first dark frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board that has not
-    /// described itself.
+    /// The time of the first dark frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock
+    /// is not known yet.
     pub time_ns: Option<u64>,
-    /// The time of the first dark frame in seconds from the first frame of the stream; `None` from a board that has
-    /// not described itself.
+    /// The wall-clock time of that frame; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
+    /// The time of the first dark frame in seconds from the first frame of the stream; `None` from a board whose
+    /// clock is not known yet.
     pub time_s: Option<f64>,
 }
 
@@ -151,8 +205,8 @@ impl ContactEndReport {
     /// Creates the report of a touch's end. `clock` is that of the frames, if it is known.
     pub(crate) fn new(end: ContactEnd, clock: Option<&FrameClock>) -> Self {
         let ContactEnd { frame, event_frame, .. } = end;
-        let time_ns = clock.and_then(|clock| clock.nanoseconds(frame));
-        Self { frame, event_frame, time_ns, time_s: clock.map(|clock| clock.seconds(frame)) }
+        let RecordTimes { time_ns, stamp, time_s } = RecordTimes::new(frame, clock);
+        Self { frame, event_frame, time_ns, stamp, time_s }
     }
 }
 
@@ -162,9 +216,11 @@ impl ContactEndReport {
 pub struct EarlyTexture {
     /// The number of the first frame of the sample: the frame of the event to come.
     pub frame: u64,
-    /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board that has not described
-    /// itself.
+    /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not
+    /// known yet.
     pub time_ns: Option<u64>,
+    /// The wall-clock time of that frame; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
     /// Frames of the sample that the model reads.
     pub frames: u8,
     /// The model's answer. The event will have the same.
@@ -177,9 +233,11 @@ pub struct EarlyTexture {
 pub struct InterruptedReport {
     /// The number of its first frame.
     pub frame: u64,
-    /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board that has not described
-    /// itself.
+    /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not
+    /// known yet.
     pub time_ns: Option<u64>,
+    /// The wall-clock time of that frame; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
     /// The number of its frames that had arrived: 1 to 69.
     pub frames: u8,
 }
@@ -188,7 +246,8 @@ impl InterruptedReport {
     /// Creates the report of a sample. `clock` is that of the frames, if it is known.
     pub(crate) fn new(sample: InterruptedSample, clock: Option<&FrameClock>) -> Self {
         let InterruptedSample { frame, frames, .. } = sample;
-        Self { frame, time_ns: clock.and_then(|clock| clock.nanoseconds(frame)), frames }
+        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(frame, clock);
+        Self { frame, time_ns, stamp, frames }
     }
 }
 
@@ -213,6 +272,8 @@ pub struct FaultReport {
     /// The time of that frame in nanoseconds, by the frame before it and the frame rate ([`StreamSummary::clock`]);
     /// `None` before the first frame.
     pub time_ns: Option<u64>,
+    /// The wall-clock time of the frame before it; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
     /// The fault itself.
     pub fault: Fault,
 }
@@ -224,11 +285,14 @@ pub struct StreamSummary {
     /// Feature frames on the time line, lost ones included.
     pub frames: u64,
     /// The clock of all times in nanoseconds. By [`StreamClock::Driver`] they are times of a monotonic clock, which all
-    /// cameras of a machine share; by [`StreamClock::Frames`] they count from the first frame.
+    /// cameras of a machine share, and by [`StreamClock::Board`] times of a board in that clock. By
+    /// [`StreamClock::Frames`] they count from the first frame.
     pub clock: StreamClock,
-    /// The time of the last feature frame in nanoseconds; `None` if there was none, or from a board that has not
-    /// described itself.
+    /// The time of the last feature frame in nanoseconds; `None` if there was none, or from a board whose clock
+    /// is not known yet.
     pub time_ns: Option<u64>,
+    /// The wall-clock time of that frame; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
     /// Camera frames that were lost or unusable.
     pub dropped: u64,
     /// Whether the stream was long enough for the baseline.
@@ -247,7 +311,8 @@ impl StreamSummary {
     /// Returns the summary with the time of its last frame, by the clock of the frames.
     pub(crate) fn by_clock(self, clock: &FrameClock) -> Self {
         let last = self.frames.checked_sub(1);
-        Self { clock: clock.clock(), time_ns: last.and_then(|last| clock.nanoseconds(last)), ..self }
+        let times = last.map(|last| RecordTimes::new(last, Some(clock))).unwrap_or_default();
+        Self { clock: clock.clock(), time_ns: times.time_ns, stamp: times.stamp, ..self }
     }
 }
 

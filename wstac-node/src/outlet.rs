@@ -33,7 +33,7 @@ impl Outlet {
         &self.queue.counts
     }
 
-    /// Publishes an output. `stamp` is the wall-clock time of the last frame.
+    /// Publishes an output. `stamp` is the wall-clock time of the last frame, for an output without its own.
     ///
     /// # Errors
     /// The output cannot be written as JSON.
@@ -46,6 +46,7 @@ impl Outlet {
             _ => {}
         }
         let record = if self.has_records { Message::of(output)? } else { None };
+        let stamp = output.stamp().map_or(stamp, |stamp| stamp.time);
         let ros = self.header(stamp).and_then(|header| RosMessage::of(output, header));
         self.queue.push(Found::new(record, ros));
         Ok(())

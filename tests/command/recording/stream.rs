@@ -78,6 +78,7 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
     let mut info = StreamInfo::new("a camera", size, format, rate);
     info.bytes_per_row = bytes_per_row;
     info.camera = Some(Box::new(camera));
+    info.clock = StreamClock::Driver;
     info
 }
 

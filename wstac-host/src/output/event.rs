@@ -1,7 +1,5 @@
 //! Tactile events and their answers.
 
-use std::time::SystemTime;
-
 use wstac_core::direction::Direction;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
 use wstac_core::motion::{self, Contact, MotionConfig};
@@ -10,8 +8,8 @@ use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use wstac_core::trigger::Event;
 
-use super::SampleFrames;
-use crate::frame_clock::FrameClock;
+use super::{RecordTimes, SampleFrames};
+use crate::frame_clock::{FrameClock, Stamp};
 use crate::texture::{NoTexture, Texture, Textures};
 
 /// A tactile event and its answers.
@@ -21,13 +19,15 @@ pub struct TactileEvent {
     /// The number of the first frame of the sample.
     pub frame: u64,
     /// The time when the touch began in nanoseconds ([`StreamSummary::clock`](super::StreamSummary::clock)): that of its
-    /// first lit frame, or by a law of durations that of [`Self::frame`]. It is `None` from a board that has not
-    /// described itself.
+    /// first lit frame, or by a law of durations that of [`Self::frame`]. It is `None` from a board whose clock
+    /// is not known yet.
     pub time_ns: Option<u64>,
     /// The time of the last frame of the sample in nanoseconds: from then on the answer was complete. It is `None` from
-    /// a board that has not described itself.
+    /// a board whose clock is not known yet.
     pub completed_ns: Option<u64>,
-    /// The times of the touch; `None` by a law of durations, or from a board that has not described itself.
+    /// The wall-clock time of [`Self::time_ns`]; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
+    /// The times of the touch in seconds; `None` by a law of durations, or from a board whose clock is not known yet.
     pub time: Option<TouchTime>,
     /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
     pub contact: Option<Contact>,
@@ -78,11 +78,14 @@ impl TactileEvent {
         let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
         let answer = answering.law.answer(event);
         let texture = answering.textures.of_event(event, taxels, &answer, answering.motion);
-        let (time_ns, completed_ns) = nanoseconds(event.touch_frame, event.frame, Some(answering.clock));
+        let begin = event.touch_frame.unwrap_or(event.frame);
+        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(begin, Some(answering.clock));
+        let completed_ns = answering.clock.nanoseconds(last_frame(event.frame));
         Self {
             frame: event.frame,
             time_ns,
             completed_ns,
+            stamp,
             time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
             contact: answer.contact,
             touch_frame: event.touch_frame,
@@ -111,17 +114,19 @@ impl TactileEvent {
         sample: Option<&SampleFrames>,
         clock: Option<&FrameClock>,
     ) -> Self {
-        let time = answers.touch_frame().zip(clock);
+        let time = answers.touch_frame().zip(clock.filter(|clock| clock.is_known()));
         let no_texture = match (answers.has_texture(), has_model) {
             (true, true) => NoTexture::Unanswered,
             (true, false) => NoTexture::NoModel,
             (false, _) => NoTexture::NoSlide,
         };
-        let (time_ns, completed_ns) = nanoseconds(answers.touch_frame(), answers.frame, clock);
+        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(answers.touch_frame().unwrap_or(answers.frame), clock);
+        let completed_ns = clock.and_then(|clock| clock.nanoseconds(last_frame(answers.frame)));
         Self {
             frame: answers.frame,
             time_ns,
             completed_ns,
+            stamp,
             time: time.map(|(touch, clock)| TouchTime::new(touch, answers.frame, clock)),
             contact: answers.contact,
             touch_frame: answers.touch_frame(),
@@ -170,27 +175,18 @@ pub struct TouchTime {
     pub touch_s: f64,
     /// The time of the last frame of the sample, in seconds from the first frame of the stream.
     pub completed_s: f64,
-    /// The wall-clock time of the first lit frame; `None` where the source knows none.
-    pub stamp: Option<SystemTime>,
 }
 
 impl TouchTime {
     /// Creates the times of a touch that begins at frame `touch`, with a sample that begins at `frame`.
     fn new(touch: u64, frame: u64, clock: &FrameClock) -> Self {
-        let completed_s = clock.seconds(last_frame(frame));
-        Self { touch_s: clock.seconds(touch), completed_s, stamp: clock.stamp(touch) }
+        Self { touch_s: clock.seconds(touch), completed_s: clock.seconds(last_frame(frame)) }
     }
 }
 
 /// Returns the number of the last frame of a sample that begins at this frame.
 fn last_frame(frame: u64) -> u64 {
     frame.saturating_add(SAMPLE_FRAMES as u64 - 1)
-}
-
-/// Returns when a touch began and when its sample was complete, in nanoseconds.
-fn nanoseconds(touch: Option<u64>, frame: u64, clock: Option<&FrameClock>) -> (Option<u64>, Option<u64>) {
-    let time = |frame| clock.and_then(|clock| clock.nanoseconds(frame));
-    (time(touch.unwrap_or(frame)), time(last_frame(frame)))
 }
 
 /// All that answers an event: the law, the textures and the clock.

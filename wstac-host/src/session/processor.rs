@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::frame_clock::FrameClock;
 use crate::output::{
     Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, LostFrames, MotionReport,
-    Output, OutputOptions, StreamSummary, TactileEvent,
+    Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -156,7 +156,7 @@ impl Processor {
             law: config.law(info.rate).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
             motion,
-            clock: FrameClock::new(info.rate),
+            clock: FrameClock::new(info.rate, info.clock),
             live: options.motion.then(|| LiveMotion::new(motion)),
             textures: Textures::default(),
             options,
@@ -190,15 +190,15 @@ impl Processor {
             SourceEvent::Waiting => {}
             SourceEvent::Fault(fault) => {
                 let frame = pipeline.next_frame();
-                let time_ns = answers.clock.nanoseconds(frame);
-                emit(Output::Fault(FaultReport { frame, time_ns, fault: fault.clone() }))?;
+                let RecordTimes { time_ns, stamp, .. } = answers.times(frame);
+                emit(Output::Fault(FaultReport { frame, time_ns, stamp, fault: fault.clone() }))?;
             }
             SourceEvent::End => {
                 self.finish(emit)?;
                 return Ok(false);
             }
             SourceEvent::Taxels(frame) => {
-                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, None);
+                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
                 self.taxels = Some(frame.sums);
             }
@@ -345,6 +345,10 @@ impl Answers<'_> {
         Output::Event(Box::new(TactileEvent::new(event, taxels, &answering)))
     }
 
+    fn times(&self, frame: u64) -> RecordTimes {
+        RecordTimes::new(frame, Some(self.clock))
+    }
+
     fn interrupted(&self, sample: InterruptedSample) -> Output {
         Output::Interrupted(InterruptedReport::new(sample, Some(self.clock)))
     }
@@ -355,8 +359,9 @@ impl Answers<'_> {
 
     fn emit<E>(&self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
         if let Some(frame) = update.frame().filter(|_| self.options.features) {
-            let time_ns = self.clock.nanoseconds(frame.number);
-            emit(Output::Features(FrameFeatures { frame: frame.number, time_ns, features: frame.features }))?;
+            let (frame, features) = (frame.number, frame.features);
+            let RecordTimes { time_ns, stamp, .. } = self.times(frame);
+            emit(Output::Features(FrameFeatures { frame, time_ns, stamp, features }))?;
         }
         if let Some(sample) = update.interrupted() {
             emit(self.interrupted(sample))?;
@@ -369,8 +374,8 @@ impl Answers<'_> {
             emit(self.contact_end(end))?;
         }
         for (frame, frames, texture) in self.textures.of_prefixes(update) {
-            let time_ns = self.clock.nanoseconds(frame);
-            emit(Output::EarlyTexture(EarlyTexture { frame, time_ns, frames, texture }))?;
+            let RecordTimes { time_ns, stamp, .. } = self.times(frame);
+            emit(Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }))?;
         }
         Ok(())
     }
