@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
@@ -10,19 +10,18 @@ use wstac_core::rate::FrameRate;
 use wstac_host::camera::{CameraState, LockedControl};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::json::JsonLine;
 use wstac_host::output::{Output, OutputOptions, StreamClock};
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, StreamInfo};
-use wstac_tests::command::{good, run};
+use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, Stamp, StreamInfo};
+use wstac_tests::command::run;
 use wstac_tests::folder::Folder;
 
 /// A source event that does not borrow its source.
 #[derive(Clone, Debug, PartialEq)]
-enum Owned {
+pub(super) enum Owned {
     Frame(Vec<u8>, Option<Duration>, Option<u32>, Option<Vec<u8>>),
     Lost(u64, LossReason),
     Fault(Fault),
@@ -46,6 +45,7 @@ impl Owned {
         match self {
             Self::Frame(bytes, timestamp, sequence, encoded) => SourceEvent::Frame(Frame {
                 timestamp: *timestamp,
+                stamp: timestamp.map(wall),
                 sequence: *sequence,
                 encoded: encoded.as_deref(),
                 ..Frame::new(bytes)
@@ -57,7 +57,14 @@ impl Owned {
     }
 }
 
-fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
+/// Returns the wall-clock time of a driver's time: somebody sets the clock at 8003 s.
+pub(super) fn wall(timestamp: Duration) -> Stamp {
+    let zero = if timestamp < Duration::from_secs(8003) { 1_790_000_000 } else { 1_790_000_010 };
+    let time = SystemTime::UNIX_EPOCH + Duration::new(zero, 123_456_789) + timestamp;
+    Stamp { time, within: Duration::from_micros(500) }
+}
+
+pub(super) fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
     let control = |name: &str, locked| LockedControl {
         name: name.into(),
         id: 0x009a_0902,
@@ -83,7 +90,7 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
 }
 
 /// Records these events. Returns the file and the outputs meanwhile.
-fn record(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (PathBuf, Vec<Output>) {
+pub(super) fn record(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (PathBuf, Vec<Output>) {
     let (path, config) = (folder.0.join("a.mcap"), Config::default());
     let _ = std::fs::remove_file(&path);
     let mut processor =
@@ -122,7 +129,7 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
     (found, source.info().clone())
 }
 
-fn fault(kind: &str, message: &str) -> Owned {
+pub(super) fn fault(kind: &str, message: &str) -> Owned {
     Owned::Fault(Fault::from_text(kind.into(), message))
 }
 
@@ -156,67 +163,6 @@ fn a_camera_comes_again_with_its_times_gaps_and_faults() {
     let mut same = said;
     (same.about, same.recorded) = (info.about.clone(), None);
     assert_eq!(same, info);
-}
-
-/// A stripe moves over a sensor whose camera is slower than agreed on and whose frames come unevenly.
-#[test]
-fn records_have_the_drivers_times_now_and_when_they_are_replayed() {
-    let folder = Folder::new("recording-times");
-    let info = info(PixelFormat::Gray, 64);
-    let taken = |frame: u64| 8_000_000_000_000 + frame * 40_000_000 + frame * frame % 7 * 1_000_000;
-    let mut items = vec![fault("slow", "a fault before the first frame")];
-    for frame in 0..150_u64 {
-        let x = frame.checked_sub(40).filter(|x| *x < 31);
-        let row: Vec<u8> = (0..64).map(|at| if x.is_some_and(|x| at / 2 == x) { 200 } else { 1 }).collect();
-        let time = Some(Duration::from_nanos(taken(frame)));
-        items.push(match frame {
-            60 => Owned::Lost(1, LossReason::Dropped),
-            _ => Owned::Frame(row.repeat(48), time, Some(frame as u32), None),
-        });
-        if frame == 100 {
-            items.push(fault("slow", "a fault"));
-        }
-    }
-    items.push(Owned::End);
-    let (path, outputs) = record(&folder, &info, &items);
-    let (mut events, mut faults) = (0, Vec::new());
-    for output in &outputs {
-        match output {
-            Output::Features(found) if found.frame == 60 => {
-                assert_eq!(found.time_ns, Some(u64::midpoint(taken(59), taken(61))));
-            }
-            Output::Features(found) => assert_eq!(found.time_ns, Some(taken(found.frame))),
-            Output::Event(event) => {
-                events += 1;
-                let touch = event.touch_frame.unwrap();
-                assert!((40..50).contains(&touch), "{event:?}");
-                assert_eq!((event.time_ns, event.completed_ns), (Some(taken(touch)), Some(taken(event.frame + 69))));
-                let since_start = (taken(touch) - taken(0)) as f64 / 1e9;
-                assert!((event.time.unwrap().touch_s - since_start).abs() < 1e-9, "{event:?}");
-            }
-            Output::ContactEnd(end) => assert_eq!(end.time_ns, Some(taken(end.frame))),
-            Output::Fault(fault) => faults.push(fault.time_ns),
-            Output::End(end) => assert_eq!((end.clock, end.time_ns), (StreamClock::Driver, Some(taken(149)))),
-            _ => {}
-        }
-    }
-    assert_eq!((events, faults), (1, vec![None, Some(taken(100) + 1001 * 1_000_000 / 30)]));
-    // A recording has its own times, at whatever rate it is replayed.
-    let lines = |outputs: &[Output]| -> Vec<String> {
-        outputs.iter().filter_map(JsonLine::new).map(|line| serde_json::to_string(&line).unwrap()).collect()
-    };
-    let replayed = good(&["run", path.to_str().unwrap(), "--json", "--features"]);
-    assert_eq!(replayed.lines().collect::<Vec<_>>(), lines(&outputs));
-    let faster = good(&["run", path.to_str().unwrap(), "--json", "--features", "--fps", "32"]);
-    assert_eq!(times(&faster), times(&replayed));
-}
-
-/// Returns the times of the features among these lines of JSON.
-fn times(lines: &str) -> Vec<u64> {
-    let lines = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
-    let times: Vec<_> = lines.filter(|line| line["kind"] == "features" && line["frame"] != 60).collect();
-    assert_eq!(times.len(), 149);
-    times.iter().map(|line| line["time_ns"].as_u64().unwrap()).collect()
 }
 
 /// Nothing that a recording says moves the cursor of a terminal or ends the program.
