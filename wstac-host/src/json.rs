@@ -158,12 +158,9 @@ impl<'a> JsonLine<'a> {
                 frames: *frames,
                 texture,
             },
-            Output::Interrupted(InterruptedReport { frame, time_ns, stamp, frames }) => Self::Incomplete {
-                frame: *frame,
-                time_ns: *time_ns,
-                stamp: StampFields::new(*stamp),
-                frames: *frames,
-            },
+            Output::Interrupted(InterruptedReport { frame, time_ns, stamp, frames }) => {
+                Self::Incomplete { frame: *frame, time_ns: *time_ns, stamp: StampFields::new(*stamp), frames: *frames }
+            }
             Output::ContactEnd(ContactEndReport { frame, event_frame, time_ns, stamp, time_s }) => Self::ContactEnd {
                 frame: *frame,
                 event_frame: *event_frame,

@@ -98,11 +98,7 @@ impl BoardClock {
     /// Returns the match of the clocks; `None` before the board has answered.
     pub(super) fn matched(&self) -> Option<ClockMatch> {
         let (answer, within_us) = self.best()?;
-        Some(ClockMatch {
-            within_ms: within_us / 1000.0,
-            offset_s: answer.offset / 1e6,
-            fast_ppm: self.fast_ppm(),
-        })
+        Some(ClockMatch { within_ms: within_us / 1000.0, offset_s: answer.offset / 1e6, fast_ppm: self.fast_ppm() })
     }
 
     /// Compares the shortest answer of the oldest third with that of the newest one.
@@ -216,7 +212,9 @@ mod tests {
         clock.answered(u64::MAX, u64::MAX);
         assert!(clock.matched().is_none() && clock.of_board(0).is_none());
         clock.answered(900_000, 5);
-        assert!(clock.matched().is_some() && clock.of_board(u64::MAX).is_some_and(|(_, far)| far.time > SystemTime::now()));
+        assert!(
+            clock.matched().is_some() && clock.of_board(u64::MAX).is_some_and(|(_, far)| far.time > SystemTime::now())
+        );
         clock.restart();
         assert!(clock.matched().is_none());
     }

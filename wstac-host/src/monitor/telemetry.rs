@@ -54,8 +54,14 @@ mod tests {
                         -0.5 °C, 1 event, 1 not acknowledged";
         assert_eq!(in_words(&telemetry, None), expected);
         let clock = |fast_ppm| Some(ClockMatch { within_ms: 0.34, offset_s: 5.125, fast_ppm });
-        assert_eq!(in_words(&telemetry, clock(None)), format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms"));
-        assert_eq!(in_words(&telemetry, clock(Some(-12.4))), format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms, 12 ppm slow"));
+        assert_eq!(
+            in_words(&telemetry, clock(None)),
+            format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms")
+        );
+        assert_eq!(
+            in_words(&telemetry, clock(Some(-12.4))),
+            format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms, 12 ppm slow")
+        );
         assert_eq!([59_999, 60_000, 3_599_999].map(duration), ["59 s", "1 min 0 s", "59 min 59 s"]);
     }
 }

@@ -120,7 +120,8 @@ impl TactileEvent {
             (true, false) => NoTexture::NoModel,
             (false, _) => NoTexture::NoSlide,
         };
-        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(answers.touch_frame().unwrap_or(answers.frame), clock);
+        let RecordTimes { time_ns, stamp, .. } =
+            RecordTimes::new(answers.touch_frame().unwrap_or(answers.frame), clock);
         let completed_ns = clock.and_then(|clock| clock.nanoseconds(last_frame(answers.frame)));
         Self {
             frame: answers.frame,

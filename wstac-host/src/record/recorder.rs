@@ -162,7 +162,8 @@ impl TimeLine {
         // If the driver gives a frame no time, the frame before and the rate do.
         let since_last = self.last.filter(|_| self.driver_times);
         let guessed = || {
-            since_last.map_or_else(|| span(self.frames), |(taken, frame)| taken.saturating_add(span(self.frames - frame)))
+            since_last
+                .map_or_else(|| span(self.frames), |(taken, frame)| taken.saturating_add(span(self.frames - frame)))
         };
         let taken = of_driver.unwrap_or_else(guessed);
         self.last = Some((taken, self.frames));

@@ -279,20 +279,20 @@ impl Processor {
     }
 
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
-    pub fn rezero(&mut self) -> Option<InterruptedSample> {
+    pub fn rezero(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;
         self.forget_motion();
-        self.pipeline.rezero()
+        self.pipeline.rezero().map(|sample| InterruptedReport::new(sample, Some(&self.clock)))
     }
 
     /// Takes the next camera frame as the first of a stream, with a new baseline and without a part of a feature frame.
     ///
     /// The outputs that follow are those of a recording of the frames from here on, apart from the numbers of the
     /// frames. It returns the sample that was being captured, which ends here.
-    pub fn restart(&mut self) -> Option<InterruptedSample> {
+    pub fn restart(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;
         self.forget_motion();
-        let incomplete = self.pipeline.restart();
+        let incomplete = self.pipeline.restart().map(|sample| InterruptedReport::new(sample, Some(&self.clock)));
         self.clock.restart(self.pipeline.next_frame());
         incomplete
     }

@@ -14,7 +14,9 @@ use crate::error::{Error, ErrorKind};
 use crate::record::about::About;
 use crate::record::foxglove::{Images, Schema, read_taxel_sums};
 use crate::record::parse::parse_record;
-use crate::record::{CAMERA, CLOCK, ClockLine, FAULTS, Item, Reader, TAXEL_SUMS, check_frame_bytes, damaged, sound_metadata};
+use crate::record::{
+    CAMERA, CLOCK, ClockLine, FAULTS, Item, Reader, TAXEL_SUMS, check_frame_bytes, damaged, sound_metadata,
+};
 
 /// The content of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,9 +198,10 @@ impl McapSource {
         let of_driver = self.about.driver_times;
         let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
         let sequence = of_driver.then_some(message.sequence);
-        let stamp = self.wall.zip(timestamp).and_then(|((zero, within), timestamp)| {
-            Some(Stamp { time: zero.checked_add(timestamp)?, within })
-        });
+        let stamp = self
+            .wall
+            .zip(timestamp)
+            .and_then(|((zero, within), timestamp)| Some(Stamp { time: zero.checked_add(timestamp)?, within }));
         if content == Content::Sums {
             let sums = read_taxel_sums(message.data).ok_or_else(|| self.damaged("has a frame without taxel sums"))?;
             return Ok(SourceEvent::Taxels(SummedFrame { sums, timestamp, stamp, sequence }));
