@@ -74,7 +74,7 @@ fn records_have_the_drivers_times_now_and_when_they_are_replayed() {
 
 /// Returns the times of the features among these lines of JSON.
 fn times(lines: &str) -> Vec<u64> {
-    let lines = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let lines = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     let times: Vec<_> = lines.filter(|line| line["kind"] == "features" && line["frame"] != 60).collect();
     assert_eq!(times.len(), 149);
     times.iter().map(|line| line["time_ns"].as_u64().unwrap()).collect()

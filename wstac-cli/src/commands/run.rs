@@ -195,13 +195,18 @@ Output with --json, one object per line (wrapped here):
               its first touch, "touch_frame", and of the end that of
               the last frame. "clock" in the end record says by which
               clock. driver: the driver's monotonic clock, which all
-              cameras of a machine share; recordings keep it. frames:
+              cameras of a machine share; recordings keep it. board: a
+              board's clock, matched with the monotonic clock. frames:
               the source states no times, so they count from 0 by
               frame number and rate. A lost frame has a time between
               those of its neighbors. A fault comes before its frame,
               so its time is that of the frame before it and the rate.
-              null: no frame came yet, or a board was not described.
+              null: no frame came yet, or a board's clock is not known.
               With several camera frames in one, the first counts.
+  stamp       is the wall-clock time of the same frame, in UTC. Only
+              cameras, their recordings and boards have it; an event of
+              another source has null. The stamp is off by at most
+              "stamp_within_ms".
   features    "f" has five rows, then five columns: natural logarithms,
               exact multiples of 1/2048.
   motion      is printed with --motion, for every frame while something
