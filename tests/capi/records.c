@@ -48,6 +48,7 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     whole("end_frame", event->end_frame);
     number("touch_s", event->touch_s);
     number("completed_s", event->completed_s);
+    whole("completed_ns", event->completed_ns);
     text("stamp", event->stamp);
     text("specimen", texture->specimen);
     text("pattern", texture->pattern);
@@ -76,6 +77,7 @@ int main(int argc, char **argv)
         bool is_event = record.kind == WSTAC_KIND_EVENT;
         printf("{\"kind\": \"%s\"", is_event ? "event" : "contact_end");
         whole("frame", (int64_t)record.frame);
+        whole("time_ns", record.time_ns);
         if (is_event) {
             print_event(&record.event, &record.texture);
         } else {

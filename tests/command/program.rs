@@ -14,19 +14,23 @@ fn output(arguments: &[&str]) -> Vec<String> {
 fn records_are_as_documented_to_the_letter() {
     let lines = output(&["run", "scene:Saw3@150,90deg", "--json", "--features"]);
     assert_eq!(lines.len(), 140 + 3);
-    assert!(lines[0].starts_with(r#"{"kind":"features","frame":0,"f":[-"#), "{}", lines[0]);
-    assert_eq!(lines[0].matches(',').count(), 2 + 9);
+    assert!(lines[0].starts_with(r#"{"kind":"features","frame":0,"time_ns":0,"f":[-"#), "{}", lines[0]);
+    assert_eq!(lines[0].matches(',').count(), 3 + 9);
     let event = concat!(
-        r#"{"kind":"event","frame":35,"frames":70,"touch_frame":46,"end_frame":74,"#,
+        r#"{"kind":"event","frame":35,"frames":70,"time_ns":1533333333,"completed_ns":3466666666,"#,
+        r#""touch_frame":46,"end_frame":74,"#,
         r#""time_s":1.5333,"completed_s":3.4667,"stamp":null,"contact":"slide","duration_frames":27,"#,
         r#""speed":{"mm_s":150.1,"sd":1.254},"direction":{"deg":89.5,"sd":0.24},"#,
         r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
     );
-    let contact_end = r#"{"kind":"contact_end","frame":74,"event_frame":35,"time_s":2.4667}"#;
+    let contact_end = r#"{"kind":"contact_end","frame":74,"event_frame":35,"time_ns":2466666666,"time_s":2.4667}"#;
     for line in [event, contact_end] {
         assert_eq!(lines.iter().filter(|found| *found == line).count(), 1, "{line} {lines:#?}");
     }
-    let end = r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null}"#;
+    let end = concat!(
+        r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null,"#,
+        r#""time_ns":4633333333,"clock":"frames"}"#
+    );
     assert_eq!(lines.last().unwrap(), end);
 }
 
@@ -40,11 +44,15 @@ fn the_published_law_keeps_its_records_to_the_letter() {
     let folder = Folder::new("published");
     let lines = output(&["run", "scene:Saw3@150,90deg", "--json", "--config", &published(&folder)]);
     let event = concat!(
-        r#"{"kind":"event","frame":35,"frames":70,"duration_frames":27,"#,
+        r#"{"kind":"event","frame":35,"frames":70,"time_ns":1166666666,"completed_ns":3466666666,"#,
+        r#""duration_frames":27,"#,
         r#""speed":{"mm_s":159.9,"extrapolated":false},"direction":{"deg":90,"confidence":0.9831},"#,
         r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
     );
-    let end = r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null}"#;
+    let end = concat!(
+        r#"{"kind":"end","frames":140,"dropped":0,"baseline":"complete","incomplete":null,"#,
+        r#""time_ns":4633333333,"clock":"frames"}"#
+    );
     assert_eq!(lines, [event, end]);
 }
 
@@ -82,7 +90,10 @@ fn a_cut_off_event_has_a_bound_and_says_why() {
 #[test]
 fn a_stream_that_ends_inside_an_event_says_how_far_it_got() {
     let lines = output(&["run", "scene:Saw3@150", "--json", "--frames", "80"]);
-    let end = r#"{"kind":"end","frames":80,"dropped":0,"baseline":"complete","incomplete":{"frame":35,"frames":45}}"#;
+    let end = concat!(
+        r#"{"kind":"end","frames":80,"dropped":0,"baseline":"complete","incomplete":{"frame":35,"frames":45},"#,
+        r#""time_ns":2633333333,"clock":"frames"}"#
+    );
     assert_eq!(lines, [end]);
 }
 
@@ -108,7 +119,10 @@ fn a_signal_ends_a_pipe_that_goes_on_with_the_end_record() {
         assert!(lines.next().unwrap().unwrap().contains(r#""frame":0"#));
         // SAFETY: sends a signal to the child, which has not been waited for.
         assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
-        let end = r#"{"kind":"end","frames":1,"dropped":0,"baseline":"incomplete","incomplete":null}"#;
+        let end = concat!(
+            r#"{"kind":"end","frames":1,"dropped":0,"baseline":"incomplete","incomplete":null,"#,
+            r#""time_ns":0,"clock":"frames"}"#
+        );
         assert_eq!(lines.next().unwrap().unwrap(), end);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         drop(stdin);

@@ -20,7 +20,7 @@ import time
 import traceback
 from pathlib import Path
 
-from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, same, session, sockets, until
+from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, same, session, sockets, timeless, until
 from packages import check_packages
 from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
 from services import check_parameters, check_services
@@ -208,9 +208,9 @@ def check_boards(programs):
         until(lambda: all(listener.lines(f"wstac/{name}/end") for name in ("left", "right")), "the ends of the boards")
     count = 0
     for kind in ("features", "motion", "event", "contact_end", "end"):
-        found = {name: of_kind(listener.lines(f"wstac/{name}/{kind}"), kind) for name in ("left", "right")}
-        same(found["left"], of_kind(expected, kind), f"{kind} of the board behind TCP")
-        same(found["right"], of_kind(expected, kind), f"{kind} of the board on a serial line")
+        found = {name: timeless(of_kind(listener.lines(f"wstac/{name}/{kind}"), kind)) for name in ("left", "right")}
+        same(found["left"], timeless(of_kind(expected, kind)), f"{kind} of the board behind TCP")
+        same(found["right"], timeless(of_kind(expected, kind)), f"{kind} of the board on a serial line")
         count += 2 * len(found["left"])
     state = listener.lines("wstac/left/state")[-1]
     same((state["frames"], state["events"], state["lost_events"]), (expected[-1]["frames"], 3, 0), "the board's last state")

@@ -139,7 +139,13 @@ def sockets(node):
 
 def of_kind(records, kind):
     # The wall clock is another one in each run.
-    return [{name: value for name, value in record.items() if name != "stamp"} for record in records if record["kind"] == kind]
+    return [{name: value for name, value in record.items() if not name.startswith("stamp")} for record in records if record["kind"] == kind]
+
+
+def timeless(records):
+    """Returns records of a board without their times, which are those of its own clock."""
+    times = ("time_ns", "completed_ns", "time_s", "completed_s", "clock")
+    return [{name: value for name, value in record.items() if name not in times} for record in records]
 
 
 def router(port):

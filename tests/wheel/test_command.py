@@ -85,8 +85,18 @@ def test_a_recording(law: str, recording: Path, tmp_path: Path) -> None:
 def test_the_wall_clock_is_written_as_the_command_writes_it() -> None:
     [event] = wstac.simulate("Saw3@150", size=(80, 80)).events
     assert event.stamp is None and event.record["stamp"] is None
-    stamped = replace(event, stamp=datetime(2026, 11, 22, 10, 0, 1, 500_999, tzinfo=timezone.utc))
-    assert stamped.record == {**event.record, "stamp": "2026-11-22T10:00:01.500Z"}
+    stamped = replace(event, stamp=datetime(2026, 11, 22, 10, 0, 1, 500_999, tzinfo=timezone.utc), stamp_within_ms=0.5)
+    assert stamped.record == {**event.record, "stamp": "2026-11-22T10:00:01.500Z", "stamp_within_ms": 0.5}
+    end = replace(wstac.ContactEnd(75, 35, 2.5, 2_500_000_000), stamp=stamped.stamp, stamp_within_ms=0.5)
+    assert end.record["stamp"] == "2026-11-22T10:00:01.500Z" and end.record["time_ns"] == 2_500_000_000
+
+
+def test_frames_without_times_are_counted_from_0() -> None:
+    found = wstac.simulate("Saw3@150", size=(80, 80), fps=25)
+    assert found.end.clock == "frames" and found.end.time_ns == (found.end.frames - 1) * 40_000_000
+    assert (found.timestamps == found.frame_numbers / 25).all()
+    [event] = found.events
+    assert event.touch_frame is not None and event.time_ns == event.touch_frame * 40_000_000
 
 
 @pytest.mark.parametrize("format", ["GREY", "Y16", "Y10", "RGB3", "YUYV", "UYVY", "RG10", "RGGB", "XR24", "RGBP", "NV12", "422P", "MJPG"])

@@ -7,7 +7,7 @@ use wstac_core::direction::Unclear;
 use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::NoSpeed;
-use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread};
+use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::texture::Texture;
 
@@ -113,8 +113,10 @@ pub struct WstacEvent {
     pub touch_s: f64,
     /// Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
     pub completed_s: f64,
-    /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none.
+    /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
     pub stamp: *const c_char,
+    /// Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
+    pub completed_ns: i64,
 }
 
 /// How a stream ended.
@@ -129,6 +131,9 @@ pub struct WstacEnd {
     pub incomplete_frame: u64,
     /// Frames of that sample that had arrived; 0 if there is none.
     pub incomplete_frames: u32,
+    /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share. "frames": the
+    /// source states no times, so frames are counted from 0. Null in records of other kinds.
+    pub clock: *const c_char,
 }
 
 /// A record of wstac_next. Its kind tells which fields it has. The others have no value: 0, -1, NAN or null.
@@ -156,6 +161,13 @@ pub struct WstacRecord {
     pub event_frame: u64,
     /// Time of a touch's end in seconds from the first frame; NAN if it is not known.
     pub time_s: f64,
+    /// Time of the record's frame in nanoseconds, of an event that of its first touch, and of the end that of the last
+    /// frame; -1 if it is not known. Its clock is that of WstacEnd.
+    pub time_ns: i64,
+    /// Wall-clock time of the same frame, as RFC 3339 in UTC; null where the source knows none.
+    pub stamp: *const c_char,
+    /// The most by which the stamp may be wrong in milliseconds; NAN where there is none.
+    pub stamp_within_ms: f64,
 }
 
 /// A record without content.
@@ -183,14 +195,24 @@ const EMPTY: WstacRecord = WstacRecord {
         touch_s: f64::NAN,
         completed_s: f64::NAN,
         stamp: ptr::null(),
+        completed_ns: -1,
     },
     texture: NO_TEXTURE,
     frames: 0,
     fault: ptr::null(),
     message: ptr::null(),
-    end: WstacEnd { dropped: 0, baseline_complete: false, incomplete_frame: 0, incomplete_frames: 0 },
+    end: WstacEnd {
+        dropped: 0,
+        baseline_complete: false,
+        incomplete_frame: 0,
+        incomplete_frames: 0,
+        clock: ptr::null(),
+    },
     event_frame: 0,
     time_s: f64::NAN,
+    time_ns: -1,
+    stamp: ptr::null(),
+    stamp_within_ms: f64::NAN,
 };
 
 const NO_TEXTURE: WstacTexture = WstacTexture {
@@ -202,7 +224,7 @@ const NO_TEXTURE: WstacTexture = WstacTexture {
     known: -1,
 };
 
-/// Returns the number of a frame as a signed one.
+/// Returns a number of a frame or of nanoseconds as a signed one.
 fn signed(frame: u64) -> i64 {
     i64::try_from(frame).unwrap_or(i64::MAX)
 }
@@ -225,6 +247,18 @@ impl Given {
     /// the last record points to.
     pub(super) fn record(&mut self, output: Output) -> Option<WstacRecord> {
         *self = Self::default();
+        let (time_ns, stamp) = (output.time_ns(), output.stamp());
+        let record = self.without_times(output)?;
+        Some(WstacRecord {
+            time_ns: time_ns.map_or(-1, signed),
+            stamp: self.keep_any(stamp.map(|stamp| in_utc(stamp.time)).as_deref()),
+            stamp_within_ms: stamp.map_or(f64::NAN, within_ms),
+            ..record
+        })
+    }
+
+    /// Returns the record of an output without its times.
+    fn without_times(&mut self, output: Output) -> Option<WstacRecord> {
         Some(match output {
             Output::Features(FrameFeatures { frame, features, .. }) => {
                 WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
@@ -272,6 +306,7 @@ impl Given {
                     baseline_complete: end.baseline_complete,
                     incomplete_frame: end.incomplete.map_or(0, |sample| sample.frame),
                     incomplete_frames: end.incomplete.map_or(0, |sample| u32::from(sample.frames)),
+                    clock: self.keep(end.clock.as_str()),
                 },
                 ..EMPTY
             },
@@ -301,7 +336,8 @@ impl Given {
             end_frame: event.end_frame.map_or(-1, signed),
             touch_s: event.time.map_or(f64::NAN, |time| seconds(time.touch_s)),
             completed_s: event.time.map_or(f64::NAN, |time| seconds(time.completed_s)),
-            stamp: self.keep_any(event.time.and_then(|time| time.stamp).map(in_utc).as_deref()),
+            stamp: self.keep_any(event.time.and(event.stamp).map(|stamp| in_utc(stamp.time)).as_deref()),
+            completed_ns: event.completed_ns.map_or(-1, signed),
         }
     }
 

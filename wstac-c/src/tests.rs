@@ -4,7 +4,7 @@ use std::time::{Duration, SystemTime};
 use wstac_host::config::Config;
 use wstac_host::output::OutputOptions;
 use wstac_host::session::{Poll, Session};
-use wstac_host::source::{Frame, SourceEvent};
+use wstac_host::source::{Frame, SourceEvent, Stamp};
 
 use super::record::{Given, WstacKind};
 use super::*;
@@ -67,8 +67,9 @@ fn pressed(config: &str) -> Session {
     let mut session = builder.outputs(OutputOptions { samples: true, ..OutputOptions::default() }).build().unwrap();
     for number in 0..120 {
         let bytes = [if (40..60).contains(&number) { 200 } else { 3 }; 100];
-        let stamp = SystemTime::UNIX_EPOCH + Duration::from_millis(1_000_000 + 40 * number);
-        session.push(&SourceEvent::Frame(Frame { stamp: Some(stamp), ..Frame::new(&bytes) }));
+        let time = SystemTime::UNIX_EPOCH + Duration::from_millis(1_000_000 + 40 * number);
+        let stamp = Some(Stamp { time, within: Duration::from_micros(500) });
+        session.push(&SourceEvent::Frame(Frame { stamp, ..Frame::new(&bytes) }));
     }
     session
 }
@@ -86,11 +87,15 @@ fn an_event_has_the_times_of_its_touch_and_an_end() {
     assert!((event.completed_s - completed_s).abs() < 1e-9, "{}", event.completed_s);
     // 1000 s and the time of the first lit frame.
     assert_eq!(text_of(event.stamp).as_deref(), Some("1970-01-01T00:16:41.600Z"));
+    assert_eq!(text_of(record.stamp), text_of(event.stamp));
+    assert_eq!(record.stamp_within_ms.to_bits(), 0.5_f64.to_bits());
+    assert_eq!((record.time_ns, event.completed_ns), (1_600_000_000, (record.frame as i64 + 69) * 40_000_000));
     assert!(event.speed_sd_mm_s.is_nan() && event.direction_sd_deg.is_nan() && event.direction_confidence.is_nan());
     assert!(text_of(event.why_no_speed).is_some_and(|why| why.contains("press")));
     let end = next(&mut session, &mut given).unwrap();
     assert_eq!((end.kind, end.frame, end.event_frame), (WstacKind::ContactEnd, 60, record.frame));
-    assert_eq!(end.time_s.to_bits(), 2.4_f64.to_bits());
+    assert_eq!((end.time_s.to_bits(), end.time_ns), (2.4_f64.to_bits(), 2_400_000_000));
+    assert_eq!(text_of(end.stamp).as_deref(), Some("1970-01-01T00:16:42.400Z"));
     assert!(next(&mut session, &mut given).is_none());
 }
 
@@ -101,6 +106,8 @@ fn a_law_of_durations_has_neither_times_nor_ends() {
     let event = &record.event;
     assert_eq!((record.kind, event.touch_frame, event.end_frame), (WstacKind::Event, -1, -1));
     assert!(event.contact.is_null() && event.stamp.is_null());
+    // Its time is that of the sample's first frame.
+    assert_eq!(record.time_ns, record.frame as i64 * 40_000_000);
     assert!(event.touch_s.is_nan() && event.completed_s.is_nan() && event.speed_sd_mm_s.is_nan());
     assert!((0.0..=1.0).contains(&event.direction_confidence) && event.direction_sd_deg.is_nan());
     assert!(next(&mut session, &mut given).is_none());

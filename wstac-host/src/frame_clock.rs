@@ -1,48 +1,188 @@
-//! The times of frames by their numbers: seconds from the first frame, and wall-clock time where the source knows it.
+//! The times of frames by their numbers: on the driver's clock, and on the wall clock where the source knows it.
 
+use std::collections::VecDeque;
 use std::time::{Duration, SystemTime};
 
+use serde::Serialize;
 use wstac_core::rate::FrameRate;
 
 /// The first second of the year 10000, from 1970 on. Times as text have four digits of a year.
 const END_OF_YEARS_S: u64 = 253_402_300_800;
+/// Frames whose own times are kept: more than a sample and the touch before it have.
+const KEPT: usize = 256;
+/// Nanoseconds of a second.
+const SECOND: i128 = 1_000_000_000;
+
+/// The clock of a stream's times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum StreamClock {
+    /// The driver's monotonic clock, now or when the frames were recorded.
+    Driver,
+    /// The clock of a board, matched with this machine's monotonic clock.
+    Board,
+    /// The source states no times: frames are counted from 0, and the frame rate gives their times.
+    #[default]
+    Frames,
+}
+
+impl StreamClock {
+    /// Returns the name in records: `driver`, `board` or `frames`.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Driver => "driver",
+            Self::Board => "board",
+            Self::Frames => "frames",
+        }
+    }
+}
+
+/// A wall-clock time with its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    /// The time by this machine's wall clock, now or when it was recorded.
+    pub time: SystemTime,
+    /// The most by which it may differ from the time that this clock would have shown.
+    pub within: Duration,
+}
 
 /// Turns numbers of feature frames into times.
 ///
-/// Lost frames count, so the frame rate gives the time from one frame to another. The wall-clock time of the frame that
-/// arrived last gives that of frames shortly before it.
-#[derive(Clone, Copy, Debug)]
+/// A frame has the driver's time of the first of its camera frames that arrived. Where all were lost, the frames around
+/// it give the time, and the frame rate does before the first and after the last frame. The wall-clock time of the
+/// frame that arrived last gives that of frames shortly before it.
+#[derive(Clone, Debug)]
 pub(crate) struct FrameClock {
-    /// The duration of a feature frame in seconds.
-    period_s: f64,
+    /// The duration of a feature frame in nanoseconds: numerator and denominator.
+    period: (i128, i128),
+    /// The clock that the source states.
+    stated: StreamClock,
+    /// The clock; `None` before the first frame.
+    clock: Option<StreamClock>,
+    /// The time of frame 0 of the stream, which may be lost.
+    zero: i128,
+    /// Whether a time of the source has given it.
+    has_zero: bool,
+    /// Frames by their numbers, with their driver's times.
+    taken: VecDeque<(u64, i128)>,
     /// The number of a feature frame, and the wall-clock time when it was taken.
-    last: Option<(u64, SystemTime)>,
+    last: Option<(u64, Stamp)>,
 }
 
 impl FrameClock {
-    /// Creates the clock of a camera of this rate.
-    pub(crate) fn new(rate: FrameRate) -> Self {
-        Self { period_s: f64::from(rate.frames_added()) / rate.per_second(), last: None }
+    /// Creates the clock of a stream of this rate, whose source states this clock.
+    pub(crate) fn new(rate: FrameRate, stated: StreamClock) -> Self {
+        let period =
+            (SECOND * i128::from(rate.denominator()) * i128::from(rate.frames_added()), i128::from(rate.numerator()));
+        Self { period, stated, clock: None, zero: 0, has_zero: false, taken: VecDeque::new(), last: None }
+    }
+
+    /// Counts frames from now on, unless a frame has shown another clock: the source will never state times.
+    #[cfg(feature = "board")]
+    pub(crate) fn count_frames(&mut self) {
+        self.clock.get_or_insert(StreamClock::Frames);
+    }
+
+    /// Returns the clock of a source that has started again.
+    #[cfg(feature = "board")]
+    pub(crate) fn renewed(&self) -> Self {
+        let clock = self.clock.filter(|clock| *clock == StreamClock::Frames);
+        let Self { period, stated, .. } = *self;
+        Self { period, stated, clock, zero: 0, has_zero: false, taken: VecDeque::new(), last: None }
+    }
+
+    /// Returns whether frames last as long by another clock.
+    #[cfg(feature = "board")]
+    pub(crate) fn has_rate_of(&self, other: &Self) -> bool {
+        self.period == other.period
+    }
+
+    /// Takes the times of a camera frame of feature frame `frame`, or that the source knows none.
+    pub(crate) fn frame_arrives(&mut self, frame: u64, timestamp: Option<Duration>, stamp: Option<Stamp>) {
+        if stamp.is_none() || self.last.is_none_or(|(last, _)| last != frame) {
+            self.wall_clock(frame, stamp);
+        }
+        if *self.clock.get_or_insert(self.stated) == StreamClock::Frames {
+            return;
+        }
+        let Some(time) = timestamp.map(|time| i128::from(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX))) else {
+            return;
+        };
+        if !self.has_zero {
+            (self.zero, self.has_zero) = (time.saturating_sub(self.span(frame)), true);
+        }
+        if self.taken.back().is_none_or(|(last, _)| *last < frame) {
+            self.taken.drain(..self.taken.len().saturating_sub(KEPT - 1));
+            self.taken.push_back((frame, time));
+        }
     }
 
     /// Takes the wall-clock time of a frame, or that the source knows none.
-    pub(crate) fn frame_arrives(&mut self, frame: u64, stamp: Option<SystemTime>) {
+    pub(crate) fn wall_clock(&mut self, frame: u64, stamp: Option<Stamp>) {
         self.last = stamp.map(|stamp| (frame, stamp));
+    }
+
+    /// Counts seconds from this frame on, and takes the next frame as the first.
+    pub(crate) fn restart(&mut self, frame: u64) {
+        self.clock = None;
+        self.taken.clear();
+        (self.zero, self.has_zero) = (self.span(frame), false);
+    }
+
+    /// Returns the clock of the times.
+    pub(crate) fn clock(&self) -> StreamClock {
+        self.clock.unwrap_or_default()
+    }
+
+    /// Returns whether the clock is known.
+    #[cfg(feature = "board")]
+    pub(crate) fn is_known(&self) -> bool {
+        self.clock.is_some()
+    }
+
+    /// Returns the time of a frame in nanoseconds on the [clock](Self::clock); `None` before the first frame.
+    pub(crate) fn nanoseconds(&self, frame: u64) -> Option<u64> {
+        let since = if self.clock? == StreamClock::Frames { self.zero } else { 0 };
+        Some(u64::try_from(self.time(frame).saturating_sub(since).max(0)).unwrap_or(u64::MAX))
     }
 
     /// Returns the time of a frame in seconds from the first frame.
     pub(crate) fn seconds(&self, frame: u64) -> f64 {
-        frame as f64 * self.period_s
+        self.time(frame).saturating_sub(self.zero) as f64 / SECOND as f64
     }
 
     /// Returns the wall-clock time of a frame, in the years 1970 to 9999; `None` if the source knows none.
-    pub(crate) fn stamp(&self, frame: u64) -> Option<SystemTime> {
-        let (last, stamp) = self.last?;
-        let before = Duration::try_from_secs_f64(self.seconds(last.saturating_sub(frame))).ok()?;
-        let stamp = stamp.checked_sub(before)?;
+    pub(crate) fn stamp(&self, frame: u64) -> Option<Stamp> {
+        let (last, Stamp { time, within }) = self.last?;
+        let before = self.time(last).saturating_sub(self.time(frame.min(last)));
+        let time = time.checked_sub(Duration::from_nanos(u64::try_from(before).ok()?))?;
         // A clock that was never set starts in 1970, and a frame before that has no time that can be written.
-        let since_1970 = stamp.duration_since(SystemTime::UNIX_EPOCH).ok()?;
-        (since_1970.as_secs() < END_OF_YEARS_S).then_some(stamp)
+        let since_1970 = time.duration_since(SystemTime::UNIX_EPOCH).ok()?;
+        (since_1970.as_secs() < END_OF_YEARS_S).then_some(Stamp { time, within })
+    }
+
+    /// Returns the time of so many frames by the frame rate, in nanoseconds.
+    fn span(&self, frames: u64) -> i128 {
+        i128::from(frames).saturating_mul(self.period.0) / self.period.1
+    }
+
+    /// Returns the time of a frame: the driver's own, else one between those of its neighbors. Without any it is that
+    /// by the frame rate.
+    fn time(&self, frame: u64) -> i128 {
+        let after = self.taken.partition_point(|(number, _)| *number < frame);
+        let before = after.checked_sub(1).and_then(|before| self.taken.get(before));
+        match (before, self.taken.get(after)) {
+            (_, Some((number, time))) if *number == frame => *time,
+            (Some((first, from)), Some((last, to))) => {
+                let (part, whole) = (i128::from(frame - first), i128::from(last - first));
+                // Times are of 64 bits, so their difference is exact.
+                from + (to - from).saturating_mul(part) / whole
+            }
+            (Some((first, from)), None) => from.saturating_add(self.span(frame - first)),
+            (None, Some((last, to))) => to.saturating_sub(self.span(last - frame)),
+            (None, None) => self.span(frame),
+        }
     }
 }
 
@@ -50,26 +190,99 @@ impl FrameClock {
 mod tests {
     use super::*;
 
+    const MS: u64 = 1_000_000;
+
+    /// Returns a clock of 30 frames per second that has seen frames with these times in milliseconds.
+    fn with(frames: &[(u64, u64)]) -> FrameClock {
+        let mut clock = FrameClock::new(FrameRate::NOMINAL, StreamClock::Driver);
+        for (frame, ms) in frames {
+            clock.frame_arrives(*frame, Some(Duration::from_millis(*ms)), None);
+        }
+        clock
+    }
+
+    fn at(time: SystemTime) -> Option<Stamp> {
+        Some(Stamp { time, within: Duration::from_micros(500) })
+    }
+
     #[test]
     fn frames_have_the_times_of_their_numbers() {
-        let mut clock = FrameClock::new(FrameRate::NOMINAL);
+        let mut clock = FrameClock::new(FrameRate::NOMINAL, StreamClock::Frames);
+        assert_eq!((clock.nanoseconds(45), clock.stamp(45)), (None, None));
+        clock.frame_arrives(0, None, None);
         assert!((clock.seconds(45) - 1.5).abs() < 1e-12);
-        assert_eq!(clock.stamp(45), None);
-        let at = SystemTime::UNIX_EPOCH + Duration::from_secs(1000);
-        clock.frame_arrives(105, Some(at));
-        assert_eq!(clock.stamp(105), Some(at));
-        assert_eq!(clock.stamp(45), Some(at - Duration::from_secs(2)));
-        // The touch was two seconds before, and the clock started one second before; or it is far ahead.
-        clock.frame_arrives(105, Some(SystemTime::UNIX_EPOCH + Duration::from_secs(1)));
-        assert_eq!(clock.stamp(45), None);
-        clock.frame_arrives(105, SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(END_OF_YEARS_S + 2)));
-        assert_eq!((clock.stamp(105), clock.stamp(45)), (None, None));
-        clock.frame_arrives(105, SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(END_OF_YEARS_S + 1)));
-        assert!(clock.stamp(105).is_none() && clock.stamp(45).is_some());
-        clock.frame_arrives(106, None);
-        assert_eq!(clock.stamp(45), None);
+        assert_eq!((clock.clock(), clock.nanoseconds(46)), (StreamClock::Frames, Some(1_533_333_333)));
         // 120 frames per second are 30 feature frames per second.
-        let fast = FrameClock::new(FrameRate::new(120, 1).unwrap());
+        let fast = FrameClock::new(FrameRate::new(120, 1).unwrap(), StreamClock::Frames);
         assert!((fast.seconds(30) - 1.0).abs() < 1e-12);
+        // The source says whether there are times: a stream has one clock.
+        clock.frame_arrives(46, Some(Duration::from_mins(15)), None);
+        assert_eq!((clock.clock(), clock.nanoseconds(46)), (StreamClock::Frames, Some(1_533_333_333)));
+        clock.restart(46);
+        assert_eq!(clock.nanoseconds(46), None);
+        clock.frame_arrives(46, None, None);
+        assert_eq!((clock.nanoseconds(46), clock.nanoseconds(76)), (Some(0), Some(1000 * MS)));
+        assert!((clock.seconds(76) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_frame_keeps_its_drivers_time() {
+        // The driver runs at 25 frames per second, and frames 13 and 14 are lost.
+        let clock = with(&[(10, 5000), (11, 5043), (12, 5080), (15, 5200)]);
+        assert_eq!(clock.clock(), StreamClock::Driver);
+        let times = [10, 11, 12, 13, 14, 15].map(|frame| clock.nanoseconds(frame).unwrap() / MS);
+        assert_eq!(times, [5000, 5043, 5080, 5120, 5160, 5200]);
+        // Outside, the frame rate gives the time.
+        assert_eq!(clock.nanoseconds(18), Some(5300 * MS));
+        assert_eq!(clock.nanoseconds(7), Some(4900 * MS));
+        // Frame 0 was lost: ten frames before frame 10.
+        assert!((clock.seconds(10) - 1.0 / 3.0).abs() < 1e-8 && (clock.seconds(11) - 1.0 / 3.0 - 0.043).abs() < 1e-8);
+        // Of camera frames that are added up, the first counts.
+        let mut fast = FrameClock::new(FrameRate::new(60, 1).unwrap(), StreamClock::Driver);
+        for (frame, ms) in [(0, 100), (0, 117), (1, 133), (1, 150)] {
+            fast.frame_arrives(frame, Some(Duration::from_millis(ms)), None);
+        }
+        assert_eq!((fast.nanoseconds(0), fast.nanoseconds(1)), (Some(100 * MS), Some(133 * MS)));
+    }
+
+    #[test]
+    fn old_frames_are_forgotten_and_wild_times_do_no_harm() {
+        let frames: Vec<_> = (0..1000).map(|frame| (frame, 7000 + 40 * frame)).collect();
+        let mut clock = with(&frames);
+        assert_eq!(clock.taken.len(), KEPT);
+        assert_eq!(clock.nanoseconds(1000 - KEPT as u64), Some((7000 + 40 * (1000 - KEPT as u64)) * MS));
+        // A frame without a time of its own, a clock that goes back, and one at its end.
+        clock.frame_arrives(1000, None, None);
+        assert_eq!(clock.nanoseconds(1002), Some((7000 + 40 * 999 + 100) * MS));
+        clock.frame_arrives(1003, Some(Duration::ZERO), None);
+        assert_eq!(clock.nanoseconds(1003), Some(0));
+        clock.frame_arrives(u64::MAX, Some(Duration::MAX), None);
+        assert_eq!(clock.nanoseconds(u64::MAX), Some(u64::MAX));
+        assert!(clock.nanoseconds(u64::MAX / 2).is_some() && clock.seconds(u64::MAX).is_finite());
+        clock.restart(u64::MAX);
+        clock.frame_arrives(u64::MAX, Some(Duration::ZERO), at(SystemTime::UNIX_EPOCH));
+        assert!(clock.nanoseconds(0) == Some(0) && clock.stamp(0).is_none());
+    }
+
+    #[test]
+    fn wall_clock_times_are_those_of_years_that_can_be_written() {
+        let mut clock = FrameClock::new(FrameRate::NOMINAL, StreamClock::Frames);
+        let time = SystemTime::UNIX_EPOCH + Duration::from_secs(1000);
+        clock.wall_clock(105, at(time));
+        assert_eq!(clock.stamp(105), at(time));
+        assert_eq!(clock.stamp(45), at(time - Duration::from_secs(2)));
+        // The touch was two seconds before, and the clock started one second before; or it is far ahead.
+        clock.wall_clock(105, at(SystemTime::UNIX_EPOCH + Duration::from_secs(1)));
+        assert_eq!(clock.stamp(45), None);
+        clock.wall_clock(105, at(SystemTime::UNIX_EPOCH + Duration::from_secs(END_OF_YEARS_S + 2)));
+        assert_eq!((clock.stamp(105), clock.stamp(45)), (None, None));
+        clock.wall_clock(105, at(SystemTime::UNIX_EPOCH + Duration::from_secs(END_OF_YEARS_S + 1)));
+        assert!(clock.stamp(105).is_none() && clock.stamp(45).is_some());
+        clock.wall_clock(106, None);
+        assert_eq!(clock.stamp(45), None);
+        // The driver's own times tell how long before it was.
+        let mut clock = with(&[(0, 0), (1, 40)]);
+        clock.frame_arrives(2, Some(Duration::from_millis(90)), at(time));
+        assert_eq!(clock.stamp(0), at(time - Duration::from_millis(90)));
     }
 }

@@ -10,7 +10,10 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
 
-use crate::output::{MotionReport, Output, SampleFrames, StreamSummary, TactileEvent};
+use crate::output::{
+    ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
+    Stamp, StreamClock, StreamSummary, TactileEvent,
+};
 use crate::texture::Texture;
 
 /// A line of JSON. [`JsonLine::new`] makes it from an output.
@@ -22,6 +25,11 @@ pub enum JsonLine<'a> {
     Features {
         /// The number of the feature frame.
         frame: u64,
+        /// The time of the frame in nanoseconds; `None` from a board whose clock is not known yet.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
         /// Natural logarithms, exact multiples of 1/2048.
         f: [f64; FEATURES],
     },
@@ -29,8 +37,13 @@ pub enum JsonLine<'a> {
     Motion {
         /// The number of the feature frame.
         frame: u64,
-        /// The time of the frame in seconds from the first frame; `None` from a board that has not described
-        /// itself.
+        /// The time of the frame in nanoseconds; `None` from a board whose clock is not known yet.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
+        /// The time of the frame in seconds from the first frame; `None` from a board whose clock is not known
+        /// yet.
         time_s: Option<f64>,
         /// The kind of the touch: always `slide`.
         contact: &'static str,
@@ -45,13 +58,28 @@ pub enum JsonLine<'a> {
     Texture {
         /// The number of the first frame of the sample.
         frame: u64,
+        /// The time of that frame in nanoseconds; `None` from a board whose clock is not known yet.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
         /// Frames of the sample that the model reads.
         frames: u8,
         /// The model's answer.
         texture: &'a Texture,
     },
     /// A sample that a long gap interrupted.
-    Incomplete(InterruptedSample),
+    Incomplete {
+        /// The number of its first frame.
+        frame: u64,
+        /// The time of that frame in nanoseconds; `None` from a board whose clock is not known yet.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
+        /// The number of its frames that had arrived: 1 to 69.
+        frames: u8,
+    },
     /// The end of the touch of an event: its light has left.
     #[serde(rename = "contact_end")]
     ContactEnd {
@@ -59,14 +87,24 @@ pub enum JsonLine<'a> {
         frame: u64,
         /// The number of the first frame of the event's sample.
         event_frame: u64,
-        /// The time of that dark frame in seconds from the first frame; `None` from a board that has not described
-        /// itself.
+        /// The time of that dark frame in nanoseconds; `None` from a board whose clock is not known yet.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
+        /// The time of that dark frame in seconds from the first frame; `None` from a board whose clock is not known
+        /// yet.
         time_s: Option<f64>,
     },
     /// A fault of the source.
     Fault {
         /// The number of the feature frame that comes next.
         frame: u64,
+        /// The time of that frame in nanoseconds; `None` before the first frame.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
         /// The kind of the fault in a word.
         fault: &'a str,
         /// A description of the fault for people.
@@ -82,6 +120,14 @@ pub enum JsonLine<'a> {
         baseline: &'static str,
         /// The sample that was being captured.
         incomplete: Option<InterruptedSample>,
+        /// The time of the last feature frame in nanoseconds; `None` without one, or from a board whose clock is not known
+        /// yet.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
+        /// The clock of all times: `driver`, `board` or `frames`.
+        clock: StreamClock,
     },
 }
 
@@ -89,34 +135,80 @@ impl<'a> JsonLine<'a> {
     /// Returns the line of an output; `None` for lost frames and a disturbed baseline, which have none.
     pub fn new(output: &'a Output) -> Option<Self> {
         Some(match output {
-            Output::Features(features) => Self::Features { frame: features.frame, f: features.features.map(real) },
-            Output::Motion(MotionReport { frame, time_s, velocity, .. }) => Self::Motion {
+            Output::Features(FrameFeatures { frame, time_ns, stamp, features }) => Self::Features {
                 frame: *frame,
+                time_ns: *time_ns,
+                stamp: StampFields::new(*stamp),
+                f: features.map(real),
+            },
+            Output::Motion(MotionReport { frame, time_ns, stamp, time_s, velocity }) => Self::Motion {
+                frame: *frame,
+                time_ns: *time_ns,
+                stamp: StampFields::new(*stamp),
                 time_s: time_s.map(seconds),
                 contact: Contact::Slide.as_str(),
                 speed: Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd).into(),
                 direction: DirectionField::Arrival { deg: angle(velocity.degrees), sd: spread(velocity.degrees_sd) },
             },
             Output::Event(event) => Self::Event(Box::new(EventLine::new(event))),
-            Output::EarlyTexture(early) => {
-                Self::Texture { frame: early.frame, frames: early.frames, texture: &early.texture }
+            Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }) => Self::Texture {
+                frame: *frame,
+                time_ns: *time_ns,
+                stamp: StampFields::new(*stamp),
+                frames: *frames,
+                texture,
+            },
+            Output::Interrupted(InterruptedReport { frame, time_ns, stamp, frames }) => {
+                Self::Incomplete { frame: *frame, time_ns: *time_ns, stamp: StampFields::new(*stamp), frames: *frames }
             }
-            Output::Interrupted(sample) => Self::Incomplete(*sample),
-            Output::ContactEnd(end) => {
-                Self::ContactEnd { frame: end.frame, event_frame: end.event_frame, time_s: end.time_s.map(seconds) }
-            }
-            Output::Fault(report) => {
-                Self::Fault { frame: report.frame, fault: report.fault.kind.name(), message: report.fault.to_string() }
-            }
+            Output::ContactEnd(ContactEndReport { frame, event_frame, time_ns, stamp, time_s }) => Self::ContactEnd {
+                frame: *frame,
+                event_frame: *event_frame,
+                time_ns: *time_ns,
+                stamp: StampFields::new(*stamp),
+                time_s: time_s.map(seconds),
+            },
+            Output::Fault(FaultReport { frame, time_ns, stamp, fault }) => Self::Fault {
+                frame: *frame,
+                time_ns: *time_ns,
+                stamp: StampFields::new(*stamp),
+                fault: fault.kind.name(),
+                message: fault.to_string(),
+            },
             Output::End(end) => Self::End {
                 frames: end.frames,
                 dropped: end.dropped,
                 baseline: baseline(end),
                 incomplete: end.incomplete,
+                time_ns: end.time_ns,
+                stamp: StampFields::new(end.stamp),
+                clock: end.clock,
             },
             Output::Lost(_) | Output::BaselineDisturbed { .. } => return None,
         })
     }
+}
+
+/// The wall-clock time of a line. A line whose source knows none has neither field.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StampFields {
+    /// The time as RFC 3339 in UTC, with milliseconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stamp: Option<String>,
+    /// The most by which it may be wrong, by this machine's clock, in milliseconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stamp_within_ms: Option<f64>,
+}
+
+impl StampFields {
+    fn new(stamp: Option<Stamp>) -> Self {
+        Self { stamp: stamp.map(|stamp| in_utc(stamp.time)), stamp_within_ms: stamp.map(within_ms) }
+    }
+}
+
+/// Returns the uncertainty of a wall-clock time in milliseconds for output, with three decimals.
+pub fn within_ms(stamp: Stamp) -> f64 {
+    rounded_to(stamp.within.as_secs_f64() * 1000.0, 3)
 }
 
 /// A line of JSON with the name of its sensor, as several sensors need it.
@@ -136,6 +228,8 @@ pub struct SensorLine<'a> {
 pub struct EventLine<'a> {
     frame: u64,
     frames: usize,
+    time_ns: Option<u64>,
+    completed_ns: Option<u64>,
     #[serde(flatten)]
     touch: Option<TouchFields>,
     duration_frames: Option<u8>,
@@ -158,6 +252,8 @@ impl<'a> EventLine<'a> {
         Self {
             frame: event.frame,
             frames: SAMPLE_FRAMES,
+            time_ns: event.time_ns,
+            completed_ns: event.completed_ns,
             touch: TouchFields::new(event),
             duration_frames: event.lit_frames,
             speed: event.speed.ok().map(SpeedField::from),
@@ -184,6 +280,8 @@ struct TouchFields {
     time_s: Option<f64>,
     completed_s: Option<f64>,
     stamp: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stamp_within_ms: Option<f64>,
     contact: &'static str,
 }
 
@@ -195,7 +293,8 @@ impl TouchFields {
             end_frame: event.end_frame,
             time_s: time.map(|time| seconds(time.touch_s)),
             completed_s: time.map(|time| seconds(time.completed_s)),
-            stamp: time.and_then(|time| time.stamp).map(in_utc),
+            stamp: event.stamp.map(|stamp| in_utc(stamp.time)),
+            stamp_within_ms: event.stamp.map(within_ms),
             contact: event.contact?.as_str(),
         })
     }

@@ -53,6 +53,7 @@ pub(crate) struct Buffers {
     /// Buffers that the driver has not taken back yet.
     idle: Vec<usize>,
     failed_returns: u32,
+    is_monotonic: bool,
 }
 
 impl Buffers {
@@ -67,10 +68,12 @@ impl Buffers {
         request.memory = sys::v4l2_memory_V4L2_MEMORY_MMAP;
         device.call(&REQBUFS, &mut request).map_err(|error| device.error("buffers are refused", error))?;
         // From here on, dropping the buffers gives back those that there are.
-        let mut buffers = Self { device, maps: Vec::new(), idle: Vec::new(), failed_returns: 0 };
+        let mut buffers = Self { device, maps: Vec::new(), idle: Vec::new(), failed_returns: 0, is_monotonic: false };
         for index in 0..request.count {
             let map = Map::of(&buffers.device, index);
-            buffers.maps.push(map.map_err(|error| buffers.device.error("a buffer cannot be mapped", error))?);
+            let (map, flags) = map.map_err(|error| buffers.device.error("a buffer cannot be mapped", error))?;
+            buffers.maps.push(map);
+            buffers.is_monotonic = is_monotonic(flags);
         }
         let device = &buffers.device;
         if request.count < LEAST {
@@ -88,6 +91,11 @@ impl Buffers {
     /// Returns the device that streams.
     pub(crate) fn device(&self) -> &Device {
         &self.device
+    }
+
+    /// Returns whether the driver says that it takes times from the monotonic clock.
+    pub(crate) fn has_times(&self) -> bool {
+        self.is_monotonic
     }
 
     /// Waits for the next buffer.
@@ -121,12 +129,11 @@ impl Buffers {
         let Some(map) = self.maps.get(index) else {
             return Err(io::Error::other(format!("the driver gave buffer {index} of {}", self.maps.len())));
         };
-        let monotonic = raw.flags & sys::V4L2_BUF_FLAG_TIMESTAMP_MASK == sys::V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
         Ok(Wait::Filled(Filled {
             index,
             bytes: (raw.bytesused as usize).min(map.len()),
             sequence: raw.sequence,
-            timestamp: if monotonic { duration(raw.timestamp) } else { None },
+            timestamp: if is_monotonic(raw.flags) { duration(raw.timestamp) } else { None },
             damaged: raw.flags & sys::V4L2_BUF_FLAG_ERROR != 0,
         }))
     }
@@ -197,6 +204,11 @@ fn described(index: u32) -> sys::v4l2_buffer {
     raw
 }
 
+/// Returns whether a buffer's time is that of the monotonic clock, by its flags.
+fn is_monotonic(flags: u32) -> bool {
+    flags & sys::V4L2_BUF_FLAG_TIMESTAMP_MASK == sys::V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC
+}
+
 /// Returns a driver's time; `None` if it is negative or exactly 0, which means that it was not set.
 fn duration(time: sys::timeval) -> Option<Duration> {
     let seconds = u64::try_from(time.tv_sec).ok()?;
@@ -212,7 +224,8 @@ struct Map {
 }
 
 impl Map {
-    fn of(device: &Device, index: u32) -> io::Result<Self> {
+    /// Maps a buffer, and returns its flags, too.
+    fn of(device: &Device, index: u32) -> io::Result<(Self, u32)> {
         let mut raw = described(index);
         device.call(&QUERYBUF, &mut raw)?;
         let length = raw.length as usize;
@@ -233,7 +246,7 @@ impl Map {
             )
         }?;
         let start = NonNull::new(start.cast()).ok_or_else(|| io::Error::other("mapped at address 0"))?;
-        Ok(Self { start, length })
+        Ok((Self { start, length }, raw.flags))
     }
 }
 

@@ -19,6 +19,7 @@ mod negotiate;
 pub(crate) mod same;
 pub mod source;
 mod timeline;
+mod wall_clock;
 
 use std::path::PathBuf;
 

@@ -8,7 +8,7 @@ use std::ffi::OsStr;
 use std::io;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
 use wstac_core::green::any::PixelFormat;
@@ -18,6 +18,7 @@ use self::reconnect::Away;
 use crate::buffers::{Filled, Wait};
 use crate::same::Known;
 use crate::timeline::Timeline;
+use crate::wall_clock::WallClock;
 use crate::{Camera, CameraRequest, Negotiated};
 use wstac_host::camera::formats::{self, Coding};
 use wstac_host::camera::mjpeg::Decoder;
@@ -26,7 +27,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::decorate::RateWatch;
 use wstac_host::source::open::{OpenOptions, SourceKind};
 use wstac_host::source::{
-    Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Remedy, Source, SourceEvent, StreamInfo,
+    Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Remedy, Source, SourceEvent, StreamClock, StreamInfo,
 };
 
 /// Longest wait for a frame before the caller may look for signals.
@@ -71,6 +72,7 @@ pub struct CameraSource {
     lag: Lag,
     /// The time when the last buffer arrived, on the monotonic clock.
     arrived: Duration,
+    wall: WallClock,
     /// Waits in a row that brought no buffer.
     waits: u32,
     /// Errors in a row.
@@ -101,6 +103,9 @@ impl CameraSource {
         info.color = negotiated.color;
         info.bytes_per_row = negotiated.bytes_per_row;
         info.camera = Some(Box::new(camera.state.clone()));
+        if camera.buffers.has_times() {
+            info.clock = StreamClock::Driver;
+        }
         // A camera that was unplugged comes back with its values of power-on, so the values before are set again.
         let held = if request.keep_controls { Vec::new() } else { camera.state.settings() };
         let request = CameraRequest {
@@ -127,6 +132,7 @@ impl CameraSource {
             signal: true,
             lag: Lag::default(),
             arrived: now(),
+            wall: WallClock::default(),
             waits: 0,
             errors: 0,
         })
@@ -310,7 +316,7 @@ impl Source for CameraSource {
         }
         self.lag.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
         let lag = self.lag;
-        let stamp = lag.latency.and_then(|latency| SystemTime::now().checked_sub(latency));
+        let stamp = timestamp.and_then(|timestamp| self.wall.stamp(timestamp));
         let Some(decoder) = &mut self.decoder else {
             return Ok(SourceEvent::Frame(Frame { bytes, timestamp, stamp, sequence, encoded: None, lag }));
         };

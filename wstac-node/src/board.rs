@@ -7,12 +7,12 @@ use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
-use std::time::{Instant, SystemTime};
+use std::time::SystemTime;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::port::{Got, Port, SILENT, WAIT};
 use wstac_host::monitor::requests::Requests;
-use wstac_host::monitor::{Monitor, Report};
+use wstac_host::monitor::{Monitor, Report, now};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 
@@ -90,7 +90,6 @@ impl Board {
 
     /// Returns whether the board has said its end.
     fn read_to_end(&mut self, outlet: &Outlet, orders: &Receiver<Order>, ends: &AtomicBool) -> Result<bool, Error> {
-        let start = Instant::now();
         let mut room = [0; 4096];
         let mut waits = 0_u32;
         while !ends.load(Ordering::Relaxed) {
@@ -98,14 +97,14 @@ impl Board {
                 let why = "is a board, which finds its events itself; wstac board changes its settings";
                 (order.answer)(Err(Error::new(ErrorKind::Unsupported, &self.name, why)));
             }
-            self.requests.extend(self.monitor.set_now(start.elapsed(), SystemTime::now()));
+            self.requests.extend(self.monitor.set_now(now()));
             if let Some(reading) = self.requests.send(&mut self.port) {
                 self.say(reading.in_words(self.port.name()));
             }
             match self.port.read(&mut room)? {
                 Got::Bytes(count) => {
                     waits = 0;
-                    self.requests.extend(self.monitor.set_now(start.elapsed(), SystemTime::now()));
+                    self.requests.extend(self.monitor.set_now(now()));
                     if !self.take(&room[..count], outlet)? {
                         return Ok(true);
                     }

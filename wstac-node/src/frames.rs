@@ -227,14 +227,14 @@ impl Observer for Reader {
         match event {
             SourceEvent::Frame(frame) => {
                 self.passed += 1;
-                self.stamp = frame.stamp.unwrap_or_else(SystemTime::now);
+                self.stamp = frame.stamp.map_or_else(SystemTime::now, |stamp| stamp.time);
                 if let Some(picture) = self.picture {
                     self.outlet.picture(picture, frame.bytes, self.stamp);
                 }
             }
-            SourceEvent::Taxels(_) => {
+            SourceEvent::Taxels(frame) => {
                 self.passed += 1;
-                self.stamp = SystemTime::now();
+                self.stamp = frame.stamp.map_or_else(SystemTime::now, |stamp| stamp.time);
             }
             SourceEvent::Lost { frames, .. } => {
                 self.passed += frames;

@@ -41,7 +41,7 @@ impl Outlet {
         &self.queue.counts
     }
 
-    /// Publishes an output. `stamp` is the wall-clock time of the last frame.
+    /// Publishes an output. `stamp` is the wall-clock time of the last frame, for an output without its own.
     ///
     /// # Errors
     /// The output cannot be written as JSON.
@@ -53,6 +53,7 @@ impl Outlet {
             Output::End(_) => counts.has_ended.store(true, Ordering::Relaxed),
             _ => {}
         }
+        let stamp = output.stamp().map_or(stamp, |stamp| stamp.time);
         let ros = self.with_header(stamp, |header| RosMessage::of(output, header)).flatten();
         let record = match self.cdr_record(ros.as_ref()) {
             None if self.has_records => Message::of(output)?,

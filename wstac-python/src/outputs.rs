@@ -1,5 +1,7 @@
 //! Outputs of a session on their way to Python: objects of `wstac._answers`, and numbers for arrays.
 
+use std::time::SystemTime;
+
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::call::PyCallArgs;
@@ -11,9 +13,8 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::speed::{NoSpeed, Speed};
-use wstac_core::trigger::InterruptedSample;
 use wstac_host::error::Error;
-use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread};
+use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread, within_ms};
 use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
@@ -50,8 +51,11 @@ pub(crate) struct Frames {
     pub(crate) bytes: Vec<u8>,
     /// The number of each frame, lost ones counted.
     pub(crate) numbers: Vec<i64>,
-    /// The driver's timestamp of each frame in seconds; NaN if there is none.
+    /// The time of each frame in seconds: the driver's own, or that by its number and the rate; NaN if the driver gives
+    /// that frame none.
     pub(crate) timestamps: Vec<f64>,
+    /// Frames per second, if frames have no times of their own.
+    pub(crate) rate: Option<f64>,
     /// The 25 taxels of each frame.
     pub(crate) taxels: Vec<f32>,
 }
@@ -160,7 +164,10 @@ impl Frames {
             _ => return,
         };
         self.numbers.push(number as i64);
-        self.timestamps.push(timestamp.map_or(f64::NAN, |time| time.as_secs_f64()));
+        self.timestamps.push(match self.rate {
+            Some(rate) => number as f64 / rate,
+            None => timestamp.map_or(f64::NAN, |time| time.as_secs_f64()),
+        });
         self.taxels.extend(taxels);
         if let (Some(size), false) = (self.size, bytes.is_empty()) {
             // Bytes that a driver appends are not part of the frame. The last row's padding may be missing.
@@ -177,6 +184,17 @@ pub(crate) fn objects(py: Python<'_>, outputs: Vec<Numbered>) -> PyResult<Vec<Bo
     outputs.into_iter().filter_map(|(at, output)| classes.object(at, output).transpose()).collect()
 }
 
+/// The times of a record: nanoseconds, the wall clock and its uncertainty in milliseconds.
+#[derive(Clone, Copy, Default)]
+struct Times(Option<u64>, Option<SystemTime>, Option<f64>);
+
+impl Times {
+    fn of(output: &Output) -> Self {
+        let stamp = output.stamp();
+        Self(output.time_ns(), stamp.map(|stamp| stamp.time), stamp.map(within_ms))
+    }
+}
+
 /// The classes of `wstac._answers`.
 struct Classes<'py>(Bound<'py, PyModule>);
 
@@ -188,21 +206,30 @@ impl<'py> Classes<'py> {
     /// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame
     /// that comes next.
     fn object(&self, at: u64, output: Output) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let times = Times::of(&output);
         let object = match output {
             Output::Event(event) => self.event(*event),
             Output::EarlyTexture(early) => {
-                self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?))
+                self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?, times.0, times.1, times.2))
             }
-            Output::Interrupted(sample) => self.incomplete(sample),
-            Output::Motion(report) => self.motion(&report),
-            Output::ContactEnd(end) => self.make("ContactEnd", (end.frame, end.event_frame, end.time_s.map(seconds))),
+            Output::Interrupted(sample) => self.incomplete(sample.frame, sample.frames, times),
+            Output::Motion(report) => self.motion(&report, times),
+            Output::ContactEnd(end) => {
+                let time_s = end.time_s.map(seconds);
+                self.make("ContactEnd", (end.frame, end.event_frame, time_s, times.0, times.1, times.2))
+            }
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
             Output::Fault(report) => {
-                self.make("Fault", (report.frame, report.fault.kind.name(), report.fault.to_string()))
+                let fault = (report.fault.kind.name(), report.fault.to_string());
+                self.make("Fault", (report.frame, fault.0, fault.1, times.0, times.1, times.2))
             }
             Output::End(end) => {
-                let incomplete = end.incomplete.map(|sample| self.incomplete(sample)).transpose()?;
-                self.make("End", (end.frames, end.dropped, baseline(&end), incomplete))
+                let sample = end.incomplete;
+                let incomplete = sample.map(|sample| self.incomplete(sample.frame, sample.frames, Times::default()));
+                let (incomplete, clock) = (incomplete.transpose()?, end.clock.as_str());
+                let Times(time_ns, stamp, within) = times;
+                let fields = (end.frames, end.dropped, baseline(&end), incomplete, clock, time_ns, stamp, within);
+                self.make("End", fields)
             }
             _ => return Ok(None),
         };
@@ -228,11 +255,14 @@ impl<'py> Classes<'py> {
         let fields = [
             ("frame", event.frame.into_bound_py_any(py)?),
             ("frames", SAMPLE_FRAMES.into_bound_py_any(py)?),
+            ("time_ns", event.time_ns.into_bound_py_any(py)?),
+            ("completed_ns", event.completed_ns.into_bound_py_any(py)?),
             ("touch_frame", event.touch_frame.into_bound_py_any(py)?),
             ("end_frame", event.end_frame.into_bound_py_any(py)?),
             ("time_s", event.time.map(|time| seconds(time.touch_s)).into_bound_py_any(py)?),
             ("completed_s", event.time.map(|time| seconds(time.completed_s)).into_bound_py_any(py)?),
-            ("stamp", event.time.and_then(|time| time.stamp).into_bound_py_any(py)?),
+            ("stamp", event.stamp.map(|stamp| stamp.time).into_bound_py_any(py)?),
+            ("stamp_within_ms", event.stamp.map(within_ms).into_bound_py_any(py)?),
             ("contact", event.contact.map(Contact::as_str).into_bound_py_any(py)?),
             ("duration_frames", event.lit_frames.into_bound_py_any(py)?),
             ("speed", speed.into_bound_py_any(py)?),
@@ -249,12 +279,13 @@ impl<'py> Classes<'py> {
         self.0.getattr("Event")?.call((), Some(&fields.into_py_dict(py)?))
     }
 
-    fn motion(&self, report: &MotionReport) -> PyResult<Bound<'py, PyAny>> {
+    fn motion(&self, report: &MotionReport, times: Times) -> PyResult<Bound<'py, PyAny>> {
         let velocity = report.velocity;
         let speed = self.speed(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd))?;
         let degrees = angle(velocity.degrees).into_bound_py_any(self.0.py())?;
         let direction = self.make("Direction", (degrees, Some(spread(velocity.degrees_sd)), None::<f64>))?;
-        self.make("Motion", (report.frame, report.time_s.map(seconds), speed, direction))
+        let time_s = report.time_s.map(seconds);
+        self.make("Motion", (report.frame, time_s, speed, direction, times.0, times.1, times.2))
     }
 
     fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {
@@ -283,8 +314,8 @@ impl<'py> Classes<'py> {
         self.make("Texture", (specimen, pattern, *depth_mm, class, *confidence, *known))
     }
 
-    fn incomplete(&self, sample: InterruptedSample) -> PyResult<Bound<'py, PyAny>> {
-        self.make("Incomplete", (sample.frame, sample.frames))
+    fn incomplete(&self, frame: u64, frames: u8, times: Times) -> PyResult<Bound<'py, PyAny>> {
+        self.make("Incomplete", (frame, frames, times.0, times.1, times.2))
     }
 }
 

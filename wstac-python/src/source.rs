@@ -14,7 +14,7 @@ use wstac_host::config::Config as Parsed;
 use wstac_host::output::OutputOptions;
 use wstac_host::session::{Session, Step};
 use wstac_host::source::open::OpenOptions;
-use wstac_host::source::{FramePolicy, Recorded, Source as Open, config_of};
+use wstac_host::source::{FramePolicy, Recorded, Source as Open, StreamClock, config_of};
 use wstac_scene::SceneConfig;
 use wstac_scene::source::{SceneSource, script};
 
@@ -76,6 +76,8 @@ pub(crate) struct Source {
     /// Four-character code, width, height, bytes from row to row.
     shape: (String, u32, u32, u32),
     rate: Rate,
+    /// Whether frames have times of their own.
+    has_times: bool,
     recorded: Recorded,
     config: Parsed,
     /// The size of a frame in bytes, the last row's padding included.
@@ -198,7 +200,8 @@ impl Source {
     /// request also their bytes.
     fn gather<'py>(&self, py: Python<'py>, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
         let size = with_frames.then_some(self.frame_bytes);
-        self.locked(py, |state| state.gathered.frames = Some(Frames { size, ..Frames::default() }));
+        let rate = (!self.has_times).then(|| f64::from(self.rate.0) / f64::from(self.rate.1));
+        self.locked(py, |state| state.gathered.frames = Some(Frames { size, rate, ..Frames::default() }));
         while self.locked(py, State::step) {
             py.check_signals()?;
         }
@@ -255,6 +258,7 @@ impl Source {
             about: info.about,
             shape: (stream::code(info.format), width, height, info.bytes_per_row),
             rate: info.rate.into(),
+            has_times: info.clock == StreamClock::Driver,
             recorded: info.recorded.map_or_else(Recorded::default, |recorded| Recorded::clone(&recorded)),
             config,
             frame_bytes: *whole_frame(session.processor()).end(),

@@ -67,6 +67,10 @@ class Event:
     """Number of the sample's first feature frame, counted from 0."""
     frames: int
     """Frames of the sample: 70."""
+    time_ns: int
+    """Time of `touch_frame`, or by a law of durations of `frame`, in nanoseconds by the clock of the end record."""
+    completed_ns: int
+    """Time of the sample's last frame in nanoseconds by the same clock."""
     touch_frame: Optional[int]
     """Number of the first lit frame of the touch; None by a law of durations."""
     end_frame: Optional[int]
@@ -76,7 +80,9 @@ class Event:
     completed_s: Optional[float]
     """Time of the sample's last frame in seconds from the first frame; None by a law of durations."""
     stamp: Optional[datetime]
-    """Wall-clock time of `touch_frame`, with the time zone UTC; None where the source knows none."""
+    """Wall-clock time of `time_ns`, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float]
+    """The most by which the stamp may be wrong, in ms; None without a stamp."""
     contact: Optional[str]
     """Kind of the touch: "slide", "press", "poke" or "unclear"; None by a law of durations, which takes all for slides."""
     duration_frames: Optional[int]
@@ -119,10 +125,12 @@ class Event:
         for name in ("sample", "path_sample", "taxel_path_sample"):
             del found[name]
         if self.contact is None:
-            for name in ("touch_frame", "end_frame", "time_s", "completed_s", "stamp", "contact"):
+            for name in ("touch_frame", "end_frame", "time_s", "completed_s", "stamp", "stamp_within_ms", "contact"):
                 del found[name]
-        elif self.stamp is not None:
-            found["stamp"] = self.stamp.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+        elif self.stamp is None:
+            del found["stamp_within_ms"]
+        else:
+            found["stamp"] = _in_utc(self.stamp)
         if self.speed_at_most is None:
             del found["speed_at_most"]
         for answer in ("speed", "speed_at_most", "direction"):
@@ -143,6 +151,20 @@ def _leave_out(answer: Optional[dict[str, Any]], *names: str) -> None:
             answer.pop(name, None)
 
 
+def _in_utc(stamp: datetime) -> str:
+    """Returns a wall-clock time as RFC 3339 has it, with milliseconds."""
+    return stamp.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def _stamped(found: dict[str, Any]) -> dict[str, Any]:
+    """Returns a record whose wall-clock time is text, or missing if there is none."""
+    if found["stamp"] is None:
+        del found["stamp"], found["stamp_within_ms"]
+    else:
+        found["stamp"] = _in_utc(found["stamp"])
+    return found
+
+
 @dataclass(frozen=True)
 class ContactEnd:
     """The end of the touch of an event: its light has left. A law of durations gives none."""
@@ -153,11 +175,17 @@ class ContactEnd:
     """Number of the first frame of the event's sample: its `frame`."""
     time_s: Optional[float]
     """Time of that dark frame in seconds from the first frame."""
+    time_ns: Optional[int] = field(default=None, repr=False)
+    """Time of that dark frame in nanoseconds, by the clock of the end record; None if it is not known."""
+    stamp: Optional[datetime] = field(default=None, repr=False)
+    """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float] = field(default=None, repr=False)
+    """The most by which the stamp may be wrong, in ms."""
 
     @property
     def record(self) -> dict[str, Any]:
         """The object that `wstac run --json` prints."""
-        return {"kind": "contact_end", **asdict(self)}
+        return _stamped({"kind": "contact_end", **asdict(self)})
 
 
 @dataclass(frozen=True)
@@ -172,11 +200,17 @@ class Motion:
     """Sliding speed."""
     direction: Direction
     """Sliding direction."""
+    time_ns: Optional[int] = field(default=None, repr=False)
+    """Time of the frame in nanoseconds, by the clock of the end record; None if it is not known."""
+    stamp: Optional[datetime] = field(default=None, repr=False)
+    """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float] = field(default=None, repr=False)
+    """The most by which the stamp may be wrong, in ms."""
 
     @property
     def record(self) -> dict[str, Any]:
         """The object that `wstac run --json --motion` prints."""
-        found: dict[str, Any] = {"kind": "motion", "contact": "slide", **asdict(self)}
+        found = _stamped({"kind": "motion", "contact": "slide", **asdict(self)})
         for answer in ("speed", "direction"):
             _leave_out(found[answer], "sd", "extrapolated", "confidence")
         return found
@@ -192,6 +226,12 @@ class EarlyTexture:
     """Frames of the sample that the model reads."""
     texture: Texture
     """The texture; the event will have the same."""
+    time_ns: Optional[int] = field(default=None, repr=False)
+    """Time of the sample's first frame in nanoseconds, by the clock of the end record; None if it is not known."""
+    stamp: Optional[datetime] = field(default=None, repr=False)
+    """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float] = field(default=None, repr=False)
+    """The most by which the stamp may be wrong, in ms."""
 
 
 @dataclass(frozen=True)
@@ -202,6 +242,12 @@ class Incomplete:
     """Number of its first frame."""
     frames: int
     """Frames of it that had arrived."""
+    time_ns: Optional[int] = field(default=None, repr=False)
+    """Time of its first frame in nanoseconds, by the clock of the end record; None if it is not known."""
+    stamp: Optional[datetime] = field(default=None, repr=False)
+    """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float] = field(default=None, repr=False)
+    """The most by which the stamp may be wrong, in ms."""
 
 
 @dataclass(frozen=True)
@@ -214,6 +260,12 @@ class Fault:
     """Its kind in a word, such as "disconnected"."""
     message: str
     """What happened, for a person."""
+    time_ns: Optional[int] = field(default=None, repr=False)
+    """Time of that frame, by the frame before it and the frame rate, in nanoseconds, by the clock of the end record; None if it is not known."""
+    stamp: Optional[datetime] = field(default=None, repr=False)
+    """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float] = field(default=None, repr=False)
+    """The most by which the stamp may be wrong, in ms."""
 
 
 @dataclass(frozen=True)
@@ -240,6 +292,18 @@ class End:
     """"complete", or "incomplete" if the stream was too short for it."""
     incomplete: Optional[Incomplete]
     """The sample that the end interrupted."""
+    clock: str = "frames"
+    """Clock of all times in nanoseconds.
+
+    "driver" is the monotonic clock, which all cameras of a machine share (`time.monotonic_ns`); recordings keep it. "frames": the
+    source states no times, so they count from 0 by number and rate of the frames.
+    """
+    time_ns: Optional[int] = field(default=None, repr=False)
+    """Time of the last frame in nanoseconds, by the clock of the end record; None if it is not known."""
+    stamp: Optional[datetime] = field(default=None, repr=False)
+    """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float] = field(default=None, repr=False)
+    """The most by which the stamp may be wrong, in ms."""
 
 
 Record = Union[Event, Motion, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]

@@ -62,7 +62,7 @@ class Recording:
     frame_numbers: NDArray[np.int64]
     """The number of each frame among all camera frames, lost ones included, (n,)."""
     timestamps: NDArray[np.float64]
-    """The driver's timestamp of each frame in s, (n,); nan if it is not known."""
+    """The time of each frame in s, (n,), by `end.clock`: the driver's own, or from 0 by its number and the rate."""
     taxels: NDArray[np.float32]
     """The taxels of each frame, fractions of full scale, (n, 5, 5)."""
     features: NDArray[np.int16]

@@ -135,6 +135,15 @@ fn every_line_is_that_of_run() {
     }
 }
 
+/// Returns a record without times: those of a live board are of its own clock.
+fn timeless(line: impl AsRef<str>) -> Value {
+    let mut record: Value = serde_json::from_str(line.as_ref()).unwrap();
+    for name in ["time_ns", "completed_ns", "time_s", "completed_s"] {
+        record.as_object_mut().unwrap().remove(name);
+    }
+    record
+}
+
 #[test]
 fn a_serial_line_is_asked_and_read() {
     let (_folder, scene) = scene("monitor-line");
@@ -145,7 +154,10 @@ fn a_serial_line_is_asked_and_read() {
     board.write_all(b"boot: \xFF\x01\x80 115200 8N1\r\n").unwrap();
     board.write_all(&frames.concat()).unwrap();
     let done = monitor.wait_with_output().unwrap();
-    assert_eq!(printed(&done).lines().collect::<Vec<_>>(), lines);
+    assert_eq!(
+        printed(&done).lines().map(timeless).collect::<Vec<_>>(),
+        lines.iter().map(timeless).collect::<Vec<_>>()
+    );
     let stderr = said(&done);
     assert!(
         stderr.contains("test-board 1.2.3: 100x100 Gray at 60 frames per second, baseline of 25 frames"),
@@ -176,8 +188,10 @@ fn a_tcp_connection_is_asked_and_read_to_its_end() {
     let out = printed(&done);
     let end = lines.pop().unwrap();
     let (events, own_end) = out.trim_end().rsplit_once('\n').unwrap();
-    assert_eq!(events.lines().collect::<Vec<_>>(), lines);
-    assert_eq!(own_end, end);
+    // This board never says its time, so there are none.
+    assert!(!out.contains(r#""time_ns":1"#) && out.contains(r#""time_ns":null"#), "{out}");
+    assert_eq!(events.lines().map(timeless).collect::<Vec<_>>(), lines.iter().map(timeless).collect::<Vec<_>>());
+    assert_eq!(timeless(own_end), timeless(end));
 }
 
 #[test]
@@ -224,21 +238,33 @@ fn a_host_may_come_in_the_middle() {
         let done = run(&[&["monitor", path(&file)], &WANTED[..]].concat());
         let out = printed(&done);
         let found: Vec<_> = out.lines().collect();
-        // An event has no sample if the host connected after the sample's start, and no times if the hello is lost.
+        // An event has no sample if the host connected after the sample's start, and no record has times if the hello is
+        // lost. If it is not lost, all times are those of the whole stream.
+        let described = said(&done).contains("test-board 1.2.3");
+        const TIMES: [&str; 4] = ["time_ns", "completed_ns", "time_s", "completed_s"];
         let whole = |line: &str| {
             let mut record: Value = serde_json::from_str(line).unwrap();
             let fields = record.as_object_mut().unwrap();
-            fields.retain(|key, _| !["sample", "time_s", "completed_s"].contains(&&key[..]));
+            fields.retain(|key, _| key != "sample" && (described || !TIMES.contains(&&key[..])));
             record
         };
-        let (times, none) = (out.matches(r#""time_s":"#).count(), out.matches(r#""time_s":null"#).count());
-        assert_eq!(none, if said(&done).contains("test-board 1.2.3") { 0 } else { times }, "{out}");
+        for name in TIMES {
+            let count = |value: &str| out.matches(&format!(r#""{name}":{value}"#)).count();
+            let (times, none) = (count(""), count("null"));
+            assert_eq!(none, if described { 0 } else { times }, "{name}: {out}");
+            // Every record has it, whatever the rest of the stream is.
+            assert!(name != "time_ns" || times == found.len(), "{out}");
+        }
         let tail = &lines[lines.len() - found.len()..];
         assert!(
             found.len() > 1 && found.iter().zip(tail).all(|(line, expected)| whole(line) == whole(expected)),
             "{out}"
         );
-        assert_eq!(found.last(), lines.last().map(String::as_str).as_ref());
+        // The end is the same to the letter, besides its time if that is not known.
+        let end = lines.last().unwrap();
+        let time = format!(r#""time_ns":{}"#, serde_json::from_str::<Value>(end).unwrap()["time_ns"]);
+        let expected = if described { end.clone() } else { end.replace(&time, r#""time_ns":null"#) };
+        assert_eq!(*found.last().unwrap(), expected);
         assert!(!said(&done).contains("damaged"), "{}", said(&done));
     }
 }
@@ -279,7 +305,7 @@ fn a_device_that_is_gone_is_waited_for() {
     monitor.stdout.take().unwrap().read_to_string(&mut out).unwrap();
     let incomplete = r#"{"frame":280,"frames":20}"#;
     let end = r#"{"kind":"end","frames":300,"dropped":7,"baseline":"complete","incomplete":"#;
-    assert_eq!(out, format!("{end}{incomplete}}}\n"));
+    assert_eq!(out, format!("{end}{incomplete},\"time_ns\":null,\"clock\":\"frames\"}}\n"));
     assert_eq!(monitor.wait().unwrap().code(), Some(0));
 }
 
@@ -356,7 +382,7 @@ fn a_peer_that_does_not_read_is_still_read() {
     let mut unread = Unread::new(&[]);
     let mut stdout = BufReader::new(unread.monitor.stdout.take().unwrap()).lines().map(Result::unwrap);
     unread.send(&Message::InterruptedSample(InterruptedSample::new(35, 7)));
-    assert_eq!(stdout.next().unwrap(), r#"{"kind":"incomplete","frame":35,"frames":7}"#);
+    assert_eq!(stdout.next().unwrap(), r#"{"kind":"incomplete","frame":35,"time_ns":null,"frames":7}"#);
     // A signal ends it, with its last record.
     unread.interrupt();
     assert!(stdout.next().unwrap().starts_with(r#"{"kind":"end","frames":42,"#));

@@ -9,6 +9,7 @@ mod guide;
 mod limits;
 mod parts;
 mod stream;
+mod times;
 
 use std::fs;
 use std::io::Write;

@@ -1,7 +1,8 @@
 //! Tests that a camera's stream is recorded and read back with everything that a camera can deliver.
 
 use std::fs::File;
-use std::time::Duration;
+use std::path::PathBuf;
+use std::time::{Duration, SystemTime};
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
@@ -9,18 +10,18 @@ use wstac_core::rate::FrameRate;
 use wstac_host::camera::{CameraState, LockedControl};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::output::OutputOptions;
+use wstac_host::output::{Output, OutputOptions, StreamClock};
 use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, Stamp, StreamInfo};
 use wstac_tests::command::run;
 use wstac_tests::folder::Folder;
 
 /// A source event that does not borrow its source.
 #[derive(Clone, Debug, PartialEq)]
-enum Owned {
+pub(super) enum Owned {
     Frame(Vec<u8>, Option<Duration>, Option<u32>, Option<Vec<u8>>),
     Lost(u64, LossReason),
     Fault(Fault),
@@ -44,6 +45,7 @@ impl Owned {
         match self {
             Self::Frame(bytes, timestamp, sequence, encoded) => SourceEvent::Frame(Frame {
                 timestamp: *timestamp,
+                stamp: timestamp.map(wall),
                 sequence: *sequence,
                 encoded: encoded.as_deref(),
                 ..Frame::new(bytes)
@@ -55,7 +57,14 @@ impl Owned {
     }
 }
 
-fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
+/// Returns the wall-clock time of a driver's time: somebody sets the clock at 8003 s.
+pub(super) fn wall(timestamp: Duration) -> Stamp {
+    let zero = if timestamp < Duration::from_secs(8003) { 1_790_000_000 } else { 1_790_000_010 };
+    let time = SystemTime::UNIX_EPOCH + Duration::new(zero, 123_456_789) + timestamp;
+    Stamp { time, within: Duration::from_micros(500) }
+}
+
+pub(super) fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
     let control = |name: &str, locked| LockedControl {
         name: name.into(),
         id: 0x009a_0902,
@@ -76,16 +85,18 @@ fn info(format: PixelFormat, bytes_per_row: u32) -> StreamInfo {
     let mut info = StreamInfo::new("a camera", size, format, rate);
     info.bytes_per_row = bytes_per_row;
     info.camera = Some(Box::new(camera));
+    info.clock = StreamClock::Driver;
     info
 }
 
-/// Records these events. Returns the events that are read back, and the description of the recorded stream.
-fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, StreamInfo) {
+/// Records these events. Returns the file and the outputs meanwhile.
+pub(super) fn record(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (PathBuf, Vec<Output>) {
     let (path, config) = (folder.0.join("a.mcap"), Config::default());
     let _ = std::fs::remove_file(&path);
     let mut processor =
         Processor::new(info, &config, OutputOptions { features: true, ..OutputOptions::default() }).unwrap();
     let about = About::new(info, &config, [("specimen".into(), "Saw3".into())].into(), Vec::new()).unwrap();
+    let mut outputs = Vec::new();
     let mut recorder = Recorder::new(File::create_new(&path).unwrap(), &path, &about, &processor).unwrap();
     for item in items {
         let item = item.item();
@@ -93,6 +104,7 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
         processor
             .process(&item, |output| {
                 recorder.output(&output, "");
+                outputs.push(output);
                 Ok::<(), Error>(())
             })
             .unwrap();
@@ -101,6 +113,12 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
     let written = recorder.finish().unwrap();
     assert_eq!(written.frames, items.iter().filter(|item| matches!(item, Owned::Frame(..))).count() as u64);
     assert_eq!(written.bytes, path.metadata().unwrap().len());
+    (path, outputs)
+}
+
+/// Records these events. Returns the events that are read back, and the description of the recorded stream.
+fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, StreamInfo) {
+    let (path, _) = record(folder, info, items);
     let mut source = McapSource::open(&path, None).unwrap();
     assert_eq!(source.about().info.camera, info.camera);
     assert_eq!(source.about().labels["specimen"], "Saw3");
@@ -111,7 +129,7 @@ fn again(folder: &Folder, info: &StreamInfo, items: &[Owned]) -> (Vec<Owned>, St
     (found, source.info().clone())
 }
 
-fn fault(kind: &str, message: &str) -> Owned {
+pub(super) fn fault(kind: &str, message: &str) -> Owned {
     Owned::Fault(Fault::from_text(kind.into(), message))
 }
 

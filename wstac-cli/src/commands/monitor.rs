@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::sync::atomic::Ordering;
-use std::time::{Instant, SystemTime};
 
 use super::output::{Form, Records, Stop, note};
 use super::signals::{Ending, finishing};
@@ -10,7 +9,7 @@ use super::source_arguments::at_least;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::port::{Got, Port, SILENT, WAIT};
 use wstac_host::monitor::requests::Requests;
-use wstac_host::monitor::{Monitor, Report, telemetry};
+use wstac_host::monitor::{Monitor, Report, now, telemetry};
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
 
@@ -88,11 +87,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     requests.extend(monitor.requests());
     let mut room = [0; 4096];
     let (mut waits, mut lost_events) = (0, 0);
-    let start = Instant::now();
     while !interrupted.load(Ordering::Relaxed) {
         // A file has the answers of a clock that is gone.
         if line.takes_requests() {
-            requests.extend(monitor.set_now(start.elapsed(), SystemTime::now()));
+            requests.extend(monitor.set_now(now()));
         }
         if let Some(reading) = requests.send(&mut line) {
             note(reading.in_words(line.name()));
@@ -101,7 +99,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(Got::Bytes(count)) => {
                 waits = 0;
                 if line.takes_requests() {
-                    requests.extend(monitor.set_now(start.elapsed(), SystemTime::now()));
+                    requests.extend(monitor.set_now(now()));
                 }
                 &room[..count]
             }

@@ -136,8 +136,11 @@ const HELP: &str = r#"Content of the file:
               wstac.camera (its identity, its controls, and which are not
               locked), wstac.layout, wstac.configuration (all of it, as
               TOML), wstac.labels
-  Times are the driver's time stamps, or frames / rate of a file. Frame
-  numbers are the driver's.
+  /clock/json the wall-clock time of a frame, for the first one and
+              whenever the clock was set or has drifted by 0.25 ms
+  Times are the driver's time stamps. If there are none, they count from
+  0 by the frame rate. Log and publish time are those of the frame; an
+  event's are those of its first touch. Frame numbers are the driver's.
   wstac run FILE.mcap gives the same events again, with the recording's
   configuration unless --config gives another. Textures need --model
   there. Without it, events have none, and a note names the models of the

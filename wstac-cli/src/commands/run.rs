@@ -168,25 +168,46 @@ Meaning of the answers:
   length plus 16 mm, the span of the whiskers.
 
 Output with --json, one object per line (wrapped here):
-  {"kind":"features","frame":0,"f":[…10 numbers…]}
-  {"kind":"motion","frame":51,"time_s":1.7,"contact":"slide",
-   "speed":{"mm_s":148.0,"sd":6.1},"direction":{"deg":90.8,"sd":2.4}}
-  {"kind":"event","frame":35,"frames":70,"touch_frame":46,
-   "end_frame":75,"time_s":1.5333,"completed_s":3.4667,
+  {"kind":"features","frame":0,"time_ns":0,"f":[…10 numbers…]}
+  {"kind":"motion","frame":51,"time_ns":1700000000,"time_s":1.7,
+   "contact":"slide","speed":{"mm_s":148.0,"sd":6.1},
+   "direction":{"deg":90.8,"sd":2.4}}
+  {"kind":"event","frame":35,"frames":70,"time_ns":1533333333,
+   "completed_ns":3466666666,"touch_frame":46,"end_frame":75,
+   "time_s":1.5333,"completed_s":3.4667,
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
    "duration_frames":28,"speed":{"mm_s":150.2,"sd":1.3},
    "direction":{"deg":90.5,"sd":0.5},
    "texture":{"specimen":"Saw3",…,"confidence":0.97,"known":true},
    "frames_filled":0,"reliable":true}
-  {"kind":"contact_end","frame":75,"event_frame":35,"time_s":2.5}
-  {"kind":"texture","frame":137,"frames":40,"texture":{…}}
-  {"kind":"incomplete","frame":300,"frames":12}
-  {"kind":"fault","frame":300,"fault":"disconnected","message":"…"}
+  {"kind":"contact_end","frame":75,"event_frame":35,
+   "time_ns":2500000000,"time_s":2.5}
+  {"kind":"texture","frame":137,"time_ns":4566666666,"frames":40,
+   "texture":{…}}
+  {"kind":"incomplete","frame":300,"time_ns":10000000000,"frames":12}
+  {"kind":"fault","frame":300,"time_ns":10000000000,
+   "fault":"disconnected","message":"…"}
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete",
-   "incomplete":null}
+   "incomplete":null,"time_ns":29966666666,"clock":"frames"}
   A texture also has pattern ("Saw") and depth_mm (3.0).
   With cam:NAME=SOURCE, each object starts with "sensor":"NAME", and each
   sensor has its own end.
+  time_ns     is the time of "frame" in nanoseconds, of an event that of
+              its first touch, "touch_frame", and of the end that of
+              the last frame. "clock" in the end record says by which
+              clock. driver: the driver's monotonic clock, which all
+              cameras of a machine share; recordings keep it. board: a
+              board's clock, matched with the monotonic clock. frames:
+              the source states no times, so they count from 0 by
+              frame number and rate. A lost frame has a time between
+              those of its neighbors. A fault comes before its frame,
+              so its time is that of the frame before it and the rate.
+              null: no frame came yet, or a board's clock is not known.
+              With several camera frames in one, the first counts.
+  stamp       is the wall-clock time of the same frame, in UTC. Only
+              cameras, their recordings and boards have it; an event of
+              another source has null. The stamp is off by at most
+              "stamp_within_ms".
   features    "f" has rows r1 to r5, then columns c1 to c5: natural logs,
               exact multiples of 1/2048.
   motion      is printed with --motion, for every frame while something
@@ -195,8 +216,9 @@ Output with --json, one object per line (wrapped here):
               that fired. "touch_frame" is the first lit frame of the
               touch, "end_frame" the first dark one behind it, or null
               if the light has not left. "time_s" and "stamp" are the
-              time of "touch_frame", "completed_s" that of the sample's
-              last frame: seconds from the first frame, and UTC where
+              time of "touch_frame", "completed_s" and "completed_ns"
+              that of the sample's last frame: seconds from the first
+              frame, nanoseconds of the clock, and UTC where
               the source knows it. "sd" is a standard deviation. speed,
               direction and texture are null if there is no answer, and
               "why" gives the reason. Models of other classes answer
@@ -208,7 +230,8 @@ Output with --json, one object per line (wrapped here):
               Both are null for a model that does not tell.
               --samples adds "sample": 10 lists of 70 numbers like "f".
               With law = "published" or "physical" the fields from
-              "touch_frame" to "contact" are missing, "speed" has
+              "touch_frame" to "contact" are missing, "time_ns" is the
+              time of "frame", "speed" has
               "extrapolated" and "direction" has "confidence" instead of
               "sd", and "speed_at_most" is an upper bound of the speed
               of an event that is cut off.

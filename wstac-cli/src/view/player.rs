@@ -7,11 +7,10 @@ use wstac_core::params::FEATURE_ONE;
 use super::rate_meter::RateMeter;
 use super::recording::Recordings;
 use super::state::{About, HISTORY, Phase, State};
-use wstac_core::trigger::InterruptedSample;
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::json::real;
-use wstac_host::output::Output;
+use wstac_host::output::{InterruptedReport, Output};
 use wstac_host::picture::Sampler;
 use wstac_host::session::Processor;
 use wstac_host::source::{Frame, Lag, Source, SourceEvent, StreamInfo};
@@ -222,6 +221,6 @@ fn say_ended(recordings: &mut Recordings, state: &mut State) {
 }
 
 /// Returns the entry for an event that a new baseline ended.
-fn given_up(sample: InterruptedSample) -> String {
+fn given_up(sample: InterruptedReport) -> String {
     format!("{:>7}  given up after {} of 70 frames", sample.frame, sample.frames)
 }

@@ -15,8 +15,8 @@ use super::clock::{BoardClock, ClockMatch};
 use super::delivery::{Arrival, Delivery};
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, MotionReport, Output, OutputOptions,
-    StreamSummary, TactileEvent,
+    ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, InterruptedReport, MotionReport, Output,
+    OutputOptions, RecordTimes, StreamClock, StreamSummary, TactileEvent,
 };
 use crate::plural::counted;
 use crate::texture::Texture;
@@ -28,13 +28,15 @@ pub(super) struct Board {
     sample: Parts,
     /// The stream's state as the messages show it. It serves an end that the board does not report.
     progress: StreamSummary,
-    /// The times of its frames. Whether it has described itself: then its rate is known.
+    /// The times of its frames; `None` before it has described itself: then its rate is known.
     clock: Option<FrameClock>,
     /// Its own clock.
     own_clock: BoardClock,
     /// Whether it has named a texture model.
     has_model: bool,
     delivery: Delivery,
+    /// States of the board that came before its clock was matched.
+    unmatched: u8,
     /// The last uptime.
     uptime_ms: u64,
     /// How often requests were repeated that the board has not taken.
@@ -45,6 +47,8 @@ pub(super) struct Board {
 
 /// The most times that requests are repeated in a row. A board may be unable to receive.
 const MOST_REPEATS: u8 = 10;
+/// The states, one per second, after which a board counts as one whose clock cannot be matched.
+const MOST_UNMATCHED: u8 = 3;
 
 impl Board {
     pub(super) fn new(wanted: OutputOptions) -> Self {
@@ -57,6 +61,7 @@ impl Board {
             own_clock: BoardClock::default(),
             has_model: false,
             delivery: Delivery::default(),
+            unmatched: 0,
             uptime_ms: 0,
             repeats: 0,
             baseline_said: false,
@@ -78,8 +83,8 @@ impl Board {
     }
 
     /// Takes this machine's time. Returns a request for the board's if one is due.
-    pub(super) fn set_now(&mut self, since_start: Duration, wall: SystemTime) -> Option<Request> {
-        self.own_clock.set_now(since_start, wall)
+    pub(super) fn set_now(&mut self, monotonic: Duration, wall: SystemTime) -> Option<Request> {
+        self.own_clock.set_now(monotonic, wall)
     }
 
     /// Returns the match of the clocks.
@@ -101,7 +106,12 @@ impl Board {
 
     /// Returns the end record for a board that gives none.
     pub(super) fn finish(&self) -> Output {
-        Output::End(self.progress)
+        Output::End(self.clock.as_ref().map_or(self.progress, |clock| self.progress.by_clock(clock)))
+    }
+
+    /// Returns the times of a frame by its number, as far as they are known.
+    fn times(&self, frame: u64) -> RecordTimes {
+        RecordTimes::new(frame, self.clock.as_ref())
     }
 
     /// Notes that this many frames have passed.
@@ -130,7 +140,8 @@ impl Board {
             Message::Hello(hello) => self.hello(hello, first, give),
             Message::Features { frame, features } => {
                 self.reach(frame.saturating_add(1));
-                let record = Output::Features(FrameFeatures { frame: *frame, features: *features });
+                let RecordTimes { time_ns, stamp, .. } = self.times(*frame);
+                let record = Output::Features(FrameFeatures { frame: *frame, time_ns, stamp, features: *features });
                 if self.wanted.features { give(Report::Output(record)) } else { Ok(()) }
             }
             Message::SamplePart { frame, first, features } => {
@@ -142,23 +153,21 @@ impl Board {
                 let so_far = InterruptedSample::new(*frame, *frames);
                 self.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
                 let texture = texture_of(texture);
-                let (frame, frames) = (*frame, *frames);
-                give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, frames, texture })))
+                let (frame, frames, RecordTimes { time_ns, stamp, .. }) = (*frame, *frames, self.times(*frame));
+                give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture })))
             }
             Message::InterruptedSample(sample) => {
                 self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
-                give(Report::Output(Output::Interrupted(*sample)))
+                give(Report::Output(Output::Interrupted(InterruptedReport::new(*sample, self.clock.as_ref()))))
             }
             Message::Motion { frame, velocity } => {
                 self.reach(frame.saturating_add(1));
-                let time_s = self.clock.map(|clock| clock.seconds(*frame));
-                let record = Output::Motion(MotionReport::new(*frame, time_s, *velocity));
+                let record = Output::Motion(MotionReport::new(*frame, *velocity, self.clock.as_ref()));
                 if self.wanted.motion { give(Report::Output(record)) } else { Ok(()) }
             }
             Message::ContactEnd(end) => {
                 self.reach(end.frame);
-                let time_s = self.clock.map(|clock| clock.seconds(end.frame));
-                give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, time_s))))
+                give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, self.clock.as_ref()))))
             }
             Message::Lost { frames } => {
                 self.progress.dropped = self.progress.dropped.saturating_add(*frames);
@@ -189,10 +198,13 @@ impl Board {
     ) -> Result<(), E> {
         let again = self.clock.is_some();
         // The times of frames stay known while the same board runs on.
-        let new = FrameClock::new(hello.rate);
-        let is_alike = |clock: &FrameClock| clock.seconds(1).to_bits() == new.seconds(1).to_bits();
-        let clock = self.clock.filter(is_alike).or(Some(new));
-        self.clock = clock;
+        let mut new = FrameClock::new(hello.rate, StreamClock::Board);
+        if !self.own_clock.is_asked() {
+            new.count_frames();
+        }
+        if !self.clock.as_ref().is_some_and(|clock| clock.has_rate_of(&new)) {
+            self.clock = Some(new.clone());
+        }
         if hello.frame == 0 {
             // At frame 0, a board that was asked sends the same as one that starts. If frames were seen before, they
             // are gone: that proves a start whose first message was lost.
@@ -232,13 +244,11 @@ impl Board {
     fn telemetry<E>(&mut self, telemetry: &Telemetry, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
         if telemetry.uptime_ms < self.uptime_ms {
             // The board has started again, and its first message was lost. The status before this message was new.
-            self.restart(self.progress, self.clock);
+            self.restart(self.progress, self.clock.as_ref().map(FrameClock::renewed));
             give(Report::Note("the board has started again".to_owned()))?;
         }
         self.uptime_ms = telemetry.uptime_ms;
-        if let (Some(clock), Some(FrameTime { frame, board_us })) = (&mut self.clock, telemetry.last_frame) {
-            clock.frame_arrives(frame, self.own_clock.wall(board_us));
-        }
+        self.match_clock(telemetry.last_frame);
         lost_events(self.delivery.take_state(telemetry.events, telemetry.kept), give)?;
         if self.has_taken_requests(telemetry.wanted) {
             self.repeats = 0;
@@ -247,6 +257,22 @@ impl Board {
             self.requests().into_iter().try_for_each(|request| give(Report::Request(request)))?;
         }
         give(Report::Telemetry(*telemetry))
+    }
+
+    /// Takes the time of the last frame. Until the clocks are matched, frames have no times; if they cannot be matched,
+    /// frames are counted.
+    fn match_clock(&mut self, last: Option<FrameTime>) {
+        let Some(clock) = &mut self.clock else { return };
+        let time = last.and_then(|last| Some((last.frame, self.own_clock.of_board(last.board_us)?)));
+        if let Some((frame, (monotonic, stamp))) = time {
+            clock.frame_arrives(frame, Some(monotonic), Some(stamp));
+        } else if let Some(last) = last {
+            clock.wall_clock(last.frame, None);
+        }
+        self.unmatched = self.unmatched.saturating_add(1);
+        if self.unmatched >= MOST_UNMATCHED {
+            clock.count_frames();
+        }
     }
 
     fn status<E>(

@@ -11,6 +11,8 @@ use std::time::{Duration, SystemTime};
 
 use wstac_core::wire::Request;
 
+use crate::frame_clock::Stamp;
+
 /// The time between two requests while the board answers.
 const EVERY: Duration = Duration::from_secs(1);
 /// The answers that are kept.
@@ -39,6 +41,8 @@ struct Answer {
 pub struct ClockMatch {
     /// The most that a time of the board may be wrong here, in milliseconds.
     pub within_ms: f64,
+    /// This machine's monotonic time less the board's, in seconds.
+    pub offset_s: f64,
     /// How much faster the board's clock runs, in millionths; `None` before ten seconds have passed.
     pub fast_ppm: Option<f64>,
 }
@@ -93,8 +97,8 @@ impl BoardClock {
 
     /// Returns the match of the clocks; `None` before the board has answered.
     pub(super) fn matched(&self) -> Option<ClockMatch> {
-        let (_, within_us) = self.best()?;
-        Some(ClockMatch { within_ms: within_us / 1000.0, fast_ppm: self.fast_ppm() })
+        let (answer, within_us) = self.best()?;
+        Some(ClockMatch { within_ms: within_us / 1000.0, offset_s: answer.offset / 1e6, fast_ppm: self.fast_ppm() })
     }
 
     /// Compares the shortest answer of the oldest third with that of the newest one.
@@ -107,12 +111,24 @@ impl BoardClock {
         (apart >= us(DRIFT_AFTER)).then(|| (old.offset - new.offset) / apart * 1e6)
     }
 
-    /// Returns the wall-clock time of a time of the board; `None` before the board has answered.
-    pub(super) fn wall(&self, board_us: u64) -> Option<SystemTime> {
-        let ((now, wall), (answer, _)) = (self.now?, self.best()?);
+    /// Returns whether this machine's time is known, so that the board is asked for its own.
+    pub(super) fn is_asked(&self) -> bool {
+        self.now.is_some()
+    }
+
+    /// Returns a time of the board on this machine's monotonic clock and on its wall clock; `None` before the board has
+    /// answered.
+    pub(super) fn of_board(&self, board_us: u64) -> Option<(Duration, Stamp)> {
+        let ((now, wall), (answer, within_us)) = (self.now?, self.best()?);
         let ago = us(now) - (board_us as f64 + answer.offset);
         let distance = Duration::try_from_secs_f64(ago.abs() / 1e6).ok()?;
-        if ago < 0.0 { wall.checked_add(distance) } else { wall.checked_sub(distance) }
+        let within = Duration::try_from_secs_f64(within_us / 1e6).ok()?;
+        let (monotonic, time) = if ago < 0.0 {
+            (now.checked_add(distance)?, wall.checked_add(distance)?)
+        } else {
+            (now.checked_sub(distance)?, wall.checked_sub(distance)?)
+        };
+        Some((monotonic, Stamp { time, within }))
     }
 }
 
@@ -164,8 +180,12 @@ mod tests {
             });
             let found = clock.matched().unwrap();
             let now_us = 39e6 + 5000.0;
-            let shown = clock.wall(board_us(now_us, fast_ppm) as u64).unwrap();
-            let wrong = shown.duration_since(start).unwrap().as_secs_f64() * 1e6 - now_us;
+            let (monotonic, shown) = clock.of_board(board_us(now_us, fast_ppm) as u64).unwrap();
+            assert_eq!(start + monotonic, shown.time);
+            assert!((shown.within.as_secs_f64() * 1000.0 - found.within_ms).abs() < 1e-3, "{found:?} {shown:?}");
+            // The board started 5 s before.
+            assert!((found.offset_s + 5.0).abs() < 0.001 + fast_ppm.abs() * 50e-6, "{found:?}");
+            let wrong = shown.time.duration_since(start).unwrap().as_secs_f64() * 1e6 - now_us;
             assert!(wrong.abs() < 1000.0, "wrong by {wrong} us");
             assert!(wrong.abs() <= found.within_ms * 1000.0, "{found:?}, wrong by {wrong} us");
             let drift = found.fast_ppm.unwrap();
@@ -186,13 +206,15 @@ mod tests {
     fn without_answers_or_with_foreign_ones_nothing_is_known() {
         let mut clock = BoardClock::default();
         clock.answered(0, 0);
-        assert!(clock.matched().is_none() && clock.wall(0).is_none());
+        assert!(clock.matched().is_none() && clock.of_board(0).is_none());
         let _ = clock.set_now(Duration::from_secs(1), SystemTime::UNIX_EPOCH);
         clock.answered(2_000_000, 5);
         clock.answered(u64::MAX, u64::MAX);
-        assert!(clock.matched().is_none() && clock.wall(0).is_none());
+        assert!(clock.matched().is_none() && clock.of_board(0).is_none());
         clock.answered(900_000, 5);
-        assert!(clock.matched().is_some() && clock.wall(u64::MAX).is_some_and(|far| far > SystemTime::now()));
+        assert!(
+            clock.matched().is_some() && clock.of_board(u64::MAX).is_some_and(|(_, far)| far.time > SystemTime::now())
+        );
         clock.restart();
         assert!(clock.matched().is_none());
     }

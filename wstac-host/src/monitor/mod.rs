@@ -13,6 +13,7 @@ pub mod telemetry;
 
 use std::time::{Duration, SystemTime};
 
+use rustix::time::{ClockId, clock_gettime};
 use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, Telemetry, VERSION};
 
 use self::board::Board;
@@ -73,10 +74,12 @@ impl Monitor {
         std::iter::once(Request::Hello).chain(self.board.requests())
     }
 
-    /// Takes this machine's time, which is that of the next bytes: the time since any start, and the wall clock. Returns
-    /// a request for the board's clock if one is due. Without it, events have no wall-clock time.
-    pub fn set_now(&mut self, since_start: Duration, wall: SystemTime) -> Option<Request> {
-        self.board.set_now(since_start, wall)
+    /// Takes this machine's time, which is that of the next bytes. Returns a request for the board's clock if one is due.
+    ///
+    /// Once the board has answered, times of records are those of this machine's clocks. Before that, records have no
+    /// times. Without this call, times are counted by the frame rate.
+    pub fn set_now(&mut self, (monotonic, wall): (Duration, SystemTime)) -> Option<Request> {
+        self.board.set_now(monotonic, wall)
     }
 
     /// Returns the match of the board's clock and this machine's; `None` before the board has answered.
@@ -158,6 +161,11 @@ impl Monitor {
     }
 }
 
+/// Returns this machine's time: by its monotonic clock, which drivers of cameras use, too, and by its wall clock.
+pub fn now() -> (Duration, SystemTime) {
+    (Duration::try_from(clock_gettime(ClockId::Monotonic)).unwrap_or_default(), SystemTime::now())
+}
+
 /// Returns whether a count of refused messages is reported at once: 1, 10, 100 and so on.
 fn is_reported(refused: u64) -> bool {
     refused.checked_ilog10().is_some_and(|zeros| refused == 10_u64.pow(zeros))
@@ -175,3 +183,5 @@ fn gap(damaged: u64, lost: u16) -> Report {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod time_tests;

@@ -19,8 +19,9 @@ pub fn in_words(telemetry: &Telemetry, clock: Option<ClockMatch>) -> String {
     if telemetry.kept > 0 {
         words.push(format!("{} not acknowledged", telemetry.kept));
     }
-    if let Some(ClockMatch { within_ms, fast_ppm, .. }) = clock {
-        words.push(format!("clock within {within_ms:.1} ms"));
+    if let Some(ClockMatch { within_ms, offset_s, fast_ppm }) = clock {
+        let (seconds, side) = (offset_s.abs(), if offset_s < 0.0 { "ahead of" } else { "behind" });
+        words.push(format!("clock {seconds:.4} s {side} this machine's within {within_ms:.1} ms"));
         words.extend(fast_ppm.map(|ppm| format!("{:.0} ppm {}", ppm.abs(), if ppm < 0.0 { "slow" } else { "fast" })));
     }
     words.join(", ")
@@ -52,9 +53,15 @@ mod tests {
         let expected = "up for 1 h 2 min, 29.97 frames per second, 1 overrun, 0 restarts, 3120 bytes of stack used, \
                         -0.5 °C, 1 event, 1 not acknowledged";
         assert_eq!(in_words(&telemetry, None), expected);
-        let clock = |fast_ppm| Some(ClockMatch { within_ms: 0.34, fast_ppm });
-        assert_eq!(in_words(&telemetry, clock(None)), format!("{expected}, clock within 0.3 ms"));
-        assert_eq!(in_words(&telemetry, clock(Some(-12.4))), format!("{expected}, clock within 0.3 ms, 12 ppm slow"));
+        let clock = |fast_ppm| Some(ClockMatch { within_ms: 0.34, offset_s: 5.125, fast_ppm });
+        assert_eq!(
+            in_words(&telemetry, clock(None)),
+            format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms")
+        );
+        assert_eq!(
+            in_words(&telemetry, clock(Some(-12.4))),
+            format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms, 12 ppm slow")
+        );
         assert_eq!([59_999, 60_000, 3_599_999].map(duration), ["59 s", "1 min 0 s", "59 min 59 s"]);
     }
 }

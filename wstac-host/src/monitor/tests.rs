@@ -17,7 +17,7 @@ use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Text, TextureAnswer, Wan
 use super::*;
 use crate::output::StreamSummary;
 
-fn hello(frame: u64) -> Message<'static> {
+pub(super) fn hello(frame: u64) -> Message<'static> {
     Message::Hello(Hello {
         firmware: Text::new("board"),
         version: Text::new("1"),
@@ -76,7 +76,7 @@ fn note(text: &str) -> Report {
 }
 
 fn end(frames: u64, baseline_complete: bool, incomplete: Option<InterruptedSample>) -> Output {
-    Output::End(StreamSummary { frames, dropped: 0, baseline_complete, incomplete })
+    Output::End(StreamSummary { frames, baseline_complete, incomplete, ..StreamSummary::default() })
 }
 
 #[test]
@@ -149,7 +149,8 @@ fn the_largest_numbers_are_borne_and_impossible_ones_are_refused_and_counted() {
     let features = Message::Features { frame: last, features: [i16::MIN; 10] };
     let (found, record) = reports(OutputOptions::default(), &[early, event(last), lost, lost, incomplete, features]);
     assert_eq!(found.len(), 6);
-    let all = StreamSummary { frames: last + 70, dropped: 2 * last, baseline_complete: true, incomplete: None };
+    let (frames, dropped) = (last + 70, 2 * last);
+    let all = StreamSummary { frames, dropped, baseline_complete: true, ..StreamSummary::default() };
     assert_eq!(record, Output::End(all));
     // Eleven events of 255 filled frames, and one message with a frame number that cannot be.
     let Message::Event(mut answers) = event(35) else { panic!("an event") };

@@ -12,7 +12,7 @@ use wstac_core::rate::FrameRate;
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
-use crate::source::{Crop, Labels, StreamInfo};
+use crate::source::{Crop, Labels, StreamClock, StreamInfo};
 
 /// The names of the records of metadata.
 const STREAM: &str = "wstac.stream";
@@ -77,7 +77,7 @@ impl About {
     /// # Errors
     /// The configuration cannot be written as TOML.
     pub fn new(info: &StreamInfo, config: &Config, labels: Labels, models: Vec<String>) -> Result<Self, Error> {
-        let driver_times = info.camera.is_some();
+        let driver_times = info.clock == StreamClock::Driver;
         let configuration =
             config.to_toml().map_err(|error| Error::with_cause(ErrorKind::Config, "configuration", error))?;
         Ok(Self { info: info.clone(), driver_times, configuration, labels, models })
@@ -160,6 +160,7 @@ impl About {
             return Err(format!("metadata {STREAM}: crop is no part of a frame of its size"));
         }
         let info = StreamInfo {
+            clock: if stream.driver_times { StreamClock::Driver } else { StreamClock::Frames },
             crop: stream.crop,
             taxels_only: stream.taxels_only,
             color: stream.color,

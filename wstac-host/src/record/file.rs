@@ -1,8 +1,8 @@
 //! A recording's file while it is written. It is an MCAP file whose messages go to the disk as soon as they are
 //! complete.
 //!
-//! Messages are stored uncompressed unless the user wants it otherwise, in chunks of about 1 s or 4 MiB. The written part of an unfinished chunk can be
-//! read message by message. So a program that is killed loses nothing that it has written ([`super::recover`]). Every
+//! Messages are stored uncompressed unless the user wants it otherwise, in chunks of about 1 s or 4 MiB. The written
+//! part of an unfinished chunk can be read message by message. So a program that is killed loses nothing that it has written ([`super::recover`]). Every
 //! moment and the description have checksums ([`super::sums`]), and the numbers of channels are fixed, so that damage of
 //! one part leaves the others readable.
 
@@ -61,13 +61,15 @@ pub(super) enum Topic {
     Sums,
     /// The 25 taxel sums of frames whose pictures are not stored.
     TaxelSums,
+    /// Wall-clock times of frames.
+    Clock,
 }
 
 /// The numbers of the channels of a recording. They stay for ever, so that damaged records of channels lose nothing.
-pub(super) const FIXED_CHANNELS: std::ops::RangeInclusive<u16> = 1..=10;
+pub(super) const FIXED_CHANNELS: std::ops::RangeInclusive<u16> = 1..=11;
 
 impl Topic {
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::Raw,
         Self::Jpeg,
         Self::Taxels,
@@ -78,6 +80,7 @@ impl Topic {
         Self::FaultsJson,
         Self::Sums,
         Self::TaxelSums,
+        Self::Clock,
     ];
 
     /// Returns the number of its channel in every recording that has checksums.
@@ -116,6 +119,7 @@ impl Topic {
             Self::FaultsJson => (super::FAULTS, Schema::Record),
             Self::Sums => (sums::SUMS, Schema::Record),
             Self::TaxelSums => (super::TAXEL_SUMS, Schema::UInt32MultiArray),
+            Self::Clock => (super::CLOCK, Schema::Record),
         }
     }
 }
@@ -124,9 +128,10 @@ impl Topic {
 #[derive(Debug)]
 pub(super) struct Message {
     pub(super) topic: Topic,
-    /// The time on the recording's time line, in nanoseconds. It is never less than that of the message before.
+    /// The time on the recording's time line, in nanoseconds. That of a frame is never less than that of the frame before,
+    /// and that of a record is the time of the frame that it is about.
     pub(super) time: u64,
-    /// The driver's own time stamp of the frame, in nanoseconds.
+    /// The driver's own time stamp of the frame, in nanoseconds; for other messages the same as `time`.
     pub(super) taken: u64,
     /// The driver's own counter, or a number of the recording's.
     pub(super) sequence: u32,
@@ -284,7 +289,8 @@ impl RecordingFile {
             _ => {}
         }
         self.chunk_start.get_or_insert(header.log_time);
-        self.moment_time = Some(header.log_time);
+        // An event is about an earlier frame.
+        self.moment_time = self.moment_time.max(Some(header.log_time));
         self.moment.add(header, data);
         self.append(header, data)
     }

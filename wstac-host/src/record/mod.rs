@@ -31,7 +31,7 @@ mod writer;
 pub use compression::Compression;
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
-pub(crate) use recorder::check_frame_bytes;
+pub(crate) use recorder::{ClockLine, check_frame_bytes};
 pub use recover::{Recovered, recover};
 pub(crate) use sums::sound_metadata;
 pub use walk::Unread;
@@ -41,6 +41,8 @@ pub use writer::Written;
 pub(crate) const CAMERA: &str = "/camera";
 /// Topic of the taxel sums of frames whose pictures are not stored.
 pub(crate) const TAXEL_SUMS: &str = "/taxels/sums";
+/// Topic of the wall-clock times of frames, as JSON.
+pub(crate) const CLOCK: &str = "/clock/json";
 /// Topic of events, as JSON.
 pub(crate) const EVENTS: &str = "/events/json";
 /// Topic of lost frames and of the source's faults, as JSON.

@@ -2,9 +2,9 @@
 
 use std::fs::File;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::about::About;
 use super::compression::Compression;
@@ -18,7 +18,7 @@ use crate::json::{JsonLine, real};
 use crate::output::Output;
 use crate::plural::counted;
 use crate::session::Processor;
-use crate::source::{Crop, Frame, LossReason, SourceEvent, StreamInfo};
+use crate::source::{Crop, Frame, LossReason, SourceEvent, Stamp, StreamInfo};
 
 /// Bytes of a frame's message besides its own.
 const MESSAGE_ROOM: u64 = 1 << 12;
@@ -31,6 +31,19 @@ const FRAME_ID: &str = "camera";
 struct Lost<'a> {
     frames: u64,
     why: &'a str,
+}
+
+/// The wall-clock time of a frame, as a line of JSON. Frames behind it are as much later by that clock as they are by the
+/// driver's.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(tag = "kind", rename = "clock")]
+pub(crate) struct ClockLine {
+    /// When the frame was taken, by the driver's clock.
+    pub(crate) time_ns: u64,
+    /// The same by the wall clock: RFC 3339 in UTC, with nanoseconds.
+    pub(crate) stamp: String,
+    /// The uncertainty of wall-clock times in nanoseconds.
+    pub(crate) within_ns: u64,
 }
 
 /// Returns how many lost frames a line of JSON reports; 0 if it reports something else.
@@ -135,19 +148,44 @@ struct TimeLine {
     driver_times: bool,
     /// Time of the last frame; `None` before the first.
     now: Option<u64>,
+    /// When the last frame was taken, and the number of frames before it.
+    last: Option<(u64, u64)>,
+    /// The wall-clock time when the driver's clock showed 0, as the recording has it.
+    wall: Option<SystemTime>,
 }
 
 impl TimeLine {
     /// Returns a frame's time on the recording's line, and the time when it was taken.
     fn frame(&mut self, timestamp: Option<Duration>) -> (u64, u64) {
-        let counted = (u128::from(self.frames) * self.period.0 / self.period.1) as u64;
+        let span = |frames: u64| u64::try_from(u128::from(frames) * self.period.0 / self.period.1).unwrap_or(u64::MAX);
         let of_driver = timestamp.filter(|_| self.driver_times).map(|timestamp| timestamp.as_nanos() as u64);
-        let taken = of_driver.unwrap_or(counted);
+        // If the driver gives a frame no time, the frame before and the rate do.
+        let since_last = self.last.filter(|_| self.driver_times);
+        let guessed = || {
+            since_last
+                .map_or_else(|| span(self.frames), |(taken, frame)| taken.saturating_add(span(self.frames - frame)))
+        };
+        let taken = of_driver.unwrap_or_else(guessed);
+        self.last = Some((taken, self.frames));
         // If a driver's clock goes back, messages must still keep their order.
         let time = self.now.map_or(taken, |now| now.max(taken));
         self.frames = self.frames.saturating_add(1);
         self.now = Some(time);
         (time, taken)
+    }
+
+    /// Returns the line about a frame's wall-clock time, if it does not follow from the one before.
+    fn clock_line(&mut self, taken: u64, stamp: Option<Stamp>) -> Option<ClockLine> {
+        let Stamp { time, within } = stamp.filter(|_| self.driver_times)?;
+        let zero = time.checked_sub(Duration::from_nanos(taken));
+        if zero.is_none() || zero == self.wall {
+            return None;
+        }
+        // Times before 1970 cannot be written.
+        time.duration_since(SystemTime::UNIX_EPOCH).ok()?;
+        self.wall = zero;
+        let stamp = humantime::format_rfc3339_nanos(time).to_string();
+        Some(ClockLine { time_ns: taken, stamp, within_ns: within.as_nanos() as u64 })
     }
 }
 
@@ -197,7 +235,7 @@ impl Recorder {
         Ok(Self {
             writer: Writer::start(file, path, metadata, frame_bytes, compression)?,
             content: Content::new(&about.info),
-            time: TimeLine { frames: 0, period, driver_times: about.driver_times, now: None },
+            time: TimeLine { frames: 0, period, driver_times: about.driver_times, now: None, last: None, wall: None },
             early: Vec::new(),
             messages: Vec::new(),
             summed: None,
@@ -209,7 +247,7 @@ impl Recorder {
     pub fn source_event(&mut self, event: &SourceEvent<'_>) {
         match event {
             SourceEvent::Frame(frame) => {
-                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.sequence);
+                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.stamp, frame.sequence);
                 let (topic, data) = self.content.message(taken, frame);
                 let message = Message { topic, time, taken, sequence, data };
                 if topic == Topic::TaxelSums {
@@ -219,7 +257,7 @@ impl Recorder {
                 }
             }
             SourceEvent::Taxels(frame) if matches!(self.content, Content::Sums) => {
-                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.sequence);
+                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.stamp, frame.sequence);
                 let data = foxglove::taxel_sums(&frame.sums);
                 self.messages.push(Message { topic: Topic::TaxelSums, time, taken, sequence, data });
             }
@@ -232,17 +270,27 @@ impl Recorder {
     }
 
     /// Gives a frame its place in time: on the recording's line, when it was taken, and its number.
-    fn frame_arrives(&mut self, timestamp: Option<Duration>, sequence: Option<u32>) -> (u64, u64, u32) {
+    fn frame_arrives(
+        &mut self,
+        timestamp: Option<Duration>,
+        stamp: Option<Stamp>,
+        sequence: Option<u32>,
+    ) -> (u64, u64, u32) {
         let counted = self.time.frames as u32;
         let (time, taken) = self.time.frame(timestamp);
         for mut message in self.early.drain(..) {
             (message.time, message.taken) = (time, time);
             self.messages.push(message);
         }
+        if let Some(line) = self.time.clock_line(taken, stamp) {
+            // Numbers and words can always be JSON.
+            self.add_at(time, Topic::Clock, serde_json::to_vec(&line).unwrap_or_default());
+        }
         (time, taken, sequence.filter(|_| self.time.driver_times).unwrap_or(counted))
     }
 
-    /// Takes an output that followed from it. `text` is the line for a person.
+    /// Takes an output that followed from it. `text` is the line for a person. The output's message has the output's time,
+    /// so frames without times of a driver must be counted from the recording's first frame on.
     pub fn output(&mut self, output: &Output, text: &str) {
         match output {
             Output::Features(features) => {
@@ -278,7 +326,7 @@ impl Recorder {
             }
         }
         if let (SourceEvent::Frame(_) | SourceEvent::Taxels(_), Some(taxels)) = (event, processor.taxels()) {
-            let data = foxglove::taxels(self.time.now.unwrap_or(0), &taxels);
+            let data = foxglove::taxels(self.now(), &taxels);
             self.add(Topic::Taxels, data);
         }
         if self.time.now.is_none() {
@@ -306,26 +354,35 @@ impl Recorder {
 
     fn lost(&mut self, frames: u64, why: &str) {
         let text = format!("{} lost: {why}", counted(frames, "frame"));
-        self.said([Topic::Faults, Topic::FaultsJson], Level::Warning, &text, &Lost { frames, why });
+        self.said([Topic::Faults, Topic::FaultsJson], self.now(), Level::Warning, &text, &Lost { frames, why });
+    }
+
+    /// Returns the time of the last frame, or 0 before the first.
+    fn now(&self) -> u64 {
+        self.time.now.unwrap_or(0)
     }
 
     /// Adds a message for a person, and the same as JSON.
-    fn said(&mut self, topics: [Topic; 2], level: Level, text: &str, record: &impl Serialize) {
-        let log = foxglove::log(self.time.now.unwrap_or(0), level, text);
-        self.add(topics[0], log);
+    fn said(&mut self, topics: [Topic; 2], time: u64, level: Level, text: &str, record: &impl Serialize) {
+        self.add_at(time, topics[0], foxglove::log(time, level, text));
         // Records are numbers and words, which can always be JSON.
-        self.add(topics[1], serde_json::to_vec(record).unwrap_or_default());
+        self.add_at(time, topics[1], serde_json::to_vec(record).unwrap_or_default());
     }
 
     /// Adds an output for a person, and the same as JSON.
     fn line(&mut self, topics: [Topic; 2], level: Level, text: &str, output: &Output) {
         if let Some(line) = JsonLine::new(output) {
-            self.said(topics, level, text, &line);
+            // A fault has the time of the frame to come.
+            let time = output.time_ns().map_or(self.now(), |time| time.min(self.now()));
+            self.said(topics, time, level, text, &line);
         }
     }
 
     fn add(&mut self, topic: Topic, data: Vec<u8>) {
-        let time = self.time.now.unwrap_or(0);
+        self.add_at(self.now(), topic, data);
+    }
+
+    fn add_at(&mut self, time: u64, topic: Topic, data: Vec<u8>) {
         self.number = self.number.wrapping_add(1);
         self.messages.push(Message { topic, time, taken: time, sequence: self.number, data });
     }

@@ -502,9 +502,9 @@ impl Recovery<'_> {
             self.walk.body(span, &mut body)?;
             if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
             {
-                self.time = log_time;
                 match topic {
                     Some(topic) if topic.is_frame() => {
+                        self.time = log_time;
                         self.found.frames += 1;
                         self.taken = Some(publish_time);
                     }

@@ -18,8 +18,8 @@ use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, LostFrames, MotionReport, Output,
-    OutputOptions, StreamSummary, TactileEvent,
+    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, LostFrames, MotionReport,
+    Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -156,7 +156,7 @@ impl Processor {
             law: config.law(info.rate).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
             motion,
-            clock: FrameClock::new(info.rate),
+            clock: FrameClock::new(info.rate, info.clock),
             live: options.motion.then(|| LiveMotion::new(motion)),
             textures: Textures::default(),
             options,
@@ -198,13 +198,15 @@ impl Processor {
             SourceEvent::Waiting => {}
             SourceEvent::Fault(fault) => {
                 let frame = pipeline.next_frame();
-                emit(Output::Fault(FaultReport { frame, fault: fault.clone() }))?;
+                let RecordTimes { time_ns, stamp, .. } = answers.times(frame);
+                emit(Output::Fault(FaultReport { frame, time_ns, stamp, fault: fault.clone() }))?;
             }
             SourceEvent::End => {
                 self.finish(emit)?;
                 return Ok(false);
             }
             SourceEvent::Taxels(frame) => {
+                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
                 self.taxels = Some(frame.sums);
             }
@@ -216,7 +218,7 @@ impl Processor {
                 self.taxels = None;
             }
             SourceEvent::Frame(frame) => {
-                answers.clock.frame_arrives(pipeline.next_frame(), frame.stamp);
+                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
                     answers.emit(&update, &mut emit)?;
                     self.taxels = self.pipeline.taxels();
@@ -252,10 +254,10 @@ impl Processor {
             emit(answers.contact_end(end))?;
         }
         if let Some(sample) = finished.interrupted() {
-            emit(Output::Interrupted(sample))?;
+            emit(answers.interrupted(sample))?;
         }
         let end = finished.end();
-        emit(Output::End(StreamSummary::new(end, self.dropped)))
+        emit(Output::End(StreamSummary::new(end, self.dropped).by_clock(&self.clock)))
     }
 
     /// Returns the 25 taxels of the last frame, row by row, each as a fraction of full scale from 0 to 1.
@@ -285,20 +287,22 @@ impl Processor {
     }
 
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
-    pub fn rezero(&mut self) -> Option<InterruptedSample> {
+    pub fn rezero(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;
         self.forget_motion();
-        self.pipeline.rezero()
+        self.pipeline.rezero().map(|sample| InterruptedReport::new(sample, Some(&self.clock)))
     }
 
     /// Takes the next camera frame as the first of a stream, with a new baseline and without a part of a feature frame.
     ///
     /// The outputs that follow are those of a recording of the frames from here on, apart from the numbers of the
     /// frames. It returns the sample that was being captured, which ends here.
-    pub fn restart(&mut self) -> Option<InterruptedSample> {
+    pub fn restart(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;
         self.forget_motion();
-        self.pipeline.restart()
+        let incomplete = self.pipeline.restart().map(|sample| InterruptedReport::new(sample, Some(&self.clock)));
+        self.clock.restart(self.pipeline.next_frame());
+        incomplete
     }
 
     fn forget_motion(&mut self) {
@@ -313,7 +317,7 @@ impl Processor {
         let (next_frame, recent) = self.pipeline.recent();
         let velocity = live.push(next_frame, recent, baseline)?.velocity?;
         let frame = next_frame.saturating_sub(1);
-        Some(MotionReport::new(frame, Some(self.clock.seconds(frame)), velocity))
+        Some(MotionReport::new(frame, velocity, Some(&self.clock)))
     }
 
     /// Returns `true` once when the baseline turns out not to be quiet.
@@ -349,16 +353,26 @@ impl Answers<'_> {
         Output::Event(Box::new(TactileEvent::new(event, taxels, &answering)))
     }
 
+    fn times(&self, frame: u64) -> RecordTimes {
+        RecordTimes::new(frame, Some(self.clock))
+    }
+
+    fn interrupted(&self, sample: InterruptedSample) -> Output {
+        Output::Interrupted(InterruptedReport::new(sample, Some(self.clock)))
+    }
+
     fn contact_end(&self, end: ContactEnd) -> Output {
-        Output::ContactEnd(ContactEndReport::new(end, Some(self.clock.seconds(end.frame))))
+        Output::ContactEnd(ContactEndReport::new(end, Some(self.clock)))
     }
 
     fn emit<E>(&self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
         if let Some(frame) = update.frame().filter(|_| self.options.features) {
-            emit(Output::Features(FrameFeatures { frame: frame.number, features: frame.features }))?;
+            let (frame, features) = (frame.number, frame.features);
+            let RecordTimes { time_ns, stamp, .. } = self.times(frame);
+            emit(Output::Features(FrameFeatures { frame, time_ns, stamp, features }))?;
         }
         if let Some(sample) = update.interrupted() {
-            emit(Output::Interrupted(sample))?;
+            emit(self.interrupted(sample))?;
         }
         if let Some(event) = update.event() {
             emit(self.event(&event, update.taxels()))?;
@@ -368,7 +382,8 @@ impl Answers<'_> {
             emit(self.contact_end(end))?;
         }
         for (frame, frames, texture) in self.textures.of_prefixes(update) {
-            emit(Output::EarlyTexture(EarlyTexture { frame, frames, texture }))?;
+            let RecordTimes { time_ns, stamp, .. } = self.times(frame);
+            emit(Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }))?;
         }
         Ok(())
     }

@@ -2,19 +2,21 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use mcap::records::Record;
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
-use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, StreamInfo, SummedFrame};
+use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, Stamp, StreamInfo, SummedFrame};
 use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
 use crate::record::about::About;
 use crate::record::foxglove::{Images, Schema, read_taxel_sums};
 use crate::record::parse::parse_record;
-use crate::record::{CAMERA, FAULTS, Item, Reader, TAXEL_SUMS, check_frame_bytes, damaged, sound_metadata};
+use crate::record::{
+    CAMERA, CLOCK, ClockLine, FAULTS, Item, Reader, TAXEL_SUMS, check_frame_bytes, damaged, sound_metadata,
+};
 
 /// The content of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +25,7 @@ enum Content {
     Jpeg,
     Sums,
     Faults,
+    Clock,
 }
 
 /// A line of the channel of faults.
@@ -54,6 +57,8 @@ pub struct McapSource {
     /// The frame whose part was stored.
     whole: Vec<u8>,
     decoder: Option<Decoder>,
+    /// The wall-clock time when the driver's clock showed 0, and its uncertainty.
+    wall: Option<(SystemTime, Duration)>,
     ended: bool,
 }
 
@@ -100,6 +105,7 @@ impl McapSource {
             images: Images::default(),
             whole: Vec::new(),
             decoder: None,
+            wall: None,
             ended: false,
             subject,
         })
@@ -142,6 +148,14 @@ impl McapSource {
                         Line::Other => {}
                     }
                 }
+                Content::Clock => {
+                    let line = serde_json::from_slice(message.data);
+                    let line: ClockLine = line.map_err(|error| self.damaged(format_args!("{CLOCK}: {error}")))?;
+                    let time = humantime::parse_rfc3339(&line.stamp);
+                    let time = time.map_err(|error| self.damaged(format_args!("{CLOCK}: {error}")))?;
+                    let zero = time.checked_sub(Duration::from_nanos(line.time_ns));
+                    self.wall = zero.map(|zero| (zero, Duration::from_nanos(line.within_ns)));
+                }
                 content => return Ok(Next::Frame(content)),
             }
         }
@@ -163,6 +177,7 @@ impl McapSource {
                     CAMERA => Content::Raw,
                     TAXEL_SUMS if self.info.taxels_only => Content::Sums,
                     FAULTS => Content::Faults,
+                    CLOCK => Content::Clock,
                     _ => return Ok(()),
                 };
                 if !self.channels.iter().any(|(known, _)| *known == channel.id) {
@@ -183,9 +198,13 @@ impl McapSource {
         let of_driver = self.about.driver_times;
         let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
         let sequence = of_driver.then_some(message.sequence);
+        let stamp = self
+            .wall
+            .zip(timestamp)
+            .and_then(|((zero, within), timestamp)| Some(Stamp { time: zero.checked_add(timestamp)?, within }));
         if content == Content::Sums {
             let sums = read_taxel_sums(message.data).ok_or_else(|| self.damaged("has a frame without taxel sums"))?;
-            return Ok(SourceEvent::Taxels(SummedFrame { sums, timestamp, sequence }));
+            return Ok(SourceEvent::Taxels(SummedFrame { sums, timestamp, stamp, sequence }));
         }
         let no_memory = |bytes: usize| {
             let message = format_args!("has a frame of {} MB, and there is not so much memory", bytes >> 20);
@@ -203,14 +222,16 @@ impl McapSource {
         let data = data.map_err(|_| damaged(&self.subject, NO_PICTURE))?;
         if let Some(crop) = &self.info.crop {
             crop.paste(&self.info, data, &mut self.whole);
-            return Ok(SourceEvent::Frame(Frame { timestamp, sequence, ..Frame::new(&self.whole) }));
+            return Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, ..Frame::new(&self.whole) }));
         }
         if content == Content::Raw {
-            return Ok(SourceEvent::Frame(Frame { timestamp, sequence, ..Frame::new(data) }));
+            return Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, ..Frame::new(data) }));
         }
         let decoder = self.decoder.get_or_insert_with(|| Decoder::new(self.info.size));
         Ok(match decoder.decode(data) {
-            Some(bytes) => SourceEvent::Frame(Frame { timestamp, sequence, encoded: Some(data), ..Frame::new(bytes) }),
+            Some(bytes) => {
+                SourceEvent::Frame(Frame { timestamp, stamp, sequence, encoded: Some(data), ..Frame::new(bytes) })
+            }
             None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })
     }

@@ -15,7 +15,7 @@ pub mod y4m;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
@@ -29,6 +29,7 @@ use crate::config::Config;
 use crate::error::Error;
 
 pub use self::crop::Crop;
+pub use crate::frame_clock::{Stamp, StreamClock};
 pub use crate::words::{FaultKind, LossReason};
 
 /// The labels that a person gave, such as `specimen` `Saw3`.
@@ -48,6 +49,8 @@ pub struct StreamInfo {
     pub bytes_per_row: u32,
     /// Frames per second.
     pub rate: FrameRate,
+    /// The clock of its frames' times. By [`StreamClock::Frames`], the default, their times do not count.
+    pub clock: StreamClock,
     /// Whether it gives taxel sums instead of bytes.
     pub taxels_only: bool,
     /// The part of its frames that is known; `None` if all is. The rest is black, and no taxel may be there.
@@ -168,7 +171,7 @@ pub struct Frame<'a> {
     /// The time when it was taken, on the driver's monotonic clock; `None` for files that do not state it.
     pub timestamp: Option<Duration>,
     /// The wall-clock time when it was taken; `None` where the source knows none.
-    pub stamp: Option<SystemTime>,
+    pub stamp: Option<Stamp>,
     /// The driver's frame counter; `None` for files that do not state it.
     pub sequence: Option<u32>,
     /// The picture as the camera sent it, if that was JPEG. `bytes` is the decoded picture.
@@ -192,6 +195,8 @@ pub struct SummedFrame {
     pub sums: [u32; TAXELS],
     /// The time when it was taken, on the driver's monotonic clock; `None` if nothing states it.
     pub timestamp: Option<Duration>,
+    /// The wall-clock time when it was taken; `None` if nothing states it.
+    pub stamp: Option<Stamp>,
     /// The driver's frame counter; `None` if nothing states it.
     pub sequence: Option<u32>,
 }
@@ -316,6 +321,7 @@ impl StreamInfo {
             color,
             bytes_per_row,
             rate,
+            clock: StreamClock::Frames,
             taxels_only: false,
             crop: None,
             about,

@@ -95,17 +95,15 @@ impl Health {
 }
 
 fn of_event(event: &TactileEvent, header: Header<'_>) -> Cdr {
-    // The sample is complete with the last frame, and the touch was before it.
-    let since = event
-        .time
-        .map(|time| time.completed_s - time.touch_s)
-        .and_then(|since| Duration::try_from_secs_f64(since).ok());
-    let stamp = header.stamp.checked_sub(since.unwrap_or_default()).unwrap_or(header.stamp);
+    // Without a time of its own, it is that of the sample's last frame, and the touch was before it.
+    let since = event.completed_ns.zip(event.time_ns).map(|(completed, touch)| completed.saturating_sub(touch));
+    let since = Duration::from_nanos(since.filter(|_| event.stamp.is_none()).unwrap_or_default());
+    let stamp = header.stamp.checked_sub(since).unwrap_or(header.stamp);
     let number = |number: Option<f32>| number.map_or(f64::NAN, f64::from);
     let speed = event.speed.ok();
     let texture = event.texture.as_ref().ok();
     Cdr::new()
-        .header(event.time.and_then(|time| time.stamp).unwrap_or(stamp), header.frame_id)
+        .header(stamp, header.frame_id)
         .u64(event.frame)
         .text(event.contact.map_or("", |contact| contact.as_str()))
         .f64(number(speed.map(|speed| speed.mm_s)) / 1000.0)

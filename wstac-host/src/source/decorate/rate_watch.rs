@@ -1,12 +1,12 @@
 //! Checks that a camera keeps the rate that was agreed on.
 
 use std::collections::VecDeque;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
-use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, Source, SourceEvent, StreamInfo, SummedFrame};
+use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, Source, SourceEvent, Stamp, StreamInfo, SummedFrame};
 
 /// The shortest span of a measurement, in time and in frames.
 const SPAN: Duration = Duration::from_secs(2);
@@ -74,7 +74,7 @@ enum Ready {
 struct FrameCopy {
     bytes: Vec<u8>,
     timestamp: Option<Duration>,
-    stamp: Option<SystemTime>,
+    stamp: Option<Stamp>,
     sequence: Option<u32>,
     is_encoded: bool,
     encoded: Vec<u8>,

@@ -1,0 +1,211 @@
+//! Tactile events and their answers.
+
+use wstac_core::direction::Direction;
+use wstac_core::law::{Answer, AnyLaw, EventLaw};
+use wstac_core::motion::{self, Contact, MotionConfig};
+use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
+use wstac_core::trigger::Event;
+
+use super::{RecordTimes, SampleFrames};
+use crate::frame_clock::{FrameClock, Stamp};
+use crate::texture::{NoTexture, Texture, Textures};
+
+/// A tactile event and its answers.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TactileEvent {
+    /// The number of the first frame of the sample.
+    pub frame: u64,
+    /// The time when the touch began in nanoseconds ([`StreamSummary::clock`](super::StreamSummary::clock)): that of its
+    /// first lit frame, or by a law of durations that of [`Self::frame`]. It is `None` from a board whose clock
+    /// is not known yet.
+    pub time_ns: Option<u64>,
+    /// The time of the last frame of the sample in nanoseconds: from then on the answer was complete. It is `None` from
+    /// a board whose clock is not known yet.
+    pub completed_ns: Option<u64>,
+    /// The wall-clock time of [`Self::time_ns`]; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
+    /// The times of the touch in seconds; `None` by a law of durations, or from a board whose clock is not known yet.
+    pub time: Option<TouchTime>,
+    /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
+    pub contact: Option<Contact>,
+    /// The number of the first lit frame of the touch; `None` by a law of durations.
+    pub touch_frame: Option<u64>,
+    /// The number of the first dark frame behind the touch; `None` if the light has not left, or by a law of durations.
+    pub end_frame: Option<u64>,
+    /// Lit frames from the first to the last, less one; `None` if no frame is lit.
+    pub lit_frames: Option<u8>,
+    /// The part of the sample that is brighter than the threshold of `[speed]`; `None` if no frame is, or for an event of
+    /// a board.
+    pub lit_span: Option<LitSpan>,
+    /// The sliding speed, or why there is none.
+    pub speed: Result<Speed, NoSpeed>,
+    /// An upper bound of the speed of an event that is cut off. The slide lasted longer than was seen, so it was
+    /// slower. The bound is as good as the speed law is there.
+    pub speed_at_most: Option<Speed>,
+    /// The sliding direction, or why there is none.
+    pub direction: Direction,
+    /// The texture, or the reason why there is none.
+    pub texture: Result<Texture, NoTexture>,
+    /// Frames of the sample that were lost and filled, 0 to 70.
+    pub frames_filled: u8,
+    /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable).
+    pub reliable: bool,
+    /// Whether the sample is reliable, whatever its answers are: the baseline was quiet and at most a tenth of the sample
+    /// was filled. A board says only [`Self::reliable`].
+    pub sample_reliable: bool,
+    /// The sample, if it was asked for.
+    pub sample: Option<Box<SampleFrames>>,
+    /// The samples along the path, if they were asked for.
+    pub paths: Option<Box<Paths>>,
+}
+
+/// The samples of an event along the path of its touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paths {
+    /// Of ten sums; `None` for a touch that is no slide, and without a velocity.
+    pub sums: Option<PathSample>,
+    /// Of 25 taxels; also `None` if a frame of the sample was lost.
+    pub taxels: Option<PathSample>,
+}
+
+impl TactileEvent {
+    /// Creates an event of the core with its answers. `taxels` are those of its sample, if they are kept and complete.
+    pub(crate) fn new(event: &Event<'_>, taxels: Option<&TaxelRing>, answering: &Answering<'_>) -> Self {
+        let flat = event.sample.flat();
+        let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
+        let answer = answering.law.answer(event);
+        let texture = answering.textures.of_event(event, taxels, &answer, answering.motion);
+        let begin = event.touch_frame.unwrap_or(event.frame);
+        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(begin, Some(answering.clock));
+        let completed_ns = answering.clock.nanoseconds(last_frame(event.frame));
+        Self {
+            frame: event.frame,
+            time_ns,
+            completed_ns,
+            stamp,
+            time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
+            contact: answer.contact,
+            touch_frame: event.touch_frame,
+            end_frame: event.end_frame,
+            lit_frames: answer.duration,
+            lit_span: speed::duration(event, answering.durations),
+            speed: answer.speed,
+            speed_at_most: bound(answer.speed, |mm_s| answering.durations.marked(mm_s)),
+            direction: answer.direction,
+            texture,
+            frames_filled: event.frames_filled,
+            reliable: answer.reliable,
+            sample_reliable: event.reliable,
+            sample: sample.copied().map(Box::new),
+            paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, taxels, &answer, answering.motion))),
+        }
+    }
+
+    /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is
+    /// that of its frames, if its rate is known.
+    #[cfg(feature = "board")]
+    pub(crate) fn from_answers(
+        answers: &wstac_core::wire::Answers<'_>,
+        texture: Option<Texture>,
+        has_model: bool,
+        sample: Option<&SampleFrames>,
+        clock: Option<&FrameClock>,
+    ) -> Self {
+        let time = answers.touch_frame().zip(clock.filter(|clock| clock.is_known()));
+        let no_texture = match (answers.has_texture(), has_model) {
+            (true, true) => NoTexture::Unanswered,
+            (true, false) => NoTexture::NoModel,
+            (false, _) => NoTexture::NoSlide,
+        };
+        let RecordTimes { time_ns, stamp, .. } =
+            RecordTimes::new(answers.touch_frame().unwrap_or(answers.frame), clock);
+        let completed_ns = clock.and_then(|clock| clock.nanoseconds(last_frame(answers.frame)));
+        Self {
+            frame: answers.frame,
+            time_ns,
+            completed_ns,
+            stamp,
+            time: time.map(|(touch, clock)| TouchTime::new(touch, answers.frame, clock)),
+            contact: answers.contact,
+            touch_frame: answers.touch_frame(),
+            end_frame: answers.end_frame(),
+            lit_frames: answers.duration,
+            lit_span: None,
+            speed: answers.speed,
+            speed_at_most: bound(answers.speed, Speed::new),
+            direction: answers.direction,
+            texture: texture.ok_or(no_texture),
+            frames_filled: answers.frames_filled,
+            reliable: answers.reliable,
+            sample_reliable: answers.reliable,
+            sample: sample.copied().map(Box::new),
+            paths: None,
+        }
+    }
+
+    /// Returns whether the sample starts or ends in the light, so that the slide lasted longer than was seen.
+    pub fn is_cut_off(&self) -> bool {
+        matches!(self.speed, Err(NoSpeed::CutOff { .. }))
+    }
+}
+
+impl Paths {
+    /// Returns the samples of an event of this answer, with all numbers that models read. If the law gives no velocity,
+    /// it is that by coherence.
+    fn of_event(event: &Event<'_>, taxels: Option<&TaxelRing>, answer: &Answer, config: MotionConfig) -> Self {
+        let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
+        let velocity = if answer.has_texture() { by_law() } else { None };
+        let whole = SAMPLE_FRAMES as u8;
+        Self {
+            sums: velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, whole)),
+            taxels: velocity
+                .zip(taxels)
+                .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, config, whole)),
+        }
+    }
+}
+
+/// The times of a touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TouchTime {
+    /// The time of the first lit frame, in seconds from the first frame of the stream.
+    pub touch_s: f64,
+    /// The time of the last frame of the sample, in seconds from the first frame of the stream.
+    pub completed_s: f64,
+}
+
+impl TouchTime {
+    /// Creates the times of a touch that begins at frame `touch`, with a sample that begins at `frame`.
+    fn new(touch: u64, frame: u64, clock: &FrameClock) -> Self {
+        Self { touch_s: clock.seconds(touch), completed_s: clock.seconds(last_frame(frame)) }
+    }
+}
+
+/// Returns the number of the last frame of a sample that begins at this frame.
+fn last_frame(frame: u64) -> u64 {
+    frame.saturating_add(SAMPLE_FRAMES as u64 - 1)
+}
+
+/// All that answers an event: the law, the textures and the clock.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Answering<'p> {
+    pub(crate) law: &'p AnyLaw,
+    pub(crate) durations: &'p SpeedConfig,
+    pub(crate) textures: &'p Textures,
+    pub(crate) motion: MotionConfig,
+    pub(crate) clock: &'p FrameClock,
+    pub(crate) with_sample: bool,
+    pub(crate) with_paths: bool,
+}
+
+/// Returns the bound of a speed that is not known because its event is cut off; `mark` marks it as extrapolated or not.
+fn bound(speed: Result<Speed, NoSpeed>, mark: impl FnOnce(f32) -> Speed) -> Option<Speed> {
+    match speed {
+        Err(NoSpeed::CutOff { at_most: Some(mm_s) }) => Some(mark(mm_s)),
+        _ => None,
+    }
+}
