@@ -201,8 +201,8 @@ mod tests {
         clock
     }
 
-    fn at(time: SystemTime) -> Option<Stamp> {
-        Some(Stamp { time, within: Duration::from_micros(500) })
+    fn at(time: SystemTime) -> Stamp {
+        Stamp { time, within: Duration::from_micros(500) }
     }
 
     #[test]
@@ -260,7 +260,7 @@ mod tests {
         assert_eq!(clock.nanoseconds(u64::MAX), Some(u64::MAX));
         assert!(clock.nanoseconds(u64::MAX / 2).is_some() && clock.seconds(u64::MAX).is_finite());
         clock.restart(u64::MAX);
-        clock.frame_arrives(u64::MAX, Some(Duration::ZERO), at(SystemTime::UNIX_EPOCH));
+        clock.frame_arrives(u64::MAX, Some(Duration::ZERO), Some(at(SystemTime::UNIX_EPOCH)));
         assert!(clock.nanoseconds(0) == Some(0) && clock.stamp(0).is_none());
     }
 
@@ -268,21 +268,21 @@ mod tests {
     fn wall_clock_times_are_those_of_years_that_can_be_written() {
         let mut clock = FrameClock::new(FrameRate::NOMINAL, StreamClock::Frames);
         let time = SystemTime::UNIX_EPOCH + Duration::from_secs(1000);
-        clock.wall_clock(105, at(time));
-        assert_eq!(clock.stamp(105), at(time));
-        assert_eq!(clock.stamp(45), at(time - Duration::from_secs(2)));
+        clock.wall_clock(105, Some(at(time)));
+        assert_eq!(clock.stamp(105), Some(at(time)));
+        assert_eq!(clock.stamp(45), Some(at(time - Duration::from_secs(2))));
         // The touch was two seconds before, and the clock started one second before; or it is far ahead.
-        clock.wall_clock(105, at(SystemTime::UNIX_EPOCH + Duration::from_secs(1)));
+        clock.wall_clock(105, Some(at(SystemTime::UNIX_EPOCH + Duration::from_secs(1))));
         assert_eq!(clock.stamp(45), None);
-        clock.wall_clock(105, at(SystemTime::UNIX_EPOCH + Duration::from_secs(END_OF_YEARS_S + 2)));
+        clock.wall_clock(105, Some(at(SystemTime::UNIX_EPOCH + Duration::from_secs(END_OF_YEARS_S + 2))));
         assert_eq!((clock.stamp(105), clock.stamp(45)), (None, None));
-        clock.wall_clock(105, at(SystemTime::UNIX_EPOCH + Duration::from_secs(END_OF_YEARS_S + 1)));
+        clock.wall_clock(105, Some(at(SystemTime::UNIX_EPOCH + Duration::from_secs(END_OF_YEARS_S + 1))));
         assert!(clock.stamp(105).is_none() && clock.stamp(45).is_some());
         clock.wall_clock(106, None);
         assert_eq!(clock.stamp(45), None);
         // The driver's own times tell how long before it was.
         let mut clock = with(&[(0, 0), (1, 40)]);
-        clock.frame_arrives(2, Some(Duration::from_millis(90)), at(time));
-        assert_eq!(clock.stamp(0), at(time - Duration::from_millis(90)));
+        clock.frame_arrives(2, Some(Duration::from_millis(90)), Some(at(time)));
+        assert_eq!(clock.stamp(0), Some(at(time - Duration::from_millis(90))));
     }
 }

@@ -48,7 +48,7 @@ pub fn set(files: &[PathBuf], config: Option<&str>, input: Input, test: f64) -> 
                 "has a name that is not UTF-8, expected one that a shard can hold",
             )
         })?;
-        about.push_str(&format!(" {name:?} {bytes}"));
+        about = format!("{about} {name:?} {bytes}");
         recordings.push(name.to_owned());
     }
     let items =
