@@ -71,10 +71,7 @@ impl SweepPlan {
     }
 
     fn digest(&self, models: &[Candidate]) -> String {
-        let words = |model: &Candidate| {
-            let words = model.file.words().iter().map(|word| format!("{word:08x}")).collect::<String>();
-            format!("{} {:016x}", model.name, digest(&words))
-        };
+        let words = |model: &Candidate| format!("{} {:016x}", model.name, digest(&format!("{:?}", model.file.words())));
         let models: Vec<String> = models.iter().map(words).collect();
         format!("{:016x}", digest(&format!("{} {models:?} {:?} {:?}", self.of_each, Setting::all(), self.config)))
     }

@@ -1,5 +1,6 @@
 //! Shards of recordings: their descriptions, events and samples. A merge needs no recording.
 
+use std::fmt::Write;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -48,7 +49,8 @@ pub fn set(files: &[PathBuf], config: Option<&str>, input: Input, test: f64) -> 
                 "has a name that is not UTF-8, expected one that a shard can hold",
             )
         })?;
-        about = format!("{about} {name:?} {bytes}");
+        // Writing to a string does not fail.
+        let _ = write!(about, " {name:?} {bytes}");
         recordings.push(name.to_owned());
     }
     let items =
