@@ -75,6 +75,8 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
         "connect": {"timeout_ms": -1, "exit_on_failure": false, "endpoints": local(arguments.ros)},
         // Without addresses, Zenoh would listen to the whole network.
         "listen": {"exit_on_failure": true, "endpoints": local(!arguments.ros)},
+        // A subscriber that is late for half a second misses nothing of 100 sensors: 16 batches of 64 kB, the most there is.
+        "transport": {"link": {"tx": {"queue": {"size": {"data": 16}}}}},
     });
     let wrong = |error| Error::new(ErrorKind::Config, "the network's safe settings", error);
     let mut settings =
