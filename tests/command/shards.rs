@@ -57,7 +57,9 @@ fn is_whole(folder: &Folder, command: &[&str], counts: &[u32]) {
         let again = good(&[&["dataset", "merge", "-o", text(&merged), "--force"], &names[..]].concat());
         assert!(fs::read(&whole).unwrap() == fs::read(&merged).unwrap(), "{command:?}: {of} shards");
         assert_eq!(said.replace("whole.npz", "merged.npz"), again);
-        files.iter().for_each(|file| fs::remove_file(file).unwrap());
+        for file in &files {
+            fs::remove_file(file).unwrap();
+        }
     }
 }
 

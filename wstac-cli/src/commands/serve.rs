@@ -119,7 +119,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     // The address alone is on the first line, so that programs can read it.
     let _ = writeln!(std::io::stderr(), "{}", server.address());
     for (sensor, (_, notes)) in sensors.iter().zip(&opened) {
-        notes.iter().for_each(|text| note_of(sensor.name, text));
+        for text in &notes {
+            note_of(sensor.name, text);
+        }
     }
     let opened = opened.into_iter().map(|(sensor, _)| sensor).collect();
     let failed = server.run(opened, &stop, &|name, error| note_of(name, error));
