@@ -119,7 +119,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     // The address alone is on the first line, so that programs can read it.
     let _ = writeln!(std::io::stderr(), "{}", server.address());
     for (sensor, (_, notes)) in sensors.iter().zip(&opened) {
-        for text in &notes {
+        for text in notes {
             note_of(sensor.name, text);
         }
     }
