@@ -209,14 +209,15 @@ impl<'py> Classes<'py> {
         let times = Times::of(&output);
         let object = match output {
             Output::Event(event) => self.event(*event),
-            Output::EarlyTexture(early) => {
-                self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?, times.0, times.1, times.2))
-            }
+            Output::EarlyTexture(early) => self.make(
+                "EarlyTexture",
+                (early.frame, early.frames, self.texture(&early.texture)?, times.0, times.1, times.2),
+            ),
             Output::Interrupted(sample) => self.incomplete(sample.frame, sample.frames, times),
             Output::Motion(report) => self.motion(&report, times),
             Output::ContactEnd(end) => {
-                let time_s = end.time_s.map(seconds);
-                self.make("ContactEnd", (end.frame, end.event_frame, time_s, times.0, times.1, times.2))
+                let since_first = end.time_s.map(seconds);
+                self.make("ContactEnd", (end.frame, end.event_frame, since_first, times.0, times.1, times.2))
             }
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
             Output::Fault(report) => {
@@ -284,8 +285,8 @@ impl<'py> Classes<'py> {
         let speed = self.speed(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd))?;
         let degrees = angle(velocity.degrees).into_bound_py_any(self.0.py())?;
         let direction = self.make("Direction", (degrees, Some(spread(velocity.degrees_sd)), None::<f64>))?;
-        let time_s = report.time_s.map(seconds);
-        self.make("Motion", (report.frame, time_s, speed, direction, times.0, times.1, times.2))
+        let since_first = report.time_s.map(seconds);
+        self.make("Motion", (report.frame, since_first, speed, direction, times.0, times.1, times.2))
     }
 
     fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {
