@@ -1,0 +1,53 @@
+//! Tests what the command says after common mistakes: it names what was probably meant.
+
+use wstac_tests::command::{refusal, run, said};
+use wstac_tests::folder::Folder;
+
+#[test]
+fn a_command_with_a_typo_is_suggested() {
+    for (given, meant) in [("rnu", "run"), ("veiw", "view"), ("trian", "train"), ("moniter", "monitor")] {
+        let done = run(&[given]);
+        assert_eq!(done.status.code(), Some(2));
+        assert!(said(&done).contains(&format!("'{meant}'")), "{given}: {}", said(&done));
+    }
+    for given in ["zzz", "xy", "-"] {
+        let done = run(&[given]);
+        assert_eq!(done.status.code(), Some(2));
+        assert!(!said(&done).contains("similar"), "{given}: {}", said(&done));
+    }
+}
+
+#[test]
+fn names_without_their_prefix_are_explained() {
+    for (arguments, meant) in [
+        (&["run", "Saw3@150"][..], "a simulated slide is scene:Saw3@150"),
+        (&["run", "scene:Saw3@150", "--model", "path-svm"], "the model that comes with wstac is builtin:path-svm"),
+    ] {
+        let done = run(arguments);
+        assert_eq!(done.status.code(), Some(1));
+        assert!(said(&done).contains(meant), "{}", said(&done));
+    }
+}
+
+#[test]
+fn an_output_in_another_format_is_refused_before_anything_is_done() {
+    let folder = Folder::new("endings");
+    let name = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    for (arguments, output, expected) in [
+        (&["record", "scene:Saw3@150", "-o"][..], "a.y4m", "expected .mcap"),
+        (&["dataset", "-o"], "set.csv", "expected .npz"),
+        (&["model", "import", "none.onnx", "-o"], "forest.c", "expected .wsm or .rs"),
+    ] {
+        let output = name(output);
+        let error = refusal(&[arguments, &[&output]].concat(), 2);
+        assert!(error.contains(expected), "{error}");
+        assert!(!std::path::Path::new(&output).exists());
+    }
+}
+
+#[test]
+fn a_study_without_arguments_explains_itself() {
+    let done = run(&["trade"]);
+    assert_eq!(done.status.code(), Some(2));
+    assert!(said(&done).contains("Usage: wstac trade"), "{}", said(&done));
+}
