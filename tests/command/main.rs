@@ -5,6 +5,7 @@ mod dataset;
 mod escapes;
 mod hostile;
 mod inline;
+mod mistakes;
 mod model;
 mod monitor;
 mod names;

@@ -65,7 +65,14 @@ impl ModelFile {
     pub fn open(name: &Path) -> Result<Self, Error> {
         let about = name.display().to_string();
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
-            return Self::of_bytes(about, &file_bytes(name)?);
+            let is_known = MODELS.iter().any(|(known, _)| *known == about);
+            return match file_bytes(name) {
+                Err(error) if error.is_not_found() && is_known => {
+                    let message = format_args!("no such file; the model that comes with wstac is {BUILT_IN}{about}");
+                    Err(Error::new(ErrorKind::NotFound, &about, message).caused_by(error))
+                }
+                read => Self::of_bytes(about, &read?),
+            };
         };
         let found = MODELS.iter().find(|(name, _)| *name == built_in);
         let (_, bytes) = found.ok_or_else(|| {

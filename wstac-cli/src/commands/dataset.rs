@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use self::progress::Progress;
-use super::files::Outputs;
+use super::files::{Outputs, check_ending};
 use super::model_words::Sample;
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing, number};
@@ -235,6 +235,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(numbers) = arguments.shard {
         return shard::run(arguments, numbers);
     }
+    check_ending(arguments.output(), &["npz"])?;
     match arguments.source()? {
         Source::Sweep(file) => simulated(arguments, file),
         Source::Random(file) => random::run(arguments, file),

@@ -18,6 +18,26 @@ pub(super) struct Outputs {
     force: bool,
 }
 
+/// The endings of files that this program or others write, each of one format.
+const ENDINGS: [&str; 26] = [
+    "avi", "bag", "c", "cpp", "csv", "db3", "h", "h5", "json", "jsonl", "mcap", "mkv", "mov", "mp4", "npy", "npz", "onnx",
+    "parquet", "png", "py", "rs", "svg", "toml", "txt", "wsm", "y4m",
+];
+
+/// Refuses the name of an output that ends as files of another format do. Other endings are the user's choice.
+///
+/// # Errors
+/// The ending is known, and none of `expected`.
+pub(super) fn check_ending(path: &Path, expected: &[&str]) -> Result<(), Error> {
+    let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
+    if expected.contains(&&*ending) || !ENDINGS.contains(&&*ending) {
+        return Ok(());
+    }
+    let names = expected.iter().map(|ending| format!(".{ending}")).collect::<Vec<_>>().join(" or ");
+    let message = format_args!("its name ends in .{ending}, expected {names}: no other format is written");
+    Err(Error::new(ErrorKind::Usage, path.display(), message))
+}
+
 impl Outputs {
     /// Permits new files, and with `force` existing ones, too.
     pub(super) fn new(force: bool) -> Self {

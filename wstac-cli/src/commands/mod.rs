@@ -33,8 +33,8 @@ use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use output::{Stop, note};
 use wstac_host::error::Error;
@@ -188,12 +188,31 @@ fn refuse(error: &clap::Error) -> ExitCode {
         visible::shortened(&visible::line(&given), LONGEST_ARGUMENT).into_owned()
     };
     let error = Arguments::try_parse_from(std::env::args_os().map(shown)).err().filter(clap::Error::use_stderr);
+    let error = error.map(with_suggestion);
     // Nobody may read it; the exit code still reports the failure.
     let _ = error.map_or_else(
         || writeln!(std::io::stderr(), "error: wrong arguments, expected those of wstac --help"),
         |error| error.print(),
     );
     ExitCode::from(2)
+}
+
+/// Most typos in the name of a command that is still recognized.
+const MOST_TYPOS: usize = 2;
+
+/// Suggests the command with the nearest name, if there is one. clap knows no letters that changed places, as in `rnu`.
+fn with_suggestion(mut error: clap::Error) -> clap::Error {
+    let given = std::env::args().nth(1).unwrap_or_default();
+    let is_first = matches!(error.get(ContextKind::InvalidSubcommand), Some(ContextValue::String(name)) if *name == given);
+    if is_first && error.get(ContextKind::SuggestedSubcommand).is_none() {
+        let command = Arguments::command();
+        let names = command.get_subcommands().map(clap::Command::get_name);
+        let near = names.map(|name| (strsim::osa_distance(name, &given), name)).min();
+        if let Some((_, name)) = near.filter(|(typos, _)| *typos <= MOST_TYPOS && *typos < given.len()) {
+            error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![name.to_owned()]));
+        }
+    }
+    error
 }
 
 /// Returns an error about arguments: one line of at most 1000 bytes that a terminal shows as it is.

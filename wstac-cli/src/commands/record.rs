@@ -8,7 +8,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::files::Outputs;
+use super::files::{Outputs, check_ending};
 use super::output::{Form, LossReport, Records, Stop, note, text_of};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
@@ -195,6 +195,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let labels = labels(&arguments.labels)?;
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
+    check_ending(&arguments.output, &["mcap"])?;
     outputs.check([&arguments.output])?;
     let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;

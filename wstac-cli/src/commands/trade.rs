@@ -28,7 +28,7 @@ use wstac_tradeoff::{ablation, host, map, plot, table};
 /// no model was trained on. The results are listed with their costs on boards, counted in an emulator. With --budget
 /// nothing is run: the answer comes from the map that is built into wstac.
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = HELP)]
+#[command(after_long_help = HELP, arg_required_else_help = true)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(super) struct Arguments {
     /// Write the results to this folder

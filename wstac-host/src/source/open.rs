@@ -110,7 +110,9 @@ pub fn open(
             return Err(none_of_these(ErrorKind::Usage, why));
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Err(none_of_these(ErrorKind::NotFound, "no such file; ").caused_by(error));
+            let is_slide = path.to_str().is_some_and(|name| name.contains('@'));
+            let why = if is_slide { "no such file; a simulated slide is scene:Saw3@150; " } else { "no such file; " };
+            return Err(none_of_these(ErrorKind::NotFound, why).caused_by(error));
         }
         Err(error) => return Err(Error::io(name.display(), error)),
     };

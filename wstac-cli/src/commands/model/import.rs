@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use clap::error::ErrorKind;
 
-use super::super::files::Outputs;
+use super::super::files::{Outputs, check_ending};
 use super::super::model_words::{Classes, Sample};
 use super::super::output::{Stop, note};
 use super::super::wrong_arguments;
@@ -101,6 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let backend = backend(arguments.backend, output).unwrap_or_else(|contradiction| contradiction.exit());
     let outputs = Outputs::new(arguments.force).reading([&arguments.file]);
+    check_ending(output, &["wsm", "rs"])?;
     outputs.check([output])?;
     let task = arguments.task.map(Into::into);
     let input = arguments.input.unwrap_or_default().into();
