@@ -14,7 +14,7 @@ use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_train::dataset::recorded_arrays;
-use wstac_train::dataset::recordings::{Recording, comparable, find, for_tests, read, read_paths};
+use wstac_train::dataset::recordings::{Recording, comparable, find, for_tests, read, read_paths, sensors};
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
@@ -74,7 +74,7 @@ pub(in crate::commands) fn read_all(
     input: Input,
     threads: &rayon::ThreadPool,
 ) -> Result<Vec<Recording>, Stop> {
-    let files = find(sources)?;
+    let files = sensors(find(sources)?)?;
     finishing(Ending::InTime);
     let signal = number();
     let progress = std::sync::Mutex::new((Progress::new("recordings", 0, files.len() as u32), 0));
@@ -83,7 +83,10 @@ pub(in crate::commands) fn read_all(
             if signal.load(Ordering::Relaxed) != 0 {
                 return Ok(None);
             }
-            let recording = if input == Input::Frames { read(file, config)? } else { read_paths(file, config)? };
+            let (file, sensor) = (&file.0, file.1.as_deref());
+            let of_paths = input != Input::Frames;
+            let recording =
+                if of_paths { read_paths(file, sensor, config)? } else { read(file, sensor, config)? };
             if let Ok(mut progress) = progress.lock() {
                 progress.1 += 1;
                 let done = progress.1;
