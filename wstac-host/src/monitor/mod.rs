@@ -183,3 +183,5 @@ fn gap(damaged: u64, lost: u16) -> Report {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod time_tests;

@@ -17,7 +17,7 @@ use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Text, TextureAnswer, Wan
 use super::*;
 use crate::output::StreamSummary;
 
-fn hello(frame: u64) -> Message<'static> {
+pub(super) fn hello(frame: u64) -> Message<'static> {
     Message::Hello(Hello {
         firmware: Text::new("board"),
         version: Text::new("1"),
