@@ -131,7 +131,12 @@ impl SourceArguments {
     /// Refuses the options of a camera or a recording, for a source that is a board.
     pub(super) fn expect_none(&self, source: &OsStr) -> Result<(), Error> {
         let Self { fps, matrix, range, format, size, keep_controls, controls, sensor } = self;
-        let is_given = sensor.is_some() || fps.is_some() || matrix.is_some() || range.is_some() || format.is_some() || size.is_some();
+        let is_given = sensor.is_some()
+            || fps.is_some()
+            || matrix.is_some()
+            || range.is_some()
+            || format.is_some()
+            || size.is_some();
         if is_given || *keep_controls || !controls.is_empty() {
             let message = "is a board, expected no options of a camera: its firmware sets the camera up";
             return Err(Error::new(ErrorKind::Usage, source.display(), message));

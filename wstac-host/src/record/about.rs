@@ -31,7 +31,7 @@ const TOML: &str = "toml";
 /// Returns whether a record of this name is a part of a recording's description.
 pub(super) fn is_description(name: &str) -> bool {
     // The records of one of several sensors have its name behind a dot.
-    let is_of = |own: &&str| name.strip_prefix(**own).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+    let is_of = |own: &&str| name.strip_prefix(*own).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
     name == SENSORS || [STREAM, CONFIGURATION, LAYOUT, LABELS, CAMERA].iter().any(is_of)
 }
 
@@ -121,7 +121,11 @@ impl About {
     ///
     /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the
     /// pictures that are stored. `sensor` is the name of one of several sensors.
-    pub(super) fn to_metadata(&self, layout: &Layout, sensor: Option<&str>) -> Result<Vec<Metadata>, serde_json::Error> {
+    pub(super) fn to_metadata(
+        &self,
+        layout: &Layout,
+        sensor: Option<&str>,
+    ) -> Result<Vec<Metadata>, serde_json::Error> {
         let Self { info, driver_times, configuration, labels, models } = self;
         let stream = Stream {
             wstac: env!("CARGO_PKG_VERSION").into(),

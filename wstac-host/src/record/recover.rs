@@ -621,7 +621,9 @@ impl Recovery<'_> {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };
-            found.problem = read_all(new, self.sensors.first()).err().map(|error| format!("cannot be read again: {}", error.message()));
+            found.problem = read_all(new, self.sensors.first())
+                .err()
+                .map(|error| format!("cannot be read again: {}", error.message()));
         }
         give_back_of_killed(self.old);
         Ok(found)

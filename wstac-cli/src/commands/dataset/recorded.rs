@@ -85,8 +85,7 @@ pub(in crate::commands) fn read_all(
             }
             let (file, sensor) = (&file.0, file.1.as_deref());
             let of_paths = input != Input::Frames;
-            let recording =
-                if of_paths { read_paths(file, sensor, config)? } else { read(file, sensor, config)? };
+            let recording = if of_paths { read_paths(file, sensor, config)? } else { read(file, sensor, config)? };
             if let Ok(mut progress) = progress.lock() {
                 progress.1 += 1;
                 let done = progress.1;

@@ -64,8 +64,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     let both = opened.into_iter().zip(recorders);
     let all = &shared;
     let ended: Vec<_> = thread::scope(|scope| {
-        let threads: Vec<_> =
-            both.map(|(opened, recorder)| scope.spawn(move || read(opened, recorder, all))).collect();
+        let threads: Vec<_> = both.map(|(opened, recorder)| scope.spawn(move || read(opened, recorder, all))).collect();
         threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
     });
     let written = recording.finish();

@@ -53,8 +53,7 @@ impl<'a> Run<'a> {
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
-        let (source, info, config) =
-            options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
+        let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
         finishing(Ending::InTime);
         let Arguments { features, samples, motion, .. } = *arguments;
