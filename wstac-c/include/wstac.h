@@ -205,8 +205,10 @@ typedef struct WstacEvent {
   double touch_s;
   // Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
   double completed_s;
-  // Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none.
+  // Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
   const char *stamp;
+  // Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
+  int64_t completed_ns;
 } WstacEvent;
 
 // Answer of the texture models. Strings are UTF-8, and null if no model tells.
@@ -235,6 +237,9 @@ typedef struct WstacEnd {
   uint64_t incomplete_frame;
   // Frames of that sample that had arrived; 0 if there is none.
   uint32_t incomplete_frames;
+  // Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share. "frames": the
+  // source states no times, so frames are counted from 0. Null in records of other kinds.
+  const char *clock;
 } WstacEnd;
 
 // A record of wstac_next. Its kind tells which fields it has. The others have no value: 0, -1, NAN or null.
@@ -261,6 +266,13 @@ typedef struct WstacRecord {
   uint64_t event_frame;
   // Time of a touch's end in seconds from the first frame; NAN if it is not known.
   double time_s;
+  // Time of the record's frame in nanoseconds, of an event that of its first touch, and of the end that of the last
+  // frame; -1 if it is not known. Its clock is that of WstacEnd.
+  int64_t time_ns;
+  // Wall-clock time of the same frame, as RFC 3339 in UTC; null where the source knows none.
+  const char *stamp;
+  // The most by which the stamp may be wrong in milliseconds; NAN where there is none.
+  double stamp_within_ms;
 } WstacRecord;
 
 #ifdef __cplusplus

@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn the_distance_stays_until_it_is_wrong() {
-        let (mut clock, at) = (WallClock::default(), SystemTime::UNIX_EPOCH + Duration::from_secs(1_800_000_000));
+        let (mut clock, at) = (WallClock::default(), SystemTime::UNIX_EPOCH + Duration::from_secs(1_800_000_123));
         for (moved, expected) in [(0, 0), (200, 0), (240, 0), (260, 260), (20, 260), (5_000_000, 5_000_000)] {
             clock.follow(Some(at + Duration::from_micros(moved)));
             assert_eq!(clock.zero, Some(at + Duration::from_micros(expected)), "{moved}");

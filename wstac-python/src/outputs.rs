@@ -206,28 +206,29 @@ impl<'py> Classes<'py> {
     /// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame
     /// that comes next.
     fn object(&self, at: u64, output: Output) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let times = Times::of(&output);
+        let moment = Times::of(&output);
         let object = match output {
             Output::Event(event) => self.event(*event),
-            Output::EarlyTexture(early) => {
-                self.make("EarlyTexture", (early.frame, early.frames, self.texture(&early.texture)?, times.0, times.1, times.2))
-            }
-            Output::Interrupted(sample) => self.incomplete(sample.frame, sample.frames, times),
-            Output::Motion(report) => self.motion(&report, times),
+            Output::EarlyTexture(early) => self.make(
+                "EarlyTexture",
+                (early.frame, early.frames, self.texture(&early.texture)?, moment.0, moment.1, moment.2),
+            ),
+            Output::Interrupted(sample) => self.incomplete(sample.frame, sample.frames, moment),
+            Output::Motion(report) => self.motion(&report, moment),
             Output::ContactEnd(end) => {
                 let time_s = end.time_s.map(seconds);
-                self.make("ContactEnd", (end.frame, end.event_frame, time_s, times.0, times.1, times.2))
+                self.make("ContactEnd", (end.frame, end.event_frame, time_s, moment.0, moment.1, moment.2))
             }
             Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
             Output::Fault(report) => {
                 let fault = (report.fault.kind.name(), report.fault.to_string());
-                self.make("Fault", (report.frame, fault.0, fault.1, times.0, times.1, times.2))
+                self.make("Fault", (report.frame, fault.0, fault.1, moment.0, moment.1, moment.2))
             }
             Output::End(end) => {
                 let sample = end.incomplete;
                 let incomplete = sample.map(|sample| self.incomplete(sample.frame, sample.frames, Times::default()));
                 let (incomplete, clock) = (incomplete.transpose()?, end.clock.as_str());
-                let Times(time_ns, stamp, within) = times;
+                let Times(time_ns, stamp, within) = moment;
                 let fields = (end.frames, end.dropped, baseline(&end), incomplete, clock, time_ns, stamp, within);
                 self.make("End", fields)
             }
@@ -279,13 +280,13 @@ impl<'py> Classes<'py> {
         self.0.getattr("Event")?.call((), Some(&fields.into_py_dict(py)?))
     }
 
-    fn motion(&self, report: &MotionReport, times: Times) -> PyResult<Bound<'py, PyAny>> {
+    fn motion(&self, report: &MotionReport, moment: Times) -> PyResult<Bound<'py, PyAny>> {
         let velocity = report.velocity;
         let speed = self.speed(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd))?;
         let degrees = angle(velocity.degrees).into_bound_py_any(self.0.py())?;
         let direction = self.make("Direction", (degrees, Some(spread(velocity.degrees_sd)), None::<f64>))?;
         let time_s = report.time_s.map(seconds);
-        self.make("Motion", (report.frame, time_s, speed, direction, times.0, times.1, times.2))
+        self.make("Motion", (report.frame, time_s, speed, direction, moment.0, moment.1, moment.2))
     }
 
     fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {
@@ -314,8 +315,8 @@ impl<'py> Classes<'py> {
         self.make("Texture", (specimen, pattern, *depth_mm, class, *confidence, *known))
     }
 
-    fn incomplete(&self, frame: u64, frames: u8, times: Times) -> PyResult<Bound<'py, PyAny>> {
-        self.make("Incomplete", (frame, frames, times.0, times.1, times.2))
+    fn incomplete(&self, frame: u64, frames: u8, moment: Times) -> PyResult<Bound<'py, PyAny>> {
+        self.make("Incomplete", (frame, frames, moment.0, moment.1, moment.2))
     }
 }
 

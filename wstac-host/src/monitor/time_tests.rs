@@ -9,9 +9,6 @@ use super::tests::hello;
 use super::*;
 use crate::output::{InterruptedReport, StreamClock, StreamSummary};
 
-/// The period of a frame at 30000/1001 frames per second, in nanoseconds.
-const PERIOD: u64 = 1_001_000_000 / 30;
-
 /// A board that is read, and this machine's time.
 struct Live {
     monitor: Monitor,
@@ -75,7 +72,7 @@ fn times_are_this_machines_once_the_clocks_are_matched() {
     live.send(&Message::Time { host_us, board_us: 10_001_000 });
     live.state(60, 10_000_000);
     let record = live.record(30);
-    assert_eq!(record.time_ns, Some(90_000_000_000 - 30 * PERIOD - 10));
+    assert_eq!(record.time_ns, Some(90_000_000_000 - 1_001_000_000));
     let stamp = record.stamp.unwrap();
     let since = stamp.time.duration_since(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000)).unwrap();
     assert_eq!(since.as_nanos(), u128::from(record.time_ns.unwrap()));
