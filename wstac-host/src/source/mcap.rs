@@ -99,7 +99,7 @@ impl McapSource {
     /// The errors of [`open`](Self::open), and if there is no such sensor.
     pub fn open_sensor(path: &Path, sensor: Option<&str>, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
-        let failed = |message: &dyn std::fmt::Display| Error::new(ErrorKind::Format, &subject, message);
+        let failed = |message: &dyn fmt::Display| Error::new(ErrorKind::Format, &subject, message);
         let (reader, outline) = Reader::open(path)?;
         let (metadata, missing) = sound_metadata(&outline.metadata);
         if missing > 0 {
@@ -141,7 +141,7 @@ impl McapSource {
         &self.about
     }
 
-    fn damaged(&self, what: impl std::fmt::Display) -> Error {
+    fn damaged(&self, what: impl fmt::Display) -> Error {
         damaged(&self.subject, what)
     }
 
