@@ -206,8 +206,8 @@ Output with --json, one object per line (wrapped here):
               With several camera frames in one, the first counts.
   stamp       is the wall-clock time of the same frame, in UTC. Only
               cameras, their recordings and boards have it; an event of
-              another source has null. The stamp is off by at most
-              "stamp_within_ms".
+              another source has null. It is off by at most
+              "stamp_within_ms" milliseconds.
   features    "f" has rows r1 to r5, then columns c1 to c5: natural logs,
               exact multiples of 1/2048.
   motion      is printed with --motion, for every frame while something

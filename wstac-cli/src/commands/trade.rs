@@ -77,9 +77,9 @@ pub(super) struct Arguments {
         conflicts_with_all = ["map", "budget", "verify", "fade", "prices", "merge", "no_times"])]
     shard: Option<[u32; 2]>,
 
-    /// Run nothing: merge all shards of a sweep, in any order
+    /// Merge all shards of a sweep, in any order; run nothing
     ///
-    /// The results are those of one process. Times are measured on this machine.
+    /// The results are those of one process. Times are of this machine.
     #[arg(long, value_name = "SHARD", num_args = 1..,
         conflicts_with_all = ["map", "budget", "verify", "fade", "slides", "quick", "models", "config"])]
     merge: Vec<PathBuf>,
