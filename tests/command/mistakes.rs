@@ -39,7 +39,7 @@ fn an_output_in_another_format_is_refused_before_anything_is_done() {
         (&["model", "import", "none.onnx", "-o"], "forest.c", "expected .wsm or .rs"),
     ] {
         let output = name(output);
-        let error = refusal(&[arguments, &[&output]].concat(), 2);
+        let error = refusal(&[arguments, &[&output]].concat());
         assert!(error.contains(expected), "{error}");
         assert!(!std::path::Path::new(&output).exists());
     }

@@ -20,8 +20,8 @@ pub(super) struct Outputs {
 
 /// The endings of files that this program or others write, each of one format.
 const ENDINGS: [&str; 26] = [
-    "avi", "bag", "c", "cpp", "csv", "db3", "h", "h5", "json", "jsonl", "mcap", "mkv", "mov", "mp4", "npy", "npz", "onnx",
-    "parquet", "png", "py", "rs", "svg", "toml", "txt", "wsm", "y4m",
+    "avi", "bag", "c", "cpp", "csv", "db3", "h", "h5", "json", "jsonl", "mcap", "mkv", "mov", "mp4", "npy", "npz",
+    "onnx", "parquet", "png", "py", "rs", "svg", "toml", "txt", "wsm", "y4m",
 ];
 
 /// Refuses the name of an output that ends as files of another format do. Other endings are the user's choice.

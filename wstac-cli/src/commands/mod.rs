@@ -203,7 +203,8 @@ const MOST_TYPOS: usize = 2;
 /// Suggests the command with the nearest name, if there is one. clap knows no letters that changed places, as in `rnu`.
 fn with_suggestion(mut error: clap::Error) -> clap::Error {
     let given = std::env::args().nth(1).unwrap_or_default();
-    let is_first = matches!(error.get(ContextKind::InvalidSubcommand), Some(ContextValue::String(name)) if *name == given);
+    let is_first =
+        matches!(error.get(ContextKind::InvalidSubcommand), Some(ContextValue::String(name)) if *name == given);
     if is_first && error.get(ContextKind::SuggestedSubcommand).is_none() {
         let command = Arguments::command();
         let names = command.get_subcommands().map(clap::Command::get_name);
