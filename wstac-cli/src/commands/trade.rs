@@ -77,7 +77,7 @@ pub(super) struct Arguments {
         conflicts_with_all = ["map", "budget", "verify", "fade", "prices", "merge", "no_times"])]
     shard: Option<[u32; 2]>,
 
-    /// Merge all shards of a sweep, in any order; run nothing
+    /// Merge all shards of a sweep, in any order
     ///
     /// The results are those of one process. Times are of this machine.
     #[arg(long, value_name = "SHARD", num_args = 1..,
