@@ -101,7 +101,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let backend = backend(arguments.backend, output).unwrap_or_else(|contradiction| contradiction.exit());
     let outputs = Outputs::new(arguments.force).reading([&arguments.file]);
-    check_ending(output, &["wsm", "rs"])?;
+    // Who names the backend may name the file as they like.
+    if arguments.backend.is_none() {
+        check_ending(output, &["wsm", "rs"])?;
+    }
     outputs.check([output])?;
     let task = arguments.task.map(Into::into);
     let input = arguments.input.unwrap_or_default().into();
