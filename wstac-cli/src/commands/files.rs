@@ -24,13 +24,14 @@ const ENDINGS: [&str; 26] = [
     "onnx", "parquet", "png", "py", "rs", "svg", "toml", "txt", "wsm", "y4m",
 ];
 
-/// Refuses the name of an output that ends as files of another format do. Other endings are the user's choice.
+/// Refuses the name of a new output that ends as files of another format do. Other endings are the user's choice, and so is an
+/// existing file, which takes `--force`.
 ///
 /// # Errors
 /// The ending is known, and none of `expected`.
 pub(super) fn check_ending(path: &Path, expected: &[&str]) -> Result<(), Error> {
     let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
-    if expected.contains(&&*ending) || !ENDINGS.contains(&&*ending) {
+    if expected.contains(&&*ending) || !ENDINGS.contains(&&*ending) || path.symlink_metadata().is_ok() {
         return Ok(());
     }
     let names = expected.iter().map(|ending| format!(".{ending}")).collect::<Vec<_>>().join(" or ");
