@@ -148,7 +148,7 @@ def open(
     180.5 Saw
     >>> wstac.open("nothing.mcap")
     Traceback (most recent call last):
-    wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, scene:…, a .y4m or .mcap file, a folder of PNGs or -
+    wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, scene:…, a .y4m, .mcap or video file, a folder of PNGs or -
     """
     options = source_options(
         config,
