@@ -99,7 +99,7 @@ impl Flash {
         if at == LOOKUP {
             let found = NAMES.iter().position(|name| u32::from(u16::from_le_bytes(**name)) == first);
             self.check(found.is_some() && second == ARM_SECURE, "the boot ROM is asked for another function");
-            core.set_reg(0, found.map_or(0, |number| FIRST + 4 * number as u32 | 1));
+            core.set_reg(0, found.map_or(0, |number| (FIRST + 4 * number as u32) | 1));
         } else {
             let number = at.checked_sub(FIRST).map(|offset| offset as usize / 4);
             match number.and_then(|number| NAMES.get(number)).copied() {

@@ -120,7 +120,7 @@ impl Outside {
                 0
             }
             (I2C0, 0x70) => 0b110 | u32::from(!self.i2c_read.is_empty()) << 3,
-            (I2C0, 0x74) => 0,
+            (I2C0, 0x74) | (QMI, _) => 0,
             (I2C0, 0x78) => self.i2c_read.len() as u32,
             (I2C0, 0x9C) => self.i2c.get(&0x6C).copied().unwrap_or(0) & 1,
             (I2C0, _) => self.i2c.get(&offset).copied().unwrap_or(0),
@@ -133,7 +133,6 @@ impl Outside {
             (CLOCKS, _) => self.clock_output.get(&offset).copied().unwrap_or(0),
             (dma::BASE, _) => self.dma.read(offset),
             (BOOT_RAM, _) => flash::boot_ram(offset),
-            (QMI, _) => 0,
             _ => self.dog.get(&offset).copied().unwrap_or(0),
         }
     }
@@ -791,25 +790,10 @@ fn check_block(image: &[u8]) -> Result<(), String> {
     }
 }
 
-/// Executes the next instruction in the flash if the emulator cannot. Returns whether it did. The encodings are those
-/// of the Armv8-M manual: CPS; VPUSH and VPOP; VMOV, VLDR and VSTR of pairs; VSEL, VMAXNM and VMINNM; LDA, STL, LDAEX and STLEX with their bytes and
-/// halfwords.
-fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: &mut Option<(u32, u32)>) -> bool {
+/// Executes an instruction of single registers if the emulator cannot: VPUSH and VPOP; VMOV, VLDR and VSTR of pairs; VSEL, VMAXNM
+/// and VMINNM. Returns whether it did.
+fn executes_of_singles(core: &mut CortexM33, bus: &mut Wired<'_>, first: u16, second: u16) -> bool {
     let pc = core.reg(15);
-    let at = pc.wrapping_sub(FLASH) as usize;
-    let Some(&[a, b, c, d]) = image.get(at..at + 4) else { return false };
-    let (first, second) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-    if first & 0xFFE8 == 0xB660 {
-        let disable = u32::from(first >> 4 & 1);
-        if first & 0b10 != 0 {
-            core.regs.primask = disable;
-        }
-        if first & 0b01 != 0 {
-            core.regs.faultmask = disable;
-        }
-        core.set_reg(15, pc + 2);
-        return true;
-    }
     if matches!(first & 0xFFBF, 0xED2D | 0xECBD) && second & 0x0F00 == 0x0B00 {
         let length = u32::from(second & 0xFF);
         let register = 2 * usize::from(first >> 2 & 0x10 | second >> 12);
@@ -823,7 +807,6 @@ fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: 
             }
         }
         core.set_reg(13, if is_push { below } else { below + 4 * length });
-        core.set_reg(15, pc + 4);
         return true;
     }
     // A pair of core registers and one of single ones.
@@ -837,7 +820,6 @@ fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: 
                 core.regs.r[register] = single.to_bits();
             }
         }
-        core.set_reg(15, pc + 4);
         return true;
     }
     // Loads and stores of a pair of single registers.
@@ -853,7 +835,6 @@ fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: 
                 *single = f32::from_bits(bus.read32(at, 0));
             }
         }
-        core.set_reg(15, pc + 4);
         return true;
     }
     if first & 0xFF00 == 0xFE00 && second & 0x0F10 == 0x0A00 {
@@ -879,6 +860,30 @@ fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: 
             }
             (true, _) => return false,
         };
+        return true;
+    }
+    false
+}
+
+/// Executes the next instruction in the flash if the emulator cannot. Returns whether it did. The encodings are those
+/// of the Armv8-M manual: CPS; those of single registers; LDA, STL, LDAEX and STLEX with their bytes and halfwords.
+fn executes(core: &mut CortexM33, bus: &mut Wired<'_>, image: &[u8], exclusive: &mut Option<(u32, u32)>) -> bool {
+    let pc = core.reg(15);
+    let at = pc.wrapping_sub(FLASH) as usize;
+    let Some(&[a, b, c, d]) = image.get(at..at + 4) else { return false };
+    let (first, second) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
+    if first & 0xFFE8 == 0xB660 {
+        let disable = u32::from(first >> 4 & 1);
+        if first & 0b10 != 0 {
+            core.regs.primask = disable;
+        }
+        if first & 0b01 != 0 {
+            core.regs.faultmask = disable;
+        }
+        core.set_reg(15, pc + 2);
+        return true;
+    }
+    if executes_of_singles(core, bus, first, second) {
         core.set_reg(15, pc + 4);
         return true;
     }
