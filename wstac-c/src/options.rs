@@ -132,6 +132,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         delivery: if choice("every_frame", options.every_frame)? { FramePolicy::Every } else { FramePolicy::Newest },
         keep_controls: choice("keep_controls", options.keep_controls)?,
         controls: Vec::new(),
+        sensor: None,
     };
     let motion = choice("motion", options.motion)?;
     Ok(Options { config, models, open, features, motion })

@@ -64,6 +64,7 @@ impl SourceOptions {
             delivery: if self.every { FramePolicy::Every } else { FramePolicy::Newest },
             keep_controls: self.keep_controls,
             controls: controls.collect(),
+            sensor: None,
         })
     }
 }
