@@ -25,9 +25,10 @@ fn recorded(folder: &Folder) -> (Vec<String>, String) {
     (sources, file)
 }
 
+/// Returns what is said about wrong arguments.
 fn said(arguments: &[&str]) -> String {
     let done = run(arguments);
-    assert_eq!(done.status.code(), Some(1), "{arguments:?}");
+    assert_eq!(done.status.code(), Some(2), "{arguments:?}");
     String::from_utf8(done.stderr).unwrap()
 }
 
@@ -91,7 +92,9 @@ fn a_recording_that_was_cut_off_is_recovered() {
     let (_, file) = recorded(&folder);
     let bytes = std::fs::read(&file).unwrap();
     std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
-    assert!(said(&["run", &file]).contains("was not finished"));
+    let cut = run(&["run", &file]);
+    assert_eq!(cut.status.code(), Some(1));
+    assert!(String::from_utf8(cut.stderr).unwrap().contains("was not finished"));
     let whole = folder.0.join("whole.mcap");
     let whole = whole.to_str().unwrap();
     good(&["recover", &file, "-o", whole]);
@@ -125,10 +128,30 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
 #[test]
 fn a_data_set_has_the_samples_of_all_sensors() {
     let folder = Folder::new("recording-several-set");
+    let both = folder.0.join("both.mcap").display().to_string();
+    let set = folder.0.join("set.npz").display().to_string();
+    let sources = ["cam:left=scene:Saw3@150", "cam:right=scene:Saw3@120"];
+    good(&[&["record"], &sources[..], &["-o", &both, "--label", "specimen=Saw3"]].concat());
+    let done = run(&["dataset", &both, "-o", &set]);
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert!(said.contains("set.npz: 2 samples of 2 recordings"), "{said}");
+    // Shards have the same ones.
+    let shards = ["1/2", "2/2"].map(|shard| {
+        let file = folder.0.join(shard.replace('/', "-")).display().to_string();
+        good(&["dataset", &both, "--shard", shard, "-o", &file]);
+        file
+    });
+    let merged = folder.0.join("merged.npz").display().to_string();
+    good(&["dataset", "merge", &shards[0], &shards[1], "-o", &merged]);
+    assert!(std::fs::read(&set).unwrap() == std::fs::read(&merged).unwrap());
+}
+
+#[test]
+fn sensors_whose_rates_differ_are_no_data_set() {
+    let folder = Folder::new("recording-several-rates");
     let (_, file) = recorded(&folder);
     let set = folder.0.join("set.npz").display().to_string();
     let done = run(&["dataset", &file, "-o", &set]);
     let said = String::from_utf8(done.stderr).unwrap();
-    // Their rates differ, which no data set allows.
     assert!(said.contains("both.mcap:right: its rate of frames differs from that of"), "{said}");
 }

@@ -24,16 +24,16 @@ use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Labels, Source, SourceEvent};
 use wstac_host::texture::pattern_and_depth;
 
-/// A file, and which of its sensors.
+/// A part of a recording: what one of its sensors has recorded.
 #[derive(Clone, Debug, Eq, PartialEq, Serialize, Deserialize)]
-pub struct Part {
+pub struct RecordingPart {
     /// The recording.
     pub file: PathBuf,
     /// Name of one of several sensors; `None` for a recording of one.
     pub sensor: Option<String>,
 }
 
-impl Part {
+impl RecordingPart {
     /// Returns the path, for one of several sensors with `:` and the sensor's name behind it.
     pub fn name(&self) -> String {
         let file = self.file.display();
@@ -79,7 +79,7 @@ impl Recording {
     ///
     /// # Errors
     /// Its labels or its configuration cannot be used.
-    pub(super) fn labeled(part: &Part, about: &About, config: Option<Config>) -> Result<Self, Error> {
+    pub(super) fn labeled(part: &RecordingPart, about: &About, config: Option<Config>) -> Result<Self, Error> {
         let name = part.name();
         let own = || Config::parse(&about.configuration).map_err(|error| error.about(&name));
         let config = config.map_or_else(own, Ok)?;
@@ -151,14 +151,14 @@ pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 ///
 /// # Errors
 /// A recording cannot be read.
-pub fn parts(files: Vec<PathBuf>) -> Result<Vec<Part>, Error> {
+pub fn parts(files: Vec<PathBuf>) -> Result<Vec<RecordingPart>, Error> {
     let mut found = Vec::new();
     for file in files {
         let names = McapSource::sensors(&file)?;
         if names.is_empty() {
-            found.push(Part { file, sensor: None });
+            found.push(RecordingPart { file, sensor: None });
         } else {
-            found.extend(names.into_iter().map(|name| Part { file: file.clone(), sensor: Some(name) }));
+            found.extend(names.into_iter().map(|name| RecordingPart { file: file.clone(), sensor: Some(name) }));
         }
     }
     Ok(found)
@@ -168,7 +168,7 @@ pub fn parts(files: Vec<PathBuf>) -> Result<Vec<Part>, Error> {
 ///
 /// # Errors
 /// The recording cannot be read, its labels cannot be used, or the configuration does not fit it.
-pub fn read(part: &Part, config: Option<&Config>) -> Result<Recording, Error> {
+pub fn read(part: &RecordingPart, config: Option<&Config>) -> Result<Recording, Error> {
     let source = part.open()?;
     let about = source.about().clone();
     let mut recording = Recording::labeled(part, &about, config.cloned())?;
@@ -208,7 +208,7 @@ impl RecordedPath {
 ///
 /// # Errors
 /// [`read`] fails.
-pub fn read_paths(part: &Part, config: Option<&Config>) -> Result<Recording, Error> {
+pub fn read_paths(part: &RecordingPart, config: Option<&Config>) -> Result<Recording, Error> {
     let mut recording = read(part, config)?;
     let config = &recording.config;
     let wrong = |error: &dyn std::fmt::Display| Error::new(ErrorKind::Config, part.name(), error.to_string());

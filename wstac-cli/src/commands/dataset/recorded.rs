@@ -15,7 +15,9 @@ use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_train::dataset::recorded_arrays;
-use wstac_train::dataset::recordings::{Part, Recording, comparable, find, for_tests, parts, read, read_paths};
+use wstac_train::dataset::recordings::{
+    Recording, RecordingPart, comparable, find, for_tests, parts, read, read_paths,
+};
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
@@ -87,7 +89,7 @@ pub(in crate::commands) fn read_all(
 
 /// Reads these recordings, and returns doubts about them for a person.
 pub(super) fn read_parts(
-    parts: &[Part],
+    parts: &[RecordingPart],
     config: Option<&Config>,
     input: Input,
     threads: &rayon::ThreadPool,

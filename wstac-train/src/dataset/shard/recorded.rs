@@ -10,7 +10,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::record::about::About;
 
 use super::{bytes_of, numbers_of};
-use crate::dataset::recordings::{Part, Recording};
+use crate::dataset::recordings::{Recording, RecordingPart};
 use crate::dataset::{Facts, Sample};
 use crate::shard::{ShardKind, ShardSet, WholeSet, digest};
 
@@ -22,7 +22,7 @@ struct Plan {
     test: String,
     /// The configuration's file that replaces those of the recordings.
     config: Option<String>,
-    recordings: Vec<Part>,
+    recordings: Vec<RecordingPart>,
 }
 
 /// The inputs by their names.
@@ -35,9 +35,9 @@ const ALL_INPUTS: [Input; 3] = [Input::Frames, Input::Path, Input::TaxelPath];
 ///
 /// # Errors
 /// A file is not there, or its name is not UTF-8.
-pub fn set(parts: &[Part], config: Option<&str>, input: Input, test: f64) -> Result<ShardSet, Error> {
+pub fn set(parts: &[RecordingPart], config: Option<&str>, input: Input, test: f64) -> Result<ShardSet, Error> {
     let mut about = format!("{} {test} {config:?}", input.name());
-    for Part { file, sensor } in parts {
+    for RecordingPart { file, sensor } in parts {
         let bytes = file.metadata().map_err(|error| Error::io(file.display(), error))?.len();
         let name = file.to_str().ok_or_else(|| {
             Error::new(
@@ -146,7 +146,7 @@ pub fn read(set: &WholeSet) -> Result<RecordedSet, Error> {
 type Paths = Vec<Option<Box<[i16; INPUTS]>>>;
 
 /// Reads a recording and the samples along the paths of its events.
-fn recording(part: &Part, content: &[u8], config: Option<&Config>) -> Option<(Recording, Paths)> {
+fn recording(part: &RecordingPart, content: &[u8], config: Option<&Config>) -> Option<(Recording, Paths)> {
     let (length, rest) = content.split_first_chunk()?;
     let (head, mut rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
     let head: Head = serde_json::from_slice(head).ok()?;
