@@ -107,6 +107,8 @@ class Wstac:
         (self.folder / PUBLISHED).write_text('[speed]\nlaw = "published"\n')
         run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
         self.run("slides.mcap", "--save-raw", "slides.raw")
+        both = ["cam:left=scene:Saw3@150", "cam:right=scene:Tri3@120"]
+        run([self.command, "record", *both, "-o", "both.mcap"], cwd=self.folder)
 
 
 def line(event, speed_decimals=2):

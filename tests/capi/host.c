@@ -56,6 +56,15 @@ static void opening_is_checked(void)
     EXPECT(open_source("scene:Saw3@150", &options) == WSTAC_STATUS_OPTION && says(NULL, "400x0"));
     options = (WstacOptions){.format = "H264"};
     EXPECT(open_source("scene:Saw3@150", &options) == WSTAC_STATUS_OPTION && says(NULL, "H264"));
+    // One sensor of a recording of several.
+    options = (WstacOptions){.sensor = "right"};
+    EXPECT(open_source("both.mcap", &options) == WSTAC_STATUS_OK);
+    EXPECT(open_source("scene:Saw3@150", &options) == WSTAC_STATUS_SOURCE && says(NULL, "expected only with a recording"));
+    EXPECT(open_source("both.mcap", NULL) == WSTAC_STATUS_SOURCE && says(NULL, "has the sensors left, right"));
+    options.sensor = "top";
+    EXPECT(open_source("both.mcap", &options) == WSTAC_STATUS_SOURCE && says(NULL, "has no sensor top"));
+    options.sensor = "\xff";
+    EXPECT(open_source("both.mcap", &options) == WSTAC_STATUS_TEXT && says(NULL, "sensor"));
     options = (WstacOptions){.fps_numerator = 30};
     EXPECT(open_source("scene:Saw3@150", &options) == WSTAC_STATUS_OPTION && says(NULL, "30:0"));
     /* Frames that are pushed. */
@@ -73,7 +82,7 @@ static void opening_is_checked(void)
     frames = gray, frames.fps_denominator = 1;
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_OPTION && says(NULL, "0:1"));
     const WstacOptions refused[] = {{.fps_numerator = 30, .fps_denominator = 1}, {.format = "GREY"}, {.width = 40, .height = 30},
-                                    {.every_frame = true}, {.keep_controls = true}};
+                                    {.every_frame = true}, {.keep_controls = true}, {.sensor = "left"}};
     for (size_t i = 0; i < sizeof refused / sizeof *refused; i++)
         EXPECT(wstac_open_frames(&gray, &refused[i], &handle) == WSTAC_STATUS_OPTION && says(NULL, "only with wstac_open"));
 }

@@ -6,8 +6,10 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
+from mcap.reader import make_reader
 from results import Run, verdict
 
 FRAME, RATE = 320 * 180, 30
@@ -68,6 +70,35 @@ def full(run: Run, wstac: str) -> tuple[list[str], str]:
     return problems, f"{frames} frames in {size} bytes, finished properly"
 
 
+def both(run: Run, wstac: str) -> tuple[list[str], str]:
+    """Two cameras in one recording. Their frames are in the order of the driver's times, and each has its own end."""
+    path = run.directory / "both.mcap"
+    _, records = read(wstac, path, "--features")
+    problems, counts = [], {}
+    for name in ("left", "right"):
+        own = [record for record in records if record["sensor"] == name]
+        times = [record["time_ns"] for record in own if record["kind"] == "features"]
+        counts[name] = len(times)
+        if times != sorted(set(times)) or own[-1]["kind"] != "end" or own[-1]["clock"] != "driver":
+            problems.append(f"{name}: {len(times)} times, then {own[-1]}")
+        live = [record for record in run.records if record["sensor"] == name and record["kind"] == "end"]
+        if [own[-1]] != live:
+            problems.append(f"{name}: live {live}, of the file {own[-1]}")
+    with path.open("rb") as file:
+        cameras = [
+            (message.log_time, channel.topic)
+            for _, channel, message in make_reader(file).iter_messages(log_time_order=False)
+            if channel.topic.endswith("/camera")
+        ]
+    changes = sum(a[1] != b[1] for a, b in pairwise(cameras))
+    if [time for time, _ in cameras] != sorted(time for time, _ in cameras):
+        problems.append("frames are not in the order of their times")
+    # Cameras of the same rate take turns.
+    if len(cameras) != sum(counts.values()) or changes < len(cameras) // 2 or min(counts.values()) < 60:
+        problems.append(f"{counts}, and {changes} changes of the camera in {len(cameras)} frames")
+    return problems, f"{counts}, {changes} changes of the camera, in order"
+
+
 def sensors(run: Run, _: str) -> tuple[list[str], str]:
     """Two cameras, of which one goes away for a moment. Each has its own frames and faults."""
     of = {name: [record for record in run.records if record["sensor"] == name] for name in ("left", "right")}
@@ -84,7 +115,7 @@ def sensors(run: Run, _: str) -> tuple[list[str], str]:
 
 def main(directory: Path, wstac: str) -> None:
     """Judges all runs. A broken record must fail one check, and not the rest."""
-    checks: list[Callable[[Run, str], tuple[list[str], str]]] = [recorded, killed, full, sensors]
+    checks: list[Callable[[Run, str], tuple[list[str], str]]] = [recorded, killed, both, full, sensors]
     for check in checks:
         try:
             run = Run(directory, check.__name__)

@@ -226,3 +226,21 @@ def test_the_example_prints_what_the_command_says(recording: Path) -> None:
             expected.append(f"frame={line['frame']} speed={speed} direction={direction} texture={texture}")
     print(done.stdout)
     assert done.stdout.splitlines() == expected and len(expected) >= 4
+
+
+def test_one_sensor_of_a_recording_of_several(tmp_path: Path) -> None:
+    both = tmp_path / "both.mcap"
+    sources = {"left": "scene:Saw3@150", "right": "scene:Tri3@120,90deg"}
+    cams = [f"cam:{name}={source}" for name, source in sources.items()]
+    subprocess.run([WSTAC, "record", *cams, "-o", both], check=True, capture_output=True)
+    for name, source in sources.items():
+        [expected] = wstac.open(source, every=True)
+        [event] = wstac.open(both, sensor=name)
+        [gathered] = wstac.read(both, sensor=name, frames=False).events
+        for found in (event, gathered):
+            assert (found.speed, found.direction, found.touch_frame) == (expected.speed, expected.direction, expected.touch_frame)
+    for read in (wstac.open, wstac.read):
+        with pytest.raises(wstac.Error, match="has the sensors left, right, expected one of them"):
+            read(both)
+        with pytest.raises(wstac.Error, match="has no sensor top, expected one of left, right"):
+            read(both, sensor="top")

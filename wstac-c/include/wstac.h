@@ -142,6 +142,8 @@ typedef struct WstacOptions {
   WstacBool keep_controls;
   // Give speed and direction of every frame as a record while something slides.
   WstacBool motion;
+  // The sensor to read of a recording of several. Null: the recording has one.
+  const char *sensor;
 } WstacOptions;
 
 // Describes frames that a program pushes.

@@ -51,6 +51,8 @@ pub struct WstacOptions {
     pub keep_controls: WstacBool,
     /// Give speed and direction of every frame as a record while something slides.
     pub motion: WstacBool,
+    /// The sensor to read of a recording of several. Null: the recording has one.
+    pub sensor: *const c_char,
 }
 
 /// Describes frames that a program pushes.
@@ -132,6 +134,12 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         delivery: if choice("every_frame", options.every_frame)? { FramePolicy::Every } else { FramePolicy::Newest },
         keep_controls: choice("keep_controls", options.keep_controls)?,
         controls: Vec::new(),
+        sensor: if options.sensor.is_null() {
+            None
+        } else {
+            // SAFETY: the caller's.
+            Some(unsafe { text("sensor", options.sensor) }?.to_owned())
+        },
     };
     let motion = choice("motion", options.motion)?;
     Ok(Options { config, models, open, features, motion })
@@ -143,13 +151,14 @@ impl Options {
     /// # Errors
     /// Such an option is set. The message names it.
     pub(super) fn without_source(&self) -> Result<(), Failure> {
-        let OpenOptions { fps, format, size, delivery, keep_controls, .. } = &self.open;
+        let OpenOptions { fps, format, size, delivery, keep_controls, sensor, .. } = &self.open;
         let asked = [
             ("fps", fps.is_some()),
             ("format", format.is_some()),
             ("width and height", size.is_some()),
             ("every_frame", *delivery == FramePolicy::Every),
             ("keep_controls", *keep_controls),
+            ("sensor", sensor.is_some()),
         ];
         asked.iter().find(|(_, asked)| *asked).map_or(Ok(()), |(name, _)| {
             let message = format_args!("options: {name} is set, expected only with wstac_open");

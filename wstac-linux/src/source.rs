@@ -358,7 +358,7 @@ impl SourceKind for Cameras {
 
     fn open(&self, name: &OsStr, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
         if is_camera(name) {
-            let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls } = options.clone();
+            let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls, .. } = options.clone();
             let request = CameraRequest { path: name.into(), format, size, rate, delivery, keep_controls, controls };
             return Some(
                 CameraSource::open(&request).map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>),

@@ -6,11 +6,10 @@ use std::sync::mpsc::Receiver;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use wstac_core::trigger::InterruptedSample;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::output::{Output, OutputOptions};
+use wstac_host::output::{InterruptedReport, Output, OutputOptions};
 use wstac_host::record::about::About;
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::open::{OpenOptions, SourceKind, open};
@@ -198,7 +197,7 @@ struct Reader {
 
 impl Reader {
     /// Publishes a sample that ends early.
-    fn interrupt(&mut self, sample: Option<InterruptedSample>) -> Result<(), Error> {
+    fn interrupt(&mut self, sample: Option<InterruptedReport>) -> Result<(), Error> {
         sample.map_or(Ok(()), |sample| self.output(Output::Interrupted(sample)))
     }
 

@@ -43,6 +43,7 @@ pub(crate) struct SourceOptions {
     models: Vec<Model>,
     motion: bool,
     paths: bool,
+    sensor: Option<String>,
 }
 
 impl SourceOptions {
@@ -64,6 +65,7 @@ impl SourceOptions {
             delivery: if self.every { FramePolicy::Every } else { FramePolicy::Newest },
             keep_controls: self.keep_controls,
             controls: controls.collect(),
+            sensor: self.sensor.clone(),
         })
     }
 }

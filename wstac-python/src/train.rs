@@ -15,7 +15,7 @@ use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_train::dataset::random::RandomSweep;
-use wstac_train::dataset::recordings::{comparable, find, read, read_paths};
+use wstac_train::dataset::recordings::{comparable, find, parts, read, read_paths};
 use wstac_train::model::eval::is_sample;
 use wstac_train::model::trained::guess_task;
 use wstac_train::train::{LabeledSlide, TrainOptions, TrainedModel, TrainingSet, wilson};
@@ -206,12 +206,12 @@ impl Job {
         }
         if !recordings.is_empty() {
             let mut all = Vec::new();
-            for file in find(&recordings)? {
+            for part in parts(find(&recordings)?)? {
                 if stop.load(Ordering::Relaxed) {
                     return Err(stopped());
                 }
                 let read = if options.input == Input::Frames { read } else { read_paths };
-                all.push(read(&file, self.config.as_ref())?);
+                all.push(read(&part, self.config.as_ref())?);
             }
             comparable(&all)?;
             set.extend(TrainingSet::of_recordings(&all, options)?);

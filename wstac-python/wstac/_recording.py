@@ -100,18 +100,20 @@ def read(
     range: Optional[str] = None,
     frames: bool = True,
     path_samples: bool = False,
+    sensor: Optional[str] = None,
 ) -> Recording:
     """Reads all of a recording (FILE.mcap), or of any other source that ends, as arrays.
 
     Features and events are computed again from the frames, with the recording's own configuration unless `config` gives another.
     They are those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
     they are all in memory. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
+    `sensor` is the name of one sensor of a recording of several.
     Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
     """
     name = os.fsdecode(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
-    options = source_options(config, models, fps=fps, matrix=matrix, range=range, path_samples=path_samples)
+    options = source_options(config, models, fps=fps, matrix=matrix, range=range, path_samples=path_samples, sensor=sensor)
     return _recording(_wstac.open_source(name, options, True), frames, [])
 
 

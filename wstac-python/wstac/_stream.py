@@ -129,6 +129,7 @@ def open(
     controls: Optional[Mapping[str, int]] = None,
     motion: bool = False,
     path_samples: bool = False,
+    sensor: Optional[str] = None,
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
@@ -139,7 +140,7 @@ def open(
     or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
     `motion` gives a `Motion` of every frame while something slides, among the records. With `path_samples`, events have the
     samples that models of the path take (`Event.path_sample`). `every` hands out all frames of a camera, even if the program is
-    slower. Raises `Error` if the source cannot be used.
+    slower. `sensor` is the name of one sensor of a recording of several. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
@@ -163,6 +164,7 @@ def open(
         controls=controls,
         motion=motion,
         path_samples=path_samples,
+        sensor=sensor,
     )
     return Stream(_wstac.open_source(os.fsdecode(source), options, False))
 
@@ -181,6 +183,7 @@ def source_options(
     controls: Optional[Mapping[str, int]] = None,
     motion: bool = False,
     path_samples: bool = False,
+    sensor: Optional[str] = None,
 ) -> dict[str, Any]:
     """Returns the options of a source as the extension takes them."""
     least, most = -(1 << 31), (1 << 31) - 1
@@ -198,4 +201,5 @@ def source_options(
         "models": native_models(models),
         "motion": bool(motion),
         "paths": bool(path_samples),
+        "sensor": sensor,
     }

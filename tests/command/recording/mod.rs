@@ -8,6 +8,7 @@ mod flips;
 mod guide;
 mod limits;
 mod parts;
+mod several;
 mod stream;
 mod times;
 

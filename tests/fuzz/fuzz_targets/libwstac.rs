@@ -59,6 +59,7 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
         motion: choice(input)?,
         every_frame: if input.ratio(1, 16)? { choice(input)? } else { 0 },
         keep_controls: if input.ratio(1, 16)? { choice(input)? } else { 0 },
+        sensor: if input.ratio(1, 16)? { format.as_ptr() } else { ptr::null() },
     };
     let options = if input.ratio(1, 4)? { ptr::null() } else { &raw const options };
     let mut handle: *mut Wstac = ptr::null_mut();

@@ -32,6 +32,12 @@ grown /out/killed.mcap 90
 killall -KILL wstac
 wait
 
+# Two cameras in one recording.
+watched both wstac record cam:left=/dev/video0 cam:right=/dev/video1 $asked --json -o /out/both.mcap &
+grown /out/both.mcap 160
+killall -TERM wstac
+wait
+
 mkdir /small
 mount -t tmpfs -o size=4m small /small
 watched full wstac record /dev/video0 $asked --json -o /small/full.mcap

@@ -1,6 +1,7 @@
 //! `wstac record` writes a source to a file.
 
 mod guide;
+mod several;
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -23,6 +24,7 @@ use wstac_host::record::{Compression, Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::Labels;
 use wstac_host::source::decorate::Limited;
+use wstac_host::source::names::{Sensor, sensors};
 use wstac_host::source::{Crop, FramePolicy, Lag, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_train::dataset::recordings::{NAMES, check};
@@ -35,8 +37,11 @@ use wstac_train::dataset::recordings::{NAMES, check};
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// The source, as for wstac run
-    source: OsString,
+    /// The source, as for wstac run, or several as cam:NAME=SOURCE
+    ///
+    /// Several sensors are recorded to one file, each with its own topics.
+    #[arg(required = true, value_name = "SOURCE")]
+    sources: Vec<OsString>,
 
     /// Write this new file; with --guide, the folder for the recordings
     #[arg(short, long, value_name = "FILE.mcap")]
@@ -147,6 +152,14 @@ const HELP: &str = r#"Content of the file:
   recording. Taxel-only scenes (fidelity = "taxel") have no frames and
   can be recorded with --features-only alone.
 
+Several sensors, as cam:NAME=SOURCE, in one file:
+  Each has its own topics (/left/camera, /left/features, …), its own
+  baseline and its own end. Frames are in the order of their times. All
+  need one clock: cameras together, or files and scenes together. They
+  share options, configuration, models and labels. wstac run and dataset
+  read all sensors of the file; --sensor NAME chooses one, which view
+  and plot need. --guide is for one sensor. --events counts those of all.
+
 Size, for 720p in gray at 30 frames per second:
   all of it 28 MB per second, --crop 15 MB, --features-only 0.02 MB.
   --compress makes a file smaller by what its pictures allow.
@@ -185,20 +198,29 @@ Examples:
     --label speed=150 --events 10
   wstac record scene:Saw3@150 -o scene.mcap --label specimen=Saw3
   wstac record /dev/video0 --guide plan.toml -o session
+  wstac record cam:left=/dev/video0 cam:right=/dev/video2 -o both.mcap
   wstac run saw3.mcap --model builtin:svm
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let sensors = sensors(&arguments.sources)?;
+    let [Sensor { name: None, source: only }] = &sensors[..] else {
+        if let Some(plain) = sensors.iter().find(|sensor| sensor.name.is_none()) {
+            let message = "is one of several sources, expected a name for each: cam:NAME=SOURCE";
+            return Err(Error::new(ErrorKind::Usage, plain.source.display(), message).into());
+        }
+        return several::run(arguments, &sensors);
+    };
     if let Some(plan) = &arguments.guide {
-        return guide::run(arguments, plan);
+        return guide::run(arguments, only, plan);
     }
     let labels = labels(&arguments.labels)?;
-    let outputs = Outputs::new(arguments.force).source(&arguments.source);
+    let outputs = Outputs::new(arguments.force).source(only);
     let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
     check_ending(&arguments.output, &["mcap"])?;
     outputs.check([&arguments.output])?;
     let (source, info, config) =
-        arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
+        arguments.options.open_configured(only, FramePolicy::Every, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = OutputOptions { features: true, ..OutputOptions::default() };
     let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
@@ -213,12 +235,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(doubt) = doubts_of_textures(&info, &files) {
         note(doubt);
     }
-    let new = if arguments.force { Replacement::of(&arguments.output)? } else { None };
-    let file = match &new {
-        // The old recording stays until the new one is whole.
-        Some(new) => Outputs::new(false).create_at_once(&new.beside)?,
-        None => outputs.create_at_once(&arguments.output)?,
-    };
+    let (file, new) = create(arguments, &outputs)?;
     let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
     let recorder =
         Recorder::compressed(file, path, &about, session.processor(), arguments.compress.unwrap_or_default())?;
@@ -238,6 +255,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     written?;
     replaced?;
     Ok(ended?)
+}
+
+/// Creates the file, beside an older recording that it will replace.
+fn create(arguments: &Arguments, outputs: &Outputs) -> Result<(File, Option<Replacement>), Error> {
+    let new = if arguments.force { Replacement::of(&arguments.output)? } else { None };
+    let file = match &new {
+        // The old recording stays until the new one is whole.
+        Some(new) => Outputs::new(false).create_at_once(&new.beside)?,
+        None => outputs.create_at_once(&arguments.output)?,
+    };
+    Ok((file, new))
 }
 
 /// Returns the stream as it is recorded: whole, a part of it, or its taxel sums.

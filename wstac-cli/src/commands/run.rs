@@ -13,7 +13,8 @@ use super::output::Stop;
 use super::signals;
 use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::model_file::ModelFile;
-use wstac_host::source::names::sensors;
+use wstac_host::source::names::{Sensor, sensors};
+use wstac_host::source::open::recorded_sensors;
 
 /// Print the tactile events of a source
 ///
@@ -94,6 +95,8 @@ const HELP: &str = r#"Sources:
                    again, with its own configuration unless --config
                    gives another; textures need --model, and a note
                    says if the recording was made with a model
+                   of several sensors, all are read; --sensor NAME
+                   chooses one
   FOLDER           PNG files, 2.png before 10.png, at 30 frames per
                    second unless --fps gives another rate
   cam:NAME=SOURCE  any of these with a name, to read several at once:
@@ -265,11 +268,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let files = ModelFile::open_all(&arguments.models)?;
     let interrupted = signals::flag();
-    let run = Run { arguments, files: &files, interrupted: &interrupted };
-    match &sensors[..] {
-        [only] => run.open(only)?.read(),
-        _ => run.all(&sensors),
+    let run = |is_recorded| Run { arguments, files: &files, interrupted: &interrupted, is_recorded };
+    let [only] = &sensors[..] else { return run(false).all(&sensors) };
+    // A recording of several sensors is read as they were.
+    let names = match arguments.options.sensor() {
+        None if only.name.is_none() => recorded_sensors(only.source)?,
+        _ => Vec::new(),
+    };
+    if names.is_empty() {
+        return run(false).open(only)?.read();
     }
+    if arguments.save_raw.is_some() {
+        conflict("--save-raw is for one sensor, expected --sensor NAME");
+    }
+    let recorded: Vec<_> = names.iter().map(|name| Sensor { name: Some(name), source: only.source }).collect();
+    run(true).all(&recorded)
 }
 
 /// Ends the process because of arguments that contradict each other.

@@ -59,6 +59,12 @@ pub(super) struct SourceArguments {
     /// -L; the error for an unknown name lists all names.
     #[arg(long = "control", value_name = "NAME=VALUE", value_parser = control)]
     controls: Vec<ControlSetting>,
+
+    /// Read this sensor of a recording of several
+    ///
+    /// wstac run and dataset read all of them without it.
+    #[arg(long, value_name = "NAME")]
+    sensor: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -93,7 +99,8 @@ impl SourceArguments {
     pub(super) fn open(&self, source: &OsStr, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let Self { fps, format, size, keep_controls, .. } = *self;
         let controls = self.controls.clone();
-        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls })?;
+        let sensor = self.sensor.clone();
+        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls, sensor })?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
             return Err(Error::new(
@@ -123,13 +130,28 @@ impl SourceArguments {
 
     /// Refuses the options of a camera or a recording, for a source that is a board.
     pub(super) fn expect_none(&self, source: &OsStr) -> Result<(), Error> {
-        let Self { fps, matrix, range, format, size, keep_controls, controls } = self;
-        let is_given = fps.is_some() || matrix.is_some() || range.is_some() || format.is_some() || size.is_some();
+        let Self { fps, matrix, range, format, size, keep_controls, controls, sensor } = self;
+        let is_given = sensor.is_some()
+            || fps.is_some()
+            || matrix.is_some()
+            || range.is_some()
+            || format.is_some()
+            || size.is_some();
         if is_given || *keep_controls || !controls.is_empty() {
             let message = "is a board, expected no options of a camera: its firmware sets the camera up";
             return Err(Error::new(ErrorKind::Usage, source.display(), message));
         }
         Ok(())
+    }
+
+    /// Returns the sensor to read of a recording of several.
+    pub(super) fn sensor(&self) -> Option<&str> {
+        self.sensor.as_deref()
+    }
+
+    /// Returns the same arguments for a sensor of a recording of several.
+    pub(super) fn of_sensor(&self, sensor: &str) -> Self {
+        Self { sensor: Some(sensor.to_owned()), ..self.clone() }
     }
 
     /// Returns the same arguments with another format and size.

@@ -20,13 +20,47 @@ const CONFIGURATION: &str = "wstac.configuration";
 const CAMERA: &str = "wstac.camera";
 const LABELS: &str = "wstac.labels";
 const LAYOUT: &str = "wstac.layout";
+/// The name of the record with the names of several sensors.
+const SENSORS: &str = "wstac.sensors";
+/// The most sensors of a recording: so many have channels below those of other programs.
+pub(crate) const MOST_SENSORS: usize = 20;
 /// The key of a record that holds a single text.
 const JSON: &str = "json";
 const TOML: &str = "toml";
 
 /// Returns whether a record of this name is a part of a recording's description.
 pub(super) fn is_description(name: &str) -> bool {
-    [STREAM, CONFIGURATION, LAYOUT, LABELS, CAMERA].contains(&name)
+    // The records of one of several sensors have its name behind a dot.
+    let is_of = |own: &&str| name.strip_prefix(*own).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+    name == SENSORS || [STREAM, CONFIGURATION, LAYOUT, LABELS, CAMERA].iter().any(is_of)
+}
+
+/// Returns the record with the names of several sensors.
+///
+/// # Errors
+/// The names cannot be JSON, which does not happen.
+pub(super) fn of_sensors(names: &[&str]) -> Result<Metadata, serde_json::Error> {
+    let json = serde_json::to_string(names)?;
+    Ok(one(SENSORS.into(), JSON, json))
+}
+
+/// Returns the names of the sensors of a recording; none if it is of a single one without a name.
+///
+/// # Errors
+/// The record with the names cannot be read.
+pub(crate) fn sensors(all: &[Metadata]) -> Result<Vec<String>, String> {
+    let record = all.iter().find(|metadata| metadata.name == SENSORS);
+    let Some(json) = record.and_then(|record| record.metadata.get(JSON)) else { return Ok(Vec::new()) };
+    let names: Vec<String> = serde_json::from_str(json).map_err(|error| format!("metadata {SENSORS}: {error}"))?;
+    if !(1..=MOST_SENSORS).contains(&names.len()) {
+        return Err(format!("metadata {SENSORS} has {} names, expected 1 to {MOST_SENSORS}", names.len()));
+    }
+    Ok(names)
+}
+
+/// Returns the name of a sensor's record.
+fn of_sensor(name: &str, sensor: Option<&str>) -> String {
+    sensor.map_or_else(|| name.to_owned(), |sensor| format!("{name}.{sensor}"))
 }
 
 /// The stream, as its frames are stored.
@@ -86,12 +120,16 @@ impl About {
     /// Returns the description as records of an MCAP file.
     ///
     /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the
-    /// pictures that are stored.
-    pub(super) fn to_metadata(&self, layout: &Layout) -> Result<Vec<Metadata>, serde_json::Error> {
+    /// pictures that are stored. `sensor` is the name of one of several sensors.
+    pub(super) fn to_metadata(
+        &self,
+        layout: &Layout,
+        sensor: Option<&str>,
+    ) -> Result<Vec<Metadata>, serde_json::Error> {
         let of_pictures = self.info.crop.as_ref().and_then(|crop| crop.layout(layout));
         let layout = of_pictures.as_ref().unwrap_or(layout);
-        let mut all = self.records()?;
-        all.insert(2, one(LAYOUT, JSON, serde_json::to_string(layout)?));
+        let mut all = self.records(sensor)?;
+        all.insert(2, one(of_sensor(LAYOUT, sensor), JSON, serde_json::to_string(layout)?));
         Ok(all)
     }
 
@@ -100,7 +138,7 @@ impl About {
     /// # Errors
     /// A part of it cannot be written as JSON.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
-        let records = self.records()?.into_iter().map(|record| (record.name, record.metadata));
+        let records = self.records(None)?.into_iter().map(|record| (record.name, record.metadata));
         serde_json::to_string(&records.collect::<BTreeMap<_, _>>())
     }
 
@@ -112,12 +150,12 @@ impl About {
         let records: BTreeMap<String, BTreeMap<String, String>> =
             serde_json::from_str(text).map_err(|error| error.to_string())?;
         let records = records.into_iter().map(|(name, metadata)| Metadata { name, metadata });
-        let about = Self::from_metadata(&records.collect::<Vec<_>>())?;
+        let about = Self::from_metadata(&records.collect::<Vec<_>>(), None)?;
         about.ok_or_else(|| format!("has no {STREAM}, expected the description of a recording"))
     }
 
     /// Returns the records of metadata without the layout.
-    fn records(&self) -> Result<Vec<Metadata>, serde_json::Error> {
+    fn records(&self, sensor: Option<&str>) -> Result<Vec<Metadata>, serde_json::Error> {
         let Self { info, driver_times, configuration, labels, models } = self;
         let stream = Stream {
             wstac: env!("CARGO_PKG_VERSION").into(),
@@ -132,10 +170,11 @@ impl About {
             crop: info.crop,
             taxels_only: info.taxels_only,
         };
+        let one = |name: &str, key: &str, text: String| one(of_sensor(name, sensor), key, text);
         let mut all = vec![
             one(STREAM, JSON, serde_json::to_string(&stream)?),
             one(CONFIGURATION, TOML, configuration.clone()),
-            Metadata { name: LABELS.into(), metadata: labels.clone() },
+            Metadata { name: of_sensor(LABELS, sensor), metadata: labels.clone() },
         ];
         if let Some(camera) = &info.camera {
             all.push(one(CAMERA, JSON, serde_json::to_string(camera)?));
@@ -143,13 +182,17 @@ impl About {
         Ok(all)
     }
 
-    /// Reads the description from the records of an MCAP file; `None` if this program did not record the file.
+    /// Reads the description from the records of an MCAP file; `None` if this program did not record the file, or not of
+    /// this sensor.
     ///
     /// # Errors
     /// A record cannot be read. The error says which, what was found and what was expected.
-    pub(crate) fn from_metadata(all: &[Metadata]) -> Result<Option<Self>, String> {
+    pub(crate) fn from_metadata(all: &[Metadata], sensor: Option<&str>) -> Result<Option<Self>, String> {
         // The first of a name counts: records that other programs add come later.
-        let of = |name: &str| all.iter().find(|metadata| metadata.name == name).map(|metadata| &metadata.metadata);
+        let of = |name: &str| {
+            let name = of_sensor(name, sensor);
+            all.iter().find(|metadata| metadata.name == name).map(|metadata| &metadata.metadata)
+        };
         let text = |name: &str, key: &str| of(name).and_then(|metadata| metadata.get(key));
         let Some(stream) = text(STREAM, JSON) else { return Ok(None) };
         let in_record = |name: &'static str| move |error: serde_json::Error| format!("metadata {name}: {error}");
@@ -179,8 +222,8 @@ impl About {
 }
 
 /// Returns a record that holds a single text.
-fn one(name: &str, key: &str, text: String) -> Metadata {
-    Metadata { name: name.into(), metadata: BTreeMap::from([(key.into(), text)]) }
+fn one(name: String, key: &str, text: String) -> Metadata {
+    Metadata { name, metadata: BTreeMap::from([(key.into(), text)]) }
 }
 
 #[cfg(test)]
@@ -198,12 +241,12 @@ mod tests {
     #[test]
     fn recordings_of_before_are_read_and_written_alike() {
         let stream = Metadata { name: STREAM.into(), metadata: BTreeMap::from([(JSON.into(), OF_BEFORE.into())]) };
-        let about = About::from_metadata(&[stream]).unwrap().unwrap();
+        let about = About::from_metadata(&[stream], None).unwrap().unwrap();
         assert_eq!((about.info.format, about.info.color.matrix), (PixelFormat::Gray, YcbcrMatrix::Bt709));
         assert_eq!(About::from_json(&about.to_json().unwrap()).unwrap(), about);
         assert!(About::from_json("{}").unwrap_err().contains("has no wstac.stream"));
         let layout = Layout::paper(about.info.size).unwrap();
-        let written = about.to_metadata(&layout).unwrap();
+        let written = about.to_metadata(&layout, None).unwrap();
         // Only the version is that of this program.
         let of_now = OF_BEFORE.replacen("0.1.0", env!("CARGO_PKG_VERSION"), 1);
         assert_eq!(written[0].metadata[JSON], of_now);

@@ -17,6 +17,7 @@ use mcap::records::{Channel, MessageHeader};
 use mcap::write::Metadata;
 use mcap::{McapError, Schema, WriteOptions, Writer};
 
+use super::about::{self, MOST_SENSORS};
 use super::compression::Compression;
 use super::recorder::lost_frames;
 use super::reserved::Reserved;
@@ -65,8 +66,54 @@ pub(super) enum Topic {
     Clock,
 }
 
-/// The numbers of the channels of a recording. They stay for ever, so that damaged records of channels lose nothing.
-pub(super) const FIXED_CHANNELS: std::ops::RangeInclusive<u16> = 1..=11;
+/// The numbers that each sensor's channels have. They stay for ever, so that damaged records of channels lose nothing.
+const CHANNELS: u16 = 12;
+
+const _: () = assert!(MOST_SENSORS * CHANNELS as usize + 1 <= FIRST_FOREIGN as usize);
+
+/// The sensors of a recording, and the channels that they have.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sensors(Vec<String>);
+
+impl Sensors {
+    /// Returns the sensors that a description names.
+    pub(super) fn of(description: &[Metadata]) -> Self {
+        // A record of names that cannot be read is reported by whoever reads frames.
+        Self(about::sensors(description).unwrap_or_default())
+    }
+
+    /// Returns how many there are.
+    pub(super) fn count(&self) -> usize {
+        self.0.len().max(1)
+    }
+
+    /// Returns the name of the first sensor; `None` if there is a single one without a name.
+    pub(super) fn first(&self) -> Option<&str> {
+        self.0.first().map(String::as_str)
+    }
+
+    /// Returns the numbers of all channels.
+    pub(super) fn channels(&self) -> std::ops::RangeInclusive<u16> {
+        1..=CHANNELS * self.count() as u16
+    }
+
+    /// Returns the sensor and the topic whose channel has this number.
+    pub(super) fn topic(&self, channel: u16) -> Option<(u8, Topic)> {
+        let place = channel.checked_sub(1).filter(|_| self.channels().contains(&channel))?;
+        let topic = Topic::ALL.get(usize::from(place % CHANNELS))?;
+        Some(((place / CHANNELS) as u8, *topic))
+    }
+
+    /// Returns the name of a topic: that of one of several sensors starts with the sensor's name.
+    fn name(&self, sensor: u8, topic: Topic) -> String {
+        let (name, _) = topic.name_and_schema();
+        match self.0.get(usize::from(sensor)) {
+            // Checksums are those of the file.
+            Some(sensor) if topic != Topic::Sums => format!("/{sensor}{name}"),
+            _ => name.to_owned(),
+        }
+    }
+}
 
 impl Topic {
     const ALL: [Self; 11] = [
@@ -83,14 +130,10 @@ impl Topic {
         Self::Clock,
     ];
 
-    /// Returns the number of its channel in every recording that has checksums.
-    fn number(self) -> u16 {
-        self as u16 + *FIXED_CHANNELS.start()
-    }
-
-    /// Returns the topic whose channel has this number.
-    pub(super) fn of_number(number: u16) -> Option<Self> {
-        Self::ALL.into_iter().find(|topic| topic.number() == number)
+    /// Returns the number of a sensor's channel in every recording that has checksums. Those are of no sensor.
+    fn number(self, sensor: u8) -> u16 {
+        let sensor = if self == Self::Sums { 0 } else { u16::from(sensor) };
+        self as u16 + 1 + sensor * CHANNELS
     }
 
     /// Returns the topic of a channel that this program wrote, by its name and its schema's name.
@@ -127,6 +170,8 @@ impl Topic {
 /// A message to be written.
 #[derive(Debug)]
 pub(super) struct Message {
+    /// The place of its sensor among those of the recording.
+    pub(super) sensor: u8,
     pub(super) topic: Topic,
     /// The time on the recording's time line, in nanoseconds. That of a frame is never less than that of the frame before,
     /// and that of a record is the time of the frame that it is about.
@@ -183,6 +228,7 @@ fn compressed(options: WriteOptions, _: Compression) -> WriteOptions {
 pub(super) struct RecordingFile {
     writer: Writer<Shared>,
     shared: Shared,
+    sensors: Sensors,
     /// Numbers of channels that are described in the file.
     channels: BTreeSet<u16>,
     /// The number of the next channel that is not this program's own.
@@ -224,6 +270,7 @@ impl RecordingFile {
         let mut file = Self {
             writer,
             shared,
+            sensors: Sensors::of(description),
             channels: BTreeSet::new(),
             next_foreign: FIRST_FOREIGN,
             chunk_start: None,
@@ -263,11 +310,11 @@ impl RecordingFile {
     pub(super) fn write(&mut self, messages: &[Message]) -> Result<(), McapError> {
         // A moment's messages stand one behind the other, so its channels come first.
         for message in messages {
-            self.add_own(message.topic)?;
+            self.add_own(message.sensor, message.topic)?;
         }
-        for Message { topic, time, taken, sequence, data } in messages {
+        for Message { sensor, topic, time, taken, sequence, data } in messages {
             let (sequence, log_time, publish_time) = (*sequence, *time, *taken);
-            let header = MessageHeader { channel_id: topic.number(), sequence, log_time, publish_time };
+            let header = MessageHeader { channel_id: topic.number(*sensor), sequence, log_time, publish_time };
             self.write_message(Some(*topic), &header, data)?;
         }
         self.end_moment()
@@ -310,7 +357,7 @@ impl RecordingFile {
         let Some(time) = self.moment_time.take() else { return Ok(()) };
         if self.is_own {
             let (sequence, log_time, publish_time) = (self.counts.frames as u32, time, time);
-            let header = MessageHeader { channel_id: Topic::Sums.number(), sequence, log_time, publish_time };
+            let header = MessageHeader { channel_id: Topic::Sums.number(0), sequence, log_time, publish_time };
             let data = moment.end(&header, self.counts);
             self.append(&header, &data)?;
         }
@@ -333,17 +380,17 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn add_own(&mut self, topic: Topic) -> Result<u16, McapError> {
-        let number = topic.number();
+    pub(super) fn add_own(&mut self, sensor: u8, topic: Topic) -> Result<u16, McapError> {
+        let number = topic.number(sensor);
         if !self.channels.contains(&number) {
             // The first checksum comes after the first moment, whose messages must not be parted.
             if topic != Topic::Sums {
-                self.add_own(Topic::Sums)?;
+                self.add_own(0, Topic::Sums)?;
             }
-            let (name, schema) = topic.name_and_schema();
+            let (name, (_, schema)) = (self.sensors.name(sensor, topic), topic.name_and_schema());
             let (schema_encoding, encoding) = schema.encodings();
             let id = self.writer.add_schema_with_id(schema.number(), schema.name(), schema_encoding, schema.data())?;
-            self.writer.add_channel_with_id(number, id, name, encoding, &BTreeMap::new())?;
+            self.writer.add_channel_with_id(number, id, &name, encoding, &BTreeMap::new())?;
             self.channels.insert(number);
         }
         Ok(number)
@@ -355,7 +402,7 @@ impl RecordingFile {
     /// The errors of [`write`](Self::write).
     pub(super) fn add_foreign(&mut self, channel: &Channel, schema: Option<&Schema<'_>>) -> Result<u16, McapError> {
         if self.is_own {
-            self.add_own(Topic::Sums)?;
+            self.add_own(0, Topic::Sums)?;
         }
         let number = self.next_foreign;
         self.next_foreign = number.checked_add(1).ok_or(McapError::TooManyChannels)?;

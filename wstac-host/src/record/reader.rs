@@ -10,7 +10,7 @@ use std::path::Path;
 
 use mcap::records::op;
 
-use super::file::Topic;
+use super::file::{Sensors, Topic};
 use super::recorder::lost_frames;
 use super::sums::{Counts, Stated, Sum};
 use super::walk::{Crc, MessageBody, Mode, Outline, Span, Step, Walk, outline};
@@ -41,8 +41,9 @@ pub(crate) struct Reader {
     messages: BTreeMap<u16, u64>,
     /// The statements of the recording about its frames; `None` if it has no checksums.
     stated: Option<Stated>,
-    /// The frames so far.
+    /// The frames so far, of all sensors.
     counts: Counts,
+    sensors: Sensors,
 }
 
 impl Reader {
@@ -71,6 +72,7 @@ impl Reader {
         }
         let walk = Walk::open(path, Mode::Strict)?;
         let (body, channels, messages, counts) = Default::default();
+        let sensors = Sensors::of(&outline.metadata);
         let stated = Some(Stated::of(&outline.metadata)).filter(|stated| stated.has_sums);
         if stated.is_some_and(|stated| stated.end.is_none()) {
             return Err(damaged(&subject, "lacks the record of how many frames it had"));
@@ -78,7 +80,7 @@ impl Reader {
         if stated.is_some_and(|stated| stated.has_other_end) {
             return Err(damaged(&subject, "has the ends of several recordings"));
         }
-        Ok((Self { subject, walk, span: None, body, channels, messages, stated, counts }, outline))
+        Ok((Self { subject, walk, span: None, body, channels, messages, stated, counts, sensors }, outline))
     }
 
     /// Returns an error about a damaged part.
@@ -134,7 +136,7 @@ impl Reader {
         if self.stated.is_none() {
             return Ok(());
         }
-        match Topic::of_number(channel) {
+        match self.sensors.topic(channel).map(|(_, topic)| topic) {
             Some(topic) if topic.is_frame() => self.counts.add_frame(),
             Some(Topic::FaultsJson) => {
                 self.load()?;

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
+use mcap::write::Metadata;
 use serde::{Deserialize, Serialize};
 
 use super::about::About;
@@ -12,7 +13,7 @@ use super::file::{Message, Topic};
 use super::foxglove::{self, Level, Shape};
 use super::limits::MOST_MESSAGE;
 use super::picture;
-use super::writer::{Writer, Written, discard};
+use super::writer::{self, Outbox, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::json::{JsonLine, real};
 use crate::output::Output;
@@ -64,6 +65,18 @@ pub(crate) fn check_frame_bytes(subject: &dyn std::fmt::Display, info: &StreamIn
     Err(Error::new(ErrorKind::Unsupported, subject, message))
 }
 
+/// Returns the description of a recording, or of one of several sensors.
+pub(super) fn description(
+    path: &Path,
+    about: &About,
+    processor: &Processor,
+    sensor: Option<&str>,
+) -> Result<Vec<Metadata>, Error> {
+    check_frame_bytes(&path.display(), &about.info)?;
+    let metadata = about.to_metadata(processor.geometry().layout(), sensor);
+    metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))
+}
+
 /// Returns lost frames as a line of JSON.
 pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
     // Numbers and words can always be JSON.
@@ -72,7 +85,11 @@ pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
 
 /// Records a stream.
 pub struct Recorder {
-    writer: Writer,
+    outbox: Outbox,
+    /// The file, unless several sensors share it.
+    writing: Option<Writing>,
+    /// Its place among the sensors of the file.
+    sensor: u8,
     content: Content,
     time: TimeLine,
     /// Messages before the first frame, which get that frame's time.
@@ -131,7 +148,7 @@ impl Content {
 }
 
 /// Returns the approximate bytes of a frame in a recording.
-fn stored_bytes(info: &StreamInfo) -> usize {
+pub(super) fn stored_bytes(info: &StreamInfo) -> usize {
     match info.crop {
         _ if info.taxels_only => MESSAGE_ROOM as usize,
         Some(crop) => crop.of_stream(info).frame_bytes(),
@@ -226,21 +243,28 @@ impl Recorder {
         compression: Compression,
     ) -> Result<Self, Error> {
         compression.check(&path.display())?;
-        let metadata = about.to_metadata(processor.geometry().layout());
-        let metadata = metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
-        check_frame_bytes(&path.display(), &about.info)?;
+        let metadata = description(path, about, processor, None)?;
         let frame_bytes = stored_bytes(&about.info);
+        let (mut outboxes, writing) = writer::start(file, path, metadata, (&[frame_bytes], None), compression)?;
+        let outbox = outboxes.pop().ok_or_else(|| Error::new(ErrorKind::Io, path.display(), "has no queue"))?;
+        Ok(Self::of_sensor(0, about, outbox, Some(writing)))
+    }
+
+    /// Creates the recorder of a sensor, whose messages go through a queue.
+    pub(super) fn of_sensor(sensor: u8, about: &About, outbox: Outbox, writing: Option<Writing>) -> Self {
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
-        Ok(Self {
-            writer: Writer::start(file, path, metadata, frame_bytes, compression)?,
+        Self {
+            outbox,
+            writing,
+            sensor,
             content: Content::new(&about.info),
             time: TimeLine { frames: 0, period, driver_times: about.driver_times, now: None, last: None, wall: None },
             early: Vec::new(),
             messages: Vec::new(),
             summed: None,
             number: 0,
-        })
+        }
     }
 
     /// Takes one event of the source before the processor does.
@@ -249,7 +273,7 @@ impl Recorder {
             SourceEvent::Frame(frame) => {
                 let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.stamp, frame.sequence);
                 let (topic, data) = self.content.message(taken, frame);
-                let message = Message { topic, time, taken, sequence, data };
+                let message = Message { sensor: self.sensor, topic, time, taken, sequence, data };
                 if topic == Topic::TaxelSums {
                     self.summed = Some((self.messages.len(), message));
                 } else {
@@ -259,7 +283,8 @@ impl Recorder {
             SourceEvent::Taxels(frame) if matches!(self.content, Content::Sums) => {
                 let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.stamp, frame.sequence);
                 let data = foxglove::taxel_sums(&frame.sums);
-                self.messages.push(Message { topic: Topic::TaxelSums, time, taken, sequence, data });
+                let (sensor, topic) = (self.sensor, Topic::TaxelSums);
+                self.messages.push(Message { sensor, topic, time, taken, sequence, data });
             }
             SourceEvent::Lost { frames, reason } => {
                 self.time.frames = self.time.frames.saturating_add(*frames);
@@ -332,24 +357,28 @@ impl Recorder {
         if self.time.now.is_none() {
             self.early.append(&mut self.messages);
         }
-        self.messages.is_empty() || self.writer.give(std::mem::take(&mut self.messages))
+        self.messages.is_empty() || self.outbox.give(std::mem::take(&mut self.messages))
     }
 
     /// Returns the number of frames that wait for the disk.
     pub fn waiting(&self) -> u64 {
-        self.writer.waiting()
+        self.outbox.waiting()
     }
 
-    /// Ends the recording and its file.
+    /// Ends the recording and its file. If several sensors share the file, it goes on; then the result has only what
+    /// waited, and [`SharedRecording::finish`](super::SharedRecording::finish) has the rest.
     ///
     /// # Errors
     /// The file could not be written, or not all of it.
     pub fn finish(mut self) -> Result<Written, Error> {
         self.messages.append(&mut self.early);
         if !self.messages.is_empty() {
-            self.writer.give(std::mem::take(&mut self.messages));
+            self.outbox.give(std::mem::take(&mut self.messages));
         }
-        self.writer.finish()
+        let waited = self.outbox.end();
+        let Some(writing) = self.writing else { return Ok(waited) };
+        let Written { most_waiting, waits, .. } = waited;
+        Ok(Written { most_waiting, waits, ..writing.finish()? })
     }
 
     fn lost(&mut self, frames: u64, why: &str) {
@@ -384,6 +413,7 @@ impl Recorder {
 
     fn add_at(&mut self, time: u64, topic: Topic, data: Vec<u8>) {
         self.number = self.number.wrapping_add(1);
-        self.messages.push(Message { topic, time, taken: time, sequence: self.number, data });
+        let (sensor, sequence) = (self.sensor, self.number);
+        self.messages.push(Message { sensor, topic, time, taken: time, sequence, data });
     }
 }

@@ -22,7 +22,7 @@ use mcap::{McapError, Schema};
 
 use super::about::{About, is_description};
 use super::compression::Compression;
-use super::file::{RecordingFile, Topic};
+use super::file::{RecordingFile, Sensors, Topic};
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::{lost_frames, lost_line};
@@ -73,6 +73,7 @@ struct Recovery<'a> {
     /// The recording's description of itself; `None` if it is none of this program.
     about: Option<About>,
     has_sums: bool,
+    sensors: Sensors,
     /// The schemas by their numbers, each with whether it stands in undamaged bytes.
     schemas: BTreeMap<u16, (Schema<'static>, bool)>,
     channels: BTreeMap<u16, (Channel, bool)>,
@@ -110,13 +111,14 @@ struct Recovery<'a> {
 pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     let failed = |error| Error::io(old.display(), error);
     let mut survey = Walk::open(old, Mode::Survey)?;
-    survey.set_own();
+    survey.set_own(&Sensors::default());
     let all = outline(&mut survey).map_err(failed)?.metadata;
     let stated = Stated::of(&all);
     let compression = survey.compression().unwrap_or_default();
     compression.check(&old.display())?;
     let (sound, missing) = sums::sound_metadata(&all);
-    let about = About::from_metadata(&sound);
+    let sensors = Sensors::of(&sound);
+    let about = About::from_metadata(&sound, sensors.first());
     let description: Vec<Metadata> = sound.into_iter().filter(|metadata| is_description(&metadata.name)).collect();
     let mut walk = Walk::open(old, Mode::Salvage)?;
     if !walk.has_magic() && description.is_empty() && walk.summary().is_none() {
@@ -132,7 +134,7 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     };
     let has_sums = stated.has_sums;
     if has_sums || !description.is_empty() {
-        walk.set_own();
+        walk.set_own(&sensors);
     }
     if let Ok(Some(about)) = &about
         && !about.info.taxels_only
@@ -151,6 +153,7 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         path,
         about: about.ok().flatten(),
         has_sums,
+        sensors,
         schemas: BTreeMap::new(),
         channels: BTreeMap::new(),
         definitions: 0,
@@ -302,13 +305,19 @@ impl Recovery<'_> {
 
     /// Returns this program's topic of a channel.
     fn topic(&self, channel: u16) -> Option<Topic> {
+        self.own(channel).map(|(_, topic)| topic)
+    }
+
+    /// Returns the sensor and the topic of a channel of this program.
+    fn own(&self, channel: u16) -> Option<(u8, Topic)> {
         if self.has_sums && channel < 256 {
             // The numbers are fixed, whatever a damaged record of a channel says.
-            return Topic::of_number(channel);
+            return self.sensors.topic(channel);
         }
         let (channel, _) = self.channels.get(&channel)?;
         let schema = self.schemas.get(&channel.schema_id).map_or("", |(schema, _)| &schema.name);
-        Topic::of_channel(&channel.topic, schema)
+        // Recordings of before are of one sensor.
+        Topic::of_channel(&channel.topic, schema).map(|topic| (0, topic))
     }
 
     /// Returns whether a recording is written, and no file of another program.
@@ -490,9 +499,9 @@ impl Recovery<'_> {
         // All channels come before the first message.
         for &span in moment {
             let old = self.channel_of(span)?;
-            let topic = self.topic(old).filter(|_| is_own);
-            targets.push(match topic {
-                Some(topic) => Some((Some(topic), self.out.add_own(topic)?)),
+            let own = self.own(old).filter(|_| is_own);
+            targets.push(match own {
+                Some((sensor, topic)) => Some((Some(topic), self.out.add_own(sensor, topic)?)),
                 None => self.foreign(old)?.map(|number| (None, number)),
             });
         }
@@ -550,7 +559,12 @@ impl Recovery<'_> {
         }
         self.found.damaged = self.found.damaged.saturating_add(frames);
         let data = lost_line(frames, "damaged in the recording");
-        let channel_id = self.out.add_own(Topic::FaultsJson)?;
+        if self.sensors.count() > 1 {
+            // Counts are those of all sensors.
+            let what = "misses frames, and nothing says of which sensor: they are entered for the first one";
+            self.doubt.get_or_insert_with(|| what.to_owned());
+        }
+        let channel_id = self.out.add_own(0, Topic::FaultsJson)?;
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
         self.out.write_message(Some(Topic::FaultsJson), &header, &data)?;
         Ok(self.out.end_moment()?)
@@ -607,7 +621,9 @@ impl Recovery<'_> {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };
-            found.problem = read_all(new).err().map(|error| format!("cannot be read again: {}", error.message()));
+            found.problem = read_all(new, self.sensors.first())
+                .err()
+                .map(|error| format!("cannot be read again: {}", error.message()));
         }
         give_back_of_killed(self.old);
         Ok(found)
@@ -615,8 +631,8 @@ impl Recovery<'_> {
 }
 
 /// Reads a recording to its end.
-fn read_all(path: &Path) -> Result<(), Error> {
-    let mut source = McapSource::open(path, None)?;
+fn read_all(path: &Path, sensor: Option<&str>) -> Result<(), Error> {
+    let mut source = McapSource::open_sensor(path, sensor, None)?;
     let config = crate::source::config_of(source.info(), None)?;
     crate::session::Processor::new(source.info(), &config, crate::output::OutputOptions::default())?;
     while !matches!(source.next_event()?, SourceEvent::End) {}

@@ -21,7 +21,7 @@ use mcap::write::Metadata;
 use self::shape::ChunkHead;
 use super::bytes::FileBytes;
 use super::compression::Compression;
-use super::file::FIXED_CHANNELS;
+use super::file::Sensors;
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PACKED};
 use super::parse::parse_record;
 use super::summary::{self, HEAD, Summary};
@@ -223,10 +223,10 @@ impl Walk {
         Ok(walk)
     }
 
-    /// Notes that `wstac record` wrote the file.
-    pub(super) fn set_own(&mut self) {
+    /// Notes that `wstac record` wrote the file, with these sensors.
+    pub(super) fn set_own(&mut self, sensors: &Sensors) {
         self.own = true;
-        self.channels.extend(FIXED_CHANNELS);
+        self.channels.extend(sensors.channels());
     }
 
     /// Returns whether the file starts as an MCAP file does.

@@ -6,14 +6,16 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use mcap::write::Metadata;
 
 use super::compression::Compression;
 use super::file::{Message, RecordingFile, in_words};
 use super::limits::{check_memory, has_memory};
+use super::merge::{Input, Merge};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
@@ -41,43 +43,56 @@ pub struct Written {
     pub waits: u64,
 }
 
-/// The end of the queue that takes messages.
-pub(super) struct Writer {
+/// The end of a sensor's queue that takes messages.
+pub(super) struct Outbox {
     queue: Option<SyncSender<Vec<Message>>>,
-    thread: Option<JoinHandle<Result<Written, Error>>>,
     waiting: Arc<AtomicU64>,
     full: Arc<AtomicBool>,
     most_waiting: u64,
     waits: u64,
+}
+
+/// A file that is being written.
+pub(super) struct Writing {
+    thread: JoinHandle<Result<Written, Error>>,
     path: PathBuf,
 }
 
-impl Writer {
-    /// Starts to write a file that is empty. `frame_bytes` is the approximate size of a frame.
-    pub(super) fn start(
-        file: File,
-        path: &Path,
-        metadata: Vec<Metadata>,
-        frame_bytes: usize,
-        compression: Compression,
-    ) -> Result<Self, Error> {
-        let besides = BESIDES[usize::from(compression != Compression::None)];
-        check_memory(&path.display(), frame_bytes, LEAST_FRAMES + besides)?;
-        let mut frames = (QUEUE_BYTES / frame_bytes.max(1)).clamp(LEAST_FRAMES, QUEUE_FRAMES);
-        while frames > LEAST_FRAMES && !has_memory(frame_bytes.saturating_mul(frames + besides)) {
-            frames = (frames / 2).max(LEAST_FRAMES);
-        }
-        let (queue, messages) = sync_channel(frames);
-        let (waiting, full) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
-        let shared = (Arc::clone(&waiting), Arc::clone(&full), path.to_owned());
-        let thread = std::thread::Builder::new().name("recording".into()).spawn(move || {
-            let (waiting, full, path) = shared;
-            write(file, &path, (&metadata, compression), &messages, &waiting, &full)
-        });
-        let thread = Some(thread.map_err(|error| Error::io(path.display(), error))?);
-        Ok(Self { queue: Some(queue), thread, waiting, full, most_waiting: 0, waits: 0, path: path.into() })
+/// Starts to write a file that is empty, and returns a queue for each sensor. `frame_bytes` are the approximate sizes of
+/// their frames. Moments are written in the order of their times. `patience` is how long a sensor that gives nothing holds
+/// up the others; `None` if they wait for it.
+pub(super) fn start(
+    file: File,
+    path: &Path,
+    metadata: Vec<Metadata>,
+    (frame_bytes, patience): (&[usize], Option<Duration>),
+    compression: Compression,
+) -> Result<(Vec<Outbox>, Writing), Error> {
+    let besides = BESIDES[usize::from(compression != Compression::None)];
+    let all_bytes = frame_bytes.iter().sum::<usize>();
+    check_memory(&path.display(), all_bytes, LEAST_FRAMES + besides)?;
+    let mut frames = (QUEUE_BYTES / all_bytes.max(1)).clamp(LEAST_FRAMES, QUEUE_FRAMES);
+    while frames > LEAST_FRAMES && !has_memory(all_bytes.saturating_mul(frames + besides)) {
+        frames = (frames / 2).max(LEAST_FRAMES);
     }
+    let full = Arc::new(AtomicBool::new(false));
+    let (mut outboxes, mut inputs) = (Vec::new(), Vec::new());
+    for _ in frame_bytes {
+        let (queue, messages) = sync_channel(frames);
+        let waiting = Arc::new(AtomicU64::new(0));
+        inputs.push(Input::new(messages, Arc::clone(&waiting)));
+        outboxes.push(Outbox { queue: Some(queue), waiting, full: Arc::clone(&full), most_waiting: 0, waits: 0 });
+    }
+    let shared = (Merge::new(inputs, patience), full, path.to_owned());
+    let thread = std::thread::Builder::new().name("recording".into()).spawn(move || {
+        let (moments, full, path) = shared;
+        write(file, &path, (&metadata, compression), moments, &full)
+    });
+    let thread = thread.map_err(|error| Error::io(path.display(), error))?;
+    Ok((outboxes, Writing { thread, path: path.into() }))
+}
 
+impl Outbox {
     /// Gives the messages of one moment, and waits if the queue is full.
     ///
     /// It returns whether the file goes on. It does not if the disk is full or the file cannot be written.
@@ -101,14 +116,17 @@ impl Writer {
         self.waiting.load(Ordering::Relaxed)
     }
 
-    /// Waits until everything is written and the file is finished.
-    pub(super) fn finish(mut self) -> Result<Written, Error> {
-        drop(self.queue.take());
-        let ended = self.thread.take().map(JoinHandle::join);
-        let Some(Ok(written)) = ended else {
-            return Err(Error::new(ErrorKind::Io, self.path.display(), "its writer ended unexpectedly"));
-        };
-        Ok(Written { most_waiting: self.most_waiting, waits: self.waits, ..written? })
+    /// Ends the queue, and returns what waited in it.
+    pub(super) fn end(self) -> Written {
+        Written { most_waiting: self.most_waiting, waits: self.waits, ..Written::default() }
+    }
+}
+
+impl Writing {
+    /// Waits until all queues have ended, everything is written and the file is finished.
+    pub(super) fn finish(self) -> Result<Written, Error> {
+        let ended = self.thread.join();
+        ended.unwrap_or_else(|_| Err(Error::new(ErrorKind::Io, self.path.display(), "its writer ended unexpectedly")))
     }
 }
 
@@ -138,8 +156,7 @@ fn write(
     file: File,
     path: &Path,
     (metadata, compression): (&[Metadata], Compression),
-    messages: &Receiver<Vec<Message>>,
-    waiting: &AtomicU64,
+    moments: Merge,
     full: &AtomicBool,
 ) -> Result<Written, Error> {
     let failed = |error| in_words(path, error);
@@ -149,8 +166,7 @@ fn write(
         not_started(path, &error)
     })?;
     let mut written = Written::default();
-    for messages in messages {
-        waiting.fetch_sub(1, Ordering::Relaxed);
+    for messages in moments {
         let frames = messages.iter().filter(|message| message.topic.is_frame()).count() as u64;
         if full.load(Ordering::Relaxed) || !file.has_room(&messages).map_err(|error| failed(error.into()))? {
             full.store(true, Ordering::Relaxed);

@@ -1,5 +1,6 @@
 //! A recording as a source. It gives the frames, gaps and faults of the stream that was recorded, in their order.
 
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
@@ -11,7 +12,7 @@ use wstac_core::rate::FrameRate;
 use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, Stamp, StreamInfo, SummedFrame};
 use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
-use crate::record::about::About;
+use crate::record::about::{self, About};
 use crate::record::foxglove::{Images, Schema, read_taxel_sums};
 use crate::record::parse::parse_record;
 use crate::record::{
@@ -50,6 +51,8 @@ pub struct McapSource {
     reader: Reader,
     about: About,
     info: StreamInfo,
+    /// The start of the topics of its sensor: `/` and the sensor's name, if there are several.
+    prefix: String,
     /// The channels that matter, by their numbers, and the numbers of the schemas of compressed pictures.
     channels: Vec<(u16, Content)>,
     jpeg_schemas: Vec<u16>,
@@ -71,20 +74,40 @@ enum Next {
 }
 
 impl McapSource {
-    /// Opens a recording. `fps` replaces its rate.
+    /// Opens a recording of one sensor. `fps` replaces its rate.
     ///
     /// # Errors
-    /// The file cannot be read, is not whole, or was not recorded by this program. The error says which, and what to
-    /// do.
+    /// The file cannot be read, is not whole, has several sensors, or was not recorded by this program. The error says
+    /// which, and what to do.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
+        Self::open_sensor(path, None, fps)
+    }
+
+    /// Returns the names of the sensors of a recording; none if it is of a single one without a name.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not whole.
+    pub fn sensors(path: &Path) -> Result<Vec<String>, Error> {
+        let (reader, outline) = Reader::open(path)?;
+        let (metadata, _) = sound_metadata(&outline.metadata);
+        about::sensors(&metadata).map_err(|error| reader.damaged(error))
+    }
+
+    /// Opens one sensor of a recording of several, or the only one. `fps` replaces its rate.
+    ///
+    /// # Errors
+    /// The errors of [`open`](Self::open), and if there is no such sensor.
+    pub fn open_sensor(path: &Path, sensor: Option<&str>, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
-        let failed = |message: &dyn std::fmt::Display| Error::new(ErrorKind::Format, &subject, message);
+        let failed = |message: &dyn fmt::Display| Error::new(ErrorKind::Format, &subject, message);
         let (reader, outline) = Reader::open(path)?;
         let (metadata, missing) = sound_metadata(&outline.metadata);
         if missing > 0 {
             return Err(reader.damaged("has a damaged description"));
         }
-        let about = About::from_metadata(&metadata).map_err(|error| failed(&error))?;
+        let names = about::sensors(&metadata).map_err(|error| failed(&error))?;
+        check_sensor(&subject, sensor, &names)?;
+        let about = About::from_metadata(&metadata, sensor).map_err(|error| failed(&error))?;
         let expected = "is an MCAP file without the metadata of a recording, expected one that wstac record wrote";
         let about = about.ok_or_else(|| failed(&expected))?;
         check_frame_bytes(&subject, &about.info)?;
@@ -95,11 +118,13 @@ impl McapSource {
             models: about.models.clone(),
             labels: about.labels.clone(),
         }));
-        info.about = format!("{subject}: recorded from {}{}", info.about, labels(&about));
+        let of_sensor = sensor.map_or_else(String::new, |sensor| format!("sensor {sensor}, "));
+        info.about = format!("{subject}: {of_sensor}recorded from {}{}", info.about, labels(&about));
         Ok(Self {
             reader,
             about,
             info,
+            prefix: sensor.map_or_else(String::new, |sensor| format!("/{sensor}")),
             channels: Vec::new(),
             jpeg_schemas: Vec::new(),
             images: Images::default(),
@@ -116,7 +141,7 @@ impl McapSource {
         &self.about
     }
 
-    fn damaged(&self, what: impl std::fmt::Display) -> Error {
+    fn damaged(&self, what: impl fmt::Display) -> Error {
         damaged(&self.subject, what)
     }
 
@@ -172,7 +197,7 @@ impl McapSource {
             }
             Ok(Record::Channel(channel)) => {
                 let is_jpeg = self.jpeg_schemas.contains(&channel.schema_id);
-                let content = match channel.topic.as_str() {
+                let content = match channel.topic.strip_prefix(&self.prefix).unwrap_or_default() {
                     CAMERA if is_jpeg => Content::Jpeg,
                     CAMERA => Content::Raw,
                     TAXEL_SUMS if self.info.taxels_only => Content::Sums,
@@ -260,6 +285,21 @@ impl Source for McapSource {
 }
 
 const NO_PICTURE: &str = "has a frame that is no picture";
+
+/// Refuses a sensor that a recording does not have.
+fn check_sensor(subject: &str, sensor: Option<&str>, names: &[String]) -> Result<(), Error> {
+    let refused = |message: fmt::Arguments<'_>| Err(Error::new(ErrorKind::Usage, subject, message));
+    let all = names.join(", ");
+    match sensor {
+        None if names.is_empty() => Ok(()),
+        None => refused(format_args!("has the sensors {all}, expected one of them: --sensor {}", names[0])),
+        Some(sensor) if names.iter().any(|name| name == sensor) => Ok(()),
+        Some(sensor) if names.is_empty() => {
+            refused(format_args!("has one sensor without a name, expected no --sensor {sensor}"))
+        }
+        Some(sensor) => refused(format_args!("has no sensor {sensor}, expected one of {all}")),
+    }
+}
 
 /// Returns the labels for a person.
 fn labels(about: &About) -> String {

@@ -33,6 +33,8 @@ pub struct OpenOptions {
     pub keep_controls: bool,
     /// The values to set for a camera's controls.
     pub controls: Vec<ControlSetting>,
+    /// The sensor to read of a recording of several.
+    pub sensor: Option<String>,
 }
 
 /// The files that this build reads, for messages.
@@ -77,6 +79,10 @@ pub fn open(
     kinds: &[&dyn SourceKind],
 ) -> Result<Box<dyn Source>, Error> {
     let name = name.as_ref();
+    if let Some(sensor) = options.sensor.as_ref().filter(|_| !is_recording(name)) {
+        let message = format_args!("sensor is {sensor}, expected only with a recording of several sensors");
+        return Err(Error::new(ErrorKind::Usage, name.display(), message));
+    }
     if let Some(opened) = kinds.iter().find_map(|kind| kind.open(name, options)) {
         return opened;
     }
@@ -106,7 +112,7 @@ pub fn open(
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
         Err(_) if starts(name, "cam:") => {
-            let why = "several sources, each with a name, are for wstac run; here ";
+            let why = "several sources, each with a name, are for wstac run and record; here ";
             return Err(none_of_these(ErrorKind::Usage, why));
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -124,7 +130,7 @@ pub fn open(
     let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name.display(), error));
     let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     if kind.is_file() && (is_mcap || has_magic(MCAP_MAGIC)?) {
-        return open_recording(path, options.fps);
+        return open_recording(path, options);
     }
     let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
     if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
@@ -157,17 +163,42 @@ fn open_folder(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Err
 }
 
 #[cfg(feature = "mcap")]
-fn open_recording(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    Ok(Box::new(McapSource::open(path, rate)?))
+fn open_recording(path: &Path, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
+    Ok(Box::new(McapSource::open_sensor(path, options.sensor.as_deref(), options.fps)?))
 }
 
 #[cfg(not(feature = "mcap"))]
-fn open_recording(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+fn open_recording(path: &Path, _: &OpenOptions) -> Result<Box<dyn Source>, Error> {
     Err(Error::new(
         ErrorKind::Unsupported,
         path.display(),
         "this build reads no MCAP recordings: build with the feature mcap",
     ))
+}
+
+/// Returns the names of the sensors of a recording of several; none for a recording of one, and for other sources.
+///
+/// # Errors
+/// The recording cannot be read.
+pub fn recorded_sensors(name: &OsStr) -> Result<Vec<String>, Error> {
+    if is_recording(name) { sensors_of(Path::new(name)) } else { Ok(Vec::new()) }
+}
+
+#[cfg(feature = "mcap")]
+fn sensors_of(path: &Path) -> Result<Vec<String>, Error> {
+    McapSource::sensors(path)
+}
+
+#[cfg(not(feature = "mcap"))]
+fn sensors_of(_: &Path) -> Result<Vec<String>, Error> {
+    Ok(Vec::new())
+}
+
+/// Returns whether a name is that of a file that is a recording.
+fn is_recording(name: &OsStr) -> bool {
+    let path = Path::new(name);
+    let is_mcap = || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+    path.is_file() && (is_mcap() || starts_with(path, MCAP_MAGIC).unwrap_or(false))
 }
 
 /// Refuses options that a file does not have.

@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
 use wstac_core::law::EventLaw;
 use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::motion;
@@ -23,11 +24,34 @@ use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Labels, Source, SourceEvent};
 use wstac_host::texture::pattern_and_depth;
 
+/// A part of a recording: what one of its sensors has recorded.
+#[derive(Clone, Debug, Eq, PartialEq, Serialize, Deserialize)]
+pub struct RecordingPart {
+    /// The recording.
+    pub file: PathBuf,
+    /// Name of one of several sensors; `None` for a recording of one.
+    pub sensor: Option<String>,
+}
+
+impl RecordingPart {
+    /// Returns the path, for one of several sensors with `:` and the sensor's name behind it.
+    pub fn name(&self) -> String {
+        let file = self.file.display();
+        self.sensor.as_ref().map_or_else(|| file.to_string(), |sensor| format!("{file}:{sensor}"))
+    }
+
+    fn open(&self) -> Result<McapSource, Error> {
+        McapSource::open_sensor(&self.file, self.sensor.as_deref(), None)
+    }
+}
+
 /// A recording's samples and labels.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// Its path, as given or found.
+    /// Its path, as given or found; of one of several sensors with `:` and the sensor's name behind it.
     pub name: String,
+    /// The path alone.
+    pub file: PathBuf,
     /// Name of the specimen.
     pub specimen: String,
     /// Pattern by the specimen's name.
@@ -55,11 +79,15 @@ impl Recording {
     ///
     /// # Errors
     /// Its labels or its configuration cannot be used.
-    pub(super) fn labeled(name: &str, about: &About, config: Option<Config>) -> Result<Self, Error> {
-        let own = || Config::parse(&about.configuration).map_err(|error| error.about(name));
+    pub(super) fn labeled(part: &RecordingPart, about: &About, config: Option<Config>) -> Result<Self, Error> {
+        let name = part.name();
+        let own = || Config::parse(&about.configuration).map_err(|error| error.about(&name));
         let config = config.map_or_else(own, Ok)?;
-        let recording = labeled(name, &about.labels, about, config);
-        recording.map_err(|message| Error::new(ErrorKind::Data, name, message))
+        let recording = labeled(&name, &about.labels, about, config);
+        let mut recording = recording.map_err(|message| Error::new(ErrorKind::Data, &name, message))?;
+        part.file.clone_into(&mut recording.file);
+        recording.sensor = recording.sensor.or_else(|| part.sensor.clone());
+        Ok(recording)
     }
 
     /// Returns its description.
@@ -119,15 +147,31 @@ pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     Ok(found)
 }
 
-/// Reads a recording, with its own configuration unless another is given.
+/// Returns the parts of recordings: of a file with several sensors one for each.
+///
+/// # Errors
+/// A recording cannot be read.
+pub fn parts(files: Vec<PathBuf>) -> Result<Vec<RecordingPart>, Error> {
+    let mut found = Vec::new();
+    for file in files {
+        let names = McapSource::sensors(&file)?;
+        if names.is_empty() {
+            found.push(RecordingPart { file, sensor: None });
+        } else {
+            found.extend(names.into_iter().map(|name| RecordingPart { file: file.clone(), sensor: Some(name) }));
+        }
+    }
+    Ok(found)
+}
+
+/// Reads a recording, or one sensor of a recording of several, with its own configuration unless another is given.
 ///
 /// # Errors
 /// The recording cannot be read, its labels cannot be used, or the configuration does not fit it.
-pub fn read(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
-    let source = McapSource::open(path, None)?;
+pub fn read(part: &RecordingPart, config: Option<&Config>) -> Result<Recording, Error> {
+    let source = part.open()?;
     let about = source.about().clone();
-    let name = path.display().to_string();
-    let mut recording = Recording::labeled(&name, &about, config.cloned())?;
+    let mut recording = Recording::labeled(part, &about, config.cloned())?;
     for output in session(source, &recording.config)? {
         match output? {
             Output::Event(event) => {
@@ -164,11 +208,11 @@ impl RecordedPath {
 ///
 /// # Errors
 /// [`read`] fails.
-pub fn read_paths(path: &Path, config: Option<&Config>) -> Result<Recording, Error> {
-    let mut recording = read(path, config)?;
+pub fn read_paths(part: &RecordingPart, config: Option<&Config>) -> Result<Recording, Error> {
+    let mut recording = read(part, config)?;
     let config = &recording.config;
-    let wrong = |error: &dyn std::fmt::Display| Error::new(ErrorKind::Config, path.display(), error.to_string());
-    let mut source = McapSource::open(path, None)?;
+    let wrong = |error: &dyn std::fmt::Display| Error::new(ErrorKind::Config, part.name(), error.to_string());
+    let mut source = part.open()?;
     let info = source.info().clone();
     let law = config.law(info.rate).map_err(|error| wrong(&error))?;
     let motion = config.motion(info.rate).map_err(|error| wrong(&error))?;
@@ -242,6 +286,7 @@ fn labeled(name: &str, labels: &Labels, about: &About, config: Config) -> Result
     let (pattern, depth_mm) = pattern_and_depth(specimen);
     Ok(Recording {
         name: name.into(),
+        file: name.into(),
         specimen: specimen.clone(),
         pattern: pattern.unwrap_or_default(),
         depth_mm,
@@ -312,7 +357,7 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
 /// Returns for each recording whether it is for tests.
 ///
 /// Each specimen gives this fraction of its recordings, at least one if there are two or more. A recording is never
-/// split.
+/// split, and sensors of one file stay together.
 pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
     let mut tests = vec![false; recordings.len()];
     let mut specimens: Vec<&str> = recordings.iter().map(|recording| recording.specimen.as_str()).collect();
@@ -320,14 +365,15 @@ pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
     specimens.dedup();
     for specimen in specimens {
         let of_it = |recording: &Recording| recording.specimen == specimen;
-        let mut members: Vec<usize> = (0..recordings.len()).filter(|&k| of_it(&recordings[k])).collect();
+        let members = recordings.iter().filter(|recording| of_it(recording));
+        let mut files: Vec<&Path> = members.map(|recording| recording.file.as_path()).collect();
+        // Sensors of one file stand side by side.
+        files.dedup();
         // Sorted by a number from the file's name: it does not depend on other files, and has no order of time.
-        members.sort_by_key(|&k| {
-            let name = Path::new(&recordings[k].name).file_name().unwrap_or_default();
-            crc32fast::hash(name.as_encoded_bytes())
-        });
-        for &k in members.iter().take(share_of(members.len(), share)) {
-            tests[k] = true;
+        files.sort_by_key(|file| crc32fast::hash(file.file_name().unwrap_or_default().as_encoded_bytes()));
+        files.truncate(share_of(files.len(), share));
+        for (test, recording) in tests.iter_mut().zip(recordings) {
+            *test |= of_it(recording) && files.contains(&recording.file.as_path());
         }
     }
     tests

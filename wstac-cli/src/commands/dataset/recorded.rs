@@ -15,7 +15,9 @@ use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_train::dataset::recorded_arrays;
-use wstac_train::dataset::recordings::{Recording, comparable, find, for_tests, read, read_paths};
+use wstac_train::dataset::recordings::{
+    Recording, RecordingPart, comparable, find, for_tests, parts, read, read_paths,
+};
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
@@ -80,27 +82,28 @@ pub(in crate::commands) fn read_all(
     input: Input,
     threads: &rayon::ThreadPool,
 ) -> Result<Vec<Recording>, Stop> {
-    let (recordings, doubts) = read_files(&find(sources)?, config, input, threads)?;
+    let (recordings, doubts) = read_parts(&parts(find(sources)?)?, config, input, threads)?;
     doubts.iter().for_each(note);
     Ok(recordings)
 }
 
-/// Reads these files, and returns doubts about them for a person.
-pub(super) fn read_files(
-    files: &[PathBuf],
+/// Reads these recordings, and returns doubts about them for a person.
+pub(super) fn read_parts(
+    parts: &[RecordingPart],
     config: Option<&Config>,
     input: Input,
     threads: &rayon::ThreadPool,
 ) -> Result<(Vec<Recording>, Vec<String>), Stop> {
     finishing(Ending::InTime);
     let signal = number();
-    let progress = std::sync::Mutex::new((Progress::new("recordings", 0, files.len() as u32), 0));
+    let progress = std::sync::Mutex::new((Progress::new("recordings", 0, parts.len() as u32), 0));
     let results = threads.install(|| {
-        let each = files.par_iter().with_max_len(1).map(|file| {
+        let each = parts.par_iter().with_max_len(1).map(|part| {
             if signal.load(Ordering::Relaxed) != 0 {
                 return Ok(None);
             }
-            let recording = if input == Input::Frames { read(file, config)? } else { read_paths(file, config)? };
+            let of_paths = input != Input::Frames;
+            let recording = if of_paths { read_paths(part, config)? } else { read(part, config)? };
             if let Ok(mut progress) = progress.lock() {
                 progress.1 += 1;
                 let done = progress.1;

@@ -14,7 +14,7 @@ use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::text_file::file_text;
 use wstac_train::dataset::random::RandomSweep;
-use wstac_train::dataset::recordings::{comparable, find};
+use wstac_train::dataset::recordings::{RecordingPart, comparable, find, parts};
 use wstac_train::dataset::shard::{frames, random as random_shard, recorded as recorded_shard};
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::shard::{Shard, ShardKind, WholeSet};
@@ -129,13 +129,13 @@ fn of_recordings(arguments: &super::Arguments, numbers: [u32; 2]) -> Result<(), 
     let input: Input = arguments.sample().into();
     let text = arguments.config.as_deref().map(file_text).transpose()?;
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
-    let files = find(&arguments.sources)?;
-    let set = recorded_shard::set(&files, text.as_deref(), input, arguments.test)?;
+    let parts = parts(find(&arguments.sources)?)?;
+    let set = recorded_shard::set(&parts, text.as_deref(), input, arguments.test)?;
     let shard = Shard::new(numbers, set)?;
     make_shard(&shard, arguments.output(), &outputs(arguments), arguments.force, |items| {
-        let own: Vec<PathBuf> = items.iter().filter_map(|item| files.get(*item as usize)).cloned().collect();
+        let own: Vec<RecordingPart> = items.iter().filter_map(|item| parts.get(*item as usize)).cloned().collect();
         // Doubts are said when all recordings are there.
-        let (recordings, _) = recorded::read_files(&own, config.as_ref(), input, &pool(arguments.threads)?)?;
+        let (recordings, _) = recorded::read_parts(&own, config.as_ref(), input, &pool(arguments.threads)?)?;
         let contents = recordings.iter().map(|recording| recorded_shard::content(recording, input));
         let contents = contents.collect::<Result<Vec<_>, Error>>()?;
         Ok(items.iter().copied().zip(contents).collect())

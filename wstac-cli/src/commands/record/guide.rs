@@ -1,5 +1,6 @@
 //! `wstac record --guide` guides a person through a plan, one file per slide.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -68,7 +69,7 @@ struct Session<'a> {
 }
 
 /// Guides through the plan of a file.
-pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
+pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Result<(), Stop> {
     let slides = plan::read(plan_file)?;
     let labels = labels(&arguments.labels)?;
     let planned = slides.first().map(|slide| &slide.labels);
@@ -81,8 +82,9 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
         )
         .into());
     }
+    let is_live = is_camera(source);
     let (source, info, config) =
-        arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
+        arguments.options.open_configured(source, FramePolicy::Every, arguments.config.as_deref())?;
     let models = ModelFile::open_all(&arguments.models)?;
     let folder = &arguments.output;
     // Errors of the settings come before a person waits.
@@ -107,7 +109,6 @@ pub(super) fn run(arguments: &Arguments, plan_file: &Path) -> Result<(), Stop> {
         note(doubt);
     }
     let compression = arguments.compress.unwrap_or_default();
-    let is_live = is_camera(&arguments.source);
     let mut session =
         Session { is_live, source, info, kept, config, models: &models, labels, compression, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;

@@ -29,6 +29,8 @@ pub(super) struct Run<'a> {
     pub(super) files: &'a [ModelFile],
     /// Requests the end.
     pub(super) interrupted: &'a AtomicBool,
+    /// Whether the sensors are those of one recording, which their names choose.
+    pub(super) is_recorded: bool,
 }
 
 /// A sensor that is ready for reading.
@@ -45,12 +47,13 @@ impl<'a> Run<'a> {
     /// # Errors
     /// Returns an error if the source, the configuration or a model cannot be used.
     pub(super) fn open(self, sensor: &Sensor<'_>) -> Result<Opened<'a>, Stop> {
-        let Self { arguments, files, interrupted } = self;
+        let Self { arguments, files, interrupted, is_recorded } = self;
         let form = if arguments.json { Form::Json } else { Form::Text };
         let records = Records::new(form).of_sensor(sensor.name);
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
-        let (source, info, config) =
-            arguments.options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
+        let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
+        let options = of_recording.as_ref().unwrap_or(&arguments.options);
+        let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
         finishing(Ending::InTime);
         let Arguments { features, samples, motion, .. } = *arguments;

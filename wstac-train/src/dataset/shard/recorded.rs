@@ -1,7 +1,6 @@
 //! Shards of recordings: their descriptions, events and samples. A merge needs no recording.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use wstac_core::model::file::{INPUTS, Input};
@@ -11,7 +10,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::record::about::About;
 
 use super::{bytes_of, numbers_of};
-use crate::dataset::recordings::Recording;
+use crate::dataset::recordings::{Recording, RecordingPart};
 use crate::dataset::{Facts, Sample};
 use crate::shard::{ShardKind, ShardSet, WholeSet, digest};
 
@@ -23,24 +22,22 @@ struct Plan {
     test: String,
     /// The configuration's file that replaces those of the recordings.
     config: Option<String>,
-    /// Their names.
-    recordings: Vec<String>,
+    recordings: Vec<RecordingPart>,
 }
 
 /// The inputs by their names.
 const ALL_INPUTS: [Input; 3] = [Input::Frames, Input::Path, Input::TaxelPath];
 
-/// Describes the set of these recordings, as [`find`](crate::dataset::recordings::find) found them.
+/// Describes the set of these recordings, as [`parts`](crate::dataset::recordings::parts) found them.
 ///
 /// `config` is the text of a configuration's file for all of them, and `test` the fraction that is for tests. The set
 /// depends on the names and sizes of the files.
 ///
 /// # Errors
 /// A file is not there, or its name is not UTF-8.
-pub fn set(files: &[PathBuf], config: Option<&str>, input: Input, test: f64) -> Result<ShardSet, Error> {
+pub fn set(parts: &[RecordingPart], config: Option<&str>, input: Input, test: f64) -> Result<ShardSet, Error> {
     let mut about = format!("{} {test} {config:?}", input.name());
-    let mut recordings = Vec::with_capacity(files.len());
-    for file in files {
+    for RecordingPart { file, sensor } in parts {
         let bytes = file.metadata().map_err(|error| Error::io(file.display(), error))?.len();
         let name = file.to_str().ok_or_else(|| {
             Error::new(
@@ -50,13 +47,16 @@ pub fn set(files: &[PathBuf], config: Option<&str>, input: Input, test: f64) -> 
             )
         })?;
         // Writing to a string does not fail.
-        let _ = write!(about, " {name:?} {bytes}");
-        recordings.push(name.to_owned());
+        let _ = write!(about, " {name:?} {bytes} {sensor:?}");
     }
     let items =
-        u32::try_from(files.len()).map_err(|error| Error::with_cause(ErrorKind::Config, "recordings", error))?;
-    let plan =
-        Plan { input: input.name().into(), test: test.to_string(), config: config.map(str::to_owned), recordings };
+        u32::try_from(parts.len()).map_err(|error| Error::with_cause(ErrorKind::Config, "recordings", error))?;
+    let plan = Plan {
+        input: input.name().into(),
+        test: test.to_string(),
+        config: config.map(str::to_owned),
+        recordings: parts.to_vec(),
+    };
     let plan =
         serde_json::to_string(&plan).map_err(|error| Error::with_cause(ErrorKind::Config, "recordings", error))?;
     Ok(ShardSet { kind: ShardKind::Recordings, items, digest: format!("{:016x}", digest(&about)), plan })
@@ -134,8 +134,8 @@ pub fn read(set: &WholeSet) -> Result<RecordedSet, Error> {
     }
     let config = plan.config.as_deref().map(Config::parse).transpose()?;
     let each = set.items(|number, content| {
-        let name = plan.recordings.get(number as usize)?;
-        recording(name, content, config.as_ref())
+        let part = plan.recordings.get(number as usize)?;
+        recording(part, content, config.as_ref())
     })?;
     let (recordings, paths): (Vec<_>, Vec<_>) = each.into_iter().unzip();
     let test = plan.test.parse().map_err(|error| first.wrong_plan(&error))?;
@@ -146,12 +146,12 @@ pub fn read(set: &WholeSet) -> Result<RecordedSet, Error> {
 type Paths = Vec<Option<Box<[i16; INPUTS]>>>;
 
 /// Reads a recording and the samples along the paths of its events.
-fn recording(name: &str, content: &[u8], config: Option<&Config>) -> Option<(Recording, Paths)> {
+fn recording(part: &RecordingPart, content: &[u8], config: Option<&Config>) -> Option<(Recording, Paths)> {
     let (length, rest) = content.split_first_chunk()?;
     let (head, mut rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
     let head: Head = serde_json::from_slice(head).ok()?;
     let about = About::from_json(&head.about).ok()?;
-    let mut recording = Recording::labeled(name, &about, config.cloned()).ok()?;
+    let mut recording = Recording::labeled(part, &about, config.cloned()).ok()?;
     recording.incomplete = head.incomplete;
     let mut paths = Vec::with_capacity(head.events.len());
     for RecordedEvent { frame, reliable, duration, path } in head.events {

@@ -1,0 +1,205 @@
+//! `wstac record` writes several sensors to one file.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+
+use super::super::files::Outputs;
+use super::super::output::{Form, LossReport, Records, Stop, note, text_of};
+use super::super::signals::{Ending, finishing};
+use super::super::source_arguments::doubts_of_textures;
+use super::{Arguments, create, frame_limit, kept, labels, say};
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::model_file::ModelFile;
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::record::about::About;
+use wstac_host::record::{RecordedSensor, Recorder, SharedRecording, Written};
+use wstac_host::session::{Observer, Processor, Session, Step};
+use wstac_host::source::decorate::Limited;
+use wstac_host::source::names::Sensor;
+use wstac_host::source::{FramePolicy, Labels, Lag, SourceEvent};
+use wstac_host::texture::Textures;
+
+/// A sensor that is ready for recording.
+struct Opened<'a> {
+    name: &'a str,
+    session: Session,
+    about: About,
+    records: Records,
+}
+
+/// What all sensors share while they are read.
+struct Shared<'a> {
+    /// The number of events after which the recording ends.
+    limit: Option<u64>,
+    events: AtomicU64,
+    /// Whether another sensor has failed, or the disk is full.
+    is_over: AtomicBool,
+    interrupted: &'a AtomicBool,
+}
+
+pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), Stop> {
+    if arguments.guide.is_some() {
+        let message = "is for one sensor, expected a plain source";
+        return Err(Error::new(ErrorKind::Usage, "--guide", message).into());
+    }
+    let labels = labels(&arguments.labels)?;
+    let outputs = sensors.iter().fold(Outputs::new(arguments.force), |outputs, sensor| outputs.source(sensor.source));
+    let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
+    outputs.check([&arguments.output])?;
+    let files = ModelFile::open_all(&arguments.models)?;
+    let opened = sensors.iter().map(|sensor| open(arguments, sensor, &files, &labels));
+    let opened = opened.collect::<Result<Vec<_>, _>>()?;
+    let interrupted = finishing(Ending::Whole);
+    let (file, new) = create(arguments, &outputs)?;
+    let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
+    let described: Vec<_> = opened.iter().map(Opened::described).collect();
+    let compression = arguments.compress.unwrap_or_default();
+    let (recording, recorders) = SharedRecording::start(file, path, &described, compression)?;
+    let shared = Shared {
+        limit: arguments.events,
+        events: AtomicU64::new(0),
+        is_over: AtomicBool::new(false),
+        interrupted: &interrupted,
+    };
+    let both = opened.into_iter().zip(recorders);
+    let all = &shared;
+    let ended: Vec<_> = thread::scope(|scope| {
+        let threads: Vec<_> = both.map(|(opened, recorder)| scope.spawn(move || read(opened, recorder, all))).collect();
+        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+    });
+    let written = recording.finish();
+    let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
+    let most = |of: fn(&Ended) -> u64| ended.iter().map(of).max().unwrap_or(0);
+    let whole = written.as_ref().ok().map(|written| Written {
+        most_waiting: most(|ended| ended.waited.most_waiting),
+        waits: ended.iter().map(|ended| ended.waited.waits).sum(),
+        ..*written
+    });
+    let mut lag = Lag::default();
+    lag.most = most(|ended| u64::from(ended.lag.most)) as u32;
+    say(&arguments.output, whole.as_ref(), lag, shared.events.into_inner());
+    let mut failures: Vec<Error> = ended.into_iter().filter_map(|ended| ended.failure).collect();
+    let last = failures.pop();
+    // All errors matter, but an incomplete file matters more.
+    failures.iter().for_each(note);
+    if let (Some(error), Err(_)) = (&last, &written) {
+        note(error);
+    }
+    written?;
+    replaced?;
+    Ok(last.map_or(Ok(()), Err)?)
+}
+
+/// Opens a sensor.
+fn open<'a>(
+    arguments: &Arguments,
+    sensor: &Sensor<'a>,
+    files: &[ModelFile],
+    labels: &Labels,
+) -> Result<Opened<'a>, Error> {
+    let name = sensor.name.unwrap_or_default();
+    let records = Records::new(if arguments.json { Form::Json } else { Form::Text }).of_sensor(sensor.name);
+    let (source, info, config) =
+        arguments.options.open_configured(sensor.source, FramePolicy::Every, arguments.config.as_deref())?;
+    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
+    let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
+        .info(info.clone())
+        .config(config.clone())
+        .outputs(wanted)
+        .textures(Textures::new(files)?)
+        .build()?;
+    let models = files.iter().map(|file| file.about().to_owned()).collect();
+    let about = About::new(&kept(arguments, &info, &config)?, &config, labels.clone(), models)?;
+    records.note(&info.about);
+    if let Some(doubt) = doubts_of_textures(&info, files) {
+        records.note(doubt);
+    }
+    Ok(Opened { name, session, about, records })
+}
+
+impl Opened<'_> {
+    fn described(&self) -> RecordedSensor<'_> {
+        RecordedSensor { name: self.name, about: &self.about, processor: self.session.processor() }
+    }
+}
+
+/// How the recording of a sensor has ended.
+struct Ended {
+    waited: Written,
+    lag: Lag,
+    failure: Option<Error>,
+}
+
+/// Records a sensor until its source ends or fails, another one fails, a limit is reached, the disk is full, or a signal
+/// asks for the end.
+fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
+    let Opened { mut session, records, .. } = opened;
+    let mut observer = Recording { recorder, records, is_shown: true, losses: LossReport::default(), shared };
+    let failure = loop {
+        if shared.is_over() {
+            break session.finish(&mut observer).err();
+        }
+        match session.step(&mut observer) {
+            Ok(Step::GoesOn) => {}
+            Ok(Step::Over) => break None,
+            Err(error) => {
+                shared.is_over.store(true, Ordering::Relaxed);
+                break Some(error);
+            }
+        }
+    };
+    let Recording { recorder, records, losses, .. } = observer;
+    losses.say(|message| records.note(message));
+    let lag = session.lag();
+    // The file goes on, so this is no error of writing.
+    let waited = recorder.finish().unwrap_or_default();
+    Ended { waited, lag, failure }
+}
+
+impl Shared<'_> {
+    fn is_over(&self) -> bool {
+        let enough = self.limit.is_some_and(|limit| self.events.load(Ordering::Relaxed) >= limit);
+        enough || self.is_over.load(Ordering::Relaxed) || self.interrupted.load(Ordering::Relaxed)
+    }
+}
+
+/// Records and shows everything that passes through a sensor's session.
+struct Recording<'a> {
+    recorder: Recorder,
+    records: Records,
+    /// Whether somebody reads the records on standard output.
+    is_shown: bool,
+    losses: LossReport,
+    shared: &'a Shared<'a>,
+}
+
+impl Observer for Recording<'_> {
+    type Error = Error;
+
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
+        if let SourceEvent::Lost { frames, reason } = event {
+            self.losses.add(*frames, reason);
+        }
+        self.recorder.source_event(event);
+        Ok(())
+    }
+
+    fn output(&mut self, output: Output) -> Result<(), Error> {
+        self.recorder.output(&output, &text_of(&output));
+        if let Output::Event(_) = &output {
+            self.shared.events.fetch_add(1, Ordering::Relaxed);
+        }
+        if !matches!(output, Output::Features(_)) {
+            self.is_shown = self.is_shown && self.records.write(&output).is_ok();
+        }
+        Ok(())
+    }
+
+    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        let goes_on = self.recorder.processed(event, processor);
+        if !goes_on {
+            self.shared.is_over.store(true, Ordering::Relaxed);
+        }
+        goes_on
+    }
+}
