@@ -1,4 +1,5 @@
-"""Draws the pictures of the README from what the program prints, as SVG: the sensor, and one slide from frames to answer.
+"""Draws the pictures of the README and the book from what the program prints: the sensor, one slide from frames to answer, the screens
+of wstac view and wstac doctor, a figure of wstac plot, and the overlay of wstac calibrate.
 
 draw.py WSTAC FOLDER           writes them
 draw.py WSTAC FOLDER --check   compares what they say with those in the folder
@@ -15,6 +16,9 @@ import subprocess
 import sys
 import tempfile
 import zlib
+
+from terminal import picture as as_picture
+from terminal import screen
 
 SCENE = "scene:Saw3@150,90deg"
 WIDTH, HEIGHT = 1280, 720
@@ -190,20 +194,72 @@ def sensor():
     return svg(1060, 300, "The sensor: a surface bends whiskers, whose bases glow, and a camera sees the 25 bases from behind", parts)
 
 
+def view(wstac):
+    """The screen of wstac view while something slides."""
+    lines = screen([wstac, "view", SCENE], 120, 36, r"frame +5\d", [("Space", "PAUSED")])
+    return as_picture("The screen of wstac view: picture, taxels, traces and motion", lines, 120)
+
+
+def doctor(wstac):
+    """What wstac doctor prints."""
+    command = [wstac, "doctor", SCENE]
+    lines = ["$ wstac doctor " + SCENE, *screen(command, 100, 24, "Nothing to change")]
+    while not lines[-1].strip():
+        lines.pop()
+    return as_picture("What wstac doctor prints of a sensor", lines, 100)
+
+
+def plot(wstac):
+    """The figure of one event."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "plot.svg"
+        subprocess.run([wstac, "plot", SCENE, "-o", path], check=True, capture_output=True)
+        return path.read_text()
+
+
+def calibrate(wstac):
+    """The overlay of a calibration, as PNG."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "calibrate.png"
+        subprocess.run([wstac, "calibrate", SCENE, "-o", path.with_suffix(".toml"), "--overlay", path, "--size", "640x360"], check=True, capture_output=True)
+        return path.read_bytes()
+
+
 def says(picture):
     """Returns the texts of a picture. Pixels and lines may differ in their last digits between processors."""
     return re.findall(r"<(?:text|title)[^>]*>([^<]*)<", picture)
 
 
+def labels(picture):
+    """Returns the words of a screen. Its numbers are those of the moment that it was taken."""
+    return {word for said in says(picture) for word in re.findall("[A-Za-z]{2,}", said)}
+
+
+# Each picture, what draws it, and what of it is compared.
+PICTURES = {
+    "sensor.svg": (lambda _: sensor(), says),
+    "slide.svg": (slide, says),
+    "view.svg": (view, labels),
+    "doctor.svg": (doctor, labels),
+    "plot.svg": (plot, says),
+    "calibrate.png": (calibrate, bytes),
+}
+
+
 def main():
     wstac, folder, check = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3:] == ["--check"]
-    for name, picture in (("sensor.svg", sensor()), ("slide.svg", slide(wstac))):
-        path = folder / name
+    for name, (draw, compared) in PICTURES.items():
+        path, picture = folder / name, draw(wstac)
+        content = picture if isinstance(picture, bytes) else picture.encode()
         if not check:
-            path.write_text(picture)
-        elif says(path.read_text()) != says(picture):
-            sys.exit(f"{path}: says {says(path.read_text())}, expected {says(picture)}; ci/pictures writes it")
-        print(f"{path}: {len(picture.encode()):,} bytes")
+            path.write_bytes(content)
+        else:
+            kept = path.read_bytes()
+            before, now = (compared(part if isinstance(picture, bytes) else part.decode()) for part in (kept, content))
+            if before != now:
+                shown = "other pixels" if isinstance(picture, bytes) else f"{before}, expected {now}"
+                sys.exit(f"{path}: says {shown}; ci/pictures writes it")
+        print(f"{path}: {len(content):,} bytes")
 
 
 main()
