@@ -68,6 +68,11 @@ mod _wstac {
     use super::source::{Source, is_camera, open_scene, open_source};
     #[pymodule_export]
     use super::train::{fit, train};
+
+    /// The version of the package.
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "Python's name")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }
 
 /// The kinds of sources that this library has besides files, one per line.

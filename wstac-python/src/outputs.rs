@@ -101,9 +101,11 @@ impl Gathered {
         self.outputs.append(&mut more.outputs);
     }
 
-    /// Returns what was gathered. Frames are counted on.
+    /// Returns what was gathered. Frames are counted on, and gathered on in the same way.
     pub(crate) fn take_all(&mut self) -> Self {
-        let next = Self { count: self.count, ..Self::default() };
+        let frames =
+            self.frames.as_ref().map(|frames| Frames { size: frames.size, rate: frames.rate, ..Frames::default() });
+        let next = Self { count: self.count, frames, ..Self::default() };
         std::mem::replace(self, next)
     }
 

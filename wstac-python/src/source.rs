@@ -198,12 +198,37 @@ impl Source {
         }
     }
 
+    /// Returns the next camera frame that arrives and what followed from it, and from lost ones before it, as
+    /// [`gather`](Self::gather) does. At the end there is no frame, and then no record.
+    fn next_frame<'py>(&self, py: Python<'py>, with_picture: bool) -> PyResult<Bound<'py, PyDict>> {
+        self.gather_frames(py, with_picture);
+        loop {
+            py.check_signals()?;
+            let (gathered, failure, closed) = self.locked(py, |state| {
+                let goes_on = state.step();
+                let has_frame = state.gathered.frames.as_ref().is_some_and(|frames| !frames.numbers.is_empty());
+                let gathered = (has_frame || !goes_on).then(|| state.gathered.take_all());
+                // What came before a failure is returned first.
+                let is_all = !has_frame && gathered.as_ref().is_some_and(|gathered| gathered.outputs.is_empty());
+                let failure = if is_all { state.failure.take() } else { None };
+                (gathered, failure, state.closed && is_all)
+            });
+            if let Some(failure) = failure {
+                return Err(failure.into());
+            }
+            if closed {
+                return Err(self.is_closed());
+            }
+            if let Some(gathered) = gathered {
+                return self.arrays(py, gathered, with_picture);
+            }
+        }
+    }
+
     /// Reads all of it: records, features and their numbers; taxels, numbers and timestamps of camera frames; on
     /// request also their bytes.
     fn gather<'py>(&self, py: Python<'py>, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
-        let size = with_frames.then_some(self.frame_bytes);
-        let rate = (!self.has_times).then(|| f64::from(self.rate.0) / f64::from(self.rate.1));
-        self.locked(py, |state| state.gathered.frames = Some(Frames { size, rate, ..Frames::default() }));
+        self.gather_frames(py, with_frames);
         while self.locked(py, State::step) {
             py.check_signals()?;
         }
@@ -215,6 +240,25 @@ impl Source {
         if let Some(failure) = failure {
             return Err(failure.into());
         }
+        self.arrays(py, gathered, with_frames)
+    }
+
+    /// Releases the file or camera.
+    fn close(&self, py: Python<'_>) {
+        self.locked(py, |state| state.closed |= state.session.take().is_some());
+    }
+}
+
+impl Source {
+    /// Has camera frames gathered, with their bytes or without.
+    fn gather_frames(&self, py: Python<'_>, with_bytes: bool) {
+        let size = with_bytes.then_some(self.frame_bytes);
+        let rate = (!self.has_times).then(|| f64::from(self.rate.0) / f64::from(self.rate.1));
+        self.locked(py, |state| state.gathered.frames = Some(Frames { size, rate, ..Frames::default() }));
+    }
+
+    /// Returns what was gathered as objects and arrays.
+    fn arrays<'py>(&self, py: Python<'py>, gathered: Gathered, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
         let Gathered { features, numbers, outputs, frames, .. } = gathered;
         let frames = frames.unwrap_or_default();
         let count = frames.numbers.len();
@@ -232,13 +276,6 @@ impl Source {
         Ok(all)
     }
 
-    /// Releases the file or camera.
-    fn close(&self, py: Python<'_>) {
-        self.locked(py, |state| state.closed |= state.session.take().is_some());
-    }
-}
-
-impl Source {
     fn new(source: Box<dyn Open>, options: &SourceOptions, features: bool) -> PyResult<Self> {
         let mut info = source.info().clone();
         if (options.matrix.is_some() || options.range.is_some()) && !info.format.is_ycbcr() {

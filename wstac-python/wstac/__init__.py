@@ -16,7 +16,8 @@ natural logarithm, and a model gives the same answer here as on a board.
 [ContactEnd(frame=75, event_frame=35, time_s=2.5)]
 
 Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
-command, such as a camera, as they come; `read` reads all of a recording. `dataset` simulates training sets, `train` trains a
+command, such as a camera, as they come, and its frames with taxels and features; in asyncio, too. `read` reads all of a recording.
+`plot_event` and `plot_features` draw with matplotlib. `dataset` simulates training sets, `train` trains a
 `Model`, which names textures, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
 What cannot be used raises `Error`, a `ValueError` with the words of the command;
 that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
@@ -42,10 +43,12 @@ from ._dataset import dataset
 from ._errors import NotFoundError
 from ._models import Config, Model
 from ._pipeline import Pipeline, features
+from ._plots import plot_event, plot_features
 from ._recording import Recording, Truth, read, simulate
-from ._stream import Stream, open
+from ._samples import EventSamples
+from ._stream import Frame, Stream, open
 from ._train import Training, train
-from ._wstac import Error
+from ._wstac import Error, __version__
 
 __all__ = [
     "Config",
@@ -55,7 +58,9 @@ __all__ = [
     "End",
     "Error",
     "Event",
+    "EventSamples",
     "Fault",
+    "Frame",
     "Incomplete",
     "Lost",
     "Model",
@@ -69,9 +74,12 @@ __all__ = [
     "TextureClassifier",
     "Training",
     "Truth",
+    "__version__",
     "dataset",
     "features",
     "open",
+    "plot_event",
+    "plot_features",
     "read",
     "simulate",
     "train",

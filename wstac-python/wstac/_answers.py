@@ -118,6 +118,42 @@ class Event:
     taxel_path_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
     """The same of 25 taxels, a row of X_taxel_path, for models whose `input` is "taxel-path". A lost frame makes it zero."""
 
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the answers as one flat row, such as `pandas.DataFrame` takes: numbers, names and times, None where one is missing.
+
+        Units are in the names, and the reasons of missing answers are `why_speed`, `why_direction` and `why_texture`. The samples
+        are left out.
+
+        >>> import wstac
+        >>> [event] = wstac.open("scene:Saw3@150,90deg")
+        >>> row = event.to_dict()
+        >>> row["contact"], row["speed_mm_s"], row["direction_deg"], row["specimen"], row["why_texture"]
+        ('slide', 150.1, 89.5, None, 'no model was given')
+        """
+        texture = self.texture or Texture()
+        return {
+            "frame": self.frame,
+            "touch_frame": self.touch_frame,
+            "end_frame": self.end_frame,
+            "time_s": self.time_s,
+            "completed_s": self.completed_s,
+            "time_ns": self.time_ns,
+            "completed_ns": self.completed_ns,
+            "stamp": self.stamp,
+            "stamp_within_ms": self.stamp_within_ms,
+            "contact": self.contact,
+            "duration_frames": self.duration_frames,
+            **_columns("speed", self.speed),
+            "speed_at_most_mm_s": None if self.speed_at_most is None else self.speed_at_most.mm_s,
+            **_columns("direction", self.direction),
+            **{name.rstrip("_"): value for name, value in asdict(texture).items() if name not in ("confidence", "known")},
+            "texture_confidence": texture.confidence,
+            "texture_known": texture.known,
+            "frames_filled": self.frames_filled,
+            "reliable": self.reliable,
+            **{f"why_{answer}": self.why.get(answer) for answer in ("speed", "direction", "texture")},
+        }
+
     @property
     def record(self) -> dict[str, Any]:
         """The object that `wstac run --json` prints, without the sample."""
@@ -142,6 +178,23 @@ class Event:
             if other is not None:
                 found["texture"]["class"] = other
         return found
+
+
+def _columns(answer: str, value: Union[Speed, Direction, None]) -> dict[str, Any]:
+    """Returns a speed or a direction as columns of a row."""
+    if answer == "speed":
+        speed = value if isinstance(value, Speed) else None
+        return {
+            "speed_mm_s": speed and speed.mm_s,
+            "speed_sd_mm_s": speed and speed.sd,
+            "speed_extrapolated": speed and speed.extrapolated,
+        }
+    direction = value if isinstance(value, Direction) else None
+    return {
+        "direction_deg": direction and direction.deg,
+        "direction_sd_deg": direction and direction.sd,
+        "direction_confidence": direction and direction.confidence,
+    }
 
 
 def _leave_out(answer: Optional[dict[str, Any]], *names: str) -> None:
@@ -182,6 +235,10 @@ class ContactEnd:
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
     """The most by which the stamp may be wrong, in ms."""
 
+    def to_dict(self) -> dict[str, Any]:
+        """Returns it as one flat row, such as `pandas.DataFrame` takes."""
+        return asdict(self)
+
     @property
     def record(self) -> dict[str, Any]:
         """The object that `wstac run --json` prints."""
@@ -206,6 +263,20 @@ class Motion:
     """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
     """The most by which the stamp may be wrong, in ms."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns it as one flat row, such as `pandas.DataFrame` takes; units are in the names."""
+        return {
+            "frame": self.frame,
+            "time_s": self.time_s,
+            "time_ns": self.time_ns,
+            "stamp": self.stamp,
+            "stamp_within_ms": self.stamp_within_ms,
+            "speed_mm_s": self.speed.mm_s,
+            "speed_sd_mm_s": self.speed.sd,
+            "direction_deg": self.direction.deg,
+            "direction_sd_deg": self.direction.sd,
+        }
 
     @property
     def record(self) -> dict[str, Any]:

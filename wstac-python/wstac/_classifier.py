@@ -34,6 +34,10 @@ class TextureClassifier:
 
     _estimator_type = "classifier"
 
+    model_: Model
+    classes_: NDArray[Any]
+    n_features_in_: int
+
     def __init__(self, *, input: str = "path", task: Optional[str] = None, threads: Optional[int] = None) -> None:
         self.input = input
         self.task = task

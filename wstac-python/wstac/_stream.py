@@ -2,21 +2,65 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping
+from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Any, Optional
+from typing import Any, Optional, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _frames, _wstac
 from ._answers import Event, Fault, Record, Recorded
-from ._frames import Fps
+from ._frames import Fps, Frames
 from ._models import Config, Configuration, Models, Path, native_config, native_models
+
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A camera frame of `Stream.frames`, and what followed from it."""
+
+    number: int
+    """Its number among all camera frames, lost ones counted."""
+    timestamp: float
+    """Its time in s: the driver's own, or from 0 by its number and the rate (`End.clock`)."""
+    taxels: NDArray[np.float32] = field(repr=False)
+    """Taxels as fractions of full scale, 0 to 1: float32 (5, 5), the first row at the top."""
+    features: Optional[NDArray[np.int16]] = field(repr=False)
+    """The ten features of the feature frame that it completed, five rows, then five columns, in units of 1/2048 of a natural
+    logarithm: int16 (10,). None if it completed none: above 45 frames per second, frames are added up."""
+    feature_frame: Optional[int]
+    """Number of that feature frame."""
+    picture: Optional[Frames] = field(repr=False)
+    """Its pixels in the shape that `wstac.features` takes for their format; None unless they were asked for, or if there are none."""
+    records: list[Record] = field(repr=False)
+    """The records since the frame before, such as an `Event` that it completed."""
+
+    @property
+    def event(self) -> Optional[Event]:
+        """The event that it completed, or None."""
+        return next((record for record in self.records if isinstance(record, Event)), None)
 
 
 class Stream(Recorded):
     """An iterator over the events of a source as they come; `wstac.open` makes it.
 
     Ctrl-C ends the wait for a camera. `with` and `close` release the camera or file.
+
+    In a program of asyncio, `async for` waits for events in a thread, and so do `aframes` and `arecords`. A task that is cancelled
+    meanwhile closes the stream.
+
+    >>> import asyncio, wstac
+    >>> async def main():
+    ...     async with wstac.open("scene:Saw3@150,90deg") as stream:
+    ...         async for event in stream:
+    ...             print(event.contact, event.speed.mm_s)
+    >>> asyncio.run(main())
+    slide 150.1
     """
 
     def __init__(self, native: _wstac.Source) -> None:
@@ -91,6 +135,66 @@ class Stream(Recorded):
         while self._waiting or self._read():
             yield self._waiting.pop(0)
 
+    def frames(self, pictures: bool = False) -> Iterator[Frame]:
+        """Yields every camera frame as it comes, with its taxels, its features, and the records that followed from it.
+
+        With `pictures` also its pixels. The records are those of `records`, and whatever followed after the last frame is in `end`
+        and the other lists. Raises `Error` if the source fails.
+
+        >>> import wstac
+        >>> for frame in wstac.open("scene:Saw3@150,90deg").frames():
+        ...     if frame.event:
+        ...         print(frame.number, frame.taxels.shape, frame.features.shape, frame.event.contact)
+        104 (5, 5) (10,) slide
+        """
+        before: list[Record] = []
+        while True:
+            found = self._native.next_frame(pictures)
+            self._take(found["records"])
+            before += self._waiting + found["records"]
+            self._waiting.clear()
+            if not len(found["frame_numbers"]):
+                if not found["records"]:
+                    return
+                continue
+            code, width, height, bytes_per_row = self._native.shape
+            raw, numbers = found.get("frames"), found["feature_frames"]
+            yield Frame(
+                number=int(found["frame_numbers"][0]),
+                timestamp=float(found["timestamps"][0]),
+                taxels=found["taxels"][0],
+                features=found["features"][-1] if len(numbers) else None,
+                feature_frame=int(numbers[-1]) if len(numbers) else None,
+                picture=None if raw is None else _frames.pictures(raw, code, (width, height), bytes_per_row)[0],
+                records=before,
+            )
+            before = []
+
+    def __aiter__(self) -> AsyncIterator[Event]:
+        return self._in_threads(iter(self))
+
+    def arecords(self) -> AsyncIterator[Record]:
+        """Yields what `records` does, for `async for`."""
+        return self._in_threads(self.records())
+
+    def aframes(self, pictures: bool = False) -> AsyncIterator[Frame]:
+        """Yields what `frames` does, for `async for`."""
+        return self._in_threads(self.frames(pictures))
+
+    async def _in_threads(self, items: Iterator[Item]) -> AsyncIterator[Item]:
+        """Yields what an iterator does, each waited for in a thread."""
+        nothing = object()
+        while True:
+            try:
+                item = await asyncio.to_thread(next, items, nothing)
+            except asyncio.CancelledError:
+                # Or the thread would wait for a camera that nobody reads.
+                self.close()
+                raise
+            if item is nothing:
+                return
+            yield item  # type: ignore[misc]
+
     def _read(self) -> bool:
         """Reads the next records. Returns whether there are any."""
         given = self._native.next()
@@ -101,6 +205,14 @@ class Stream(Recorded):
     def close(self) -> None:
         """Releases the file or camera. Reading on raises `Error`, unless the stream had ended."""
         self._native.close()
+
+    async def __aenter__(self) -> Stream:
+        return self
+
+    async def __aexit__(
+        self, kind: Optional[type[BaseException]], error: Optional[BaseException], at: Optional[TracebackType]
+    ) -> None:
+        self.close()
 
     def __enter__(self) -> Stream:
         return self
@@ -166,7 +278,7 @@ def open(
         path_samples=path_samples,
         sensor=sensor,
     )
-    return Stream(_wstac.open_source(os.fsdecode(source), options, False))
+    return Stream(_wstac.open_source(os.fsdecode(source), options, True))
 
 
 def source_options(

@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 
 from ._answers import Record
 
+__version__: str
+
 __all__ = [
     "Config",
     "Error",
     "Model",
     "Pipeline",
     "Source",
+    "__version__",
     "dataset",
     "fit",
     "is_camera",
@@ -94,6 +97,7 @@ class Source:
     @property
     def config(self) -> Config: ...
     def next(self) -> list[Record]: ...
+    def next_frame(self, with_picture: bool) -> dict[str, Any]: ...
     def gather(self, with_frames: bool) -> dict[str, Any]: ...
     def close(self) -> None: ...
 
