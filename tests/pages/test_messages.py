@@ -69,7 +69,9 @@ class Messages(unittest.TestCase):
         named = on_page()
         for message in messages:
             with self.subTest(message=message):
-                self.assertTrue(any(all(piece in one for piece in pieces(message)) for one in named), f"docs/TROUBLESHOOTING.md has no row for {message!r}")
+                self.assertTrue(
+                    any(all(piece in one for piece in pieces(message)) for one in named), f"docs/TROUBLESHOOTING.md has no row for {message!r}"
+                )
 
     def test_every_message_with_help(self):
         found = {text for path in sources() for text in literals(path) if re.search(r"\bhelp: \S", text)}
