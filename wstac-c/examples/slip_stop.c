@@ -34,7 +34,7 @@ int main(int argc, char **argv)
         const WstacEvent *slip = &record.event;
         /* This comes with every frame while something slides. Two standard deviations make the decision safe. */
         if (record.kind == WSTAC_KIND_MOTION && !stopped && slip->speed_mm_s - 2 * slip->speed_sd_mm_s > limit) {
-            printf("frame %.0f: slip at %.0f mm/s towards %.0f°\n", (double)record.frame, slip->speed_mm_s,
+            printf("frame %.0f: slip at %.0f mm/s towards %.1f°\n", (double)record.frame, slip->speed_mm_s,
                    slip->direction_deg);
             stop();
             stopped = 1;

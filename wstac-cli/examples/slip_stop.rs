@@ -2,6 +2,7 @@
 //!
 //!     cargo run -p wstac-cli --example slip_stop SOURCE MM_S
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::json::angle;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Session;
 use wstac_host::source::open::{OpenOptions, open};
@@ -34,7 +35,8 @@ fn main() -> Result<(), Error> {
             Output::Motion(motion) => {
                 let slip = motion.velocity;
                 if !stopped && slip.mm_s - 2.0 * slip.mm_s_sd > limit {
-                    println!("frame {}: slip at {:.0} mm/s towards {:.0}°", motion.frame, slip.mm_s, slip.degrees);
+                    let direction = angle(slip.degrees);
+                    println!("frame {}: slip at {:.0} mm/s towards {direction:.1}°", motion.frame, slip.mm_s);
                     stop();
                     stopped = true;
                 }

@@ -22,7 +22,7 @@ for record in wstac.open(sys.argv[1], motion=True).records():
     if isinstance(record, wstac.Motion):
         speed, direction = record.speed, record.direction
         if not stopped and speed.mm_s - 2 * (speed.sd or 0) > limit:
-            print(f"frame {record.frame}: slip at {speed.mm_s:.0f} mm/s towards {direction.deg:.0f}°")
+            print(f"frame {record.frame}: slip at {speed.mm_s:.0f} mm/s towards {direction.deg:.1f}°")
             stop()
             stopped = True
     # The light has left: nothing touches the sensor any more.
