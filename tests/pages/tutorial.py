@@ -170,10 +170,11 @@ def unknown(command: list[str], wstac: Path) -> str | None:
 
 def check(page: Path, shell: Shell, wstac: Path) -> int:
     """Checks a page, and returns the number of blocks that were run."""
+    name = page.relative_to(ROOT) if page.is_relative_to(ROOT) else page.name
     found = list(blocks(page.read_text(encoding="utf-8")))
     runs, printed = 0, None
     for block in found:
-        where = f"{page.relative_to(ROOT)}:{block.line}"
+        where = f"{name}:{block.line}"
         language, *more = block.words or [""]
         try:
             if language == "sh" and not more:
@@ -199,7 +200,7 @@ def check(page: Path, shell: Shell, wstac: Path) -> int:
             raise Wrong(f"{where}: {error}") from None
         printed = None
     if runs == 0:
-        raise Wrong(f"{page.relative_to(ROOT)}: no block was run")
+        raise Wrong(f"{name}: no block was run")
     return runs
 
 
