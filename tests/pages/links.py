@@ -1,12 +1,13 @@
 """Checks that the targets of links in pages and source files exist. Needs no network: for other sites, only the form is
 checked.
 
-    links.py        every link of every markdown page, with its anchor; every path in inline code; every page and stage
+    links.py        every link of every markdown page and of every notebook, with its anchor; every path in inline code; every page and stage
                     (docs/….md, ci/…) that a source file names; and that docs/SUMMARY.md has every page of the book
 """
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -67,8 +68,11 @@ class Tree:
         return None
 
     def page(self, file: str) -> Iterator[str]:
-        """Yields what is wrong with a page."""
+        """Yields what is wrong with a page, or with the text of a notebook."""
         text = self.text(file)
+        if file.endswith(".ipynb"):
+            cells = json.loads(text)["cells"]
+            text = "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
         for line, target in pages.links(text):
             if why := self.target(file, target):
                 yield f"{file}:{line}: link to {target}: {why}"
@@ -106,9 +110,9 @@ class Tree:
     def problems(self) -> Iterator[str]:
         """Yields everything that is wrong."""
         for file in sorted(self.files):
-            if file.endswith(".md"):
+            if file.endswith((".md", ".ipynb")):
                 yield from self.page(file)
-            elif Path(file).suffix in SOURCES and not file.startswith(("LICENSE", "tests/pages/")):
+            if not file.endswith(".md") and Path(file).suffix in SOURCES and not file.startswith(("LICENSE", "tests/pages/")):
                 yield from self.source(file)
         yield from self.book()
 

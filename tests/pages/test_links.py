@@ -43,6 +43,11 @@ class Checker(unittest.TestCase):
         self.assert_one("gone.md", README_md='<a href="gone.md">a</a>')
         self.assert_one("gone.md", README_md="{{#include gone.md}}")
 
+    def test_a_notebook(self):
+        cell = '{"cells": [{"cell_type": "CELL", "source": ["text\\n", "[a](../README.md#two)"]}]}'
+        self.assert_one("README.md has no heading for #two", docs__a_ipynb=cell.replace("CELL", "markdown"), README_md="# One")
+        self.assertEqual(self.problems(docs__a_ipynb=cell.replace("CELL", "code"), README_md="# One"), [])
+
     def test_a_missing_heading(self):
         self.assert_one("README.md has no heading for #two", README_md="# One\n[a](#two)\n")
         self.assert_one("docs/A.md has no heading for #two-1", README_md="[a](docs/A.md#two-1)", docs__A_md="# Two\n")

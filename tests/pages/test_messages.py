@@ -1,0 +1,114 @@
+"""Tests that docs/TROUBLESHOOTING.md has the messages that the source code has, and no others."""
+
+import re
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs/TROUBLESHOOTING.md").read_text(encoding="utf-8")
+# Headings of first columns whose code is a message or the name of one.
+COLUMNS = {"message", "fault", "finding"}
+LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
+
+
+def words(text):
+    """Returns a text of the code or the page in one form: one line, and `…` for each part that is filled in."""
+    text = re.sub(r"\\\n\s*", "", text).replace('\\"', '"')
+    text = re.sub(r"(?<!\{)\{[^{}]*\}", "…", text)
+    return re.sub(r"\s+", " ", text).strip()
+
+
+def literals(path):
+    """Returns the texts of a source file, without those of its tests and comments."""
+    code = re.split(r"^#\[cfg\(test\)\]\n(?:pub )?mod ", path.read_text(encoding="utf-8"), flags=re.MULTILINE)[0]
+    code = re.sub(r"^\s*//.*$", "", code, flags=re.MULTILINE)
+    # A quotation mark as a character would begin a text.
+    return [words(found) for found in LITERAL.findall(code.replace("'\"'", "''"))]
+
+
+def sources():
+    """Yields the source files of all crates, without their tests."""
+    for path in sorted(ROOT.glob("wstac-*/**/*.rs")):
+        inside = path.relative_to(ROOT).parts
+        if "src" in inside and "target" not in inside and not path.stem.endswith("tests") and "tests" not in inside:
+            yield path
+
+
+def part(file, begin, end):
+    """Returns the part of a source file between two texts."""
+    text = (ROOT / file).read_text(encoding="utf-8")
+    return text.split(begin, 1)[1].split(end, 1)[0]
+
+
+def pieces(message):
+    """Returns the parts of a message that are not filled in, without the punctuation around them.
+
+    What was expected often is a constant of its own.
+    """
+    return [piece for piece in (one.strip(" :;,.()") for one in re.split(r"…|[,;] expected ", message)) if len(piece) > 1]
+
+
+def on_page():
+    """Returns the messages and names in the first columns of the page's tables."""
+    found, counts = [], False
+    for line in PAGE.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split(" | ")] if line.startswith("|") else []
+        if not cells:
+            counts = False
+        elif cells[0].strip("| ") in COLUMNS:
+            counts = True
+        elif counts and (code := re.fullmatch(r"\|?\s*`(.*)`", cells[0])):
+            found.append(code[1])
+    return found
+
+
+class Messages(unittest.TestCase):
+    def assert_there(self, messages, least):
+        """Checks that there are so many messages, and that the page has each."""
+        self.assertGreaterEqual(len(messages), least)
+        named = on_page()
+        for message in messages:
+            with self.subTest(message=message):
+                self.assertTrue(
+                    any(all(piece in one for piece in pieces(message)) for one in named), f"docs/TROUBLESHOOTING.md has no row for {message!r}"
+                )
+
+    def test_every_message_with_help(self):
+        found = {text for path in sources() for text in literals(path) if re.search(r"\bhelp: \S", text)}
+        self.assert_there(sorted(found), 1)
+
+    def test_every_reason_for_a_missing_answer(self):
+        for file, begin in (
+            ("wstac-host/src/texture.rs", "impl NoTexture"),
+            ("wstac-core/src/speed.rs", "impl NoSpeed"),
+            ("wstac-core/src/motion/mod.rs", "fn why_no_slide"),
+        ):
+            self.assert_there([words(one) for one in re.findall(r'=> "(.*?)"', part(file, begin, "\n}\n"))], 4)
+        reasons = part("wstac-cli/src/commands/run/no_event.rs", "impl fmt::Display for Reason", "\n}\n")
+        # The last one is of two lines, and the second is a hint in parentheses.
+        self.assert_there([words(one) for one in re.findall(r'=> f.write_str\("(.*?)"', reasons)], 3)
+
+    def test_every_fault(self):
+        names = re.findall(r'\w+ = "(.*?)"', part("wstac-host/src/words.rs", "FaultKind:", "\n}"))
+        self.assert_there(names, 10)
+        self.assertEqual(set(names) - set(on_page()), set())
+        board = part("wstac-host/src/monitor/board.rs", "fn fault_in_words", "\n}\n")
+        self.assert_there([words(found) for found in LITERAL.findall(board)], 9)
+
+    def test_every_finding_of_the_doctor(self):
+        code = (ROOT / "wstac-setup/src/doctor/verdict.rs").read_text(encoding="utf-8").split("#[cfg(test)]")[0]
+        kinds = set(re.findall(r'findings\.add\(\s*"(\w+)"', code))
+        self.assertGreaterEqual(len(kinds), 16)
+        self.assertEqual(kinds - set(on_page()), set())
+
+    def test_no_message_that_is_gone(self):
+        code = "\n".join(text for path in sources() for text in literals(path))
+        self.assertGreater(len(on_page()), 60)
+        for message in on_page():
+            for piece in pieces(words(message)):
+                with self.subTest(piece=piece):
+                    self.assertTrue(piece in code, f"no source file has the text {piece!r} of {message!r}")
+
+
+if __name__ == "__main__":
+    unittest.main()
