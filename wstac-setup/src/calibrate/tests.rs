@@ -215,3 +215,24 @@ fn every_format_and_size_is_calibrated() {
         assert_eq!(config.layout(size), Ok(calibration.layout));
     }
 }
+
+/// A calibration replaces what it measures in a configuration and keeps the rest, in the file as well.
+#[test]
+fn a_calibration_goes_into_a_configuration() {
+    let (outcome, size) = seen(&scene("specimen = \"Fla0\"\nspeed = 100\n[sensor]\nsize = [400, 400]"));
+    let calibration = outcome.result.as_ref().unwrap();
+    let (config, text) = calibration.applied_to(&Config::default(), "a scene").unwrap();
+    assert_eq!(text, calibration.to_toml("a scene"));
+    assert_eq!(config.layout(size).unwrap(), calibration.layout);
+    let own = "[trigger]\nwindow = 8\nmargin = 0.9\n[speed]\nlaw = \"published\"\n[sensor]\npitch_mm = 5.0";
+    let (config, text) = calibration.applied_to(&Config::parse(own).unwrap(), "a\nscene").unwrap();
+    assert!(text.starts_with("# A configuration with the calibration of a scene\n"), "{text}");
+    assert_eq!(config.layout(size).unwrap(), calibration.layout);
+    let trigger = config.trigger().unwrap();
+    assert_eq!((trigger.window(), config.sensor.pitch_mm), (8, 5.0));
+    assert!(config.speed.law().is_some() && !text.contains("margin = 0.9"), "{text}");
+    assert_eq!(Config::parse(&text).unwrap().to_toml(), config.to_toml());
+    // Every whisker is a spot of light, which has the whisker's base in it.
+    let whiskers = outcome.spots().iter().filter(|spot| spot.is_whisker).count();
+    assert_eq!(whiskers, TAXELS);
+}
