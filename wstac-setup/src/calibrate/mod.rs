@@ -15,6 +15,7 @@ mod noise;
 mod picture;
 mod plane;
 mod spots;
+mod text;
 mod watch;
 
 use wstac_core::layout::Layout;
@@ -24,6 +25,7 @@ use self::cells::Cells;
 use self::lattice::{Lattice, lattice};
 pub use self::noise::Noise;
 use self::spots::{Spot, spots};
+pub use self::text::DIM;
 use self::watch::Seen;
 pub use self::watch::{UNTOUCHED, Watch};
 
