@@ -233,6 +233,7 @@ impl Reader<'_> {
     fn restarted(&mut self, incomplete: Option<InterruptedReport>, processor: &Processor) -> Result<(), Refusal> {
         self.status.disturbed = false;
         self.zero = processor.pipeline().next_frame();
+        self.look(processor);
         match incomplete {
             Some(sample) => self.output(Output::Interrupted(sample)).map_err(|error| error.to_string()),
             None => Ok(()),
@@ -248,7 +249,7 @@ impl Reader<'_> {
     }
 
     fn publish(&mut self) {
-        self.news.jobs = self.jobs.news();
+        self.news.jobs = self.jobs.news().or(self.news.jobs.take());
         self.hub.publish(self.number, std::mem::take(&mut self.news), self.status.clone());
     }
 
@@ -260,6 +261,19 @@ impl Reader<'_> {
             return true;
         }
         false
+    }
+
+    /// Takes the state of the trigger, unless the source is over.
+    fn look(&mut self, processor: &Processor) {
+        if matches!(self.status.phase, "ended" | "failed") {
+            return;
+        }
+        let pipeline = processor.pipeline();
+        let window = f32::from(pipeline.trigger_config().window());
+        let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
+        (self.status.phase, self.status.progress) = self.phase(processor);
+        self.status.frame = pipeline.next_frame();
+        self.status.thresholds = pipeline.thresholds().map(|thresholds| thresholds.map(real));
     }
 
     /// Returns what the trigger does, and how far it is.
@@ -320,17 +334,16 @@ impl Observer for Reader<'_> {
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
         self.jobs.processed(event, processor, self.camera.as_deref());
-        // Nothing has changed.
         if matches!(event, SourceEvent::Waiting) {
+            // Nothing has changed, besides what the page has not seen of a job yet.
+            if let Some(jobs) = self.jobs.news() {
+                self.news.jobs = Some(jobs);
+                self.publish();
+            }
             return true;
         }
-        let pipeline = processor.pipeline();
-        let window = f32::from(pipeline.trigger_config().window());
-        let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
-        (self.status.phase, self.status.progress) = self.phase(processor);
-        self.status.frame = pipeline.next_frame();
+        self.look(processor);
         self.status.taxels = processor.taxels();
-        self.status.thresholds = pipeline.thresholds().map(|thresholds| thresholds.map(real));
         self.publish();
         true
     }

@@ -82,6 +82,8 @@ pub(crate) struct Jobs {
     /// Whether the page is to see a change at once.
     is_urgent: bool,
     looked: Option<Instant>,
+    /// What the page has got last.
+    seen: String,
     /// Lines for the person who started the program.
     told: Vec<String>,
     /// Recordings that could not be written.
@@ -106,6 +108,7 @@ impl Jobs {
             proposal: 1,
             is_urgent: false,
             looked: None,
+            seen: String::new(),
             told: Vec::new(),
             failures: 0,
         }
@@ -324,9 +327,12 @@ impl Jobs {
         });
         let layout =
             self.layout.map(|layout| LayoutShown { taxel: layout.taxel(), corners: layout.corners().to_vec() });
-        let Self { recorded, calibrated, examined, .. } = self;
+        let Self { recorded, calibrated, examined, .. } = &*self;
         // Numbers and texts can always be JSON.
-        serde_json::to_string(&Shown { job, layout, recorded, calibrated, examined }).ok()
+        let text = serde_json::to_string(&Shown { job, layout, recorded, calibrated, examined }).ok()?;
+        let is_new = self.seen != text;
+        self.seen.clone_from(&text);
+        is_new.then_some(text)
     }
 
     /// Returns the lines for the person who started the program since the last time.
