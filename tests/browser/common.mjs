@@ -2,9 +2,13 @@
 
 import { execFileSync, spawn } from 'node:child_process';
 import http from 'node:http';
+import path from 'node:path';
 import { createInterface } from 'node:readline';
 
-export const [, , wstac, folder, ...more] = process.argv;
+const [, , command, keep, ...rest] = process.argv;
+export const more = rest;
+// The checks go to a folder of their own.
+export const [wstac, folder] = [command, keep].map((name) => name && path.resolve(name));
 export const MODEL = ['--model', 'builtin:svm'];
 export const LIMIT_MS = 60_000;
 let failures = 0;

@@ -220,8 +220,12 @@ class Sensor {
     this.peak = Math.max(bright, this.peak * 0.995);
     context.fillStyle = "#000";
     context.fillRect(0, 0, canvas.width, canvas.height);
-    if (this.picture) {
-      const image = pictureImage(this.picture, this.peak);
+    const glow = this.tools.glowToShow();
+    const which = glow ? "the light that the calibration has seen" : "";
+    if (this.part("which").textContent !== which) this.part("which").textContent = which;
+    if (glow || this.picture) {
+      // Of a calibration, 1 is the brightest light.
+      const image = glow ? pictureImage(glow, 1 / 1.3) : pictureImage(this.picture, this.peak);
       context.imageSmoothingEnabled = true;
       context.drawImage(image, 0, 0, canvas.width, canvas.height);
     }
@@ -237,7 +241,7 @@ class Sensor {
       // A layout that is to be confirmed stands alone.
       if (!calibrates) context.strokeRect(x * scale, y * scale, width, height);
     });
-    this.drawArrow(context, canvas);
+    if (!glow) this.drawArrow(context, canvas);
   }
 
   // An arrow that turns towards the newest direction, and fades when nothing slides.
@@ -378,14 +382,17 @@ function pictureImage({ bytes, width, height, canvas }, peak) {
 
 function takePicture(buffer) {
   const view = new DataView(buffer);
-  const sensor = sensors[view.getUint8(0)];
+  // The highest bit is of the light that a calibration has seen.
+  const [number, isGlow] = [view.getUint8(0) & 0x7f, view.getUint8(0) > 0x7f];
+  const sensor = sensors[number];
   if (!sensor) return;
+  const [holder, name] = isGlow ? [sensor.tools, "glow"] : [sensor, "picture"];
   const [width, height] = [view.getUint16(1, true), view.getUint16(3, true)];
-  let canvas = sensor.picture && sensor.picture.canvas;
+  let canvas = holder[name] && holder[name].canvas;
   if (!canvas || canvas.width !== width || canvas.height !== height) {
     canvas = Object.assign(document.createElement("canvas"), { width, height });
   }
-  sensor.picture = { bytes: new Uint8Array(buffer, 5), width, height, canvas };
+  holder[name] = { bytes: new Uint8Array(buffer, 5), width, height, canvas };
 }
 
 // --- the connection

@@ -8,7 +8,7 @@ const ROW = 5; // taxels
 class Tools {
   // `ask` sends an action to the server, and returns whether there is a connection.
   constructor(root, about, title, ask) {
-    Object.assign(this, { root, about, ask, jobs: {}, job: null, url: null });
+    Object.assign(this, { root, about, ask, jobs: {}, job: null, url: null, glow: null });
     this.tool = (name) => root.querySelector(".tool." + name);
     for (const [name, action] of [
       ["start", () => this.calibrate()], ["use", () => this.use()], ["cancel", () => this.cancel()],
@@ -191,6 +191,17 @@ class Tools {
 
   // --- the picture
 
+  // Returns whether a calibration was refused, and a person looks at why.
+  looks() {
+    const last = this.jobs.calibrated;
+    return !this.job && Boolean(last && last.is_error) && this.tool("calibrate").open;
+  }
+
+  // Returns the light that a calibration has seen, if it is to be looked at.
+  glowToShow() {
+    return (this.is("calibration") && this.job.is_ready && this.job.spots.length) || this.looks() ? this.glow : null;
+  }
+
   // Draws what a calibration has seen. Returns whether it shows taxels of its own.
   draw(context, scale) {
     const runs = this.is("calibration");
@@ -198,7 +209,7 @@ class Tools {
     const proposal = runs && this.job.proposal;
     const middle = (at) => (at + 0.5) * scale;
     if (!proposal) {
-      const spots = runs ? this.job.spots : last && last.is_error && !this.job ? last.spots : [];
+      const spots = runs ? this.job.spots : this.looks() ? last.spots : [];
       for (const [x, y, radius, isWhisker] of spots) {
         ring(context, middle(x), middle(y), radius * 1.3 * scale, isWhisker || runs ? "#fff" : "#ffa257");
       }

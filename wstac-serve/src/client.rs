@@ -106,7 +106,7 @@ impl Client<'_> {
         self.unacknowledged.push(texts.len());
         for (index, text) in texts.into_iter().enumerate() {
             self.send(Message::text(text))?;
-            if let Some(picture) = updates.get(index).and_then(Update::picture) {
+            for picture in updates.get(index).into_iter().flat_map(Update::pictures) {
                 self.send(Message::binary(picture))?;
             }
         }

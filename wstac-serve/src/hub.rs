@@ -76,6 +76,8 @@ pub(crate) struct News {
     pub(crate) picture: Option<Picture>,
     /// What the page shows of recordings, calibrations and examinations, if it has changed.
     pub(crate) jobs: Option<String>,
+    /// The light that a calibration has seen.
+    pub(crate) glow: Option<Picture>,
 }
 
 /// The last values of a stream.
@@ -123,6 +125,8 @@ struct Channel {
     steps: u64,
     /// The jobs as the page gets them, and how often they have changed.
     jobs: (Arc<str>, u64),
+    /// The light that the last calibration has seen, and how often it has changed.
+    glow: (Option<Picture>, u64),
     /// What a page asks for, until the sensor's thread takes it.
     order: Option<Order>,
 }
@@ -134,6 +138,7 @@ pub(crate) struct Cursor {
     records: u64,
     steps: u64,
     jobs: u64,
+    glow: u64,
     /// Steps without an update of their own.
     skipped: u64,
 }
@@ -149,8 +154,13 @@ pub(crate) struct Update {
     jobs: Option<Arc<str>>,
     skipped: u64,
     sensor: usize,
-    pub(crate) picture: Option<Picture>,
+    picture: Option<Picture>,
+    /// The light that a calibration has seen, if it has changed.
+    glow: Option<Picture>,
 }
+
+/// The bit of a sensor's number that says that a picture is the light of a calibration.
+const GLOW: u8 = 0x80;
 
 impl Update {
     /// Returns the update as JSON. Its records are the lines of `wstac run --json`.
@@ -164,10 +174,14 @@ impl Update {
         ))
     }
 
-    /// Returns the picture behind the number of its sensor.
-    pub(crate) fn picture(&self) -> Option<Vec<u8>> {
-        let picture = self.picture.as_ref()?;
-        Some([&[u8::try_from(self.sensor).ok()?], &picture[..]].concat())
+    /// Returns the pictures, each behind the number of its sensor: the newest one, and that of a calibration.
+    pub(crate) fn pictures(&self) -> impl Iterator<Item = Vec<u8>> {
+        let sensor = u8::try_from(self.sensor).ok().filter(|sensor| *sensor < GLOW);
+        let of = |picture: &Option<Picture>, bit: u8| {
+            let (picture, sensor) = (picture.as_ref()?, sensor?);
+            Some([&[sensor | bit], &picture[..]].concat())
+        };
+        [of(&self.picture, 0), of(&self.glow, GLOW)].into_iter().flatten()
     }
 }
 
@@ -191,6 +205,7 @@ impl Hub {
             picture: None,
             steps: 0,
             jobs: ("null".into(), 0),
+            glow: (None, 0),
             order: None,
         };
         Self {
@@ -218,6 +233,9 @@ impl Hub {
         if let Some(jobs) = news.jobs {
             channel.jobs = (jobs.into(), channel.jobs.1 + 1);
         }
+        if news.glow.is_some() {
+            channel.glow = (news.glow, channel.glow.1 + 1);
+        }
         channel.steps += 1;
         drop(channels);
         self.news.notify_all();
@@ -243,7 +261,10 @@ impl Hub {
             cursor.steps = channel.steps;
             let (jobs, number) = &channel.jobs;
             let jobs = (std::mem::replace(&mut cursor.jobs, *number) != *number).then(|| jobs.clone());
+            let (glow, number) = &channel.glow;
+            let is_new = std::mem::replace(&mut cursor.glow, *number) != *number;
             Update {
+                glow: glow.clone().filter(|_| is_new),
                 jobs,
                 sensor,
                 features: channel.features.since(&mut cursor.features),

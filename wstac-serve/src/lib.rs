@@ -14,4 +14,4 @@ mod tools;
 pub use access::Token;
 pub use sensor::{Opened, Sensor};
 pub use server::Server;
-pub use tools::{CalibrationFile, ExaminedCamera, Tools};
+pub use tools::{CalibrationFile, ExaminedCamera, Tools, WriteFile};

@@ -250,6 +250,7 @@ impl Reader<'_> {
 
     fn publish(&mut self) {
         self.news.jobs = self.jobs.news().or(self.news.jobs.take());
+        self.news.glow = self.jobs.glow().and_then(|glow| packed(&glow));
         self.hub.publish(self.number, std::mem::take(&mut self.news), self.status.clone());
     }
 

@@ -46,8 +46,11 @@ pub struct CalibrationFile {
     /// Its name, for people.
     pub name: String,
     /// Writes the text of a configuration, completely or not at all. A later calibration replaces the file.
-    pub write: Box<dyn FnMut(&str) -> Result<(), Error> + Send>,
+    pub write: Box<WriteFile>,
 }
+
+/// Writes the text of a file.
+pub type WriteFile = dyn FnMut(&str) -> Result<(), Error> + Send;
 
 impl fmt::Debug for CalibrationFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

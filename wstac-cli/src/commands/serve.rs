@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
-    /// Listen at this address and port; port 0 is any free one
+    /// Listen here; port 0 is any free one
     ///
     /// Other machines reach the page only at another address than 127.0.0.1, and only with the token that is in the
     /// printed address then.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use wstac_core::params::TAXELS;
 use wstac_host::error::Error;
+use wstac_host::picture::Picture;
 use wstac_host::source::{SourceEvent, StreamInfo};
 use wstac_setup::calibrate::{Calibration, DIM, LightSpot, UNTOUCHED, Watch};
 
@@ -16,6 +17,8 @@ pub(super) struct Calibrating {
     watch: Watch,
     frames: u64,
     spots: Vec<Spot>,
+    /// The light so far, if the page has not seen it.
+    pub(super) glow: Option<Picture>,
     /// The calibration that was found.
     found: Option<(Proposal, Box<Calibration>)>,
 }
@@ -47,14 +50,21 @@ pub(super) struct Progress {
 }
 
 /// The result of a calibration, as the page gets it.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct Calibrated {
-    pub(super) text: String,
-    pub(super) is_error: bool,
+    text: String,
+    is_error: bool,
     /// The spots that were seen, if it was refused.
     spots: Vec<Spot>,
     /// The configuration, if it went to no file.
-    pub(super) toml: Option<String>,
+    toml: Option<String>,
+}
+
+impl Calibrated {
+    /// Returns the result that a person has confirmed. `toml` is the configuration, if it went to no file.
+    pub(super) fn confirmed(text: String, toml: Option<String>) -> Self {
+        Self { text, is_error: false, spots: Vec::new(), toml }
+    }
 }
 
 fn shown(spots: &[LightSpot]) -> Vec<Spot> {
@@ -71,7 +81,7 @@ impl Calibrating {
     /// # Errors
     /// The stream has no pixels.
     pub(super) fn start(info: &StreamInfo) -> Result<Self, Error> {
-        Ok(Self { watch: Watch::new(info)?, frames: 0, spots: Vec::new(), found: None })
+        Ok(Self { watch: Watch::new(info)?, frames: 0, spots: Vec::new(), glow: None, found: None })
     }
 
     /// Takes an event of the source. Returns whether it was the last one for this calibration.
@@ -84,6 +94,7 @@ impl Calibrating {
             self.frames += 1;
             if self.watch.is_ready() && self.frames.is_multiple_of(BETWEEN_SEARCHES) {
                 self.spots = shown(&self.watch.spots());
+                self.glow = Some(self.watch.glow());
             }
         }
         matches!(event, SourceEvent::End) || self.frames >= MOST_FRAMES
@@ -95,6 +106,7 @@ impl Calibrating {
     /// There is no calibration; the result says why.
     pub(super) fn find(&mut self, number: u64) -> Result<(), Calibrated> {
         let outcome = self.watch.calibrate();
+        self.glow = Some(self.watch.glow());
         let spots = shown(&outcome.spots());
         match outcome.result {
             Ok(found) => {

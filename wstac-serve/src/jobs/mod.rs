@@ -12,6 +12,7 @@ use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::output::Output;
+use wstac_host::picture::Picture;
 use wstac_host::session::Processor;
 use wstac_host::source::{Labels, SourceEvent, StreamInfo};
 
@@ -25,7 +26,7 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(150);
 
 /// A job in progress.
 enum Job {
-    Recording(Recording),
+    Recording(Box<Recording>),
     Calibration(Box<Calibrating>),
     Examination(Examining),
 }
@@ -35,7 +36,7 @@ enum Job {
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum Progress {
     Recording(recording::Progress),
-    Calibration(calibration::Progress),
+    Calibration(Box<calibration::Progress>),
     Examination(examination::Progress),
 }
 
@@ -77,6 +78,8 @@ pub(crate) struct Jobs {
     examined: Option<Examined>,
     /// The layout in use, if a calibration gave it.
     layout: Option<Layout>,
+    /// The light that a calibration has seen, if the page has not got it yet.
+    glow: Option<Picture>,
     /// The number of the next proposal.
     proposal: u64,
     /// Whether the page is to see a change at once.
@@ -105,6 +108,7 @@ impl Jobs {
             calibrated: None,
             examined: None,
             layout: None,
+            glow: None,
             proposal: 1,
             is_urgent: false,
             looked: None,
@@ -147,7 +151,7 @@ impl Jobs {
         let recording =
             Recording::start(folder, name, labels, described, processor).map_err(|error| error.to_string())?;
         self.recorded = None;
-        self.begin(Job::Recording(recording));
+        self.begin(Job::Recording(Box::new(recording)));
         Ok(())
     }
 
@@ -182,7 +186,9 @@ impl Jobs {
             return Ok(());
         }
         self.is_urgent = true;
-        match calibrating.find(self.proposal) {
+        let found = calibrating.find(self.proposal);
+        self.glow = calibrating.glow.take();
+        match found {
             Ok(()) => self.proposal += 1,
             Err(refused) => (self.calibrated, self.job) = (Some(refused), None),
         }
@@ -205,18 +211,13 @@ impl Jobs {
         let (config, text) = found.applied_to(&self.config, &self.info.about).map_err(|error| error.to_string())?;
         // Whatever could refuse it does so before the file is written.
         config.pipeline(&self.info).map_err(|error| error.to_string())?;
-        let mut done = Calibrated::default();
-        match &mut self.tools.calibrate_to {
-            Some(file) => {
-                (file.write)(&text).map_err(|error| error.to_string())?;
-                done.text = format!("The new layout is used, and {} has it.", file.name);
-                self.told.push(format!("wrote {}", file.name));
-            }
-            None => {
-                done.text = "The new layout is used until the server ends.".to_owned();
-                done.toml = Some(text);
-            }
-        }
+        let done = if let Some(file) = &mut self.tools.calibrate_to {
+            (file.write)(&text).map_err(|error| error.to_string())?;
+            self.told.push(format!("wrote {}", file.name));
+            Calibrated::confirmed(format!("The new layout is used, and {} has it.", file.name), None)
+        } else {
+            Calibrated::confirmed("The new layout is used until the server ends.".to_owned(), Some(text))
+        };
         let layout = apply(&self.info, &config).map_err(|error| error.to_string())?;
         (self.config, self.layout, self.calibrated) = (config, Some(layout), Some(done));
         (self.job, self.is_urgent) = (None, true);
@@ -259,7 +260,9 @@ impl Jobs {
         match &mut self.job {
             Some(Job::Recording(recording)) => recording.source_event(event),
             Some(Job::Calibration(calibrating)) => {
-                if calibrating.take(event) {
+                let is_last = calibrating.take(event);
+                self.glow = calibrating.glow.take().or(self.glow.take());
+                if is_last {
                     // A refusal is a result, and nobody asked.
                     let _ = self.find();
                 }
@@ -313,16 +316,21 @@ impl Jobs {
         }
     }
 
+    /// Returns the light that a calibration has seen, if the page has not got it yet.
+    pub(crate) fn glow(&mut self) -> Option<Picture> {
+        self.glow.take()
+    }
+
     /// Returns what the page shows of the jobs, if that has changed and is due.
     pub(crate) fn news(&mut self) -> Option<String> {
         let is_due = self.looked.is_none_or(|at| at.elapsed() >= BETWEEN_LOOKS);
-        if !self.is_urgent && !(self.job.is_some() && is_due) {
+        if !(self.is_urgent || self.job.is_some() && is_due) {
             return None;
         }
         (self.is_urgent, self.looked) = (false, Some(Instant::now()));
         let job = self.job.as_ref().map(|job| match job {
             Job::Recording(recording) => Progress::Recording(recording.progress()),
-            Job::Calibration(calibrating) => Progress::Calibration(calibrating.progress()),
+            Job::Calibration(calibrating) => Progress::Calibration(Box::new(calibrating.progress())),
             Job::Examination(examining) => Progress::Examination(examining.progress()),
         });
         let layout =

@@ -19,10 +19,11 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::labels::check;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Labels, Source, SourceEvent};
 use wstac_host::texture::pattern_and_depth;
+
+pub use wstac_host::record::labels::{NAMES, check};
 
 /// A recording's samples and labels.
 #[derive(Clone, Debug)]
