@@ -127,6 +127,32 @@ async function record(browser, scene) {
   say('recordings have their labels and are those of wstac record', problems);
 }
 
+/** Records one of two sensors: the one that was clicked last. */
+async function choose(browser, scene) {
+  mkdirSync('chosen');
+  const server = await serve(`cam:left=${scene}`, `cam:right=${scene}`, '--listen', '127.0.0.1:0', '--record-to', 'chosen');
+  const seen = await open(browser, server.address, 1440, 900, 'dark');
+  const { page } = seen;
+  const problems = [];
+  const sections = page.locator('.sensor');
+  await sections.nth(1).locator('h2').click();
+  await page.keyboard.press('r');
+  const busy = sections.nth(1).locator('.busy');
+  await busy.filter({ hasText: 'recording' }).waitFor({ timeout: LIMIT_MS });
+  if ((await sections.nth(1).getAttribute('aria-current')) !== 'true') problems.push('the chosen sensor is not marked');
+  // A key for the other one leaves it alone, and its own baseline is refused meanwhile.
+  await page.keyboard.press('1');
+  await page.keyboard.press('2');
+  await sections.nth(1).locator('.refused').filter({ hasText: 'a recording is in progress' }).waitFor({ timeout: LIMIT_MS });
+  if (await sections.nth(0).locator('.refused').isVisible()) problems.push('a baseline of the other sensor is refused');
+  await page.keyboard.press('r');
+  await busy.waitFor({ state: 'hidden', timeout: LIMIT_MS });
+  const files = readdirSync('chosen').join(' ');
+  if (files !== 'right-1.mcap') problems.push(`the folder has ${files}`);
+  say('keys are for the chosen sensor', [...problems, ...quiet(seen)]);
+  await server.stop();
+}
+
 /** Calibrates with the keys, writes the file, and compares the next slide's answers. */
 async function calibrate(browser, scene) {
   const file = 'my.toml';
@@ -223,6 +249,7 @@ export async function tools(browser) {
     const file = (name, text) => (writeFileSync(name, text), `scene:${name}`);
     const [slides, leaky] = [file('slides.toml', SLIDES), file('leaky.toml', LEAKY)];
     await record(browser, slides);
+    await choose(browser, slides);
     await calibrate(browser, slides);
     await download(browser, slides);
     await doctor(browser, leaky);

@@ -60,8 +60,8 @@ pub(super) struct Arguments {
 
     /// Let pages record to new files in this existing folder
     ///
-    /// The files are SENSOR-1.mcap, SENSOR-2.mcap and so on, of a single source wstac-1.mcap. A page gives labels, and no
-    /// names. Every frame of a camera is read then, in place of the newest.
+    /// The files are NAME-1.mcap, NAME-2.mcap and so on by the name of the source, or wstac-1.mcap and so on. A page gives
+    /// labels, and no names. Every frame of a camera is read then, in place of the newest.
     #[arg(long, value_name = "FOLDER")]
     record_to: Option<PathBuf>,
 
@@ -141,8 +141,7 @@ Who can see the page:
   Whoever sees the page may also record and calibrate, one request at a
   time for each sensor, and choose no path.
   Exit code: 1 if a source, a file or the address cannot be used, or if
-  a source or a recording has failed; 2 for wrong arguments; otherwise
-  0.
+  a source or a recording has failed; 2 for wrong arguments, else 0.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
