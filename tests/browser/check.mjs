@@ -8,7 +8,9 @@
 import path from 'node:path';
 import { chromium } from 'playwright-core';
 
-import { LIMIT_MS, MODEL, bytesOf, differences, ended, eventsOf, failed, folder, more, open, say, serve, statusOf, wstac } from './common.mjs';
+import {
+  LIMIT_MS, MODEL, bytesOf, differences, ended, eventsOf, failed, folder, more, open, say, serve, statusOf, wstac,
+} from './common.mjs';
 import { tools } from './tools.mjs';
 
 if (!wstac || more.length > 0) {
@@ -35,7 +37,8 @@ for (const [name, { page, errors }] of Object.entries({ wide, phone })) {
   const problems = errors.map((error) => `the console says ${error}`);
   const [found, width] = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth]);
   if (found > width) problems.push(`the page is ${found} pixels wide, expected ${width}`);
-  if (bytes < LEAST_BYTES || bytes > MOST_BYTES) problems.push(`the page has ${bytes} bytes, expected ${LEAST_BYTES} to ${MOST_BYTES}`);
+  const isRight = bytes >= LEAST_BYTES && bytes <= MOST_BYTES;
+  if (!isRight) problems.push(`the page has ${bytes} bytes, expected ${LEAST_BYTES} to ${MOST_BYTES}`);
   say(`${name}: ${bytes} bytes`, problems);
   if (folder) await page.screenshot({ path: path.join(folder, `serve-${name}.png`), fullPage: true });
 }

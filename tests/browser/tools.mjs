@@ -35,8 +35,10 @@ async function says(page, selector, pattern) {
   return part(page, selector).innerText();
 }
 /** Waits until the page shows this many events. */
-const events = (page, count) =>
-  page.waitForFunction((count) => document.querySelectorAll('tr[data-kind=event]').length >= count, count, { timeout: LIMIT_MS });
+const events = (page, count) => {
+  const isThere = (count) => document.querySelectorAll('tr[data-kind=event]').length >= count;
+  return page.waitForFunction(isThere, count, { timeout: LIMIT_MS });
+};
 /** Returns what the console said, as problems. */
 const quiet = ({ errors }) => errors.map((error) => `the console says ${error}`);
 
@@ -45,12 +47,13 @@ const unnamed = (page) =>
   page.evaluate(() => {
     const named = (element) => element.getAttribute('aria-label') || element.textContent.trim() || element.labels?.length;
     const all = [...document.querySelectorAll('button, input, progress, canvas, [role=region]')];
-    const problems = all.filter((element) => !element.hidden && !named(element)).map((element) => `${element.outerHTML.slice(0, 60)} has no name`);
+    const without = all.filter((element) => !element.hidden && !named(element));
+    const problems = without.map((element) => `${element.outerHTML.slice(0, 60)} has no name`);
     const width = document.documentElement.scrollWidth;
     return width > innerWidth ? [...problems, `the page is ${width} pixels wide, expected ${innerWidth}`] : problems;
   });
 
-/** Returns the whiskers whose light the picture does not show in the middle of their squares, or that it shows between them. */
+/** Returns the whiskers whose light the picture does not show at their bases, or shows between them. */
 const dimWhiskers = (page) =>
   page.evaluate(() => {
     const { glow, job } = sensors[0].tools;
@@ -73,11 +76,12 @@ async function record(browser, scene) {
   const field = (name) => page.getByLabel(name);
   // A key in a field is text.
   await field('Specimen').pressSequentially('r');
-  if ((await part(page, '.busy').isVisible()) || (await field('Specimen').inputValue()) !== 'r') problems.push('a key in a field is taken');
+  const typed = await field('Specimen').inputValue();
+  if ((await part(page, '.busy').isVisible()) || typed !== 'r') problems.push('a key in a field is taken');
   await field('Speed').fill('fast');
   await page.getByRole('button', { name: 'Start recording' }).click();
   const refused = await says(page, '.refused', /Refused/);
-  if (!refused.includes('label speed is "fast", expected mm/s such as 150')) problems.push(`a wrong label is answered ${refused}`);
+  if (!refused.includes('label speed is "fast", expected mm/s such as 150')) problems.push(`the page says ${refused}`);
   await field('Specimen').fill('Saw3');
   await field('Speed').fill('150');
   await field('Direction').fill('90');
@@ -92,7 +96,7 @@ async function record(browser, scene) {
   const [event] = eventsOf(path.join(recordings, 'wstac-1.mcap'));
   const row = (await page.locator('tr[data-kind=event] td').first().innerText()).replace(/\D/g, '');
   // Frames of the recording count from its first one.
-  if (!(event.frame < Number(row))) problems.push(`the recording has its event at frame ${event.frame}, the page at ${row}`);
+  if (!(event.frame < Number(row))) problems.push(`the event is at frame ${event.frame}, on the page at ${row}`);
   problems.push(...(await differences(part(page, '.table'), { ...event, frame: Number(row) })));
 
   // The next one goes on while the page is closed and opened again.
@@ -130,7 +134,8 @@ async function record(browser, scene) {
 /** Records one of two sensors: the one that was clicked last. */
 async function choose(browser, scene) {
   mkdirSync('chosen');
-  const server = await serve(`cam:left=${scene}`, `cam:right=${scene}`, '--listen', '127.0.0.1:0', '--record-to', 'chosen');
+  const sources = ['left', 'right'].map((name) => `cam:${name}=${scene}`);
+  const server = await serve(...sources, '--listen', '127.0.0.1:0', '--record-to', 'chosen');
   const seen = await open(browser, server.address, 1440, 900, 'dark');
   const { page } = seen;
   const problems = [];
@@ -167,7 +172,8 @@ async function calibrate(browser, scene) {
   await page.keyboard.press('c');
   const proposal = await says(page, '.calibrate .step', /25 whiskers found/);
   if (!proposal.includes('is every whisker in its square')) problems.push(`the page asks ${proposal}`);
-  if (!(await part(page, '.which').innerText()).includes('the light that the calibration has seen')) problems.push('the light is not shown');
+  const which = await part(page, '.which').innerText();
+  if (!which.includes('the light that the calibration has seen')) problems.push(`the picture is called ${which}`);
   problems.push(...(await dimWhiskers(page)));
   if (existsSync(file)) problems.push('the file was written before anybody said so');
   problems.push(...(await unnamed(page)));
@@ -179,9 +185,11 @@ async function calibrate(browser, scene) {
   // The next slide has the answers of the new layout.
   await events(page, (await page.locator('tr[data-kind=event]').count()) + 1);
   const cells = await page.locator('tr[data-kind=event]').first().locator('td').allInnerTexts();
-  const [frame, , found, sd] = [cells[0], '', ...cells[2].split('±')].map((text) => parseFloat(text.replace(/[^\d.]/g, '')));
+  const numbers = [cells[0], ...cells[2].split('±')].map((text) => parseFloat(text.replace(/[^\d.]/g, '')));
+  const [frame, found, sd] = numbers;
   const again = eventsOf(scene, '--config', file).find((event) => Math.abs(event.frame - frame) < 30);
-  if (!(again && Math.abs(found - again.speed.mm_s) <= 3 * sd)) problems.push(`the speed at frame ${frame} is ${found} ± ${sd}, expected ${again?.speed.mm_s}`);
+  const isRight = again && Math.abs(found - again.speed.mm_s) <= 3 * sd;
+  if (!isRight) problems.push(`the speed at frame ${frame} is ${found} ± ${sd}, expected ${again?.speed.mm_s}`);
   say('a confirmed calibration is used and written', [...problems, ...quiet(seen)]);
   await server.stop();
 }
@@ -193,7 +201,7 @@ async function download(browser, scene) {
   const { page } = seen;
   const problems = [];
   const off = await part(page, '.record .where').textContent();
-  if (!off.includes('--record-to FOLDER') || (await page.locator('form').count()) !== 1) problems.push(`recordings are told ${off}`);
+  if (!off.includes('--record-to FOLDER')) problems.push(`the page says ${off}`);
   if (await page.locator('form').isVisible()) problems.push('there is a form without a folder');
   await page.getByText('Calibrate', { exact: true }).first().click();
   await page.getByRole('button', { name: 'Calibrate' }).click();
@@ -229,7 +237,8 @@ async function doctor(browser, scene) {
   await says(page, '.doctor .step', /to change/);
   const items = page.locator('.verdict li');
   const kinds = await items.evaluateAll((items) => items.map((item) => item.dataset.kind));
-  if (String(kinds) !== String(expected.map(({ kind }) => kind))) problems.push(`the verdict is ${kinds}, expected ${expected.map(({ kind }) => kind)}`);
+  const right = expected.map(({ kind }) => kind);
+  if (String(kinds) !== String(right)) problems.push(`the verdict is ${kinds}, expected ${right}`);
   const advice = await items.locator('strong').allInnerTexts();
   if (String(advice) !== String(expected.map(({ advice }) => advice))) problems.push(`the advice is ${advice}`);
   await page.getByText('All numbers').click();

@@ -416,7 +416,8 @@ function start(about) {
   main.classList.toggle("several", sensors.length > 1);
   // What a person has typed survives a lost connection.
   sensors.forEach((sensor, number) => {
-    if (before[number] && before[number].about.name === sensor.about.name) sensor.tools.keepLabels(before[number].tools.labels());
+    const old = before[number];
+    if (old && old.about.name === sensor.about.name) sensor.tools.keepLabels(old.tools.labels());
   });
   choose(Math.min(chosen, sensors.length - 1));
   const names = about.map((sensor) => sensor.name).filter(Boolean).join(", ");
@@ -425,7 +426,8 @@ function start(about) {
 
 function choose(number) {
   chosen = number;
-  if (sensors.length > 1) sensors.forEach((sensor, own) => sensor.root.setAttribute("aria-current", String(own === number)));
+  if (sensors.length < 2) return;
+  sensors.forEach((sensor, own) => sensor.root.setAttribute("aria-current", String(own === number)));
 }
 
 function say(text, lost) {

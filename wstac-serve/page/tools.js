@@ -105,7 +105,8 @@ class Tools {
     const busy = this.root.querySelector(".busy");
     busy.hidden = !this.job;
     busy.classList.toggle("records", this.is("recording"));
-    if (this.job) busy.textContent = { recording: "● recording", calibration: "calibrating", examination: "examining" }[this.job.kind];
+    const words = { recording: "● recording", calibration: "calibrating", examination: "examining" };
+    if (this.job) busy.textContent = words[this.job.kind];
   }
 
   showRecording() {
@@ -116,12 +117,13 @@ class Tools {
     button.firstChild.textContent = runs ? "End recording " : "Start recording ";
     for (const name of LABELS) this.form.elements[name].disabled = runs;
     const last = jobs.recorded;
-    this.set("record", "step", runs ? "Recording to " + job.file : last ? (last.is_error ? "Failed: " : "Recorded: ") + last.text : "");
+    const ended = last ? (last.is_error ? "Failed: " : "Recorded: ") + last.text : "";
+    this.set("record", "step", runs ? "Recording to " + job.file : ended);
     this.tool("record").querySelector(".step").classList.toggle("bad", !runs && Boolean(last && last.is_error));
     const labels = runs ? Object.entries(job.labels).map((label) => label.join(" ")).join(", ") : "";
     this.set("record", "count", runs
-      ? `${plural(job.frames, "frame")}, ${plural(job.events, "event")}, ${job.lost} lost, ${job.waiting} waiting for the disk; ` +
-        (labels ? "labels: " + labels : "no labels")
+      ? `${plural(job.frames, "frame")}, ${plural(job.events, "event")}, ${job.lost} lost, ` +
+        `${job.waiting} waiting for the disk; ` + (labels ? "labels: " + labels : "no labels")
       : "");
   }
 
@@ -132,7 +134,7 @@ class Tools {
     const last = jobs.calibrated;
     let step = "Finds the 25 whiskers in the picture. It takes 25 frames without a touch, then a press on all whiskers.";
     if (proposal) step = `Look at the picture: is every whisker in its square?\n${proposal.text}`;
-    else if (runs && job.is_ready) step = "Press on all whiskers, or slide something over all of them. Then find the whiskers.";
+    else if (runs && job.is_ready) step = "Press on all whiskers, or slide something over them. Then find the whiskers.";
     else if (runs) step = "Do not touch the sensor.";
     else if (last) step = last.is_error ? "Not calibrated: " + last.text : last.text;
     this.set("calibrate", "step", step);
@@ -180,7 +182,8 @@ class Tools {
       list.replaceChildren(...verdict.map(({ kind, found, advice }) => {
         const item = document.createElement("li");
         item.dataset.kind = kind;
-        item.append(Object.assign(document.createElement("strong"), { textContent: advice }), document.createElement("br"), found);
+        const strong = Object.assign(document.createElement("strong"), { textContent: advice });
+        item.append(strong, document.createElement("br"), found);
         return item;
       }));
     }
@@ -224,7 +227,8 @@ class Tools {
       Object.assign(context, { strokeStyle: color, fillStyle: color, lineWidth: Math.max(1.5, scale * 2) });
       context.strokeRect(left, top, width, height);
       context.setLineDash([]);
-      Object.assign(context, { font: `${size}px system-ui, "DejaVu Sans", sans-serif`, textBaseline: "top", textAlign: "left" });
+      const font = `${size}px system-ui, "DejaVu Sans", sans-serif`;
+      Object.assign(context, { font, textBaseline: "top", textAlign: "left" });
       context.fillText(`${Math.floor(index / ROW) + 1},${(index % ROW) + 1}`, left + 4, top + 4);
       const [cx, cy, arm] = [middle(centers[index][0]), middle(centers[index][1]), width / 10];
       context.strokeStyle = "#ff5a78";

@@ -194,18 +194,13 @@ impl Reader<'_> {
         let is_over = session.is_over() || self.status.error.is_some();
         match action {
             Action::Use { proposal } => {
-                let layout = {
-                    let processor = session.processor_mut();
-                    let mut incomplete = None;
-                    let layout = self.jobs.confirm(proposal, |info, config| {
-                        incomplete = processor.reconfigure(info, config)?;
-                        Ok(*processor.geometry().layout())
-                    })?;
-                    self.restarted(incomplete, processor)?;
-                    layout
-                };
+                let (processor, mut incomplete) = (session.processor_mut(), None);
+                let layout = self.jobs.confirm(proposal, |info, config| {
+                    incomplete = processor.reconfigure(info, config)?;
+                    Ok(*processor.geometry().layout())
+                })?;
                 self.hub.set_layout(self.number, &layout);
-                Ok(())
+                self.restarted(incomplete, processor)
             }
             Action::Stop {} => self.jobs.stop(),
             Action::Find {} => self.jobs.find(),

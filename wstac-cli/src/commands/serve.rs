@@ -32,10 +32,10 @@ const MOST_SENSORS: usize = 16;
 
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
-/// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene is
-/// played once, at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may touch
-/// the sensor during them. The page can also record with labels, calibrate the sensor and examine it. Ctrl-C ends the
-/// command.
+/// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene
+/// is played once, at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may
+/// touch the sensor during them. The page can also record with labels, calibrate the sensor and examine it. Ctrl-C ends
+/// the command.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -60,8 +60,8 @@ pub(super) struct Arguments {
 
     /// Let pages record to new files in this existing folder
     ///
-    /// The files are NAME-1.mcap, NAME-2.mcap and so on by the name of the source, or wstac-1.mcap and so on. A page gives
-    /// labels, and no names. Every frame of a camera is read then, in place of the newest.
+    /// The files are NAME-1.mcap, NAME-2.mcap and so on by the name of the source, or wstac-1.mcap and so on. A page
+    /// gives labels, and no names. Every frame of a camera is read then, in place of the newest.
     #[arg(long, value_name = "FOLDER")]
     record_to: Option<PathBuf>,
 

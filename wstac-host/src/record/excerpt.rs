@@ -15,7 +15,7 @@ use crate::source::SourceEvent;
 /// The number of names that are tried for a new file.
 const MOST_NAMES: u32 = 9999;
 
-/// Creates the first file whose name is free, of the names for the numbers 1, 2, 3 and so on. Its recorder holds a lock.
+/// Creates the first file whose name is free, of the names for the numbers 1, 2, 3 and so on. It is locked.
 ///
 /// # Errors
 /// A file cannot be created, or all of 9999 names are taken.

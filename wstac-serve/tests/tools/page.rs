@@ -17,7 +17,7 @@ use wstac_host::source::{Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
-use wstac_serve::{Opened, Sensor, Server, Tools};
+use wstac_serve::{Opened, Sensor, Server, Token, Tools};
 
 /// The longest that anything here may take.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -64,14 +64,18 @@ pub(crate) struct Served {
 
 impl Served {
     pub(crate) fn new(name: Option<&str>, config: &Config, tools: Tools) -> Self {
+        Self::with_token(name, config, tools, None)
+    }
+
+    pub(crate) fn with_token(name: Option<&str>, config: &Config, tools: Tools, token: Option<Token>) -> Self {
         let allowed = Arc::new(AtomicU64::new(0));
         let source = Gated { inner: source(SCENE), given: 0, allowed: Arc::clone(&allowed) };
         let info = source.info().clone();
         let (config, textures, pace) = (config.clone(), Textures::default(), None);
         let opened = Opened { source: Box::new(source), info, config, textures, pace };
         let sensor = Sensor::new(name, opened, tools).unwrap();
-        let server = Server::bind("127.0.0.1:0".parse().unwrap(), None).unwrap();
-        let host = server.address().trim_start_matches("http://").trim_end_matches('/').to_owned();
+        let server = Server::bind("127.0.0.1:0".parse().unwrap(), token).unwrap();
+        let host = server.address().split('/').nth(2).unwrap().to_owned();
         let (stop, told) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(Vec::new())));
         let (stops, lines) = (Arc::clone(&stop), Arc::clone(&told));
         let thread = spawn(move || {
@@ -104,8 +108,18 @@ impl Served {
     /// # Errors
     /// The status, if there is none.
     pub(crate) fn request(&self, headers: &str) -> Result<TcpStream, String> {
+        self.request_with("", headers)
+    }
+
+    /// Asks for a WebSocket with this query in the address.
+    ///
+    /// # Errors
+    /// The status, if there is none.
+    pub(crate) fn request_with(&self, query: &str, headers: &str) -> Result<TcpStream, String> {
         let mut stream = TcpStream::connect(&self.host).unwrap();
-        let head = "GET /socket HTTP/1.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n";
+        let head = format!(
+            "GET /socket{query} HTTP/1.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        );
         let host = if headers.contains("Host:") { String::new() } else { format!("Host: {}\r\n", self.host) };
         write!(stream, "{head}Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n{host}{headers}\r\n").unwrap();
         let mut answer = Vec::new();

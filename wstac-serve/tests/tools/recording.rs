@@ -91,8 +91,7 @@ fn no_recording_is_overwritten_and_a_named_sensor_labels_its_own() {
     drop(served);
 }
 
-/// The end of the server, as by SIGINT, ends the file properly, and so does the end of the source. A page that goes away
-/// changes nothing.
+/// The end of the server, as by SIGINT, ends the file properly. A page that goes away changes nothing.
 #[test]
 fn a_recording_survives_its_page_and_the_end_of_the_server() {
     let (folder, served) = served(None);

@@ -3,7 +3,7 @@
 use serde_json::json;
 use tempfile::tempdir;
 use wstac_host::config::Config;
-use wstac_serve::Tools;
+use wstac_serve::{Token, Tools};
 
 use super::page::Served;
 
@@ -14,6 +14,16 @@ fn only_the_page_itself_can_give_orders() {
         assert_eq!(served.request(headers).map(drop), Err("403".to_owned()), "{headers}");
     }
     assert!(served.request("").is_ok(), "a program on this machine has no origin");
+}
+
+#[test]
+fn orders_need_the_token_if_there_is_one() {
+    let token = Token::new("0123456789abcdef", "the token").unwrap();
+    let served = Served::with_token(None, &Config::default(), Tools::default(), Some(token));
+    for query in ["", "?token=", "?token=0123456789abcdeX"] {
+        assert_eq!(served.request_with(query, "").map(drop), Err("403".to_owned()), "{query}");
+    }
+    assert!(served.request_with("?token=0123456789abcdef", "").is_ok());
 }
 
 #[test]
