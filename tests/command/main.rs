@@ -13,6 +13,7 @@ mod outputs;
 mod program;
 mod recording;
 mod scene;
+mod serve;
 mod sets;
 mod shards;
 mod signals;

@@ -208,6 +208,19 @@ impl Config {
         toml::to_string(&full)
     }
 
+    /// Returns this configuration with what a calibration measures, as `calibration` has it: `[layout]`, `[features]`
+    /// floor_levels, `[trigger]` margin, `[speed]` threshold and threshold_on.
+    #[must_use]
+    pub fn calibrated(&self, calibration: &Self) -> Self {
+        // It is no file's configuration any more.
+        let mut own = Self { origin: None, layout: calibration.layout.clone(), ..self.clone() };
+        own.features.floor_levels = calibration.features.floor_levels;
+        own.trigger.margin = calibration.trigger.margin;
+        own.speed.threshold = calibration.speed.threshold;
+        own.speed.threshold_on = calibration.speed.threshold_on;
+        own
+    }
+
     /// Returns the trigger's parameters. By arrival times it gives one event per touch; a law of durations leaves it as it
     /// was published.
     ///

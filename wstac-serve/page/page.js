@@ -13,6 +13,7 @@ let sensors = [];
 let paused = false;
 let heard = 0;
 let drawing = false;
+let chosen = 0; // the sensor of the keys r, c, u, d and Escape
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 let colors = {};
@@ -82,12 +83,21 @@ class Sensor {
       button.append(" ", Object.assign(document.createElement("kbd"), { textContent: number + 1 }));
     }
     button.addEventListener("click", () => this.rezero());
+    this.tools = new Tools(this.root, about, this.title, (action) => this.ask(action));
+    for (const event of ["pointerdown", "focusin"]) this.root.addEventListener(event, () => choose(number));
     this.body = this.root.querySelector("tbody");
     this.note("no event yet");
   }
 
   rezero() {
-    if (socket && socket.readyState === WebSocket.OPEN) socket.send("rezero " + this.number);
+    this.tools.order({ order: "rezero" });
+  }
+
+  // Asks the server for something. Returns whether there is a connection.
+  ask(action) {
+    if (!socket || socket.readyState !== WebSocket.OPEN) return false;
+    socket.send(`order ${this.number} ${JSON.stringify(action)}`);
+    return true;
   }
 
   take(update) {
@@ -95,6 +105,7 @@ class Sensor {
     this.times.push(now);
     while (now - this.times[0] > 2000) this.times.shift();
     Object.assign(this, { status: update.status, motion: update.motion, skipped: update.skipped });
+    if (update.jobs) this.tools.take(update.jobs);
     this.features.push(...update.features);
     this.features.splice(0, this.features.length - FRAMES);
     for (const record of update.records) this.record(record);
@@ -163,7 +174,7 @@ class Sensor {
     };
     set("phase", phases[status.phase] || status.phase);
     this.part("phase").className = "phase " + status.phase;
-    const progress = this.root.querySelector("progress");
+    const progress = this.root.querySelector(".state progress");
     progress.hidden = !status.progress;
     if (status.progress) [progress.value, progress.max] = status.progress;
     const disturbed = "The baseline was not quiet: events are not reliable. Gather a new one with nothing touching.";
@@ -209,12 +220,17 @@ class Sensor {
     this.peak = Math.max(bright, this.peak * 0.995);
     context.fillStyle = "#000";
     context.fillRect(0, 0, canvas.width, canvas.height);
-    if (this.picture) {
-      const image = pictureImage(this.picture, this.peak);
+    const glow = this.tools.glowToShow();
+    const which = glow ? "the light that the calibration has seen" : "";
+    if (this.part("which").textContent !== which) this.part("which").textContent = which;
+    if (glow || this.picture) {
+      // Of a calibration, 1 is the brightest light.
+      const image = glow ? pictureImage(glow, 1 / 1.3) : pictureImage(this.picture, this.peak);
       context.imageSmoothingEnabled = true;
       context.drawImage(image, 0, 0, canvas.width, canvas.height);
     }
     const [width, height] = this.about.taxel.map((side) => side * scale);
+    const calibrates = this.tools.draw(context, scale);
     context.lineWidth = Math.max(1, canvas.width / 500);
     this.about.corners.forEach(([x, y], index) => {
       if (!this.picture && taxels) {
@@ -222,9 +238,10 @@ class Sensor {
         context.fillRect(x * scale, y * scale, width, height);
       }
       context.strokeStyle = "rgba(255, 255, 255, .55)";
-      context.strokeRect(x * scale, y * scale, width, height);
+      // A layout that is to be confirmed stands alone.
+      if (!calibrates) context.strokeRect(x * scale, y * scale, width, height);
     });
-    this.drawArrow(context, canvas);
+    if (!glow) this.drawArrow(context, canvas);
   }
 
   // An arrow that turns towards the newest direction, and fades when nothing slides.
@@ -365,14 +382,17 @@ function pictureImage({ bytes, width, height, canvas }, peak) {
 
 function takePicture(buffer) {
   const view = new DataView(buffer);
-  const sensor = sensors[view.getUint8(0)];
+  // The highest bit is of the light that a calibration has seen.
+  const [number, isGlow] = [view.getUint8(0) & 0x7f, view.getUint8(0) > 0x7f];
+  const sensor = sensors[number];
   if (!sensor) return;
+  const [holder, name] = isGlow ? [sensor.tools, "glow"] : [sensor, "picture"];
   const [width, height] = [view.getUint16(1, true), view.getUint16(3, true)];
-  let canvas = sensor.picture && sensor.picture.canvas;
+  let canvas = holder[name] && holder[name].canvas;
   if (!canvas || canvas.width !== width || canvas.height !== height) {
     canvas = Object.assign(document.createElement("canvas"), { width, height });
   }
-  sensor.picture = { bytes: new Uint8Array(buffer, 5), width, height, canvas };
+  holder[name] = { bytes: new Uint8Array(buffer, 5), width, height, canvas };
 }
 
 // --- the connection
@@ -390,11 +410,24 @@ function drawSoon() {
 }
 
 function start(about) {
+  const before = sensors;
   sensors = about.map((sensor, number) => new Sensor(number, sensor));
   main.replaceChildren(...sensors.map((sensor) => sensor.root));
   main.classList.toggle("several", sensors.length > 1);
+  // What a person has typed survives a lost connection.
+  sensors.forEach((sensor, number) => {
+    const old = before[number];
+    if (old && old.about.name === sensor.about.name) sensor.tools.keepLabels(old.tools.labels());
+  });
+  choose(Math.min(chosen, sensors.length - 1));
   const names = about.map((sensor) => sensor.name).filter(Boolean).join(", ");
   document.title = names ? `WSTac: ${names}` : "WSTac";
+}
+
+function choose(number) {
+  chosen = number;
+  if (sensors.length < 2) return;
+  sensors.forEach((sensor, own) => sensor.root.setAttribute("aria-current", String(own === number)));
 }
 
 function say(text, lost) {
@@ -416,6 +449,9 @@ function connect() {
       if (message.sensors) {
         start(message.sensors);
         say("connected");
+      } else if (message.refused !== undefined) {
+        const sensor = sensors[message.refused];
+        if (sensor) sensor.tools.refuse("Refused: " + message.why);
       } else {
         if (sensors[message.update]) sensors[message.update].take(message);
         own.send("ok");
@@ -444,7 +480,12 @@ function pause() {
 pauseButton.addEventListener("click", pause);
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+  // Keys that a person types into a field are text.
+  if (event.target.closest && event.target.closest("input") && event.key !== "Escape") return;
   if (event.key === "p") pause();
+  const tools = sensors[chosen] && sensors[chosen].tools;
+  const actions = { r: "record", c: "calibrate", u: "use", d: "examine", Escape: "cancel" };
+  if (tools && Object.hasOwn(actions, event.key)) tools[actions[event.key]]();
   const sensor = sensors[event.key - 1];
   if (sensor) sensor.rezero();
 });

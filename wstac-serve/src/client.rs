@@ -5,6 +5,7 @@
 
 use std::io;
 use std::net::TcpStream;
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use tungstenite::protocol::{Role, WebSocketConfig};
@@ -12,6 +13,7 @@ use tungstenite::{Error, Message, WebSocket};
 
 use crate::http::is_wait;
 use crate::hub::{Cursor, Hub, Update};
+use crate::order::{self, Order, Refused};
 
 /// Time between two updates: 30 per second.
 const PERIOD: Duration = Duration::from_micros(33_333);
@@ -24,7 +26,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// Time after which a client without news gets a sign of life.
 const QUIET: Duration = Duration::from_secs(2);
 /// Most bytes of a message of a client.
-const LONGEST: usize = 256;
+const LONGEST: usize = 1024;
 /// Most bytes that wait for a client: the first round of many sensors is far smaller.
 const MOST_WAITING: usize = 16 << 20;
 
@@ -36,6 +38,8 @@ struct Client<'h> {
     unacknowledged: Vec<usize>,
     /// The time of the last acknowledgement, or of sending if there was nothing to acknowledge.
     heard: Instant,
+    /// The reasons why orders of this client were refused, and where they are sent to.
+    refusals: (Sender<Refused>, Receiver<Refused>),
 }
 
 /// Serves a client until it is gone or the server ends. `rest` came behind its request.
@@ -51,7 +55,7 @@ pub(crate) fn serve(stream: TcpStream, rest: Vec<u8>, hub: &Hub) -> Result<(), E
         .max_write_buffer_size(MOST_WAITING);
     let socket = WebSocket::from_partially_read(stream, rest, Role::Server, Some(config));
     let _joined = hub.join();
-    let mut client = Client { socket, hub, unacknowledged: Vec::new(), heard: Instant::now() };
+    let mut client = Client { socket, hub, unacknowledged: Vec::new(), heard: Instant::now(), refusals: channel() };
     client.send(Message::text(hub.hello().map_err(io::Error::other)?))?;
     client.run()
 }
@@ -61,6 +65,7 @@ impl Client<'_> {
         let (mut cursors, mut due, mut sent) = (Vec::new(), Instant::now(), Instant::now());
         while !self.hub.is_over() {
             self.listen()?;
+            self.tell_refusals()?;
             let now = Instant::now();
             let is_free = self.unacknowledged.len() < WINDOW;
             if is_free && now >= due {
@@ -101,7 +106,7 @@ impl Client<'_> {
         self.unacknowledged.push(texts.len());
         for (index, text) in texts.into_iter().enumerate() {
             self.send(Message::text(text))?;
-            if let Some(picture) = updates.get(index).and_then(Update::picture) {
+            for picture in updates.get(index).into_iter().flat_map(Update::pictures) {
                 self.send(Message::binary(picture))?;
             }
         }
@@ -128,7 +133,16 @@ impl Client<'_> {
         }
     }
 
-    /// Takes a message of the client: `ok` for an update, or `rezero N` for sensor N.
+    /// Tells the client which of its orders were refused, and why.
+    fn tell_refusals(&mut self) -> Result<(), Error> {
+        while let Ok(Refused { sensor, why }) = self.refusals.1.try_recv() {
+            let why = serde_json::to_string(&why).map_err(io::Error::other)?;
+            self.send(Message::text(format!(r#"{{"refused":{sensor},"why":{why}}}"#)))?;
+        }
+        Ok(())
+    }
+
+    /// Takes a message of the client: `ok` for an update, or `order N {"order":…}` for sensor N.
     fn take(&mut self, text: &str) {
         if text == "ok" {
             self.heard = Instant::now();
@@ -138,8 +152,13 @@ impl Client<'_> {
                     self.unacknowledged.remove(0);
                 }
             }
-        } else if let Some(sensor) = text.strip_prefix("rezero ").and_then(|number| number.parse().ok()) {
-            self.hub.ask_rezero(sensor);
+        } else if let Some(order) = text.strip_prefix("order ") {
+            let refused = self.refusals.0.clone();
+            match order::parse(order) {
+                Ok((sensor, action)) => self.hub.ask(sensor, Order { action, refused }),
+                // It comes back to this client.
+                Err(why) => drop(refused.send(why)),
+            }
         }
         // A page of another version may say more.
     }

@@ -63,9 +63,9 @@ impl Request {
         self.query.split('&').find_map(|pair| pair.strip_prefix(name)?.strip_prefix('='))
     }
 
-    /// Returns whether this request needs the token. The script and the style are the same for everybody.
+    /// Returns whether this request needs the token. The scripts and the style are the same for everybody.
     pub(crate) fn needs_token(&self) -> bool {
-        !matches!(self.path.as_str(), "/page.js" | "/page.css")
+        !matches!(self.path.as_str(), "/page.js" | "/tools.js" | "/page.css")
     }
 
     /// Parses the head of a request. It returns `None` if there is more to come, and how many bytes the head has.

@@ -6,7 +6,10 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde::Serialize;
+use wstac_core::layout::Layout;
 use wstac_core::params::{FEATURES, TAXELS};
+
+use crate::order::Order;
 
 /// Frames of the traces, 10 s at 30 per second.
 const FRAMES: usize = 300;
@@ -29,6 +32,10 @@ pub(crate) struct About {
     pub(crate) pictures: bool,
     /// Feature frames per second.
     pub(crate) rate: f64,
+    /// The folder of recordings, if they are allowed.
+    pub(crate) record_to: Option<String>,
+    /// The file of a calibration, if it goes to one.
+    pub(crate) calibrate_to: Option<String>,
 }
 
 /// The state of a sensor at its newest frame, as the page gets it.
@@ -67,6 +74,10 @@ pub(crate) struct News {
     pub(crate) records: Vec<String>,
     pub(crate) motion: Option<String>,
     pub(crate) picture: Option<Picture>,
+    /// What the page shows of recordings, calibrations and examinations, if it has changed.
+    pub(crate) jobs: Option<String>,
+    /// The light that a calibration has seen.
+    pub(crate) glow: Option<Picture>,
 }
 
 /// The last values of a stream.
@@ -112,8 +123,12 @@ struct Channel {
     picture: Option<Picture>,
     /// Steps that brought something.
     steps: u64,
-    /// Whether a new baseline was asked for.
-    rezero: bool,
+    /// The jobs as the page gets them, and how often they have changed.
+    jobs: (Arc<str>, u64),
+    /// The light that the last calibration has seen, and how often it has changed.
+    glow: (Option<Picture>, u64),
+    /// What a page asks for, until the sensor's thread takes it.
+    order: Option<Order>,
 }
 
 /// How much of a sensor a client has seen.
@@ -122,6 +137,8 @@ pub(crate) struct Cursor {
     features: u64,
     records: u64,
     steps: u64,
+    jobs: u64,
+    glow: u64,
     /// Steps without an update of their own.
     skipped: u64,
 }
@@ -133,26 +150,38 @@ pub(crate) struct Update {
     records: Vec<Arc<str>>,
     motion: Option<Arc<str>>,
     status: Status,
+    /// The jobs, if they have changed.
+    jobs: Option<Arc<str>>,
     skipped: u64,
     sensor: usize,
-    pub(crate) picture: Option<Picture>,
+    picture: Option<Picture>,
+    /// The light that a calibration has seen, if it has changed.
+    glow: Option<Picture>,
 }
+
+/// The bit of a sensor's number that says that a picture is the light of a calibration.
+const GLOW: u8 = 0x80;
 
 impl Update {
     /// Returns the update as JSON. Its records are the lines of `wstac run --json`.
     pub(crate) fn text(&self) -> Result<String, serde_json::Error> {
-        let Self { features, records, motion, status, skipped, sensor, .. } = self;
+        let Self { features, records, motion, status, jobs, skipped, sensor, .. } = self;
         let (features, records) = (features.join(","), records.join(","));
         let (motion, status) = (motion.as_deref().unwrap_or("null"), serde_json::to_string(status)?);
+        let jobs = jobs.as_deref().unwrap_or("null");
         Ok(format!(
-            r#"{{"update":{sensor},"skipped":{skipped},"status":{status},"motion":{motion},"features":[{features}],"records":[{records}]}}"#
+            r#"{{"update":{sensor},"skipped":{skipped},"status":{status},"motion":{motion},"jobs":{jobs},"features":[{features}],"records":[{records}]}}"#
         ))
     }
 
-    /// Returns the picture behind the number of its sensor.
-    pub(crate) fn picture(&self) -> Option<Vec<u8>> {
-        let picture = self.picture.as_ref()?;
-        Some([&[u8::try_from(self.sensor).ok()?], &picture[..]].concat())
+    /// Returns the pictures, each behind the number of its sensor: the newest one, and that of a calibration.
+    pub(crate) fn pictures(&self) -> impl Iterator<Item = Vec<u8>> {
+        let sensor = u8::try_from(self.sensor).ok().filter(|sensor| *sensor < GLOW);
+        let of = |picture: &Option<Picture>, bit: u8| {
+            let (picture, sensor) = (picture.as_ref()?, sensor?);
+            Some([&[sensor | bit], &picture[..]].concat())
+        };
+        [of(&self.picture, 0), of(&self.glow, GLOW)].into_iter().flatten()
     }
 }
 
@@ -175,7 +204,9 @@ impl Hub {
             status: Status { phase: "baseline", ..Status::default() },
             picture: None,
             steps: 0,
-            rezero: false,
+            jobs: ("null".into(), 0),
+            glow: (None, 0),
+            order: None,
         };
         Self {
             channels: Mutex::new(sensors.map(channel).collect()),
@@ -199,6 +230,12 @@ impl Hub {
         channel.motion = news.motion.map(Into::into);
         channel.status = status;
         channel.picture = news.picture.or(channel.picture.take());
+        if let Some(jobs) = news.jobs {
+            channel.jobs = (jobs.into(), channel.jobs.1 + 1);
+        }
+        if news.glow.is_some() {
+            channel.glow = (news.glow, channel.glow.1 + 1);
+        }
         channel.steps += 1;
         drop(channels);
         self.news.notify_all();
@@ -222,7 +259,13 @@ impl Hub {
                 cursor.skipped += channel.steps - cursor.steps - 1;
             }
             cursor.steps = channel.steps;
+            let (jobs, number) = &channel.jobs;
+            let jobs = (std::mem::replace(&mut cursor.jobs, *number) != *number).then(|| jobs.clone());
+            let (glow, number) = &channel.glow;
+            let is_new = std::mem::replace(&mut cursor.glow, *number) != *number;
             Update {
+                glow: glow.clone().filter(|_| is_new),
+                jobs,
                 sensor,
                 features: channel.features.since(&mut cursor.features),
                 records: channel.records.since(&mut cursor.records),
@@ -242,16 +285,26 @@ impl Hub {
         drop(self.news.wait_timeout(guard, longest));
     }
 
-    /// Asks a sensor for a new baseline.
-    pub(crate) fn ask_rezero(&self, sensor: usize) {
-        if let Some(channel) = self.locked().get_mut(sensor) {
-            channel.rezero = true;
+    /// Gives a sensor's thread an order. It is refused if there is no such sensor, or if another one waits.
+    pub(crate) fn ask(&self, sensor: usize, order: Order) {
+        let mut channels = self.locked();
+        match channels.get_mut(sensor) {
+            None => order.refuse(sensor, format!("there is no sensor {sensor}")),
+            Some(channel) if channel.order.is_some() => order.refuse(sensor, "another order waits: try again"),
+            Some(channel) => channel.order = Some(order),
         }
     }
 
-    /// Returns whether a new baseline was asked for since the last time.
-    pub(crate) fn take_rezero(&self, sensor: usize) -> bool {
-        self.locked().get_mut(sensor).is_some_and(|channel| std::mem::take(&mut channel.rezero))
+    /// Returns the order that waits for a sensor.
+    pub(crate) fn take_order(&self, sensor: usize) -> Option<Order> {
+        self.locked().get_mut(sensor)?.order.take()
+    }
+
+    /// Takes the layout of a sensor that was calibrated, for clients to come.
+    pub(crate) fn set_layout(&self, sensor: usize, layout: &Layout) {
+        if let Some(channel) = self.locked().get_mut(sensor) {
+            (channel.about.taxel, channel.about.corners) = (layout.taxel(), layout.corners().to_vec());
+        }
     }
 
     /// Counts a client until the guard is dropped.
@@ -287,11 +340,16 @@ impl Drop for Joined<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::channel;
+
     use super::*;
+    use crate::order::{Action, Refused};
 
     fn about() -> About {
         let (about, corners) = (String::new(), Vec::new());
-        About { name: None, source: about, size: [1, 1], taxel: [1, 1], corners, pictures: false, rate: 30.0 }
+        let (record_to, calibrate_to) = (None, None);
+        let (size, taxel) = ([1, 1], [1, 1]);
+        About { name: None, source: about, size, taxel, corners, pictures: false, rate: 30.0, record_to, calibrate_to }
     }
 
     fn of_features(number: usize) -> News {
@@ -323,10 +381,31 @@ mod tests {
     }
 
     #[test]
-    fn a_baseline_is_asked_for_once() {
+    fn orders_wait_one_at_a_time() {
         let hub = Hub::new([about()].into_iter());
-        hub.ask_rezero(0);
-        hub.ask_rezero(7);
-        assert!(hub.take_rezero(0) && !hub.take_rezero(0) && !hub.take_rezero(7));
+        let (refused, refusals) = channel();
+        let ask = |sensor, action| hub.ask(sensor, Order { action, refused: refused.clone() });
+        ask(0, Action::Calibrate {});
+        ask(0, Action::Stop {});
+        ask(7, Action::Stop {});
+        let refusals: Vec<_> = refusals.try_iter().map(|Refused { sensor, why }| (sensor, why)).collect();
+        assert_eq!(
+            refusals,
+            [(0, "another order waits: try again".to_owned()), (7, "there is no sensor 7".to_owned())]
+        );
+        assert_eq!(hub.take_order(0).map(|order| order.action), Some(Action::Calibrate {}));
+        assert!(hub.take_order(0).is_none() && hub.take_order(7).is_none());
+    }
+
+    #[test]
+    fn jobs_are_sent_when_they_have_changed() {
+        let hub = Hub::new([about()].into_iter());
+        let mut cursors = Vec::new();
+        let mut seen = |jobs: Option<&str>| {
+            hub.publish(0, News { jobs: jobs.map(str::to_owned), ..News::default() }, Status::default());
+            hub.updates(&mut cursors)[0].jobs.clone()
+        };
+        assert_eq!([seen(None), seen(Some("1")), seen(None)], [None, Some("1".into()), None]);
+        assert_eq!(hub.updates(&mut Vec::new())[0].jobs.as_deref(), Some("1"), "a new client gets them");
     }
 }

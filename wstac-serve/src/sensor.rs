@@ -1,19 +1,26 @@
 //! Reads one sensor, at its own pace.
 
+use std::fmt;
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use wstac_core::params::FEATURE_ONE;
+use wstac_host::camera::CameraState;
+use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::{JsonLine, SensorLine};
-use wstac_host::output::{Output, OutputOptions};
+use wstac_host::output::{InterruptedReport, Output, OutputOptions};
 use wstac_host::picture::{Picture, Sampler};
-use wstac_host::session::{Observer, Processor, Session, SessionBuilder, Step};
+use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::pace::Pace;
-use wstac_host::source::{SourceEvent, StreamInfo};
+use wstac_host::source::{Source, SourceEvent, StreamInfo};
+use wstac_host::texture::Textures;
 
 use crate::hub::{About, Hub, News, Status};
+use crate::jobs::{Jobs, Refusal};
+use crate::order::Action;
+use crate::tools::Tools;
 
 /// The longest sleep between two looks at the end and at requests.
 const NAP: Duration = Duration::from_millis(50);
@@ -21,30 +28,52 @@ const NAP: Duration = Duration::from_millis(50);
 const BETWEEN_PICTURES: Duration = Duration::from_millis(20);
 
 /// A sensor that is ready for reading.
-#[derive(Debug)]
 pub struct Sensor {
     session: Session,
     about: About,
     sampler: Option<Sampler>,
     pace: Option<Pace>,
+    jobs: Jobs,
+}
+
+impl fmt::Debug for Sensor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sensor").field("session", &self.session).finish_non_exhaustive()
+    }
+}
+
+/// A source with all that is needed to read it.
+pub struct Opened {
+    /// The source.
+    pub source: Box<dyn Source>,
+    /// The properties of its frames, as the user has them.
+    pub info: StreamInfo,
+    /// The configuration.
+    pub config: Config,
+    /// The texture models.
+    pub textures: Textures,
+    /// The pace of a file; `None` for a camera, which has its own.
+    pub pace: Option<Pace>,
+}
+
+impl fmt::Debug for Opened {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Opened").field("info", &self.info).finish_non_exhaustive()
+    }
 }
 
 impl Sensor {
-    /// Creates a sensor of a session that is not built yet.
-    ///
-    /// `name` is the sensor's name if there are several. `pace` is `None` for a camera, which has its own.
+    /// Creates a sensor. `name` is its name if there are several.
     ///
     /// # Errors
     /// The session cannot be built.
-    pub fn new(
-        name: Option<&str>,
-        session: SessionBuilder,
-        info: &StreamInfo,
-        pace: Option<Pace>,
-    ) -> Result<Self, Error> {
+    pub fn new(name: Option<&str>, opened: Opened, tools: Tools) -> Result<Self, Error> {
+        let Opened { source, info, config, textures, pace } = opened;
         let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
+        let session = Session::builder(source).config(config.clone()).textures(textures);
         let session = session.info(info.clone()).outputs(wanted).build()?;
         let layout = *session.processor().geometry().layout();
+        let [record_to, calibrate_to] = Jobs::places(&tools);
         let about = About {
             name: name.map(str::to_owned),
             source: info.about.clone(),
@@ -53,21 +82,23 @@ impl Sensor {
             corners: layout.corners().to_vec(),
             pictures: !info.taxels_only,
             rate: info.rate.per_second() / f64::from(info.rate.frames_added()),
+            record_to,
+            calibrate_to,
         };
-        let sampler = (!info.taxels_only).then(|| Sampler::new(info));
-        Ok(Self { session, about, sampler, pace })
+        let sampler = (!info.taxels_only).then(|| Sampler::new(&info));
+        let jobs = Jobs::new(name, info, config, tools);
+        Ok(Self { session, about, sampler, pace, jobs })
     }
 
     pub(crate) fn about(&self) -> &About {
         &self.about
     }
 
-    /// Reads to the end of the source, or until the server ends.
+    /// Reads to the end of the source, and does what pages ask until the server ends. Returns whether nothing failed.
     ///
-    /// # Errors
-    /// The source fails. The page shows the error.
-    pub(crate) fn run(self, number: usize, hub: &Hub) -> Result<(), Error> {
-        let Self { mut session, about, sampler, pace } = self;
+    /// `tell` gets lines about the sensor: why its source has failed, and what was recorded. The page shows them, too.
+    pub(crate) fn run(self, number: usize, hub: &Hub, tell: &dyn Fn(&str)) -> bool {
+        let Self { mut session, about, sampler, pace, jobs } = self;
         let mut reader = Reader {
             number,
             name: about.name,
@@ -78,33 +109,22 @@ impl Sensor {
             status: Status { phase: "baseline", ..Status::default() },
             zero: 0,
             passed: 0,
+            jobs,
+            camera: None,
         };
-        let mut pace = pace;
-        if let Some(pace) = &mut pace {
-            pace.restart();
+        let read = reader.read(&mut session, pace, tell);
+        if let Err(error) = &read {
+            tell(&error.to_string());
         }
-        let read = loop {
-            if hub.is_over() {
-                return Ok(());
-            }
-            if hub.take_rezero(number) {
-                reader.rezero(session.processor_mut())?;
-            }
-            match session.step(&mut reader) {
-                Ok(Step::GoesOn) => {}
-                Ok(Step::Over) => break Ok(()),
-                Err(error) => break Err(error),
-            }
-            let passed = std::mem::take(&mut reader.passed);
-            if let Some(pace) = &mut pace {
-                pace.advance(passed);
-                while !pace.wait().is_zero() && !hub.is_over() {
-                    thread::sleep(pace.wait().min(NAP));
-                }
-            }
-        };
-        reader.end(read.as_ref().err());
-        read
+        if !hub.is_over() {
+            reader.end(read.as_ref().err());
+        }
+        // A calibration may wait for a person's word. Everything else is refused.
+        while !hub.is_over() {
+            reader.follow_orders(&mut session, tell);
+            hub.wait(NAP);
+        }
+        read.is_ok() && reader.jobs.failures() == 0
     }
 }
 
@@ -122,21 +142,101 @@ struct Reader<'h> {
     zero: u64,
     /// The camera frames of the last step.
     passed: u64,
+    jobs: Jobs,
+    /// The state of the camera, while it is examined.
+    camera: Option<Box<CameraState>>,
 }
 
 impl Reader<'_> {
-    /// Gathers a new baseline.
-    fn rezero(&mut self, processor: &mut Processor) -> Result<(), Error> {
-        if let Some(sample) = processor.rezero() {
-            self.output(Output::Interrupted(sample))?;
+    /// Reads to the end of the source, or until the server ends. A recording is whole then.
+    fn read(&mut self, session: &mut Session, mut pace: Option<Pace>, tell: &dyn Fn(&str)) -> Result<(), Error> {
+        if let Some(pace) = &mut pace {
+            pace.restart();
         }
+        let read = loop {
+            if self.hub.is_over() {
+                break session.finish(self);
+            }
+            self.follow_orders(session, tell);
+            if self.jobs.is_examining() {
+                self.camera.clone_from(&session.info().camera);
+            }
+            match session.step(self) {
+                Ok(Step::GoesOn) => {}
+                Ok(Step::Over) => break Ok(()),
+                Err(error) => break Err(error),
+            }
+            let passed = std::mem::take(&mut self.passed);
+            if let Some(pace) = &mut pace {
+                pace.advance(passed);
+                while !pace.wait().is_zero() && !self.hub.is_over() {
+                    thread::sleep(pace.wait().min(NAP));
+                }
+            }
+        };
+        self.jobs.end();
+        self.jobs.told().iter().for_each(|line| tell(line));
+        read
+    }
+
+    /// Does what pages ask for, and refuses what cannot be done now.
+    fn follow_orders(&mut self, session: &mut Session, tell: &dyn Fn(&str)) {
+        while let Some(order) = self.hub.take_order(self.number) {
+            if let Err(why) = self.follow(order.action.clone(), session) {
+                order.refuse(self.number, why);
+            }
+            self.publish();
+        }
+        self.jobs.told().iter().for_each(|line| tell(line));
+    }
+
+    fn follow(&mut self, action: Action, session: &mut Session) -> Result<(), Refusal> {
+        let is_over = session.is_over() || self.status.error.is_some();
+        match action {
+            Action::Use { proposal } => {
+                let (processor, mut incomplete) = (session.processor_mut(), None);
+                let layout = self.jobs.confirm(proposal, |info, config| {
+                    incomplete = processor.reconfigure(info, config)?;
+                    Ok(*processor.geometry().layout())
+                })?;
+                self.hub.set_layout(self.number, &layout);
+                self.restarted(incomplete, processor)
+            }
+            Action::Stop {} => self.jobs.stop(),
+            Action::Find {} => self.jobs.find(),
+            _ if is_over => Err("the source has ended, expected one that is read".to_owned()),
+            Action::Rezero {} => {
+                self.jobs.expect_none(true)?;
+                let processor = session.processor_mut();
+                let incomplete = processor.rezero();
+                self.restarted(incomplete, processor)
+            }
+            Action::Record { labels } => {
+                self.jobs.expect_folder()?;
+                let processor = session.processor_mut();
+                // The replay begins with a new baseline, too.
+                let incomplete = processor.restart();
+                self.restarted(incomplete, processor)?;
+                self.jobs.record(labels, processor)
+            }
+            Action::Calibrate {} => self.jobs.calibrate(),
+            Action::Examine {} => self.jobs.examine(),
+        }
+    }
+
+    /// Takes the beginning of a new baseline, which ended this sample.
+    fn restarted(&mut self, incomplete: Option<InterruptedReport>, processor: &Processor) -> Result<(), Refusal> {
         self.status.disturbed = false;
         self.zero = processor.pipeline().next_frame();
-        Ok(())
+        self.look(processor);
+        match incomplete {
+            Some(sample) => self.output(Output::Interrupted(sample)).map_err(|error| error.to_string()),
+            None => Ok(()),
+        }
     }
 
     /// Says how the source has ended.
-    fn end(mut self, error: Option<&Error>) {
+    fn end(&mut self, error: Option<&Error>) {
         self.status.phase = if error.is_some() { "failed" } else { "ended" };
         self.status.error = error.map(ToString::to_string);
         self.status.progress = None;
@@ -144,6 +244,8 @@ impl Reader<'_> {
     }
 
     fn publish(&mut self) {
+        self.news.jobs = self.jobs.news().or(self.news.jobs.take());
+        self.news.glow = self.jobs.glow().and_then(|glow| packed(&glow));
         self.hub.publish(self.number, std::mem::take(&mut self.news), self.status.clone());
     }
 
@@ -155,6 +257,19 @@ impl Reader<'_> {
             return true;
         }
         false
+    }
+
+    /// Takes the state of the trigger, unless the source is over.
+    fn look(&mut self, processor: &Processor) {
+        if matches!(self.status.phase, "ended" | "failed") {
+            return;
+        }
+        let pipeline = processor.pipeline();
+        let window = f32::from(pipeline.trigger_config().window());
+        let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
+        (self.status.phase, self.status.progress) = self.phase(processor);
+        self.status.frame = pipeline.next_frame();
+        self.status.thresholds = pipeline.thresholds().map(|thresholds| thresholds.map(real));
     }
 
     /// Returns what the trigger does, and how far it is.
@@ -177,6 +292,7 @@ impl Observer for Reader<'_> {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
+        self.jobs.source_event(event);
         match event {
             SourceEvent::Frame(frame) => {
                 self.passed = 1;
@@ -197,6 +313,7 @@ impl Observer for Reader<'_> {
     }
 
     fn output(&mut self, output: Output) -> Result<(), Error> {
+        self.jobs.output(&output);
         if let Output::BaselineDisturbed { .. } = output {
             self.status.disturbed = true;
         }
@@ -212,17 +329,17 @@ impl Observer for Reader<'_> {
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        // Nothing has changed.
+        self.jobs.processed(event, processor, self.camera.as_deref());
         if matches!(event, SourceEvent::Waiting) {
+            // Nothing has changed, besides what the page has not seen of a job yet.
+            if let Some(jobs) = self.jobs.news() {
+                self.news.jobs = Some(jobs);
+                self.publish();
+            }
             return true;
         }
-        let pipeline = processor.pipeline();
-        let window = f32::from(pipeline.trigger_config().window());
-        let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
-        (self.status.phase, self.status.progress) = self.phase(processor);
-        self.status.frame = pipeline.next_frame();
+        self.look(processor);
         self.status.taxels = processor.taxels();
-        self.status.thresholds = pipeline.thresholds().map(|thresholds| thresholds.map(real));
         self.publish();
         true
     }

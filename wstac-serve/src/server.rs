@@ -29,16 +29,18 @@ const PAUSE: Duration = Duration::from_millis(50);
 ///
 /// ```no_run
 /// use std::sync::atomic::AtomicBool;
-/// use wstac_host::session::Session;
+/// use wstac_host::config::Config;
 /// use wstac_host::source::{Source, open::{OpenOptions, open}, pace::Pace};
-/// use wstac_serve::{Sensor, Server};
+/// use wstac_host::texture::Textures;
+/// use wstac_serve::{Opened, Sensor, Server, Tools};
 ///
 /// let source = open("slide.y4m", &OpenOptions::default(), &[])?;
 /// let info = source.info().clone();
-/// let sensor = Sensor::new(None, Session::builder(source), &info, Some(Pace::new(info.rate)))?;
+/// let (config, textures, pace) = (Config::default(), Textures::default(), Some(Pace::new(info.rate)));
+/// let sensor = Sensor::new(None, Opened { source, info, config, textures, pace }, Tools::default())?;
 /// let server = Server::bind("127.0.0.1:0".parse().expect("an address"), None)?;
 /// println!("{}", server.address());
-/// server.run(vec![sensor], &AtomicBool::new(false), &|name, error| eprintln!("{name:?}: {error}"));
+/// server.run(vec![sensor], &AtomicBool::new(false), &|name, line| eprintln!("{name:?}: {line}"));
 /// # Ok::<(), wstac_host::error::Error>(())
 /// ```
 #[derive(Debug)]
@@ -83,10 +85,11 @@ impl Server {
         address
     }
 
-    /// Serves sensors until `stop` is set, and returns how many sources have failed.
+    /// Serves sensors until `stop` is set, and returns the number of sensors whose source or recording has failed.
     ///
-    /// The page stays after the sources have ended. `failed` gets the name of a sensor and why its source has failed.
-    pub fn run(self, sensors: Vec<Sensor>, stop: &AtomicBool, failed: &(dyn Fn(Option<&str>, &Error) + Sync)) -> usize {
+    /// The page stays after the sources have ended. A recording in progress is completed at the end. `tell` gets the
+    /// name of a sensor and a line about it: why its source has failed, what was recorded, what was written.
+    pub fn run(self, sensors: Vec<Sensor>, stop: &AtomicBool, tell: &(dyn Fn(Option<&str>, &str) + Sync)) -> usize {
         let hub = Hub::new(sensors.iter().map(|sensor| sensor.about().clone()));
         let (hub, access, connections) = (&hub, &self.access, &AtomicUsize::new(0));
         let failures = &AtomicUsize::new(0);
@@ -94,9 +97,8 @@ impl Server {
             for (number, sensor) in sensors.into_iter().enumerate() {
                 scope.spawn(move || {
                     let About { name, .. } = sensor.about().clone();
-                    if let Err(error) = sensor.run(number, hub) {
+                    if !sensor.run(number, hub, &|line| tell(name.as_deref(), line)) {
                         failures.fetch_add(1, Ordering::Relaxed);
-                        failed(name.as_deref(), &error);
                     }
                 });
             }

@@ -16,7 +16,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::pictures::{BoardPictures, port_of};
 use wstac_host::plural::counted;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent, StreamInfo};
-use wstac_setup::calibrate::{Calibration, UNTOUCHED, Watch};
+use wstac_setup::calibrate::{Calibration, DIM, UNTOUCHED, Watch};
 
 /// Find the 25 whiskers in the picture and write a configuration
 ///
@@ -269,39 +269,9 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
             .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
         return Ok(writeln!(out, "{line}")?);
     }
-    let [right, down] = calibration.pitch;
-    let [width, height] = calibration.layout.taxel();
-    match dead {
-        Some([row, column]) => {
-            writeln!(
-                out,
-                "24 whiskers found; the one in row {row}, column {column} gave no light, and its place follows from \
-                 the others"
-            )?;
-        }
-        None => writeln!(out, "25 whiskers found")?,
-    }
-    // Avoids "-0.0".
-    let turned = (10.0 * calibration.rotation_degrees).round() / 10.0 + 0.0;
-    writeln!(
-        out,
-        "{right:.1} pixels apart across, {down:.1} down, turned by {turned:.1} degrees, {:.2} pixels off a smooth lattice",
-        calibration.off
-    )?;
-    if calibration.saturated > 0 {
-        writeln!(out, "{} of them reached full scale: use a shorter exposure or a lower gain", calibration.saturated)?;
-    }
+    writeln!(out, "{calibration}")?;
     if calibration.is_dim() {
-        note(
-            "no row or column reached [speed] threshold, so law = \"published\" would give no speeds: use a longer \
-             exposure or press harder",
-        );
+        note(DIM);
     }
-    let noise = &calibration.noise;
-    writeln!(
-        out,
-        "taxels of {width} x {height} pixels; untouched {:.2} gray levels, noise {:.4}",
-        noise.dark_levels, noise.levels
-    )?;
     Ok(())
 }

@@ -20,6 +20,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
+use wstac_host::record::labels::{NAMES, check};
 use wstac_host::record::{Compression, Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::Labels;
@@ -27,7 +28,6 @@ use wstac_host::source::decorate::Limited;
 use wstac_host::source::names::{Sensor, sensors};
 use wstac_host::source::{Crop, FramePolicy, Lag, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
-use wstac_train::dataset::recordings::{NAMES, check};
 
 /// Record frames, events and settings of a source to a file
 ///

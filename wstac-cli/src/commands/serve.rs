@@ -3,24 +3,27 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::error::ErrorKind as ClapErrorKind;
 
-use super::output::{Stop, note};
+use super::files::{Outputs, check_ending};
+use super::output::{Stop, note, text_of};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, doubts_of_textures};
+use wstac_host::camera::{ControlValue, DeviceInfo};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::plural::counted;
-use wstac_host::session::Session;
 use wstac_host::source::FramePolicy;
 use wstac_host::source::names::{Sensor, sensors};
 use wstac_host::source::pace::Pace;
 use wstac_host::text_file;
 use wstac_host::texture::Textures;
+use wstac_linux::controls::controls;
+use wstac_linux::device_at;
 use wstac_linux::source::is_camera;
-use wstac_serve::{Server, Token};
+use wstac_serve::{CalibrationFile, ExaminedCamera, Opened, Server, Token, Tools};
 
 /// The address without --listen.
 const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8025);
@@ -29,9 +32,10 @@ const MOST_SENSORS: usize = 16;
 
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
-/// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene is
-/// played once, at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may touch
-/// the sensor during them. Ctrl-C ends the command.
+/// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene
+/// is played once, at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may
+/// touch the sensor during them. The page can also record with labels, calibrate the sensor and examine it. Ctrl-C ends
+/// the command.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -41,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
-    /// Listen at this address and port; port 0 is any free one
+    /// Listen here; port 0 is any free one
     ///
     /// Other machines reach the page only at another address than 127.0.0.1, and only with the token that is in the
     /// printed address then.
@@ -53,6 +57,20 @@ pub(super) struct Arguments {
     /// It has 16 to 128 letters, digits, - and _. With it, the page needs the token at any address.
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
+
+    /// Let pages record to new files in this existing folder
+    ///
+    /// The files are NAME-1.mcap, NAME-2.mcap and so on by the name of the source, or wstac-1.mcap and so on. A page
+    /// gives labels, and no names. Every frame of a camera is read then, in place of the newest.
+    #[arg(long, value_name = "FOLDER")]
+    record_to: Option<PathBuf>,
+
+    /// Write a calibration that a page confirms to this new file
+    ///
+    /// A later one of the same run replaces it. Of several sensors, the name of each is added: FILE-left.toml. Without
+    /// this option the page offers the file as a download.
+    #[arg(long, value_name = "FILE.toml")]
+    calibrate_to: Option<PathBuf>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -80,6 +98,32 @@ The page, for each sensor:
 Keys:
   p         pause the page; sensors are still read
   1 to 9    gather a new baseline for sensor 1 to 9, as its button does
+  r         start a recording of the chosen sensor with the labels on the
+            page, or end it
+  c         start a calibration of it; again: find the whiskers
+  u         use the calibration that is shown
+  d         examine it, as wstac doctor does
+  Escape    end the calibration or the examination
+  Of several sensors, the one that was clicked last is chosen, or the
+  one that has the keyboard's focus.
+
+Recordings (--record-to FOLDER):
+  They are files of wstac record, with the labels specimen, speed,
+  direction, and sensor if the source has a name. A recording begins
+  with a new baseline. It goes on if the page is closed, until a page,
+  Ctrl-C, SIGTERM, SIGHUP or the end of the source ends it; its file is
+  whole then. Files are never overwritten. A full disk ends a recording,
+  but not the page.
+
+Calibration:
+  It is that of wstac calibrate. The page shows the spots that glow, and
+  then the taxels. Nothing changes until a person confirms them. Then the
+  sensor uses them, with the settings that follow from its noise, and so
+  do recordings that start later.
+
+Examination:
+  It is that of wstac doctor for 10 s, without its comparison of MJPEG
+  with a raw format, for which the camera must be opened again.
 
 Slow browsers:
   Each browser gets up to 30 updates per second. One that is slower gets
@@ -94,8 +138,10 @@ Who can see the page:
   The token of any other address is a secret, but the connection is not
   encrypted: use such an address only in a network that you trust.
   Requests that come from the page of another site are refused.
+  Whoever sees the page may also record and calibrate, one request at a
+  time for each sensor, and choose no path.
   Exit code: 1 if a source, a file or the address cannot be used, or if
-  a source has failed; 2 for wrong arguments; otherwise 0.
+  a source or a recording has failed; 2 for wrong arguments, else 0.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -114,8 +160,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     });
     let server = Server::bind(arguments.listen, token.transpose()?)?;
     let files = ModelFile::open_all(&arguments.models)?;
-    let opened = sensors.iter().map(|sensor| open(sensor, arguments, &files)).collect::<Result<Vec<_>, _>>()?;
-    let stop = finishing(Ending::InTime);
+    check_folder(arguments.record_to.as_deref())?;
+    let opened =
+        sensors.iter().map(|sensor| open(sensor, &sensors, arguments, &files)).collect::<Result<Vec<_>, _>>()?;
+    // A recording is completed, however slow the disk is.
+    let stop = finishing(if arguments.record_to.is_some() { Ending::Whole } else { Ending::InTime });
     // The address alone is on the first line, so that programs can read it.
     let _ = writeln!(std::io::stderr(), "{}", server.address());
     for (sensor, (_, notes)) in sensors.iter().zip(&opened) {
@@ -124,25 +173,97 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         }
     }
     let opened = opened.into_iter().map(|(sensor, _)| sensor).collect();
-    let failed = server.run(opened, &stop, &|name, error| note_of(name, error));
+    let failed = server.run(opened, &stop, &|name, line| note_of(name, line));
     match failed {
         0 => Ok(()),
-        _ => Err(Error::new(ErrorKind::Data, counted(failed, "source"), "failed").into()),
+        _ => Err(Error::new(ErrorKind::Data, counted(failed, "sensor"), "failed").into()),
+    }
+}
+
+/// Refuses a folder of recordings that is none.
+fn check_folder(folder: Option<&Path>) -> Result<(), Error> {
+    match folder.filter(|folder| !folder.is_dir()) {
+        None => Ok(()),
+        Some(folder) => {
+            let what = if folder.exists() { "is no folder" } else { "does not exist" };
+            let message = format_args!("{what}, expected a folder for the recordings of --record-to");
+            Err(Error::new(ErrorKind::Usage, folder.display(), message))
+        }
     }
 }
 
 /// Opens a sensor, and returns it with what is to be said about it.
 fn open(
     sensor: &Sensor<'_>,
+    all: &[Sensor<'_>],
     arguments: &Arguments,
     files: &[ModelFile],
 ) -> Result<(wstac_serve::Sensor, Vec<String>), Error> {
-    let Arguments { options, config, .. } = arguments;
-    let (source, info, config) = options.open_configured(sensor.source, FramePolicy::Newest, config.as_deref())?;
+    let Arguments { options, config, record_to, .. } = arguments;
+    // A recording has every frame.
+    let policy = if record_to.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
+    let (source, info, config) = options.open_configured(sensor.source, policy, config.as_deref())?;
     let notes = [info.about.clone()].into_iter().chain(doubts_of_textures(&info, files)).collect();
-    let session = Session::builder(source).config(config).textures(Textures::new(files)?);
-    let pace = (!is_camera(sensor.source)).then(|| Pace::new(info.rate));
-    Ok((wstac_serve::Sensor::new(sensor.name, session, &info, pace)?, notes))
+    let is_live = is_camera(sensor.source);
+    let camera = info.camera.as_ref().filter(|_| is_live);
+    let tools = Tools {
+        record_to: record_to.clone(),
+        calibrate_to: calibration_file(sensor, all, arguments)?,
+        camera: camera.map(|camera| Box::new(Camera(camera.path.clone())) as Box<dyn ExaminedCamera>),
+        asked_fps: is_live.then(|| options.asked_fps()),
+        models: files.iter().map(|file| file.about().to_owned()).collect(),
+        words: text_of,
+    };
+    let pace = (!is_live).then(|| Pace::new(info.rate));
+    let opened = Opened { source, info, config, textures: Textures::new(files)?, pace };
+    Ok((wstac_serve::Sensor::new(sensor.name, opened, tools)?, notes))
+}
+
+/// Returns the file for the calibration of a sensor, which does not exist yet.
+fn calibration_file(
+    sensor: &Sensor<'_>,
+    all: &[Sensor<'_>],
+    arguments: &Arguments,
+) -> Result<Option<CalibrationFile>, Error> {
+    let Some(named) = &arguments.calibrate_to else { return Ok(None) };
+    check_ending(named, &["toml"])?;
+    let path = match sensor.name {
+        Some(name) if all.len() > 1 => {
+            let stem = named.file_stem().unwrap_or_default().display();
+            let ending = named.extension().map_or(String::new(), |ending| format!(".{}", ending.display()));
+            named.with_file_name(format!("{stem}-{name}{ending}"))
+        }
+        _ => named.clone(),
+    };
+    let outputs = |force| {
+        let outputs = Outputs::new(force).reading(&arguments.config).reading(&arguments.models);
+        all.iter().fold(outputs, |outputs, other| outputs.source(other.source))
+    };
+    let new = outputs(false);
+    new.check([&path])?;
+    let (name, mut is_own, own) = (path.display().to_string(), false, outputs(true));
+    let write = move |text: &str| {
+        // Only a file of this run is replaced.
+        let outputs = if is_own { &own } else { &new };
+        outputs.write(&path, text)?;
+        is_own = true;
+        Ok(())
+    };
+    Ok(Some(CalibrationFile { name, write: Box::new(write) }))
+}
+
+/// A camera of V4L2, by its path.
+struct Camera(PathBuf);
+
+impl ExaminedCamera for Camera {
+    fn controls(&self) -> Result<Vec<ControlValue>, Error> {
+        controls(&self.0)
+    }
+
+    fn device(&self) -> Result<DeviceInfo, Error> {
+        let gone = || Error::new(ErrorKind::Device, self.0.display(), "does not capture video any more");
+        device_at(&self.0).ok_or_else(gone)
+    }
 }
 
 /// Writes a note about a sensor to standard error.

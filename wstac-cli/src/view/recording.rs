@@ -1,20 +1,15 @@
 //! Recordings that a key starts and ends while a source is watched.
 
-use std::fs::File;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use super::state::Rec;
-use wstac_host::error::{Error, ErrorKind};
+use wstac_host::error::Error;
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
-use wstac_host::record::Recorder;
 use wstac_host::record::about::About;
+use wstac_host::record::{Excerpt, new_file};
 use wstac_host::session::Processor;
 use wstac_host::source::SourceEvent;
-
-/// The number of names that are tried before the recording fails.
-const MOST_NAMES: u32 = 9999;
 
 /// The settings of recordings, and the recording in progress.
 pub(crate) struct Recordings {
@@ -22,20 +17,10 @@ pub(crate) struct Recordings {
     about: Result<About, Error>,
     named: Option<PathBuf>,
     words: fn(&Output) -> String,
-    running: Option<Running>,
+    running: Option<Excerpt>,
     /// Whether the next frame is the first of a recording.
     pub(super) asked: bool,
     said: Vec<String>,
-}
-
-/// A recording in progress.
-struct Running {
-    recorder: Recorder,
-    path: PathBuf,
-    /// Number of the first feature frame.
-    zero: u64,
-    frames: u64,
-    lost: u64,
 }
 
 impl Recordings {
@@ -58,54 +43,50 @@ impl Recordings {
     /// Returns what the screen shows about the recording in progress.
     pub(super) fn shown(&self) -> Option<Rec> {
         self.running.as_ref().map(|running| Rec {
-            name: running.path.display().to_string(),
-            frames: running.frames,
-            waiting: running.recorder.waiting(),
+            name: running.path().display().to_string(),
+            frames: running.frames(),
+            waiting: running.waiting(),
         })
     }
 
     /// Starts a recording in a new file; `processor` was just restarted.
     pub(super) fn start(&mut self, processor: &Processor) -> Result<(), String> {
         let Ok(about) = &self.about else { return Ok(()) };
-        let (file, path) = new_file(self.named.as_deref()).map_err(|error| error.to_string())?;
-        let recorder = Recorder::new(file, &path, about, processor).map_err(|error| error.to_string())?;
-        self.running = Some(Running { recorder, path, zero: processor.pipeline().next_frame(), frames: 0, lost: 0 });
+        let start = || {
+            let (file, path) = new_file(|number| name(self.named.as_deref(), number))?;
+            Excerpt::start(file, &path, about, processor)
+        };
+        self.running = Some(start().map_err(|error: Error| error.to_string())?);
         Ok(())
     }
 
     /// Records an item before it is processed.
     pub(super) fn item(&mut self, item: &SourceEvent<'_>) {
-        let Some(running) = &mut self.running else { return };
-        match item {
-            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => running.frames += 1,
-            SourceEvent::Lost { frames, .. } => running.lost = running.lost.saturating_add(*frames),
-            _ => {}
+        if let Some(running) = &mut self.running {
+            running.source_event(item);
         }
-        running.recorder.source_event(item);
     }
 
     /// Records an output of the processor.
     pub(super) fn record(&mut self, record: &Output) {
-        let Some(running) = &mut self.running else { return };
-        let mut record = record.clone().counted_from(running.zero);
-        if let Output::End(end) = &mut record {
-            end.dropped = running.lost;
+        if let Some(running) = &mut self.running {
+            running.output(record, self.words);
         }
-        running.recorder.output(&record, &(self.words)(&record));
     }
 
     /// Returns whether a recording must end after this item, because it is the last one or because no more can be
     /// written.
     pub(super) fn must_end(&mut self, item: &SourceEvent<'_>, processor: &Processor) -> bool {
         let Some(running) = &mut self.running else { return false };
-        let goes_on = running.recorder.processed(item, processor);
+        let goes_on = running.processed(item, processor);
         !goes_on || matches!(item, SourceEvent::End)
     }
 
     /// Ends the recording in progress, and returns whether it is complete, with its description.
     pub(super) fn end(&mut self) -> Option<(bool, String)> {
-        let Running { recorder, path, .. } = self.running.take()?;
-        let (whole, text) = match recorder.finish() {
+        let running = self.running.take()?;
+        let path = running.path().to_owned();
+        let (whole, text) = match running.finish() {
             Ok(written) => {
                 let megabytes = written.bytes as f64 / 1e6;
                 let frames = counted(written.frames, "frame");
@@ -118,37 +99,21 @@ impl Recordings {
     }
 }
 
-/// Creates the first file whose name is free: FILE.mcap, FILE-2.mcap …, or wstac-1.mcap, wstac-2.mcap …
-fn new_file(named: Option<&Path>) -> Result<(File, PathBuf), Error> {
-    for number in 1..=MOST_NAMES {
-        let path = match named {
-            None => format!("wstac-{number}.mcap").into(),
-            Some(path) if number == 1 => path.to_owned(),
-            Some(path) => {
-                let mut name = path.file_stem().unwrap_or_default().to_owned();
-                name.push(format!("-{number}"));
-                if let Some(extension) = path.extension() {
-                    name.push(".");
-                    name.push(extension);
-                }
-                path.with_file_name(name)
+/// Returns the name of a recording: FILE.mcap, FILE-2.mcap …, or wstac-1.mcap, wstac-2.mcap …
+fn name(named: Option<&Path>, number: u32) -> PathBuf {
+    match named {
+        None => format!("wstac-{number}.mcap").into(),
+        Some(path) if number == 1 => path.to_owned(),
+        Some(path) => {
+            let mut name = path.file_stem().unwrap_or_default().to_owned();
+            name.push(format!("-{number}"));
+            if let Some(extension) = path.extension() {
+                name.push(".");
+                name.push(extension);
             }
-        };
-        match File::create_new(&path) {
-            Ok(file) => {
-                // So a recovery leaves it alone. On a system without locks the file is not locked.
-                let _ = file.try_lock();
-                return Ok((file, path));
-            }
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(Error::io(path.display(), error)),
+            path.with_file_name(name)
         }
     }
-    Err(Error::new(
-        ErrorKind::AlreadyExists,
-        "recording",
-        format_args!("{MOST_NAMES} files exist, expected a free name (see --record)"),
-    ))
 }
 
 #[cfg(test)]
@@ -160,8 +125,8 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("wstac-names-{}", std::process::id()));
         std::fs::create_dir(&folder).unwrap();
         let first = folder.join("slide.mcap");
-        let names: Vec<PathBuf> = (0..3).map(|_| new_file(Some(&first)).unwrap().1).collect();
-        let nowhere = new_file(Some(&folder.join("none/slide.mcap"))).unwrap_err().to_string();
+        let names: Vec<PathBuf> = (0..3).map(|_| new_file(|number| name(Some(&first), number)).unwrap().1).collect();
+        let nowhere = new_file(|number| name(Some(&folder.join("none/slide.mcap")), number)).unwrap_err().to_string();
         std::fs::remove_dir_all(&folder).unwrap();
         assert_eq!(names, ["slide.mcap", "slide-2.mcap", "slide-3.mcap"].map(|name| folder.join(name)));
         assert!(nowhere.contains("none/slide.mcap"), "{nowhere}");

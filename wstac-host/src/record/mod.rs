@@ -4,6 +4,7 @@
 //! ([`StreamInfo::taxels_only`](crate::source::StreamInfo::taxels_only)). All three give the same events again.
 //!
 //! [`Recorder`] turns events and outputs into messages, and `writer` takes them to the disk in a thread of its own.
+//! [`Excerpt`] records a part of a stream that is watched.
 //! `file` and `reserved` write them so that neither a killed program nor a full disk loses what was written. [`about`]
 //! has a recording's description, and `sums` the checksums of its parts. `walk` goes through files, whole or not.
 //! [`recover`] makes whole recordings of those that are not, and `reader` reads whole ones for
@@ -12,8 +13,10 @@
 pub mod about;
 mod bytes;
 mod compression;
+mod excerpt;
 mod file;
 pub(crate) mod foxglove;
+pub mod labels;
 mod limits;
 mod merge;
 pub(crate) mod parse;
@@ -31,6 +34,7 @@ mod walk;
 mod writer;
 
 pub use compression::Compression;
+pub use excerpt::{Excerpt, new_file};
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
 pub(crate) use recorder::{ClockLine, check_frame_bytes};

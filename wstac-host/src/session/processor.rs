@@ -89,11 +89,16 @@ impl Config {
     /// # Errors
     /// Layout, format and configuration do not fit each other.
     pub fn pipeline(&self, info: &StreamInfo) -> Result<HostPipeline, Error> {
+        self.pipeline_at(info, 0)
+    }
+
+    /// Builds the pipeline of a stream. Its feature frames are counted from `first` on.
+    fn pipeline_at(&self, info: &StreamInfo, first: u64) -> Result<HostPipeline, Error> {
         let geometry = self.geometry(info)?;
         if info.taxels_only {
             self.check_sums(info, &geometry)?;
         }
-        self.pipeline_of(geometry, &info.about)
+        self.pipeline_from(geometry, &info.about, first)
     }
 
     /// Refuses another layout, stride or method than those that a stream's taxel sums were made with.
@@ -124,6 +129,11 @@ impl Config {
     /// # Errors
     /// `[features]` or `[trigger]` does not fit the geometry.
     pub fn pipeline_of(&self, geometry: FrameGeometry<Any>, about: &str) -> Result<HostPipeline, Error> {
+        self.pipeline_from(geometry, about, 0)
+    }
+
+    /// Builds the pipeline of frames of this geometry. Its feature frames are counted from `first` on.
+    fn pipeline_from(&self, geometry: FrameGeometry<Any>, about: &str, first: u64) -> Result<HostPipeline, Error> {
         let in_table = |table| move |error| self.does_not_fit(about, table, error);
         let trigger = self.trigger().and_then(|trigger| Ok((trigger, self.following()?)));
         let (trigger, baseline) = trigger.map_err(in_table("[trigger]"))?;
@@ -133,6 +143,7 @@ impl Config {
             .trigger(trigger)
             .baseline(baseline)
             .taxels()
+            .starting_at(first)
             .build()
             .map_err(in_table("[features]"))
     }
@@ -144,9 +155,14 @@ impl Processor {
     /// # Errors
     /// Layout, format and configuration do not fit each other.
     pub fn new(info: &StreamInfo, config: &Config, options: OutputOptions) -> Result<Self, Error> {
+        Self::starting_at(info, config, options, 0)
+    }
+
+    /// Creates a processor whose feature frames are counted from `first` on.
+    fn starting_at(info: &StreamInfo, config: &Config, options: OutputOptions, first: u64) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
         let motion = config.motion(info.rate).map_err(in_table)?;
-        let mut pipeline = config.pipeline(info)?;
+        let mut pipeline = config.pipeline_at(info, first)?;
         if options.paths {
             pipeline.keep_taxels();
         }
@@ -303,6 +319,20 @@ impl Processor {
         let incomplete = self.pipeline.restart().map(|sample| InterruptedReport::new(sample, Some(&self.clock)));
         self.clock.restart(self.pipeline.next_frame());
         incomplete
+    }
+
+    /// Replaces the configuration of the stream that `info` describes, and restarts as [`restart`](Self::restart) does.
+    /// The numbers of frames go on.
+    ///
+    /// # Errors
+    /// Layout, format and configuration do not fit each other. Nothing has changed then.
+    pub fn reconfigure(&mut self, info: &StreamInfo, config: &Config) -> Result<Option<InterruptedReport>, Error> {
+        let next = self.pipeline.next_frame();
+        let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
+        let incomplete = self.restart();
+        let Self { clock, dropped, .. } = std::mem::replace(self, new);
+        (self.clock, self.dropped) = (clock, dropped);
+        Ok(incomplete)
     }
 
     fn forget_motion(&mut self) {

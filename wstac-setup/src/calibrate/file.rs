@@ -5,6 +5,8 @@ use std::fmt::Write;
 use wstac_core::params::{COLUMNS, DEFAULT_FLOOR_LEVELS, DEFAULT_MARGIN, VALID_THRESHOLD};
 
 use super::{Calibration, named};
+use wstac_host::config::Config;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 
 impl Calibration {
@@ -16,9 +18,33 @@ impl Calibration {
         text
     }
 
+    /// Returns a configuration with this calibration in it, and its text as a file.
+    ///
+    /// The text is [`to_toml`](Self::to_toml)'s if `config` has defaults besides. Otherwise it has all keys of `config`.
+    ///
+    /// # Errors
+    /// The configuration cannot be written as TOML, or not be read again.
+    pub fn applied_to(&self, config: &Config, source: &str) -> Result<(Config, String), Error> {
+        let full = |config: &Config| {
+            config.to_toml().map_err(|error| Error::with_cause(ErrorKind::Config, "configuration", error))
+        };
+        let text = self.to_toml(source);
+        let measured = Config::parse(&text)?;
+        let config = config.calibrated(&measured);
+        let whole = full(&config)?;
+        if whole == full(&measured)? {
+            return Ok((config, text));
+        }
+        let source = one_line(source);
+        let text = format!("# A configuration with the calibration of {source}\n{whole}");
+        // A configuration that cannot be read again is not used.
+        Config::parse(&text)?;
+        Ok((config, text))
+    }
+
     fn write(&self, text: &mut String, source: &str) -> std::fmt::Result {
         let (noise, frame) = (&self.noise, self.layout.frame());
-        let source: String = source.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        let source = one_line(source);
         writeln!(text, "# Written by wstac calibrate, of {source}")?;
         let [right, down] = self.pitch;
         writeln!(
@@ -97,4 +123,9 @@ impl Calibration {
         }
         Ok(())
     }
+}
+
+/// Returns a text without line breaks, for a comment.
+fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -15,6 +15,7 @@ mod noise;
 mod picture;
 mod plane;
 mod spots;
+mod text;
 mod watch;
 
 use wstac_core::layout::Layout;
@@ -24,6 +25,7 @@ use self::cells::Cells;
 use self::lattice::{Lattice, lattice};
 pub use self::noise::Noise;
 use self::spots::{Spot, spots};
+pub use self::text::DIM;
 use self::watch::Seen;
 pub use self::watch::{UNTOUCHED, Watch};
 
@@ -97,10 +99,48 @@ pub struct Outcome {
     cells: Cells,
 }
 
+/// A spot of light, in pixels of the frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSpot {
+    /// Its center; whole numbers are the middle of a pixel.
+    pub center: [f64; 2],
+    /// The radius of a circle of its area.
+    pub radius: f64,
+    /// Whether it seemed to be a whisker.
+    pub is_whisker: bool,
+}
+
+impl LightSpot {
+    fn new(spot: &Spot, cells: &Cells, is_whisker: bool) -> Self {
+        let radius = (spot.area as f64 / core::f64::consts::PI).sqrt() * f64::from(cells.side);
+        Self { center: cells.pixel(spot.center), radius, is_whisker }
+    }
+}
+
+impl Outcome {
+    /// Returns the spots of light that were seen.
+    pub fn spots(&self) -> Vec<LightSpot> {
+        let spot = |(number, spot): (usize, &Spot)| {
+            let LightSpot { center: [x, y], radius, .. } = LightSpot::new(spot, &self.cells, false);
+            let is_whisker = match &self.result {
+                Ok(found) => found.centers.iter().any(|center| (center[0] - x).hypot(center[1] - y) < radius),
+                Err(refusal) => refusal.lattice.contains(&number),
+            };
+            LightSpot { center: [x, y], radius, is_whisker }
+        };
+        self.spots.iter().enumerate().map(spot).collect()
+    }
+}
+
 impl Watch {
     /// Returns the number of spots of light that stand out so far, for a person who waits.
     pub fn found(&self) -> usize {
         spots(&self.seen()).len()
+    }
+
+    /// Returns the spots of light that stand out so far. Which of them are whiskers is not known yet.
+    pub fn spots(&self) -> Vec<LightSpot> {
+        spots(&self.seen()).iter().map(|spot| LightSpot::new(spot, &self.cells, false)).collect()
     }
 
     /// Evaluates all frames so far.

@@ -5,7 +5,9 @@ mod canvas;
 use wstac_core::params::{COLUMNS, TAXELS};
 
 use self::canvas::{Canvas, Color};
-use super::{Calibration, Outcome, Refusal};
+use super::watch::Seen;
+use super::{Calibration, Outcome, Refusal, Watch};
+use wstac_host::picture::Picture;
 
 /// Smallest length of a picture's shorter side, so that numbers can be read: smaller frames are enlarged.
 const READABLE: usize = 720;
@@ -18,6 +20,41 @@ const BASE: Color = [255, 70, 90];
 const LINK: Color = [90, 110, 140];
 const ON_LATTICE: Color = [255, 255, 255];
 const STRAY: Color = [255, 150, 40];
+
+/// Most columns of a picture of the light so far.
+const MOST_COLUMNS: usize = 320;
+
+impl Seen {
+    /// Returns the light of each cell above its noise: 0 for none, 1 for the brightest.
+    fn glow(&self) -> Vec<f32> {
+        let light = &self.light.values;
+        let mut sorted = light.clone();
+        sorted.sort_unstable_by(f32::total_cmp);
+        let brightest = sorted.get((sorted.len() as f32 * BRIGHTEST) as usize).copied().unwrap_or(0.0).max(1e-6);
+        let most = brightest.max(4.0 * self.noise as f32);
+        let hidden = 2.5 * self.noise as f32;
+        light.iter().map(|light| ((light - hidden) / (most - hidden)).clamp(0.0, 1.0)).collect()
+    }
+}
+
+impl Watch {
+    /// Returns the light so far, above the untouched picture: 0 for none, 1 for the brightest.
+    ///
+    /// The picture shows the whole frame, and has at most about 320 columns.
+    pub fn glow(&self) -> Picture {
+        let seen = self.seen();
+        let (glow, [columns, rows]) = (seen.glow(), seen.light.size);
+        let step = columns.div_ceil(MOST_COLUMNS).max(1);
+        let size = [columns / step, rows / step];
+        let at = |k: usize| {
+            let (x, y) = (k % size[0] * step, k / size[0] * step);
+            let cells = (y..y + step).flat_map(|y| (x..x + step).map(move |x| y * columns + x));
+            let sum: f32 = cells.filter_map(|cell| glow.get(cell)).sum();
+            sum / (step * step) as f32
+        };
+        Picture { size, light: (0..size[0] * size[1]).map(at).collect() }
+    }
+}
 
 impl Outcome {
     /// Returns the picture as the bytes of a PNG file.
@@ -43,18 +80,12 @@ impl Outcome {
     /// Draws the light in green over the untouched picture in gray-blue, as an eye sees it: not in proportion.
     fn light(&self) -> Canvas {
         let scale = self.scale();
-        let brightest = |values: &[f32]| {
-            let mut values = values.to_vec();
-            values.sort_unstable_by(f32::total_cmp);
-            values.get((values.len() as f32 * BRIGHTEST) as usize).copied().unwrap_or(0.0).max(1e-6)
-        };
-        let most = brightest(&self.seen.light.values).max(4.0 * self.seen.noise as f32);
-        // A root amplifies weak light, so noise is left out.
-        let hidden = 2.5 * self.seen.noise as f32;
+        let glows = self.seen.glow();
         let [columns, rows] = self.seen.light.size;
         let mut canvas = Canvas::new(columns * scale, rows * scale);
-        for (k, (light, dark)) in self.seen.light.values.iter().zip(&self.seen.dark.values).enumerate() {
-            let glow = ((light - hidden) / (most - hidden)).clamp(0.0, 1.0).sqrt();
+        for (k, (glow, dark)) in glows.iter().zip(&self.seen.dark.values).enumerate() {
+            // A root amplifies weak light.
+            let glow = glow.sqrt();
             let dark = 22.0 + 70.0 * dark.clamp(0.0, 1.0).sqrt();
             let color = [dark + 30.0 * glow, dark + (235.0 - dark) * glow, dark * 1.25 + 40.0 * glow];
             canvas.fill([k % columns * scale, k / columns * scale], [scale; 2], color.map(|part| part as u8));

@@ -215,3 +215,46 @@ fn every_format_and_size_is_calibrated() {
         assert_eq!(config.layout(size), Ok(calibration.layout));
     }
 }
+
+/// A calibration replaces what it measures in a configuration and keeps the rest, in the file as well.
+#[test]
+fn a_calibration_goes_into_a_configuration() {
+    let (outcome, size) = seen(&scene("specimen = \"Fla0\"\nspeed = 100\n[sensor]\nsize = [400, 400]"));
+    let calibration = outcome.result.as_ref().unwrap();
+    let (config, text) = calibration.applied_to(&Config::default(), "a scene").unwrap();
+    assert_eq!(text, calibration.to_toml("a scene"));
+    assert_eq!(config.layout(size).unwrap(), calibration.layout);
+    let own = "[trigger]\nwindow = 8\nmargin = 0.9\n[speed]\nlaw = \"published\"\n[sensor]\npitch_mm = 5.0";
+    let (config, text) = calibration.applied_to(&Config::parse(own).unwrap(), "a\nscene").unwrap();
+    assert!(text.starts_with("# A configuration with the calibration of a scene\n"), "{text}");
+    assert_eq!(config.layout(size).unwrap(), calibration.layout);
+    let trigger = config.trigger().unwrap();
+    assert_eq!((trigger.window(), config.sensor.pitch_mm), (8, 5.0));
+    assert!(config.speed.law().is_some() && !text.contains("margin = 0.9"), "{text}");
+    assert_eq!(Config::parse(&text).unwrap().to_toml(), config.to_toml());
+    // Every whisker is a spot of light, which has the whisker's base in it.
+    let whiskers = outcome.spots().iter().filter(|spot| spot.is_whisker).count();
+    assert_eq!(whiskers, TAXELS);
+}
+
+/// The picture of the light so far is bright at the bases and dark between them.
+#[test]
+fn the_light_so_far_is_where_the_whiskers_are() {
+    let script = scene("specimen = \"Fla0\"\nspeed = 100\n[sensor]\nsize = [800, 800]");
+    let mut source = SceneSource::new(&script).unwrap();
+    let mut watch = Watch::new(source.info()).unwrap();
+    while let SourceEvent::Frame(Frame { bytes, .. }) = source.next_event().unwrap() {
+        watch.take(bytes);
+    }
+    let picture = watch.glow();
+    let calibration = watch.calibrate().result.unwrap();
+    let scale = picture.size[0] as f64 / 800.0;
+    let light = |[x, y]: [f64; 2]| picture.light[(y * scale) as usize * picture.size[0] + (x * scale) as usize];
+    assert!(picture.size[0] <= 400 && picture.size[0] == picture.size[1], "{:?}", picture.size);
+    assert_eq!(picture.light.len(), picture.size[0] * picture.size[1]);
+    for center in calibration.centers {
+        let between = [center[0] + calibration.pitch[0] / 2.0, center[1]];
+        assert!(light(center) > 0.5, "{center:?}: {}", light(center));
+        assert!(between[0] > 790.0 || light(between) < 0.05, "{between:?}: {}", light(between));
+    }
+}

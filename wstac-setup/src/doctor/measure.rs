@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use wstac_core::params::TAXELS;
 
@@ -72,6 +73,175 @@ pub struct Limit {
     pub frames: Option<u64>,
 }
 
+/// A measurement in progress, of a source that somebody else reads.
+#[derive(Debug)]
+pub struct Measurement {
+    info: StreamInfo,
+    limit: Limit,
+    processor: Processor,
+    grid: Option<PixelGrid>,
+    measured: Measured,
+    /// Frames that are still left out, because the camera settles.
+    settling: u32,
+    /// Frames so far, lost ones included.
+    steps: u64,
+    /// The time of the first frame.
+    first: Option<Duration>,
+    /// Whether the next frame follows one that was measured.
+    follows: bool,
+    goes_on: bool,
+}
+
+impl Measurement {
+    /// Starts a measurement of a stream, which `info` describes as the user has it.
+    ///
+    /// # Errors
+    /// Layout, format and configuration do not fit each other.
+    pub fn new(info: &StreamInfo, config: &Config, limit: Limit) -> Result<Self, Error> {
+        let processor = Processor::new(info, config, OutputOptions::default())?;
+        let grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, processor.geometry().layout())?) };
+        let measured = Measured {
+            moments: Vec::new(),
+            pixels: None,
+            pace: Pace::default(),
+            lost: BTreeMap::new(),
+            touched: None,
+            quiet: true,
+            full_scale: processor.geometry().full_scale(),
+            fps: 0.0,
+            frames_added: info.rate.frames_added(),
+            dc_step: None,
+        };
+        let settling = limit.settling;
+        let goes_on = limit.frames.is_none_or(|most| most > 0);
+        let info = info.clone();
+        Ok(Self { info, limit, processor, grid, measured, settling, steps: 0, first: None, follows: false, goes_on })
+    }
+
+    /// Returns whether more is to be measured.
+    pub fn goes_on(&self) -> bool {
+        self.goes_on
+    }
+
+    /// Returns the measured time so far, in s.
+    pub fn seconds(&self) -> f64 {
+        self.measured.seconds()
+    }
+
+    /// Returns the time of a frame in s: by its timestamp, else by its number.
+    fn time(&mut self, timestamp: Option<Duration>, by_number: f64) -> f64 {
+        let since = |timestamp: Duration| timestamp.saturating_sub(*self.first.get_or_insert(timestamp)).as_secs_f64();
+        timestamp.map_or(by_number, since)
+    }
+
+    /// Takes the next event of the source. After the limit, or the source's end, it changes nothing.
+    ///
+    /// # Errors
+    /// The source was unplugged or lost its signal.
+    pub fn take(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
+        if !self.goes_on {
+            return Ok(());
+        }
+        // It may come back, but not as a camera that was watched all the time; and it may never.
+        if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message, .. }) = event {
+            let message = format_args!("broke off while it was measured: {message}");
+            return Err(Error::new(ErrorKind::Device, &self.info.about, message));
+        }
+        if self.settling > 0 && !matches!(event, SourceEvent::End) {
+            self.settling -= u32::from(matches!(event, SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
+            return Ok(());
+        }
+        let period = self.period();
+        let by_number = self.steps as f64 * period;
+        let mut at = by_number;
+        match event {
+            SourceEvent::End => {
+                self.goes_on = false;
+                return Ok(());
+            }
+            SourceEvent::Lost { frames, reason } => {
+                let lost = self.measured.lost.entry(reason.clone()).or_default();
+                *lost = frames.saturating_add(*lost);
+                self.steps = self.steps.saturating_add(*frames);
+                self.follows = false;
+                // If only damaged frames come, no timestamp ever ends the measurement.
+                if self.steps as f64 * period >= 2.0 * self.limit.seconds {
+                    self.goes_on = false;
+                    return Ok(());
+                }
+            }
+            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
+                self.steps += 1;
+                at = self.time(*timestamp, by_number);
+                self.measured.pace.push(*sequence, *timestamp);
+                if let Some(grid) = &mut self.grid {
+                    grid.push(bytes, self.follows);
+                }
+                if self.measured.dc_step.is_none() {
+                    self.measured.dc_step = encoded.and_then(super::mjpeg::dc_step);
+                }
+            }
+            SourceEvent::Taxels(frame) => {
+                self.steps += 1;
+                at = self.time(frame.timestamp, by_number);
+                self.measured.pace.push(frame.sequence, frame.timestamp);
+            }
+            _ => {}
+        }
+        let touched = &mut self.measured.touched;
+        self.processor.process(event, |output| {
+            notice(touched, &output);
+            Ok::<(), Error>(())
+        })?;
+        if matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) {
+            if let Some(shares) = self.processor.taxels() {
+                let levels = shares.map(|share| 255.0 * f64::from(share));
+                self.measured.moments.push(Moment { at, levels, follows: self.follows });
+                self.follows = true;
+            }
+            self.goes_on = at < self.limit.seconds;
+        }
+        self.goes_on = self.goes_on && self.limit.frames.is_none_or(|most| self.steps < most);
+        Ok(())
+    }
+
+    /// Returns the time from one camera frame to the next in s, as the source states it.
+    fn period(&self) -> f64 {
+        f64::from(self.info.rate.denominator()) / f64::from(self.info.rate.numerator())
+    }
+
+    /// Ends the measurement.
+    ///
+    /// # Errors
+    /// The source delivered fewer than ten frames.
+    pub fn finish(self) -> Result<Measured, Error> {
+        let about = self.info.about.clone();
+        let measured = self.so_far()?;
+        let frames = measured.moments.len();
+        if frames < LEAST {
+            let lost: Vec<_> = measured.lost.iter().map(|(why, frames)| format!(" ({frames} {why})")).collect();
+            let message = format!("gave {frames} frames{}, expected at least {LEAST} to measure", lost.concat());
+            return Err(Error::new(ErrorKind::Data, about, message));
+        }
+        Ok(measured)
+    }
+
+    /// Ends the measurement, however short it is.
+    fn so_far(mut self) -> Result<Measured, Error> {
+        let touched = &mut self.measured.touched;
+        self.processor.finish(|output| {
+            notice(touched, &output);
+            Ok::<(), Error>(())
+        })?;
+        let period = self.period();
+        let (pipeline, mut measured) = (self.processor.pipeline(), self.measured);
+        measured.quiet = pipeline.baseline().is_none() || pipeline.end().baseline_quiet;
+        measured.fps = measured.pace.summary().map_or(1.0 / period, |pace| pace.fps);
+        measured.pixels = self.grid.and_then(|grid| grid.summary());
+        Ok(measured)
+    }
+}
+
 /// Reads a source until a limit, its end, or until `stop` holds a signal's number.
 ///
 /// `info` describes the source as the user has it.
@@ -87,104 +257,11 @@ pub fn measure(
     limit: Limit,
     stop: &AtomicUsize,
 ) -> Result<Measured, Error> {
-    let mut processor = Processor::new(info, config, OutputOptions::default())?;
-    let mut grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, processor.geometry().layout())?) };
-    let mut settling = limit.settling;
-    let mut measured = Measured {
-        moments: Vec::new(),
-        pixels: None,
-        pace: Pace::default(),
-        lost: BTreeMap::new(),
-        touched: None,
-        quiet: true,
-        full_scale: processor.geometry().full_scale(),
-        fps: 0.0,
-        frames_added: info.rate.frames_added(),
-        dc_step: None,
-    };
-    let period = f64::from(info.rate.denominator()) / f64::from(info.rate.numerator());
-    let (mut steps, mut first, mut follows) = (0_u64, None, false);
-    while stop.load(Ordering::Relaxed) == 0 && limit.frames.is_none_or(|most| steps < most) {
-        let item = source.next_event()?;
-        // It may come back, but not as a camera that was watched all the time; and it may never.
-        if let SourceEvent::Fault(Fault { kind: FaultKind::Disconnected | FaultKind::NoSignal, message, .. }) = &item {
-            return Err(Error::new(
-                ErrorKind::Device,
-                &info.about,
-                format_args!("broke off while it was measured: {message}"),
-            ));
-        }
-        if settling > 0 && !matches!(item, SourceEvent::End) {
-            settling -= u32::from(matches!(item, SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
-            continue;
-        }
-        let by_number = steps as f64 * period;
-        let mut at = by_number;
-        match &item {
-            SourceEvent::End => break,
-            SourceEvent::Lost { frames, reason } => {
-                let lost = measured.lost.entry(reason.clone()).or_default();
-                *lost = frames.saturating_add(*lost);
-                steps = steps.saturating_add(*frames);
-                follows = false;
-                // If only damaged frames come, no timestamp ever ends the measurement.
-                if steps as f64 * period >= 2.0 * limit.seconds {
-                    break;
-                }
-            }
-            SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
-                steps += 1;
-                if let Some(timestamp) = *timestamp {
-                    at = timestamp.saturating_sub(*first.get_or_insert(timestamp)).as_secs_f64();
-                }
-                measured.pace.push(*sequence, *timestamp);
-                if let Some(grid) = &mut grid {
-                    grid.push(bytes, follows);
-                }
-                if measured.dc_step.is_none() {
-                    measured.dc_step = encoded.and_then(super::mjpeg::dc_step);
-                }
-            }
-            SourceEvent::Taxels(frame) => {
-                steps += 1;
-                if let Some(timestamp) = frame.timestamp {
-                    at = timestamp.saturating_sub(*first.get_or_insert(timestamp)).as_secs_f64();
-                }
-                measured.pace.push(frame.sequence, frame.timestamp);
-            }
-            _ => {}
-        }
-        let touched = &mut measured.touched;
-        processor.process(&item, |output| {
-            notice(touched, &output);
-            Ok::<(), Error>(())
-        })?;
-        if matches!(item, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) {
-            if let Some(shares) = processor.taxels() {
-                let levels = shares.map(|share| 255.0 * f64::from(share));
-                measured.moments.push(Moment { at, levels, follows });
-                follows = true;
-            }
-            if at >= limit.seconds {
-                break;
-            }
-        }
+    let mut measurement = Measurement::new(info, config, limit)?;
+    while stop.load(Ordering::Relaxed) == 0 && measurement.goes_on() {
+        measurement.take(&source.next_event()?)?;
     }
-    processor.finish(|output| {
-        notice(&mut measured.touched, &output);
-        Ok::<(), Error>(())
-    })?;
-    let pipeline = processor.pipeline();
-    measured.quiet = pipeline.baseline().is_none() || pipeline.end().baseline_quiet;
-    measured.fps = measured.pace.summary().map_or(1.0 / period, |pace| pace.fps);
-    measured.pixels = grid.and_then(|grid| grid.summary());
-    let frames = measured.moments.len();
-    if frames < LEAST && stop.load(Ordering::Relaxed) == 0 {
-        let lost: Vec<_> = measured.lost.iter().map(|(why, frames)| format!(" ({frames} {why})")).collect();
-        let message = format!("gave {frames} frames{}, expected at least {LEAST} to measure", lost.concat());
-        return Err(Error::new(ErrorKind::Data, &info.about, message));
-    }
-    Ok(measured)
+    if stop.load(Ordering::Relaxed) == 0 { measurement.finish() } else { measurement.so_far() }
 }
 
 /// Stores the first frame of the first event, complete or not.

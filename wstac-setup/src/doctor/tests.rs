@@ -257,6 +257,12 @@ fn a_slow_camera_losses_and_a_touch_are_told() {
     for kind in ["touched", "slow", "lost"] {
         assert!(kinds(&report).contains(&kind), "{report}");
     }
+    // Frames that the program itself has skipped are no fault of the cable.
+    let mut skipped = measured.clone();
+    skipped.lost = [(LossReason::Skipped, 4)].into();
+    let skipped = examine(&info, &Config::default(), &skipped, Known::default(), (None, Vec::new()), None).unwrap();
+    let advice = skipped.verdict.iter().find(|finding| finding.kind == "lost").map(|finding| &*finding.advice);
+    assert!(advice.is_some_and(|advice| advice.starts_with("leave the machine to this program")), "{skipped}");
     let controls = vec![ControlReport {
         name: "auto_exposure".into(),
         value: Some(3),

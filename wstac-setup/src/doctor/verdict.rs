@@ -129,8 +129,11 @@ fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
         let reasons: Vec<_> = rate.lost.iter().map(|(why, frames)| format!("{frames} {why}")).collect();
         let share = 100.0 * lost as f64 / lost.saturating_add(rate.frames) as f64;
         let found = format!("{share:.1} % of frames were lost: {}", reasons.join(", "));
-        let advice = if rate.lost.keys().all(|reason| *reason == LossReason::SimulatedExposure) {
+        let all = |expected: LossReason| rate.lost.keys().all(|reason| *reason == expected);
+        let advice = if all(LossReason::SimulatedExposure) {
             "lock the exposure"
+        } else if all(LossReason::Skipped) {
+            "leave the machine to this program, or use a smaller format: it is slower than the camera"
         } else {
             "use a shorter cable, another port or a smaller format, and no other program meanwhile"
         };

@@ -24,6 +24,8 @@ use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Labels, Source, SourceEvent};
 use wstac_host::texture::pattern_and_depth;
 
+pub use wstac_host::record::labels::{NAMES, check};
+
 /// A part of a recording: what one of its sensors has recorded.
 #[derive(Clone, Debug, Eq, PartialEq, Serialize, Deserialize)]
 pub struct RecordingPart {
@@ -255,25 +257,6 @@ pub fn read_paths(part: &RecordingPart, config: Option<&Config>) -> Result<Recor
     paths.resize_with(recording.samples.len(), || RecordedPath { path: None, taxel_path: None });
     recording.paths = paths;
     Ok(recording)
-}
-
-/// Names of the labels that a data set uses.
-pub const NAMES: [&str; 4] = ["specimen", "speed", "direction", "sensor"];
-
-/// Checks the labels that a data set uses, and returns the speed in mm/s and the direction in degrees, if present.
-///
-/// # Errors
-/// A label is not valid; the message names the label, the value found and the values expected.
-pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
-    let speed = labels.get("speed").map(|speed| {
-        let number = speed.parse().ok().filter(|speed: &f64| *speed > 0.0 && speed.is_finite());
-        number.ok_or_else(|| format!("label speed is {speed:?}, expected mm/s such as 150"))
-    });
-    let direction = labels.get("direction").map(|direction| {
-        let number = direction.parse().ok().filter(|direction| (0..360).contains(direction));
-        number.ok_or_else(|| format!("label direction is {direction:?}, expected whole degrees, 0 to 359"))
-    });
-    Ok((speed.transpose()?, direction.transpose()?))
 }
 
 /// Creates a recording without its samples.

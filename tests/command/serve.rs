@@ -1,0 +1,43 @@
+//! Tests what `wstac serve` refuses before it opens its address: folders and files that it could not write.
+
+use std::fs;
+
+use wstac_tests::command::refusal;
+use wstac_tests::folder::Folder;
+
+const SCENE: &str = "scene:Saw3@150";
+
+fn serve(options: &[&str]) -> String {
+    refusal(&[&["serve", SCENE, "--listen", "127.0.0.1:0"], options].concat())
+}
+
+#[test]
+fn recordings_need_a_folder() {
+    let folder = Folder::new("serve-folder");
+    let missing = folder.0.join("missing");
+    let message = serve(&["--record-to", missing.to_str().unwrap()]);
+    assert!(message.contains("missing: does not exist, expected a folder"), "{message}");
+    let file = folder.0.join("a.mcap");
+    fs::write(&file, "").unwrap();
+    let message = serve(&["--record-to", file.to_str().unwrap()]);
+    assert!(message.contains("a.mcap: is no folder, expected a folder"), "{message}");
+}
+
+#[test]
+fn a_calibration_goes_to_a_new_file() {
+    let folder = Folder::new("serve-file");
+    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    fs::write(path("my.toml"), "").unwrap();
+    let message = serve(&["--calibrate-to", &path("my.toml")]);
+    assert!(message.contains("my.toml: exists already, expected a new file"), "{message}");
+    let message = serve(&["--calibrate-to", &path("missing/my.toml")]);
+    assert!(message.contains("is in a folder that does not exist"), "{message}");
+    let message = serve(&["--calibrate-to", &path("my.mcap")]);
+    assert!(message.contains("its name ends in .mcap, expected .toml"), "{message}");
+    // Each of several sensors has a file of its own.
+    fs::write(path("two-right.toml"), "").unwrap();
+    let (left, right) = (format!("cam:left={SCENE}"), format!("cam:right={SCENE}"));
+    let message = refusal(&["serve", &left, &right, "--listen", "127.0.0.1:0", "--calibrate-to", &path("two.toml")]);
+    assert!(message.contains("two-right.toml: exists already"), "{message}");
+    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 2, "nothing was written");
+}

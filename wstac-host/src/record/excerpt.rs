@@ -1,0 +1,116 @@
+//! A recording of a part of a stream that is being read.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::about::About;
+use super::recorder::Recorder;
+use super::writer::Written;
+use crate::error::{Error, ErrorKind};
+use crate::output::Output;
+use crate::session::Processor;
+use crate::source::SourceEvent;
+
+/// The number of names that are tried for a new file.
+const MOST_NAMES: u32 = 9999;
+
+/// Creates the first file whose name is free, of the names for the numbers 1, 2, 3 and so on. It is locked.
+///
+/// # Errors
+/// A file cannot be created, or all of 9999 names are taken.
+pub fn new_file(name: impl Fn(u32) -> PathBuf) -> Result<(File, PathBuf), Error> {
+    for number in 1..=MOST_NAMES {
+        let path = name(number);
+        match File::create_new(&path) {
+            Ok(file) => {
+                // So a recovery leaves it alone. On a system without locks the file is not locked.
+                let _ = file.try_lock();
+                return Ok((file, path));
+            }
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(Error::io(path.display(), error)),
+        }
+    }
+    let taken = format_args!("and {MOST_NAMES} others like it exist, expected a free name");
+    Err(Error::new(ErrorKind::AlreadyExists, name(1).display(), taken))
+}
+
+/// A recording of a part of a stream: from a restart of its processor to any later frame.
+///
+/// It replays like a stream of its own: its frames, and those of its events, count from 0.
+pub struct Excerpt {
+    recorder: Recorder,
+    path: PathBuf,
+    /// The number of the first feature frame.
+    zero: u64,
+    frames: u64,
+    lost: u64,
+}
+
+impl Excerpt {
+    /// Starts a recording in an empty file; `processor` was just restarted ([`Processor::restart`]).
+    ///
+    /// A file whose recording cannot be started is removed.
+    ///
+    /// # Errors
+    /// The recording cannot be started.
+    pub fn start(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
+        let recorder = Recorder::new(file, path, about, processor)?;
+        Ok(Self { recorder, path: path.to_owned(), zero: processor.pipeline().next_frame(), frames: 0, lost: 0 })
+    }
+
+    /// Returns the path of the file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Returns the number of camera frames so far, without lost ones.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Returns the number of camera frames that were lost so far.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Returns the number of frames that wait for the disk.
+    pub fn waiting(&self) -> u64 {
+        self.recorder.waiting()
+    }
+
+    /// Takes an event of the source before the processor does.
+    pub fn source_event(&mut self, event: &SourceEvent<'_>) {
+        match event {
+            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => self.frames += 1,
+            SourceEvent::Lost { frames, .. } => self.lost = self.lost.saturating_add(*frames),
+            _ => {}
+        }
+        self.recorder.source_event(event);
+    }
+
+    /// Takes an output that followed from it. `words` returns the line for a person.
+    pub fn output(&mut self, output: &Output, words: impl FnOnce(&Output) -> String) {
+        let mut output = output.clone().counted_from(self.zero);
+        if let Output::End(end) = &mut output {
+            end.dropped = self.lost;
+        }
+        let text = words(&output);
+        self.recorder.output(&output, &text);
+    }
+
+    /// Takes the event after its outputs, and returns whether the recording goes on. It does not if the disk is full,
+    /// which [`finish`](Self::finish) reports.
+    pub fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        self.recorder.processed(event, processor)
+    }
+
+    /// Ends the recording and its file.
+    ///
+    /// # Errors
+    /// The file could not be written, or not all of it.
+    pub fn finish(self) -> Result<Written, Error> {
+        self.recorder.finish()
+    }
+}

@@ -1,0 +1,96 @@
+//! The doctor's examination of a sensor that nothing touches.
+
+use serde::Serialize;
+use wstac_host::camera::{CameraState, ControlValue};
+use wstac_host::config::Config;
+use wstac_host::error::Error;
+use wstac_host::source::{SourceEvent, StreamInfo};
+use wstac_setup::doctor::controls::compare;
+use wstac_setup::doctor::measure::{Limit, Measurement};
+use wstac_setup::doctor::verdict::Finding;
+use wstac_setup::doctor::{CameraReport, Known, examine};
+
+use crate::tools::Tools;
+
+/// Seconds of an examination, as of `wstac doctor` without `--seconds`.
+const SECONDS: f64 = 10.0;
+
+/// An examination in progress.
+pub(super) struct Examining {
+    measurement: Box<Measurement>,
+    /// The controls of the camera at the start.
+    before: Option<Vec<ControlValue>>,
+}
+
+/// An examination in progress, as the page gets it.
+#[derive(Debug, Serialize)]
+pub(super) struct Progress {
+    /// Seconds so far, and all of them.
+    seconds: [f64; 2],
+}
+
+/// The result of an examination, as the page gets it.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Examined {
+    /// Why there is none.
+    error: Option<String>,
+    verdict: Vec<Finding>,
+    /// The report of `wstac doctor`.
+    text: String,
+}
+
+impl Examined {
+    pub(super) fn failed(error: &Error) -> Self {
+        Self { error: Some(error.to_string()), ..Self::default() }
+    }
+}
+
+impl Examining {
+    /// Starts an examination.
+    ///
+    /// # Errors
+    /// The camera cannot be asked for its controls.
+    pub(super) fn start(info: &StreamInfo, config: &Config, tools: &Tools) -> Result<Self, Error> {
+        // The camera has settled: it is read all the time.
+        let limit = Limit { settling: 0, seconds: SECONDS, frames: None };
+        let before = tools.camera.as_ref().map(|camera| camera.controls()).transpose()?;
+        Ok(Self { measurement: Box::new(Measurement::new(info, config, limit)?), before })
+    }
+
+    /// Takes an event of the source. Returns whether it was the last one.
+    ///
+    /// # Errors
+    /// The source broke off.
+    pub(super) fn take(&mut self, event: &SourceEvent<'_>) -> Result<bool, Error> {
+        self.measurement.take(event)?;
+        Ok(!self.measurement.goes_on())
+    }
+
+    pub(super) fn progress(&self) -> Progress {
+        let seconds = (10.0 * self.measurement.seconds()).round() / 10.0;
+        Progress { seconds: [seconds.min(SECONDS), SECONDS] }
+    }
+
+    /// Ends the examination. `state` is that of the camera.
+    ///
+    /// # Errors
+    /// There were too few frames, or the camera is gone.
+    pub(super) fn finish(
+        self,
+        (info, config, tools): (&StreamInfo, &Config, &Tools),
+        state: Option<&CameraState>,
+    ) -> Result<Examined, Error> {
+        let measured = self.measurement.finish()?;
+        let examined = match (&tools.camera, self.before, state) {
+            (Some(camera), Some(before), Some(state)) => {
+                let controls = compare(&state.controls, &before, &camera.controls()?);
+                (Some(CameraReport { device: camera.device()?, format: state.format.clone() }), controls)
+            }
+            _ => (None, Vec::new()),
+        };
+        let known = Known { asked_fps: tools.asked_fps, black: None };
+        // MJPEG is compared by opening the camera again, which `wstac doctor` does.
+        let report = examine(info, config, &measured, known, examined, None)?;
+        Ok(Examined { error: None, text: report.to_string(), verdict: report.verdict })
+    }
+}

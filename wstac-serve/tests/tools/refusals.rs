@@ -1,0 +1,90 @@
+//! What is refused, and why.
+
+use serde_json::json;
+use tempfile::tempdir;
+use wstac_host::config::Config;
+use wstac_serve::{Token, Tools};
+
+use super::page::Served;
+
+#[test]
+fn only_the_page_itself_can_give_orders() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    for headers in ["Origin: http://example.org\r\n", "Origin: null\r\n", "Host: example.org\r\n"] {
+        assert_eq!(served.request(headers).map(drop), Err("403".to_owned()), "{headers}");
+    }
+    assert!(served.request("").is_ok(), "a program on this machine has no origin");
+}
+
+#[test]
+fn orders_need_the_token_if_there_is_one() {
+    let token = Token::new("0123456789abcdef", "the token").unwrap();
+    let served = Served::with_token(None, &Config::default(), Tools::default(), Some(token));
+    for query in ["", "?token=", "?token=0123456789abcdeX"] {
+        assert_eq!(served.request_with(query, "").map(drop), Err("403".to_owned()), "{query}");
+    }
+    assert!(served.request_with("?token=0123456789abcdef", "").is_ok());
+}
+
+#[test]
+fn a_server_without_a_folder_records_nothing() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    let why = served.page().refusal(&json!({"order": "record", "labels": {"specimen": "Saw3"}}));
+    assert_eq!(why, "recording is off: start wstac serve with --record-to FOLDER");
+}
+
+#[test]
+fn there_is_one_job_at_a_time_and_no_baseline_in_a_recording() {
+    let folder = tempdir().unwrap();
+    let tools = Tools { record_to: Some(folder.path().to_owned()), ..Tools::default() };
+    let served = Served::new(None, &Config::default(), tools);
+    let (mut page, mut other) = (served.page(), served.page());
+    assert_eq!(page.refusal(&json!({"order": "stop"})), "nothing is in progress");
+    assert!(page.refusal(&json!({"order": "find"})).contains("there is no calibration in progress"));
+    assert!(page.refusal(&json!({"order": "use", "proposal": 1})).contains("there is no calibration in progress"));
+    page.record(&json!({}));
+    for order in ["record", "calibrate", "examine", "rezero"] {
+        let why = other.refusal(&json!({"order": order}));
+        assert_eq!(why, "a recording is in progress, expected none: end it first", "{order}");
+    }
+    // Whoever sees the page may end it.
+    other.stop();
+    page.until("ended", |page| page.jobs["job"].is_null());
+    page.order(&json!({"order": "calibrate"}));
+    page.until("calibrating", |page| page.jobs["job"]["kind"] == "calibration");
+    let why = page.refusal(&json!({"order": "record"}));
+    assert_eq!(why, "a calibration is in progress, expected none: end it first");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn orders_that_are_none_are_answered_and_change_nothing() {
+    let folder = tempdir().unwrap();
+    let tools = Tools { record_to: Some(folder.path().to_owned()), ..Tools::default() };
+    let served = Served::new(None, &Config::default(), tools);
+    let mut page = served.page();
+    for (text, part) in [
+        (r#"order 9 {"order":"record"}"#, "there is no sensor 9"),
+        (r#"order 0 {"order":"record","file":"/tmp/a.mcap"}"#, "unknown field `file`"),
+        (r#"order 0 {"order":"record","labels":{"speed":"-3"}}"#, "label speed is \"-3\", expected mm/s such as 150"),
+        (r#"order 0 {"order":"record","labels":{"direction":"12.5"}}"#, "expected whole degrees"),
+        (r#"order 0 {"order":"record","labels":{"name":"../a"}}"#, "label \"name\" is not known"),
+        ("order 0 rm", "the order is not known"),
+        ("order x", "the order has no sensor"),
+    ] {
+        let why = page.refusal_of(text);
+        assert!(why.contains(part), "{text}: {why}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// A message that is longer than any order ends the connection, and nothing else.
+#[test]
+fn long_messages_are_not_read() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    let mut page = served.page();
+    page.say(&format!("order 0 {}", "x".repeat(2000)));
+    while page.socket.read().is_ok() {}
+    let why = served.page().refusal(&json!({"order": "record"}));
+    assert!(why.contains("recording is off"), "{why}");
+}

@@ -1,0 +1,41 @@
+//! A calibration for a person.
+
+use std::fmt;
+
+use super::Calibration;
+
+/// The advice about a calibration whose light is too weak ([`Calibration::is_dim`]).
+pub const DIM: &str = "no row or column reached [speed] threshold, so law = \"published\" would give no speeds: use a \
+                       longer exposure or press harder";
+
+impl fmt::Display for Calibration {
+    /// Writes three or four lines: the whiskers, their lattice, those at full scale, the taxels.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [right, down] = self.pitch;
+        let [width, height] = self.layout.taxel();
+        match self.dead {
+            Some(taxel) => writeln!(
+                f,
+                "24 whiskers found; the one in {} gave no light, and its place follows from the others",
+                super::named(taxel)
+            )?,
+            None => writeln!(f, "25 whiskers found")?,
+        }
+        // Avoids "-0.0".
+        let turned = (10.0 * self.rotation_degrees).round() / 10.0 + 0.0;
+        writeln!(
+            f,
+            "{right:.1} pixels apart across, {down:.1} down, turned by {turned:.1} degrees, {:.2} pixels off a smooth lattice",
+            self.off
+        )?;
+        if self.saturated > 0 {
+            writeln!(f, "{} of them reached full scale: use a shorter exposure or a lower gain", self.saturated)?;
+        }
+        let noise = &self.noise;
+        write!(
+            f,
+            "taxels of {width} x {height} pixels; untouched {:.2} gray levels, noise {:.4}",
+            noise.dark_levels, noise.levels
+        )
+    }
+}
