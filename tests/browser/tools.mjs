@@ -6,9 +6,9 @@ import path from 'node:path';
 
 import { LIMIT_MS, MODEL, differences, eventsOf, folder, open, run, say, serve } from './common.mjs';
 
-// Slides of two specimens, over a small sensor.
-const SLIDES = `lead_in = 150
-gap = 120
+// Slides of two specimens, over a small sensor. A busy machine has time for a new baseline between them.
+const SLIDES = `lead_in = 210
+gap = 240
 seed = 3
 [[slide]]
 specimen = "Saw3"
