@@ -12,6 +12,7 @@ mod names;
 mod outputs;
 mod program;
 mod recording;
+mod records;
 mod scene;
 mod sets;
 mod shards;

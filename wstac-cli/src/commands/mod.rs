@@ -3,6 +3,7 @@
 mod board;
 mod calibrate;
 mod completions;
+mod csv;
 mod dataset;
 mod demo;
 mod devices;
@@ -16,6 +17,7 @@ mod monitor;
 mod output;
 mod plot;
 mod record;
+mod records;
 mod recover;
 mod run;
 mod scene;
