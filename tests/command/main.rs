@@ -3,6 +3,7 @@
 mod calibrate;
 mod dataset;
 mod escapes;
+mod exit;
 mod hostile;
 mod inline;
 mod mistakes;

@@ -23,7 +23,7 @@ pub(super) enum Form {
     Text,
     /// JSON Lines: one object per line
     Json,
-    /// A table of one kind of record: a line of names, then one per record
+    /// A table of one kind of record: a line of names, then rows
     Csv,
 }
 

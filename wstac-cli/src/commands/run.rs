@@ -99,7 +99,7 @@ pub(super) struct Arguments {
     /// Print only records from this time on, in seconds of the source
     ///
     /// All frames are read, and the baseline is that of the first frames. So the records are the same as without the
-    /// option. The time of a record is its time_s, from the first frame on; that of an event is its first touch.
+    /// option. A record's time is its time_s, from the first frame on; that of an event is its touch.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     since: Option<f64>,
 
@@ -149,7 +149,7 @@ const HELP: &str = r#"Sources:
                    own baseline, frames and end. If one fails, the
                    others continue.
   Exit code: 1 if a source or file cannot be used, 2 for wrong arguments,
-  otherwise 0.
+  otherwise 0, also after Ctrl-C.
 
 Camera faults and recovery:
   If the program is slower than the camera, it skips older frames for the
