@@ -11,6 +11,7 @@ mod model;
 mod monitor;
 mod names;
 mod outputs;
+mod pictures;
 mod program;
 mod recording;
 mod records;

@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// Camera, recording or scene, or several as cam:NAME=SOURCE
     ///
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
-    /// FILE.mcap, a video such as FILE.mp4, and a folder of PNG files; see Sources below.
+    /// FILE.mcap, a video such as FILE.mp4, and a folder of PNG or JPEG files; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -140,8 +140,10 @@ const HELP: &str = r#"Sources:
                    again, with its own configuration unless --config
                    gives another; textures need --model, and a note
                    says if the recording was made with a model
-  FOLDER           PNG files, 2.png before 10.png, at 30 frames per
-                   second unless --fps gives another rate
+  FOLDER           PNG or JPEG files of one size, 2.png before 10.png, at
+                   30 frames per second unless --fps gives another rate.
+                   A damaged picture is a lost frame. PNG files beside
+                   JPEG files are refused.
   cam:NAME=SOURCE  any of these with a name, to read several at once:
                    wstac run cam:left=/dev/video0 cam:right=/dev/video2
                    A name has letters, digits, - and _. All sources
