@@ -1,6 +1,7 @@
 //! Tests of the `wstac` command as a program of its own: what it prints, writes and refuses, and how it ends.
 
 mod calibrate;
+mod completions;
 mod dataset;
 mod escapes;
 mod exit;
@@ -13,8 +14,10 @@ mod names;
 mod outputs;
 mod pictures;
 mod program;
+mod progress;
 mod recording;
 mod records;
+mod report;
 mod scene;
 mod sets;
 mod shards;

@@ -1,11 +1,9 @@
 //! A picture of a calibration for a person: the light, with the taxels or the candidates for whiskers over it.
 
-mod canvas;
-
 use wstac_core::params::{COLUMNS, TAXELS};
 
-use self::canvas::{Canvas, Color};
 use super::{Calibration, Outcome, Refusal};
+use crate::canvas::{Canvas, Color};
 
 /// Smallest length of a picture's shorter side, so that numbers can be read: smaller frames are enlarged.
 const READABLE: usize = 720;
