@@ -36,7 +36,7 @@ fn every_kind_of_source_opens() {
     let error = message(&path("other.dat"), &none);
     assert!(error.starts_with("SOURCE is \"") && error.contains(expected), "{error}");
     assert!(message(&path("empty.y4m"), &none).contains("is empty"));
-    assert!(message(&path(""), &none).contains("no .png file"));
+    assert!(message(&path(""), &none).contains("no .png or .jpg file"));
     let error = message("nothing", &none);
     assert!(error.starts_with("SOURCE is \"nothing\": no such file; expected /dev/videoN"), "{error}");
     assert!(message("", &none).starts_with("SOURCE is \"\": no such file"));

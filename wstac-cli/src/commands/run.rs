@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// Camera, recording or scene, or several as cam:NAME=SOURCE
     ///
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
-    /// FILE.mcap, a video such as FILE.mp4, and a folder of PNG or JPEG files; see Sources below.
+    /// FILE.mcap, a video such as FILE.mp4, and a folder of pictures; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 

@@ -147,19 +147,16 @@ impl Opened<'_> {
             } else {
                 session.step(&mut printer)
             };
-            if let Err(stop) = printer.print(session.processor()) {
-                break Err(stop);
-            }
-            match stepped {
-                Ok(Step::GoesOn) => {}
-                Ok(Step::Over) => break Ok(()),
-                // The source fails, or the file of --save-raw cannot be written.
-                Err(Stop::Failed(error)) => {
-                    session.finish(&mut printer)?;
-                    printer.print(session.processor())?;
+            let printed = printer.print(session.processor());
+            match (stepped, printed) {
+                (Ok(Step::GoesOn), Ok(())) => {}
+                (Ok(Step::Over), Ok(())) => break Ok(()),
+                // The source fails, or the file of --save-raw cannot be written. That matters more than the output.
+                (Err(Stop::Failed(error)), _) => {
+                    let _ = session.finish(&mut printer).and_then(|()| printer.print(session.processor()));
                     break Err(error.into());
                 }
-                Err(stop) => break Err(stop),
+                (Err(stop), _) | (_, Err(stop)) => break Err(stop),
             }
         };
         printer.losses.say(|message| printer.records.note(message));
