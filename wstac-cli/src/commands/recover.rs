@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let file = outputs.create(new)?;
     // A large file takes its time.
     let size = old.metadata().map_or(0, |there| there.len());
-    note(format_args!("reading {}: {:.1} MB", old.display(), size as f64 / 1e6));
+    note(format_args!("reading {:.1} MB", size as f64 / 1e6));
     let found = recover(old, file.file.file()?, new)?;
     file.commit()?;
     let (frames, events) = (counted(found.frames, "frame"), counted(found.events, "event"));

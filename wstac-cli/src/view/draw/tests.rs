@@ -225,7 +225,7 @@ fn a_frame_that_is_gone_back_to_looks_as_it_did() {
     let (player, state) = Player::new(&mut source, &info, &mut reading, &mut recordings, false);
     let (mut player, state) = (player.reopened_by(Some(&reopen)), Mutex::new(state));
     assert_eq!((player.frames_of(1), player.frames_of(-10)), (30, -300));
-    let mut play_to = |player: &mut Player<'_>, frame: u64| {
+    let play_to = |player: &mut Player<'_>, frame: u64| {
         while player.frame() < frame && player.goes_on() {
             player.step(&state, true).unwrap();
         }
