@@ -78,7 +78,8 @@ fn the_arrays_are_as_documented_whatever_the_number_of_threads() {
     let sweep = folder.file("s.toml", SWEEP);
     let output = folder.0.join("2.npz");
     let said = good(&sweep, &output, &["--threads", "2"]);
-    assert_eq!(said.lines().count(), 1, "{said}");
+    assert_eq!(said.lines().count(), 2, "{said}");
+    assert!(said.starts_with("wstac: 0 of 10 slides done\n"), "{said}");
     assert!(said.ends_with("2.npz: 10 samples\n"), "{said}");
     let bytes = fs::read(&output).unwrap();
     for threads in ["1", "5"] {

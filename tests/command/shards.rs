@@ -56,7 +56,10 @@ fn is_whole(folder: &Folder, command: &[&str], counts: &[u32]) {
         let names: Vec<&str> = files.iter().map(|file| text(file)).collect();
         let again = good(&[&["dataset", "merge", "-o", text(&merged), "--force"], &names[..]].concat());
         assert!(fs::read(&whole).unwrap() == fs::read(&merged).unwrap(), "{command:?}: {of} shards");
-        assert_eq!(said.replace("whole.npz", "merged.npz"), again);
+        // A merge computes nothing, so it has no progress.
+        let done: String =
+            said.lines().filter(|line| !line.ends_with(" done")).map(|line| format!("{line}\n")).collect();
+        assert_eq!(done.replace("whole.npz", "merged.npz"), again);
         for file in &files {
             fs::remove_file(file).unwrap();
         }

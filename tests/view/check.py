@@ -140,6 +140,50 @@ def check_keys(wstac):
         terminal.left(0)
 
 
+def check_seek(wstac):
+    """Keys go back and forth by seconds and frames, and what was shown is shown again."""
+    with view(wstac, SCENE, *SMALL) as terminal:
+        terminal.until(r"event \d+/70", "contact")
+        terminal.keys("Space")
+        there = frame(terminal.until("PAUSED", "space"))
+        before = terminal.screen()
+        for key, moved in [(".", 1), (".", 1), (",", -1), (",", -1)]:
+            there += moved
+            terminal.keys(key)
+            terminal.until(rf"frame +{there}$", f"the key {key}")
+        assert terminal.screen() == before, f"another screen at frame {there}:\n{before}\n{terminal.screen()}"
+        terminal.keys("Right")
+        terminal.until(rf"frame +{there + 30}$", "right")
+        terminal.keys("Left")
+        terminal.until(rf"frame +{there}$", "left")
+        terminal.keys("Home")
+        terminal.until(r"frame +0$", "home")
+        terminal.keys("Up")
+        screen = terminal.until(r"\bended\b", "up, behind the end")
+        assert re.search(r"^ +35 +1\d\d mm/s", screen, re.MULTILINE), f"no event:\n{screen}"
+        # From the end, too.
+        terminal.keys("Left")
+        terminal.until(r"frame +110$", "left from the end")
+        terminal.keys("q")
+        terminal.left(0)
+
+
+def check_loop(wstac):
+    with view(wstac, SCENE, *SMALL, "--loop", "--fast") as terminal:
+        terminal.until(r"events +1", "the event")
+        # The source starts again: an earlier frame is shown, and its end never.
+        end, last, again = time.monotonic() + PATIENCE, 0, 0
+        while again < 3 and time.monotonic() < end:
+            now = frame(terminal.screen())
+            again += now < last
+            last = now
+        assert again >= 3, f"the source started {again} times again"
+        terminal.keys("q")
+        terminal.left(0)
+    with view(wstac, "-", "--loop") as terminal:
+        assert "can be read once" in terminal.left(2).replace("\n", "")
+
+
 def check_recording(wstac):
     """The key r starts a recording and ends it, and so does q. Both files can be read again."""
     with tempfile.TemporaryDirectory() as folder:
@@ -171,7 +215,7 @@ def check_sizes(wstac):
         screen = terminal.until(r"^(baseline|watching|event)", "20 x 5")
         assert screen.splitlines()[4].startswith("q quit"), screen
         terminal.until(r"\bended\b", "the end")
-        for width, height, shown in [(120, 40, "picture, white"), (60, 20, "picture, white"), (40, 12, "^r5"), (20, 5, "^ended"), (80, 24, "picture, white")]:
+        for width, height, shown in [(120, 40, "picture, white"), (60, 20, "picture, white"), (40, 12, "^r5"), (40, 10, "^r5"), (20, 5, "^ended"), (80, 24, "picture, white")]:
             terminal.tmux("resize-window", "-x", str(width), "-y", str(height))
             screen = terminal.until(shown, f"{width} x {height}")
             lines = screen.splitlines()
@@ -320,7 +364,7 @@ The lines at the bottom list the events.
 
 def main():
     wstac = sys.argv[1]
-    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board]
+    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_seek, check_loop, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)

@@ -32,11 +32,11 @@ fn every_kind_of_source_opens() {
     let scene = open(format!("scene:{}", path("s.toml")), &OpenOptions::default()).unwrap();
     assert!(scene.info().about.contains("Saw3 at 150 mm/s"), "{}", scene.info().about);
     let none = OpenOptions::default();
-    let expected = "expected /dev/videoN, scene:…, a .y4m, .mcap or video file, a folder of PNGs or -";
+    let expected = "expected /dev/videoN, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -";
     let error = message(&path("other.dat"), &none);
     assert!(error.starts_with("SOURCE is \"") && error.contains(expected), "{error}");
     assert!(message(&path("empty.y4m"), &none).contains("is empty"));
-    assert!(message(&path(""), &none).contains("no .png file"));
+    assert!(message(&path(""), &none).contains("no .png or .jpg file"));
     let error = message("nothing", &none);
     assert!(error.starts_with("SOURCE is \"nothing\": no such file; expected /dev/videoN"), "{error}");
     assert!(message("", &none).starts_with("SOURCE is \"\": no such file"));

@@ -380,6 +380,14 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         self.trigger.end()
     }
 
+    /// Returns the number of a feature frame before which nothing is left to report: samples, touches and ends of
+    /// touches that are reported later begin at this frame or behind it.
+    ///
+    /// The number never goes back. A program that needs only a part of a stream can stop reading by it.
+    pub fn settled_frame(&self) -> u64 {
+        self.trigger.settled_frame()
+    }
+
     fn lose(&mut self, loss: Loss) -> Update<'_> {
         if let Some(frame) = loss.has_missing_frames {
             return self.advance(frame, loss.frames);

@@ -90,6 +90,16 @@ impl TouchState {
         self.first
     }
 
+    /// Returns the number of a frame before which no touch that is reported later begins or ends. The window that may
+    /// fire next starts at frame `window`, or the sample of this touch is being captured.
+    pub(crate) fn settled_frame(&self, window: u64, is_captured: bool) -> u64 {
+        if is_captured || (!self.is_held() && (self.dark < DARK_FRAMES || self.end > window)) {
+            return self.first.min(window);
+        }
+        // The end of a held touch is reported, at its last lit frame or later ones.
+        if self.is_held() { self.end.min(window) } else { window }
+    }
+
     /// Returns the first dark frame behind the touch; `None` if the light has not left.
     pub(crate) fn end(&self) -> Option<u64> {
         (self.dark >= DARK_FRAMES).then_some(self.end)

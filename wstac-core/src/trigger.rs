@@ -337,6 +337,14 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.end()
     }
 
+    /// Returns the number of a frame before which nothing is left to report: samples, touches and ends of touches that
+    /// are reported later begin at this frame or behind it.
+    ///
+    /// The number never goes back. A program that needs only a part of a stream can stop reading by it.
+    pub fn settled_frame(&self) -> u64 {
+        self.state.settled_frame()
+    }
+
     /// Takes the frames that wait behind a returned event. They cannot hold a second event: the next is 70 frames away.
     fn clear_backlog(&mut self) {
         if let Some((fills, features, has_missing_frames)) = self.state.backlog.take() {
@@ -465,6 +473,26 @@ impl TriggerState {
     pub(crate) fn next_frame(&self) -> u64 {
         let backlog = self.backlog.map_or(0, |(fills, ..)| u64::from(fills) + 1);
         self.frame.saturating_add(backlog).saturating_add(self.lost)
+    }
+
+    /// Returns the number of a frame before which nothing is left to report.
+    fn settled_frame(&self) -> u64 {
+        let backtrack = u64::from(self.config.backtrack());
+        // The first frame of the sample that fires next, or of the one that is under way.
+        let (window, sample) = match self.phase {
+            Phase::Capture { first, .. } => (self.frame, first),
+            Phase::Watch { seen } => {
+                let window = self.frame.saturating_sub(seen.into());
+                (window, window.saturating_sub(backtrack))
+            }
+            // The next window is behind the rest, which is as long as the backtrack. A gap may end it early.
+            Phase::Baseline | Phase::Rest { .. } | Phase::Hold => (self.frame, self.frame.saturating_sub(backtrack)),
+        };
+        if !self.config.is_per_touch() {
+            return sample;
+        }
+        let is_captured = matches!(self.phase, Phase::Capture { .. });
+        sample.min(self.touch.settled_frame(window, is_captured))
     }
 
     /// Returns the state of the stream.

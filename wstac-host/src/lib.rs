@@ -2,7 +2,7 @@
 //! ## Modules
 //! | module | what it has |
 //! | --- | --- |
-//! | [`source`] | frames: the trait, and Y4M; with features PNG folders and recordings |
+//! | [`source`] | frames: the trait, and Y4M; with features folders of pictures and recordings |
 //! | [`session`] | a source read through `wstac-core` |
 //! | [`output`], [`json`] | the outputs of a session: typed, and as lines of JSON |
 //! | [`config`] | the configuration file |

@@ -82,6 +82,23 @@ impl Output {
         }
     }
 
+    /// Returns the number of the feature frame whose time is that of the record: of an event that of its first touch. It
+    /// is `None` for the end.
+    pub fn time_frame(&self) -> Option<u64> {
+        Some(match self {
+            Self::Features(features) => features.frame,
+            Self::Motion(motion) => motion.frame,
+            Self::Event(event) => event.touch_frame.unwrap_or(event.frame),
+            Self::EarlyTexture(texture) => texture.frame,
+            Self::Interrupted(sample) => sample.frame,
+            Self::ContactEnd(end) => end.frame,
+            Self::Lost(lost) => lost.frame,
+            Self::Fault(fault) => fault.frame,
+            Self::BaselineDisturbed { frame } => *frame,
+            Self::End(_) => return None,
+        })
+    }
+
     /// Returns the wall-clock time of the record; `None` where the source knows none.
     pub fn stamp(&self) -> Option<Stamp> {
         match self {

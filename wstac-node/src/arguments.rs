@@ -17,8 +17,8 @@ use wstac_host::source::names;
 pub(crate) struct Arguments {
     /// Camera, board, recording or scene; several as NAME=SOURCE
     ///
-    /// Sources are those of wstac run (/dev/videoN, scene:Saw3@150, FILE.y4m, FILE.mcap, a folder of PNG files) and the
-    /// boards of wstac monitor (/dev/ttyACM0, tcp:HOST:PORT). One source without a name is called sensor.
+    /// Sources are those of wstac run (/dev/videoN, scene:Saw3@150, FILE.y4m, FILE.mcap, a folder of PNG or JPEG files)
+    /// and the boards of wstac monitor (/dev/ttyACM0, tcp:HOST:PORT). One source without a name is called sensor.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 

@@ -6,4 +6,5 @@
 //! | [`doctor`] | a camera's rate, levels, noise and drift |
 
 pub mod calibrate;
+mod canvas;
 pub mod doctor;

@@ -87,7 +87,7 @@ class Live:
             if self.onset[line] is None:
                 self.onset[line] = now
         self.dark = 0 if lit.any() else self.dark + 1
-        if self.dark > 2 + (math.floor(2 * self.whole) if self.axes else 0):
+        if self.dark > 2 + (math.floor(2 * min(self.whole, 13)) if self.axes else 0):
             self.reset()
             return None
         is_crossing = self.axes is not None and now <= self.level_from

@@ -36,6 +36,17 @@ fn finish(trigger: &mut Trigger) -> Option<OwnedEvent> {
     trigger.finish().map(OwnedEvent::from)
 }
 
+/// Returns a stream of features that flickers: light and dark last for a few frames, or for long.
+fn flickering(frames: usize, random: &mut Random) -> Vec<Features> {
+    let mut stream = vec![[-8000; 10]; 100];
+    while stream.len() < frames {
+        let length = if random.below(3) == 0 { random.below(120) } else { random.below(12) };
+        let level = [-8000, -8000, -7800, -7500, -2000][random.below(5) as usize];
+        stream.extend(std::iter::repeat_n([level; 10], length as usize));
+    }
+    stream
+}
+
 proptest! {
     #![proptest_config(config(1500))]
 
@@ -136,5 +147,42 @@ proptest! {
                 prop_assert_eq!(found.sample, expected.sample);
             }
         }
+    }
+
+    #[test]
+    fn nothing_is_reported_about_frames_that_are_settled(
+        config in lively_trigger_config(), per_touch in any::<bool>(),
+        losses in prop::collection::vec((0_usize..900, prop_oneof![1_u64..=7, 8_u64..200]), 0..10), seed in any::<u64>(),
+    ) {
+        let config = if per_touch { config.one_event_per_touch() } else { config };
+        let mut trigger = Trigger::new(config);
+        let mut settled = trigger.settled_frame();
+        for (number, frame) in flickering(900, &mut Random::new(seed)).into_iter().enumerate() {
+            // Losses are known before the frame behind them.
+            if let Some(&(_, lost)) = losses.iter().find(|loss| loss.0 == number) {
+                trigger.push_lost(lost);
+            }
+            prop_assert_eq!(trigger.settled_frame(), settled);
+            if let Some(event) = trigger.push(frame, false) {
+                prop_assert!(event.frame >= settled, "sample {}, settled {settled}", event.frame);
+                prop_assert!(event.touch_frame.is_none_or(|touch| touch >= settled), "{:?}, {settled}", event.touch_frame);
+                prop_assert_eq!(event.touch_frame.is_some(), per_touch);
+            }
+            if let Some(end) = trigger.take_contact_end() {
+                prop_assert!(end.frame >= settled, "end {}, settled {settled}", end.frame);
+            }
+            if let Some(interrupted) = trigger.take_interrupted() {
+                prop_assert!(interrupted.frame >= settled, "interrupted {}, settled {settled}", interrupted.frame);
+            }
+            prop_assert!(trigger.settled_frame() >= settled, "{} after {settled}", trigger.settled_frame());
+            settled = trigger.settled_frame();
+        }
+        // It follows the stream: in the dark, a window and the backtrack behind the newest frame.
+        let quiet = usize::from(config.window()) + 10;
+        for _ in 0..quiet + 140 {
+            trigger.push([-8000; 10], false);
+        }
+        let behind = trigger.next_frame() - trigger.settled_frame();
+        prop_assert!(behind <= u64::from(config.window()) + u64::from(config.backtrack()), "{behind} frames behind");
     }
 }

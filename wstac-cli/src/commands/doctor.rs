@@ -4,20 +4,28 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
 
+use super::files::{Outputs, check_ending};
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing, number};
 use super::source_arguments::SourceArguments;
 use wstac_host::camera::{CameraState, ControlValue};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::source::{FramePolicy, Source, StreamInfo};
+use wstac_host::json::in_utc;
+use wstac_host::plural::counted;
+use wstac_host::source::decorate::Tap;
+use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
+use wstac_host::text_file::file_text;
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
 use wstac_linux::source::is_camera;
 use wstac_setup::doctor::controls::{ControlReport, compare};
 use wstac_setup::doctor::measure::{Limit, Measured, SETTLING, measure};
 use wstac_setup::doctor::mjpeg::{self, MjpegReport, counterpart};
+use wstac_setup::doctor::page::{Page, Picture};
 use wstac_setup::doctor::{CameraReport, Known, examine};
 
 /// Measure a sensor that nothing touches, and print what to change
@@ -53,6 +61,17 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 
+    /// Also write a page for a bug report: picture, numbers, advice, system
+    ///
+    /// The page is one file, has no scripts, and asks no server for anything. It has the camera's serial number and
+    /// your configuration, so look at it before you send it.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+
+    /// Overwrite the page of --report
+    #[arg(long, requires = "report")]
+    force: bool,
+
     #[command(flatten)]
     options: SourceArguments,
 }
@@ -64,6 +83,11 @@ const HELP: &str = r#"Measurement:
   Exit code: 1 if the source or configuration cannot be used, 2 for wrong
   arguments, 130 after Ctrl-C, 143 after SIGTERM, otherwise 0, whatever
   the verdict is.
+
+A page for a bug report (--report FILE.html):
+  One file has the advice, the last frame with the taxels, the numbers,
+  the machine, the configuration and the JSON. The measurement and the
+  output are the same. A measurement that fails writes no page.
 
 Output with --json, one object (wrapped here):
   {"source":"/dev/video0: …","camera":{…},"rate":{…},"levels":{…},
@@ -147,8 +171,15 @@ The threshold of the trigger:
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let (mut source, info, config) =
+    let outputs = Outputs::new(arguments.force).source(&arguments.source).reading(&arguments.config);
+    if let Some(page) = &arguments.report {
+        check_ending(page, &["html", "htm"])?;
+        outputs.check([page])?;
+    }
+    let (source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
+    let last = Arc::default();
+    let mut source = if arguments.report.is_some() { kept(source, &last) } else { source };
     note(&info.about);
     note(format_args!("measuring for at most {} s: do not touch the sensor", arguments.seconds));
     finishing(Ending::InTime);
@@ -174,13 +205,74 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let known = Known { asked_fps, black: arguments.black_level };
     let (camera, controls) = camera.map_or((None, Vec::new()), |(camera, controls)| (Some(camera), controls));
     let report = examine(&info, &config, &measured, known, (camera, controls), mjpeg)?;
+    let json =
+        serde_json::to_string(&report).map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
+    if let Some(path) = &arguments.report {
+        let bytes = last.lock().unwrap_or_else(PoisonError::into_inner);
+        // Numbers are what counts; without a picture the page has the others.
+        let layout = config.geometry(&info).map(|geometry| *geometry.layout());
+        let picture = layout.ok().filter(|_| !bytes.is_empty()).map(|layout| Picture::new(&info, &layout, &bytes));
+        let configuration = arguments.config.as_deref().map(file_text).transpose()?;
+        let configuration = configuration.or_else(|| info.recorded.as_ref().map(|own| own.configuration.clone()));
+        let page = Page {
+            report: &report,
+            picture: picture.as_ref(),
+            system: &system(),
+            configuration: &configuration.unwrap_or_default(),
+            json: &json,
+        };
+        outputs.write(path, page.to_html())?;
+        note(format_args!("wrote {}: look at it, then attach it to a bug report", path.display()));
+    }
     let mut out = super::output::stdout();
     if arguments.json {
-        let json = serde_json::to_string(&report)
-            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
         return Ok(writeln!(out, "{json}")?);
     }
     Ok(writeln!(out, "{report}")?)
+}
+
+/// Returns the same source, and keeps the bytes of its last frame.
+fn kept(source: Box<dyn Source>, last: &Arc<Mutex<Vec<u8>>>) -> Box<dyn Source> {
+    let last = Arc::clone(last);
+    Box::new(Tap::new(source, move |event| {
+        if let SourceEvent::Frame(frame) = event {
+            let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+            last.clear();
+            last.extend_from_slice(frame.bytes);
+        }
+    }))
+}
+
+/// Returns facts about this machine and program, as far as the system tells them.
+fn system() -> Vec<(&'static str, String)> {
+    let file = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
+    // The value of the first line that starts so.
+    let value = |text: &str, start: &str| {
+        let line = text.lines().find_map(|line| line.strip_prefix(start));
+        line.map(|rest| rest.trim_start_matches([' ', '\t', ':', '=']).trim_matches('"').to_owned())
+    };
+    let threads = std::thread::available_parallelism().map_or(0, usize::from);
+    let cpu = file("/proc/cpuinfo");
+    let cpu = value(&cpu, "model name").or_else(|| value(&cpu, "Model")).unwrap_or_default();
+    let command: Vec<_> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let facts = [
+        ("wstac", env!("CARGO_PKG_VERSION").to_owned()),
+        ("command", format!("wstac {}", command.join(" "))),
+        ("time", in_utc(SystemTime::now())),
+        ("system", value(&file("/etc/os-release"), "PRETTY_NAME").unwrap_or_default()),
+        ("kernel", file("/proc/sys/kernel/osrelease").trim().to_owned()),
+        ("architecture", std::env::consts::ARCH.to_owned()),
+        ("processor", format!("{cpu} ({})", counted(threads, "thread"))),
+        ("memory", memory(&file("/proc/meminfo")).unwrap_or_default()),
+    ];
+    facts.into_iter().filter(|(_, value)| !value.is_empty()).collect()
+}
+
+/// Returns the size of the memory by the text of /proc/meminfo.
+fn memory(text: &str) -> Option<String> {
+    let kib: f64 =
+        text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?.split_whitespace().next()?.parse().ok()?;
+    Some(format!("{:.1} GB", kib * 1024.0 / 1e9))
 }
 
 /// Measures, and fails if a signal ends the measurement.

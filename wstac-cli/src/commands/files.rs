@@ -12,7 +12,7 @@ use wstac_host::atomic_write::AtomicFile;
 use wstac_host::error::{Error, ErrorKind};
 
 /// The files that a command may write: none that it reads, and existing ones only with `--force`.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Outputs {
     inputs: Vec<PathBuf>,
     force: bool,
@@ -87,9 +87,9 @@ impl Outputs {
     }
 
     /// Creates a file that takes its name when it is whole.
-    pub(super) fn create(&self, path: &Path) -> Result<NewFile<'_>, Error> {
+    pub(super) fn create(&self, path: &Path) -> Result<NewFile, Error> {
         self.check_one(path)?;
-        Ok(NewFile { file: AtomicFile::create(path)?, path: path.to_owned(), outputs: self })
+        Ok(NewFile { file: AtomicFile::create(path)?, path: path.to_owned(), outputs: self.clone() })
     }
 
     /// Writes a file completely or not at all.
@@ -119,13 +119,13 @@ impl Outputs {
 
 /// A file that takes its name when it is whole.
 #[derive(Debug)]
-pub(super) struct NewFile<'a> {
+pub(super) struct NewFile {
     pub(super) file: AtomicFile,
-    path: PathBuf,
-    outputs: &'a Outputs,
+    pub(super) path: PathBuf,
+    outputs: Outputs,
 }
 
-impl NewFile<'_> {
+impl NewFile {
     /// Gives the file its name, unless another file has taken it in the meantime.
     pub(super) fn commit(self) -> Result<(), Error> {
         self.outputs.check_one(&self.path)?;

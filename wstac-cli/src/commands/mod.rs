@@ -3,6 +3,7 @@
 mod board;
 mod calibrate;
 mod completions;
+mod csv;
 mod dataset;
 mod demo;
 mod devices;
@@ -16,6 +17,7 @@ mod monitor;
 mod output;
 mod plot;
 mod record;
+mod records;
 mod recover;
 mod run;
 mod scene;
@@ -103,6 +105,15 @@ Figures, fits and budgets:
       fit the speed law to your own sensor
   wstac trade --budget 'M4F<60000,flash<64K'
       choose the most accurate configuration that a board can afford
+
+Exit codes (docs/EXIT.md has those of single commands):
+  0      done. Ctrl-C is a proper end of run, record, monitor and serve,
+         and so is a reader that closes the output.
+  1      a source, file, device or configuration cannot be used, has
+         failed, or does not hold what the command needs
+  2      wrong arguments
+  128+N  signal N ended the command before it was done: 130 after
+         Ctrl-C, 143 after SIGTERM, 129 after SIGHUP
 ";
 
 #[derive(Debug, Subcommand)]
@@ -130,8 +141,7 @@ enum Command {
     Man(man::Arguments),
 }
 
-/// Runs the command line of this process. The exit code is 2 for wrong arguments, 1 if a source, file or configuration
-/// cannot be used, and otherwise 0.
+/// Runs the command line of this process. docs/EXIT.md lists the exit codes.
 pub(crate) fn main() -> ExitCode {
     if let Err(error) = signals::install() {
         return fail(&Error::io("signals", error));

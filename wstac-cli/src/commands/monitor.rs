@@ -3,7 +3,8 @@
 use std::ffi::OsString;
 use std::sync::atomic::Ordering;
 
-use super::output::{Form, Records, Stop, note};
+use super::output::{Stop, note};
+use super::records::{Form, Records};
 use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
 use wstac_host::error::{Error, ErrorKind};
@@ -81,7 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     (wanted.features, wanted.samples, wanted.motion) = (features, samples, motion);
     let mut line = Port::open(&arguments.port, arguments.baud)?;
     let interrupted = finishing(Ending::InTime);
-    let mut records = Records::new(if arguments.json { Form::Json } else { Form::Text });
+    let mut records = Records::new(Form::json_if(arguments.json));
     let mut monitor = Monitor::new(wanted);
     let mut requests = Requests::default();
     requests.extend(monitor.requests());

@@ -11,7 +11,7 @@ use super::signals::is_readers_time_over;
 
 use wstac_core::motion::Velocity;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{JsonLine, SensorLine, angle, confidence, real, rounded};
+use wstac_host::json::{angle, confidence, real, rounded};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
@@ -125,73 +125,6 @@ pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
     }
 }
 
-/// The form of records.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Form {
-    /// Text for a person.
-    Text,
-    /// JSON Lines.
-    Json,
-}
-
-/// Writes records to standard output, each as a whole line at once, whoever else writes there.
-pub(super) struct Records {
-    form: Form,
-    /// The name of their sensor, if it has one.
-    sensor: Option<String>,
-    line: String,
-}
-
-impl Records {
-    pub(super) fn new(form: Form) -> Self {
-        Self { form, sensor: None, line: String::new() }
-    }
-
-    /// Names each record by its sensor.
-    pub(super) fn of_sensor(self, sensor: Option<&str>) -> Self {
-        Self { sensor: sensor.map(str::to_owned), ..self }
-    }
-
-    /// Writes a record as a line. Lost frames have none, and a disturbed baseline becomes a note.
-    pub(super) fn write(&mut self, output: &Output) -> Result<(), Stop> {
-        let Some(line) = JsonLine::new(output) else {
-            if let Output::BaselineDisturbed { .. } = output {
-                self.note(DisturbedBaseline);
-            }
-            return Ok(());
-        };
-        self.line.clear();
-        let sensor = self.sensor.as_deref();
-        match self.form {
-            Form::Json => {
-                self.line = serde_json::to_string(&SensorLine { sensor, line })
-                    .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
-            }
-            // Writing to a string does not fail.
-            Form::Text => {
-                if let Some(sensor) = sensor {
-                    let _ = write!(self.line, "{sensor}: ");
-                }
-                let _ = text(&mut self.line, output);
-                self.line = visible::line(&self.line).into_owned();
-            }
-        }
-        self.line.push('\n');
-        // One lock for the line and its flush.
-        let mut out = stdout();
-        out.write_all(self.line.as_bytes())?;
-        Ok(out.flush()?)
-    }
-
-    /// Writes a note about this sensor to standard error.
-    pub(super) fn note(&self, message: impl fmt::Display) {
-        match &self.sensor {
-            Some(sensor) => note(format_args!("{sensor}: {message}")),
-            None => note(message),
-        }
-    }
-}
-
 /// Writes a note of one line to standard error, which may be closed.
 pub(super) fn note(message: impl fmt::Display) {
     // A single write, because several threads may write notes.
@@ -206,7 +139,8 @@ pub(super) fn text_of(record: &Output) -> String {
     line
 }
 
-fn text(line: &mut String, record: &Output) -> fmt::Result {
+/// Writes a record as one line of text.
+pub(super) fn text(line: &mut String, record: &Output) -> fmt::Result {
     match record {
         Output::Features(features) => {
             write!(line, "frame {}  features", features.frame)?;

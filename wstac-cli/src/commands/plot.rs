@@ -79,6 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     outputs.check([&arguments.output])?;
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
+    note(&info.about);
     let files = ModelFile::open_all(&arguments.models)?;
     let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::files::{Outputs, check_ending};
-use super::output::{Form, LossReport, Records, Stop, note, text_of};
+use super::output::{LossReport, Stop, note, text_of};
+use super::records::{Form, Records};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
 use wstac_host::atomic_write::lock_existing;
@@ -239,7 +240,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
     let recorder =
         Recorder::compressed(file, path, &about, session.processor(), arguments.compress.unwrap_or_default())?;
-    let form = if arguments.json { Form::Json } else { Form::Text };
+    let form = Form::json_if(arguments.json);
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let mut recording = Recording { recorder, shown, losses: LossReport::default() };
     let ended = read(&mut session, &mut recording, arguments.events, &interrupted);
@@ -335,7 +336,7 @@ impl Replacement {
 
 /// Records on standard output while somebody reads them. The recording continues without a reader.
 struct Shown {
-    records: Option<Records>,
+    records: Option<Records<'static>>,
     events: u64,
 }
 

@@ -64,6 +64,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let outputs = Outputs::new(arguments.force).reading([old]);
     // An existing file of the new name stays until there is a better one.
     let file = outputs.create(new)?;
+    // A large file takes its time.
+    let size = old.metadata().map_or(0, |there| there.len());
+    note(format_args!("reading {:.1} MB", size as f64 / 1e6));
     let found = recover(old, file.file.file()?, new)?;
     file.commit()?;
     let (frames, events) = (counted(found.frames, "frame"), counted(found.events, "event"));

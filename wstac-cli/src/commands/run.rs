@@ -1,18 +1,24 @@
 //! `wstac run` prints the events of one source, or of several at once.
 
 mod no_event;
+mod range;
 mod read;
 
-use std::ffi::OsString;
-use std::path::PathBuf;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
 
 use clap::error::ErrorKind;
 
-use self::read::Run;
-use super::output::Stop;
+use self::read::{Opened, Run};
+use super::csv::Table;
+use super::files::{Outputs, check_ending};
+use super::output::{Stop, note};
+use super::records::{Destination, Form};
 use super::signals;
 use super::source_arguments::{SourceArguments, at_least};
+use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
+use wstac_host::plural::counted;
 use wstac_host::source::names::{Sensor, sensors};
 use wstac_host::source::open::recorded_sensors;
 
@@ -28,7 +34,7 @@ pub(super) struct Arguments {
     /// Camera, recording or scene, or several as cam:NAME=SOURCE
     ///
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
-    /// FILE.mcap, a video such as FILE.mp4, and a folder of PNG files; see Sources below.
+    /// FILE.mcap, a video such as FILE.mp4, and a folder of pictures; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -44,9 +50,28 @@ pub(super) struct Arguments {
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
-    /// Print JSON Lines instead of text
-    #[arg(long)]
+    /// Print JSON Lines; short for --output-format json
+    #[arg(long, conflicts_with = "output_format")]
     json: bool,
+
+    /// Form of the records; by default that of the name of -o, or text
+    #[arg(long, value_name = "FORM")]
+    output_format: Option<Form>,
+
+    /// Write the records to this file: .jsonl, .json, .csv or .txt
+    ///
+    /// The file takes its name when the source ends. Until then, a hidden file beside it has the records. - is standard
+    /// output.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// Overwrite the file of -o
+    #[arg(long, requires = "output")]
+    force: bool,
+
+    /// Print no notes on standard error, only errors
+    #[arg(short, long)]
+    quiet: bool,
 
     /// Also print the ten features of every frame
     #[arg(long)]
@@ -59,8 +84,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     motion: bool,
 
-    /// Also print the sample of every event, 10 × 70 numbers (with --json)
-    #[arg(long, requires = "json")]
+    /// Also print the sample of every event, 10 × 70 numbers (JSON only)
+    #[arg(long)]
     samples: bool,
 
     #[command(flatten)]
@@ -72,11 +97,32 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = at_least(1_u64))]
     frames: Option<u64>,
 
+    /// Print only records from this time on, in seconds of the source
+    ///
+    /// All frames are read, and the baseline is that of the first frames. So the records are the same as without the
+    /// option. A record's time is its time_s, from the first frame on; that of an event is its touch.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    since: Option<f64>,
+
+    /// Print only records before this time, in seconds of the source
+    ///
+    /// Reading ends when no record before this time can follow: after the last sample and the last touch that began
+    /// before it.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    until: Option<f64>,
+
     /// Write the bytes of every frame to a new file (one source only)
     ///
     /// Bytes are written as they are summed: JPEG and PNG are decoded first. Lost frames leave no bytes.
     #[arg(long, value_name = "FILE")]
     save_raw: Option<PathBuf>,
+}
+
+impl Arguments {
+    /// Returns the file of the records; `None` for standard output.
+    fn file(&self) -> Option<&Path> {
+        self.output.as_deref().filter(|path| *path != Path::new("-"))
+    }
 }
 
 const HELP: &str = r#"Sources:
@@ -97,8 +143,10 @@ const HELP: &str = r#"Sources:
                    says if the recording was made with a model
                    of several sensors, all are read; --sensor NAME
                    chooses one
-  FOLDER           PNG files, 2.png before 10.png, at 30 frames per
-                   second unless --fps gives another rate
+  FOLDER           PNG or JPEG files of one size, 2.png before 10.png, at
+                   30 frames per second unless --fps gives another rate.
+                   A damaged picture is a lost frame. PNG files beside
+                   JPEG files are refused.
   cam:NAME=SOURCE  any of these with a name, to read several at once:
                    wstac run cam:left=/dev/video0 cam:right=/dev/video2
                    A name has letters, digits, - and _. All sources
@@ -106,7 +154,7 @@ const HELP: &str = r#"Sources:
                    own baseline, frames and end. If one fails, the
                    others continue.
   Exit code: 1 if a source or file cannot be used, 2 for wrong arguments,
-  otherwise 0.
+  otherwise 0, also after Ctrl-C.
 
 Camera faults and recovery:
   If the program is slower than the camera, it skips older frames for the
@@ -169,6 +217,24 @@ Meaning of the answers:
   Answers outside are marked "extrapolated" and may be far off. For
   another length, set law = "physical", and track_mm to the specimen's
   length plus 16 mm, the span of the whiskers.
+
+Output to a file or as a table:
+  -o slide.jsonl, slide.csv or slide.txt says the form by its name, and
+  --output-format says it for standard output or another name. The file
+  takes its name when the source ends, fails or is stopped with Ctrl-C.
+  It is not there if a record cannot be written (a full disk).
+  CSV has one kind of record: events, or with --features the features,
+  or with --motion the motion of every frame. The first line has the
+  names of JSON below, with _ between those of a field in a field:
+  speed_mm_s, texture_specimen, why_speed. Features are r1 to r5 and c1
+  to c5, and every row has time_s. A field that JSON has not, or as
+  null, is an empty cell. Faults and the end are notes on standard error.
+    wstac run slide.mcap -o slide.csv
+    python3 -c 'import pandas; print(pandas.read_csv("slide.csv"))'
+  --since 2 --until 4 prints the records from 2 s on and before 4 s, by
+  their time_s, as they are without the options: every frame from the
+  first is read, so the baseline is the same. The end is printed, too,
+  and says how many frames were read.
 
 Output with --json, one object per line (wrapped here):
   {"kind":"features","frame":0,"time_ns":0,"f":[…10 numbers…]}
@@ -266,23 +332,103 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if sensors.len() > 1 && arguments.save_raw.is_some() {
         conflict("--save-raw is for one source");
     }
+    let form = form(arguments)?;
+    let table = table(arguments, form);
+    if arguments.samples && form != Form::Json {
+        conflict(&format!("--samples needs JSON, expected --json: the records are {}", form.name()));
+    }
+    if let (Some(since), Some(until)) = (arguments.since, arguments.until)
+        && since >= until
+    {
+        conflict(&format!("--since is {since} and --until is {until}, expected --since before --until"));
+    }
+    let outputs = Outputs::new(arguments.force).reading(&arguments.config).reading(&arguments.models);
+    let outputs = sensors.iter().fold(outputs, |outputs, sensor| outputs.source(sensor.source));
+    if let Some(file) = arguments.file() {
+        outputs.check([file].into_iter().chain(arguments.save_raw.as_deref()))?;
+    }
     let files = ModelFile::open_all(&arguments.models)?;
     let interrupted = signals::flag();
-    let run = |is_recorded| Run { arguments, files: &files, interrupted: &interrupted, is_recorded };
-    let [only] = &sensors[..] else { return run(false).all(&sensors) };
-    // A recording of several sensors is read as they were.
-    let names = match arguments.options.sensor() {
-        None if only.name.is_none() => recorded_sensors(only.source)?,
-        _ => Vec::new(),
+    let recorded = recorded(arguments, &sensors)?;
+    let parts: Vec<_> = recorded.iter().map(|name| Sensor { name: Some(name), source: sensors[0].source }).collect();
+    let is_recorded = !parts.is_empty();
+    let sensors = if is_recorded { parts } else { sensors };
+    let file = arguments.file().map(|path| outputs.create(path)).transpose()?;
+    let has_names = sensors.iter().any(|sensor| sensor.name.is_some());
+    let destination = Destination::new(file, (form == Form::Csv).then(|| table.head(has_names)));
+    let run = Run {
+        arguments,
+        form,
+        table,
+        destination: &destination,
+        files: &files,
+        interrupted: &interrupted,
+        is_recorded,
     };
-    if names.is_empty() {
-        return run(false).open(only)?.read();
+    let read = match &sensors[..] {
+        [only] => run.open(only).and_then(Opened::read),
+        _ => run.all(&sensors),
+    };
+    let written = destination.finish()?;
+    if let Some((path, records)) = written.filter(|_| !arguments.quiet) {
+        note(format_args!("{}: {}", path.display(), counted(records, "record")));
     }
-    if arguments.save_raw.is_some() {
+    read
+}
+
+/// Returns the names of a recording's sensors if all of them are to be read; none for other sources.
+fn recorded(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<Vec<String>, Error> {
+    let [Sensor { name: None, source }] = sensors else { return Ok(Vec::new()) };
+    let names = if arguments.options.sensor().is_none() { recorded_sensors(source)? } else { Vec::new() };
+    if !names.is_empty() && arguments.save_raw.is_some() {
         conflict("--save-raw is for one sensor, expected --sensor NAME");
     }
-    let recorded: Vec<_> = names.iter().map(|name| Sensor { name: Some(name), source: only.source }).collect();
-    run(true).all(&recorded)
+    Ok(names)
+}
+
+/// Returns the form of the records: the one that is given, or that of the file's name, or text.
+fn form(arguments: &Arguments) -> Result<Form, Error> {
+    let stated = arguments.output_format.or(arguments.json.then_some(Form::Json));
+    let Some(path) = arguments.file() else { return Ok(stated.unwrap_or_default()) };
+    let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
+    let named = ENDINGS.iter().find(|(_, endings)| endings.contains(&&*ending)).map(|(form, _)| *form);
+    let refused = |message: String| Err(Error::new(wstac_host::error::ErrorKind::Usage, path.display(), message));
+    match (stated, named) {
+        (Some(stated), Some(named)) if stated != named => {
+            refused(format!("its name ends in .{ending}, expected no name of another form: {}", stated.name()))
+        }
+        (Some(form), None) => {
+            let endings = ENDINGS.iter().find(|(known, _)| *known == form).map_or(&[][..], |(_, endings)| endings);
+            check_ending(path, endings).map(|()| form)
+        }
+        (Some(form), _) | (None, Some(form)) => Ok(form),
+        (None, None) => {
+            refused("its name says no form, expected .jsonl, .json, .csv or .txt, or --output-format".to_owned())
+        }
+    }
+}
+
+/// The endings of files of records.
+const ENDINGS: [(Form, &[&str]); 3] =
+    [(Form::Json, &["jsonl", "json", "ndjson"]), (Form::Csv, &["csv"]), (Form::Text, &["txt"])];
+
+/// Returns the kind of record of a table: events, or the one that was asked for.
+fn table(arguments: &Arguments, form: Form) -> Table {
+    match (arguments.features, arguments.motion) {
+        (true, true) if form == Form::Csv => {
+            conflict("a CSV table has one kind of record, expected --features or --motion, or JSON for both");
+            Table::Features
+        }
+        (true, _) => Table::Features,
+        (false, true) => Table::Motion,
+        (false, false) => Table::Events,
+    }
+}
+
+/// Parses a time in seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0);
+    seconds.ok_or_else(|| "expected seconds from the first frame on, such as 2.5".to_owned())
 }
 
 /// Ends the process because of arguments that contradict each other.

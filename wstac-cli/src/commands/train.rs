@@ -133,6 +133,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let set = gathered(arguments, &options, &threads)?;
     // Nothing is written until the model is there.
     finishing(Ending::AtOnce);
+    note("training and testing the model");
     let trained = threads.install(|| train(set, &options))?;
     if trained.left_out > 0 {
         let slides = counted(trained.left_out, "slide");

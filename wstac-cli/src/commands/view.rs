@@ -2,7 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::output::{Stop, note, text_of};
 use super::source_arguments::{SourceArguments, at_least};
@@ -15,8 +15,7 @@ use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
-use wstac_host::source::FramePolicy;
-use wstac_host::source::Labels;
+use wstac_host::source::{FramePolicy, Labels, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -44,6 +43,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     fast: bool,
 
+    /// Start a file or a scene again at its end
+    #[arg(long = "loop")]
+    repeats: bool,
+
     /// Name of the first recording
     ///
     /// Later recordings are FILE-2.mcap and so on. By default, the names are wstac-1.mcap, wstac-2.mcap and so on.
@@ -66,7 +69,14 @@ Keys:
   r                start a recording at the next frame, with a new
                    baseline; again: end the recording
   space            pause the screen; a camera is still read
+  left, right      go back or forth by 1 s in a file or scene
+  down, up         the same by 10 s, also Page Up and Page Down
+  , and .          pause, and go back or forth by one frame
+  Home, 0          go to the first frame
   ?                help
+  Going back reads the source again from its first frame, so the screen
+  is the same as before. Standard input, pipes, cameras and boards can be
+  read once. While a recording is written, there is no seek.
 
 Content of the screen:
   picture   the frame in green light, scaled to the brightest taxel of
@@ -98,7 +108,9 @@ Recordings:
   reports it, and so does standard error at the end.
 
 Terminals:
-  The screen needs 20 x 5 characters, and 60 x 20 with a picture. Colors
+  The screen needs 20 x 5 characters, and 60 x 20 with a picture; 40 x 10
+  shows state, motion, traces and the last event. A line that is too long
+  ends in an ellipsis. Colors
   follow COLORTERM and TERM: 24 bits, 256 or 16. If NO_COLOR is set,
   there are no colors, and shades are characters. At the end of a file
   the screen stays until q. For records that programs read, use
@@ -123,30 +135,52 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
         return Err(Error::new(ErrorKind::AlreadyExists, path.display(), "exists already, expected a new file").into());
     }
+    let can_reopen = can_reopen(&arguments.source);
+    if arguments.repeats && !can_reopen {
+        let message = "can be read once, expected a file or a scene with --loop";
+        return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
+    }
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Newest, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
+    let textures = Textures::new(&files)?;
     let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
-    let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
-    let options = view::Options { live: is_camera(&arguments.source), fast: arguments.fast };
+    let processor =
+        |info: &StreamInfo| Ok::<_, Error>(Processor::new(info, &config, wanted)?.with_textures(textures.clone()));
+    let mut reading = processor(&info)?;
+    let reopen = || {
+        let (source, info) = arguments.options.open(&arguments.source, FramePolicy::Newest)?;
+        let processor = processor(&info)?;
+        Ok((source, processor))
+    };
+    let live = is_camera(&arguments.source);
+    let options = view::Options { live, fast: arguments.fast, repeats: arguments.repeats };
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, Labels::default(), models);
     let mut recordings = Recordings::new(about, arguments.record.clone(), text_of);
-    let ending = view::run(source.as_mut(), &info, &mut reading, &mut recordings, options);
+    let reopen = can_reopen.then_some(&reopen as view::Reopen<'_>);
+    let ending = view::run(&mut source, reopen, &info, &mut reading, &mut recordings, options);
     recordings.said().iter().for_each(note);
     ended(&ending?)
 }
 
 /// Shows a board.
 fn watch_board(port: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
-    let Arguments { source, config, models, fast, record, options, .. } = arguments;
+    let Arguments { source, config, models, fast, repeats, record, options, .. } = arguments;
     options.expect_none(source)?;
-    if config.is_some() || !models.is_empty() || *fast || record.is_some() {
-        let message = "is a board, expected no --config, --model, --fast or --record: its firmware has the first two";
+    if config.is_some() || !models.is_empty() || *fast || *repeats || record.is_some() {
+        let message =
+            "is a board, expected no --config, --model, --fast, --loop or --record: its firmware has the first two";
         return Err(Error::new(ErrorKind::Usage, source.display(), message).into());
     }
     let mut port = Port::open(port, arguments.baud)?;
     ended(&view::board::run(&mut port)?)
+}
+
+/// Returns whether a source can be read again from its start: a scene, a file or a folder.
+fn can_reopen(source: &OsStr) -> bool {
+    let is_scene = source.as_encoded_bytes().starts_with(b"scene:");
+    is_scene || Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir())
 }
 
 /// Reports how a view ended.

@@ -165,6 +165,9 @@ pub(super) fn press(key: Key, state: &Mutex<State>) {
         Key::Rezero => state.say(About::Note, "a board gathers its baseline when it starts".into()),
         Key::Record => state.say(About::Note, "no recording: a board sends no frames".into()),
         // Keys of the screen itself.
+        Key::Seek(_) | Key::Step(_) | Key::Start => {
+            state.say(About::Note, "no seek: a board sends its frames once".into());
+        }
         Key::Quit | Key::Help => {}
     }
 }

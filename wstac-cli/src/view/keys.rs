@@ -13,6 +13,12 @@ pub(super) enum Key {
     Record,
     /// Pause or continue.
     Pause,
+    /// Go back or forth by so many seconds.
+    Seek(i64),
+    /// Pause, and go back or forth by so many frames.
+    Step(i64),
+    /// Go to the first frame.
+    Start,
     /// Show or hide the help.
     Help,
 }
@@ -30,6 +36,13 @@ pub(super) fn key(event: &Event) -> Option<Key> {
         KeyCode::Char('z' | 'Z') => Key::Rezero,
         KeyCode::Char('r' | 'R') => Key::Record,
         KeyCode::Char(' ') => Key::Pause,
+        KeyCode::Left => Key::Seek(-1),
+        KeyCode::Right => Key::Seek(1),
+        KeyCode::PageUp | KeyCode::Down => Key::Seek(-10),
+        KeyCode::PageDown | KeyCode::Up => Key::Seek(10),
+        KeyCode::Char('.') => Key::Step(1),
+        KeyCode::Char(',') => Key::Step(-1),
+        KeyCode::Home | KeyCode::Char('0') => Key::Start,
         KeyCode::Char('?' | 'h') => Key::Help,
         _ => return None,
     })
@@ -48,5 +61,15 @@ mod tests {
             assert_eq!(pressed(KeyCode::Char(code)), Some(expected));
         }
         assert_eq!(pressed(KeyCode::Char('x')), None);
+        for (code, expected) in [
+            (KeyCode::Left, Key::Seek(-1)),
+            (KeyCode::Right, Key::Seek(1)),
+            (KeyCode::Up, Key::Seek(10)),
+            (KeyCode::Char('.'), Key::Step(1)),
+            (KeyCode::Char(','), Key::Step(-1)),
+            (KeyCode::Home, Key::Start),
+        ] {
+            assert_eq!(pressed(code), Some(expected));
+        }
     }
 }

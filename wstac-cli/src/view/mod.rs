@@ -20,6 +20,7 @@ use std::thread;
 use std::time::Duration;
 
 use self::keys::Key;
+pub(crate) use self::player::Reopen;
 use self::player::{Player, locked};
 pub(crate) use self::recording::Recordings;
 use self::screen::Screen;
@@ -40,6 +41,8 @@ pub(crate) struct Options {
     pub live: bool,
     /// Whether a file or scene is played as fast as possible.
     pub fast: bool,
+    /// Whether a file or scene starts again at its end.
+    pub repeats: bool,
 }
 
 /// The result of a view.
@@ -101,7 +104,8 @@ impl Drop for EndBoth<'_> {
 /// # Errors
 /// Returns an error if the terminal cannot be used, or the error of the source after the user quits.
 pub(crate) fn run(
-    source: &mut dyn Source,
+    source: &mut Box<dyn Source>,
+    reopen: Option<Reopen<'_>>,
     info: &StreamInfo,
     reading: &mut Processor,
     recordings: &mut Recordings,
@@ -109,7 +113,8 @@ pub(crate) fn run(
 ) -> Result<Ending, Error> {
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
     let (player, state) = Player::new(source, info, reading, recordings, options.live);
-    show(state, |shared, keys| read(player, shared, keys, pace))
+    let player = player.reopened_by(reopen);
+    show(state, |shared, keys| read(player, shared, keys, pace, options.repeats))
 }
 
 /// Shows a state on the terminal of this process while `read` keeps it up to date.
@@ -133,22 +138,61 @@ fn show(state: State, read: impl FnOnce(&Shared, &Receiver<Key>) -> Option<Error
 }
 
 /// Reads until the end is requested, and returns the error that the source ended with.
-fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace: Option<Pace>) -> Option<Error> {
+fn read(
+    mut player: Player<'_>,
+    shared: &Shared,
+    keys: &Receiver<Key>,
+    mut pace: Option<Pace>,
+    repeats: bool,
+) -> Option<Error> {
     let mut failure = None;
+    // The frame that is gone to, as fast as possible.
+    let mut target: Option<u64> = None;
     while !shared.is_over() {
+        if target.is_some_and(|target| player.frame() >= target || !player.goes_on()) {
+            target = None;
+            restart(&mut pace);
+        }
         let stands = {
             let state = locked(&shared.state);
-            state.paused && !state.live
+            state.paused && !state.live && target.is_none()
         };
+        // A source without frames would start again for ever.
+        if repeats && !stands && !player.goes_on() && failure.is_none() && player.frame() > 0 {
+            player.end_recording(&shared.state);
+            if !player.start_again(&shared.state) {
+                break;
+            }
+            restart(&mut pace);
+        }
         // The wait, without keys.
-        let wait =
-            if stands || !player.goes_on() { WAIT } else { pace.map_or(Duration::ZERO, |pace| pace.wait()).min(WAIT) };
+        let wait = match pace {
+            _ if stands || !player.goes_on() => WAIT,
+            Some(pace) if target.is_none() => pace.wait().min(WAIT),
+            _ => Duration::ZERO,
+        };
         match keys.recv_timeout(wait) {
             Ok(key) => {
                 match key {
                     Key::Rezero => player.rezero(&shared.state),
                     Key::Record => player.record(&shared.state),
                     Key::Pause => pause(shared, pace.as_mut()),
+                    Key::Seek(seconds) => {
+                        let frames = player.frames_of(seconds);
+                        target = go_to(&mut player, shared, target, frames);
+                        failure = failure.filter(|_| !player.goes_on());
+                    }
+                    Key::Step(frames) => {
+                        if !locked(&shared.state).live {
+                            locked(&shared.state).paused = true;
+                        }
+                        target = go_to(&mut player, shared, target, frames);
+                        failure = failure.filter(|_| !player.goes_on());
+                    }
+                    Key::Start => {
+                        target = go_to(&mut player, shared, target, i64::MIN);
+                        failure = failure.filter(|_| !player.goes_on());
+                    }
                     // Keys of the screen itself.
                     Key::Quit | Key::Help => {}
                 }
@@ -158,10 +202,13 @@ fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace:
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
-        if stands || !player.goes_on() || pace.is_some_and(|pace| !pace.wait().is_zero()) {
+        let is_early = target.is_none() && pace.is_some_and(|pace| !pace.wait().is_zero());
+        if stands || !player.goes_on() || is_early {
             continue;
         }
-        match player.step(&shared.state, shared.picture.swap(false, Ordering::Relaxed)) {
+        // The last frame of a way is shown, whatever was drawn meanwhile.
+        let arrives = target.is_some_and(|target| player.frame() + 1 >= target);
+        match player.step(&shared.state, shared.picture.swap(false, Ordering::Relaxed) || arrives) {
             Ok(passed) => {
                 if let Some(pace) = &mut pace {
                     pace.advance(passed);
@@ -173,6 +220,20 @@ fn read(mut player: Player<'_>, shared: &Shared, keys: &Receiver<Key>, mut pace:
     // After a key, a signal or the loss of the terminal, the file of a recording is complete.
     player.end_recording(&shared.state);
     failure
+}
+
+/// Returns the frame to go to, so many frames from where the way leads now; `None` if that is not possible.
+fn go_to(player: &mut Player<'_>, shared: &Shared, target: Option<u64>, frames: i64) -> Option<u64> {
+    let from = target.unwrap_or_else(|| player.frame());
+    let to = from.saturating_add_signed(frames);
+    player.can_go_to(to, &shared.state).then_some(to)
+}
+
+/// Lets the next frame be due now.
+fn restart(pace: &mut Option<Pace>) {
+    if let Some(pace) = pace {
+        pace.restart();
+    }
 }
 
 /// Pauses or continues.

@@ -20,9 +20,16 @@ pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Opens a source again, from its first frame on.
+pub(crate) type Reopen<'p> = &'p (dyn Fn() -> Result<(Box<dyn Source>, Processor), Error> + 'p);
+
 /// Reads a source and keeps the state up to date.
 pub(super) struct Player<'p> {
-    source: &'p mut dyn Source,
+    source: &'p mut Box<dyn Source>,
+    /// `None` if the source can be read once only.
+    reopen: Option<Reopen<'p>>,
+    /// Feature frames per second.
+    second: f64,
     processor: &'p mut Processor,
     /// `None` if the source makes no pixels.
     sampler: Option<Sampler>,
@@ -37,7 +44,7 @@ pub(super) struct Player<'p> {
 impl<'p> Player<'p> {
     /// Creates a player and the state before the first frame. `processor` gives features.
     pub(super) fn new(
-        source: &'p mut dyn Source,
+        source: &'p mut Box<dyn Source>,
         info: &StreamInfo,
         processor: &'p mut Processor,
         recordings: &'p mut Recordings,
@@ -48,6 +55,8 @@ impl<'p> Player<'p> {
         (
             Self {
                 source,
+                reopen: None,
+                second: info.rate.per_second() / f64::from(info.rate.frames_added()),
                 processor,
                 sampler,
                 recordings,
@@ -58,6 +67,60 @@ impl<'p> Player<'p> {
             },
             state,
         )
+    }
+
+    /// Opens the source again with `reopen` to go back.
+    pub(super) fn reopened_by(self, reopen: Option<Reopen<'p>>) -> Self {
+        Self { reopen, ..self }
+    }
+
+    /// Returns the number of the next feature frame.
+    pub(super) fn frame(&self) -> u64 {
+        self.processor.pipeline().next_frame()
+    }
+
+    /// Returns how many feature frames so many seconds are, at least one.
+    pub(super) fn frames_of(&self, seconds: i64) -> i64 {
+        let frames = (seconds as f64 * self.second).round() as i64;
+        if frames == 0 { seconds.signum() } else { frames }
+    }
+
+    /// Prepares to go on from a frame: for an earlier one, from the first frame on. Returns whether that is possible.
+    pub(super) fn can_go_to(&mut self, frame: u64, state: &Mutex<State>) -> bool {
+        let is_back = frame < self.frame();
+        let mut shown = locked(state);
+        let why_not = match self.reopen {
+            _ if shown.live => "no seek: a camera sends its frames once",
+            _ if self.recordings.asked || shown.rec.is_some() => "no seek in a recording: r ends it",
+            None if is_back => "no seek back: this source can be read once",
+            _ => {
+                drop(shown);
+                return !is_back || self.start_again(state);
+            }
+        };
+        shown.say(About::Note, why_not.to_owned());
+        false
+    }
+
+    /// Starts again from the first frame. Returns whether that is possible; if not, the screen shows why.
+    pub(super) fn start_again(&mut self, state: &Mutex<State>) -> bool {
+        let Some(reopen) = self.reopen else { return false };
+        let opened = reopen();
+        let mut state = locked(state);
+        match opened {
+            Ok((source, processor)) => {
+                *self.source = source;
+                *self.processor = processor;
+                (self.meter, self.zero, self.lag, self.ended) = (RateMeter::default(), 0, Lag::default(), false);
+                state.start_again();
+                self.update(&mut state);
+                true
+            }
+            Err(error) => {
+                state.say(About::Trouble, error.to_string());
+                false
+            }
+        }
     }
 
     /// Returns whether there are more items.

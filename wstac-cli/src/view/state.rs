@@ -135,6 +135,12 @@ impl State {
         }
     }
 
+    /// Returns to the state before the first frame. A pause goes on.
+    pub(super) fn start_again(&mut self) {
+        let fresh = Self::new(self.about.clone(), self.live, self.layout, self.nominal_fps.clone());
+        *self = Self { paused: self.paused, ..fresh };
+    }
+
     /// Returns whether the screen is paused.
     pub(super) fn frozen(&self) -> bool {
         self.paused && self.live

@@ -70,6 +70,11 @@ impl Decoder {
     }
 }
 
+/// Returns the width and the height of a picture by its headers; `None` if they are not those of a JPEG.
+pub fn picture_size(bytes: &[u8]) -> Option<(u16, u16)> {
+    Headers::read(bytes).map(|headers| headers.size)
+}
+
 /// Returns the number of bytes before the end marker.
 ///
 /// In entropy-coded data every 0xff is followed by 0 or by a restart marker, so nothing else looks like it.

@@ -302,6 +302,12 @@ impl Processor {
         &self.pipeline
     }
 
+    /// Returns the time of a feature frame in seconds from the first frame of the stream. Before the first frame and of
+    /// frames to come, the frame rate gives it.
+    pub fn seconds(&self, frame: u64) -> f64 {
+        self.clock.seconds(frame)
+    }
+
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;

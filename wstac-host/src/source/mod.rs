@@ -2,11 +2,17 @@
 
 mod crop;
 pub mod decorate;
+#[cfg(feature = "jpeg")]
+pub mod jpeg_folder;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 pub mod names;
+#[cfg(any(feature = "jpeg", feature = "png"))]
+mod natural;
 pub mod open;
 pub mod pace;
+#[cfg(any(feature = "jpeg", feature = "png"))]
+mod picture_files;
 #[cfg(feature = "png")]
 pub mod png_folder;
 pub mod video;

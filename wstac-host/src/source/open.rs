@@ -8,8 +8,12 @@ use std::path::Path;
 
 use wstac_core::rate::FrameRate;
 
+#[cfg(feature = "jpeg")]
+use super::jpeg_folder::JpegFolder;
 #[cfg(feature = "mcap")]
 use super::mcap::McapSource;
+#[cfg(all(feature = "jpeg", feature = "png"))]
+use super::picture_files::{self, PictureKind};
 #[cfg(feature = "png")]
 use super::png_folder::PngFolder;
 use super::video::{self, Video};
@@ -38,11 +42,14 @@ pub struct OpenOptions {
 }
 
 /// The files that this build reads, for messages.
-const FILES: &str = match (cfg!(feature = "mcap"), cfg!(feature = "png")) {
-    (true, true) => "a .y4m, .mcap or video file, a folder of PNGs or -",
-    (true, false) => "a .y4m, .mcap or video file or -",
-    (false, true) => "a .y4m or video file, a folder of PNGs or -",
-    (false, false) => "a .y4m or video file or -",
+const FILES: &str = match (cfg!(feature = "mcap"), cfg!(feature = "png"), cfg!(feature = "jpeg")) {
+    // Recordings bring JPEG.
+    (true, true, _) => "a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -",
+    (true, false, _) => "a .y4m, .mcap or video file, a folder of JPEGs, or -",
+    (false, true, true) => "a .y4m or video file, a folder of PNGs or JPEGs, or -",
+    (false, true, false) => "a .y4m or video file, a folder of PNGs, or -",
+    (false, false, true) => "a .y4m or video file, a folder of JPEGs, or -",
+    (false, false, false) => "a .y4m or video file or -",
 };
 /// How the names of sources start that other crates open, and the kinds of source that open them.
 const OTHER_CRATES: [(&str, &str); 2] =
@@ -65,8 +72,8 @@ pub trait SourceKind: Sync {
 
 /// Opens a source by its name.
 ///
-/// The name is one of `kinds`, a Y4M file, a named pipe, a recording, a video, a folder of PNGs, or `-`. `-` stands for
-/// Y4M on standard input. Videos are decoded by ffmpeg, if the machine has it.
+/// The name is one of `kinds`, a Y4M file, a named pipe, a recording, a video, a folder of PNGs or JPEGs, or `-`. `-`
+/// stands for Y4M on standard input. Videos are decoded by ffmpeg, if the machine has it.
 ///
 /// Files are recognized by their first bytes or by their names. A name need not be UTF-8.
 ///
@@ -142,23 +149,36 @@ pub fn open(
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let why = match extension.to_str() {
         Some("toml") => "a scene's file is scene:FILE.toml; ",
-        Some("png") => "a PNG is read with all of its folder, so name that; ",
+        Some("png" | "jpg" | "jpeg") => "a picture is read with all of its folder, so name that; ",
         _ => "",
     };
     Err(none_of_these(ErrorKind::Unsupported, why))
 }
 
-#[cfg(feature = "png")]
+#[cfg(all(feature = "jpeg", feature = "png"))]
+fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    Ok(match picture_files::kind(path)? {
+        PictureKind::Png => Box::new(PngFolder::open(path, rate)?),
+        PictureKind::Jpeg => Box::new(JpegFolder::open(path, rate)?),
+    })
+}
+
+#[cfg(all(feature = "png", not(feature = "jpeg")))]
 fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
     Ok(Box::new(PngFolder::open(path, rate)?))
 }
 
-#[cfg(not(feature = "png"))]
+#[cfg(all(feature = "jpeg", not(feature = "png")))]
+fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    Ok(Box::new(JpegFolder::open(path, rate)?))
+}
+
+#[cfg(not(any(feature = "jpeg", feature = "png")))]
 fn open_folder(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
     Err(Error::new(
         ErrorKind::Unsupported,
         path.display(),
-        "this build reads no folders of PNGs: build with the feature png",
+        "this build reads no folders of pictures: build with the feature png or jpeg",
     ))
 }
 
@@ -291,8 +311,8 @@ mod tests {
         if cfg!(not(feature = "mcap")) {
             assert!(error_of(&recording).ends_with("build with the feature mcap"));
         }
-        if cfg!(not(feature = "png")) {
-            assert!(error_of(&folder).ends_with("build with the feature png"));
+        if cfg!(not(any(feature = "png", feature = "jpeg"))) {
+            assert!(error_of(&folder).ends_with("build with the feature png or jpeg"));
         }
         std::fs::remove_dir_all(&folder).unwrap();
     }

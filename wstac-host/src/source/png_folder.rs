@@ -3,7 +3,6 @@
 //! A picture that cannot be decoded is a lost frame. One of another size or type than the first is an error, because it
 //! belongs to something else.
 
-mod natural;
 mod picture;
 
 use std::path::{Path, PathBuf};
@@ -11,6 +10,7 @@ use std::path::{Path, PathBuf};
 use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
+use super::picture_files::{PNG, list, without_pictures};
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
 
@@ -35,10 +35,9 @@ impl PngFolder {
     /// # Errors
     /// The folder cannot be listed or holds no picture, or its first picture's size or type is not supported.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
-        let files = list(path).map_err(|error| Error::io(path.display(), error))?;
+        let files = list(path, PNG)?;
         if files.is_empty() {
-            let message = "has no .png file, expected at least one; a recording is named by itself, FILE.mcap";
-            return Err(Error::new(ErrorKind::Data, path.display(), message));
+            return Err(without_pictures(path));
         }
         let (first, shape) = first_picture(path, &files)?;
         let rate = fps.unwrap_or(FrameRate::NOMINAL);
@@ -91,22 +90,6 @@ impl Source for PngFolder {
             }
         }
     }
-}
-
-/// Returns the PNG files of a folder, in natural order.
-fn list(path: &Path) -> std::io::Result<Vec<PathBuf>> {
-    let mut files = vec![];
-    for entry in std::fs::read_dir(path)? {
-        let file = entry?.path();
-        let is_png = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-        let is_hidden = file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-        // A pipe would be waited for, and a folder has no pixels.
-        if is_png && !is_hidden && file.is_file() {
-            files.push(file);
-        }
-    }
-    files.sort_by(|a, b| natural::compare(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
-    Ok(files)
 }
 
 /// Returns the first picture whose header can be read. Corrupt pictures before it are frames that are lost later on.

@@ -1,12 +1,10 @@
 //! A picture of a calibration for a person: the light, with the taxels or the candidates for whiskers over it.
 
-mod canvas;
-
 use wstac_core::params::{COLUMNS, TAXELS};
 
-use self::canvas::{Canvas, Color};
 use super::watch::Seen;
 use super::{Calibration, Outcome, Refusal, Watch};
+use crate::canvas::{Canvas, Color};
 use wstac_host::picture::Picture;
 
 /// Smallest length of a picture's shorter side, so that numbers can be read: smaller frames are enlarged.

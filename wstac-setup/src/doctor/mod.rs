@@ -8,6 +8,7 @@ pub mod controls;
 pub mod measure;
 pub mod mjpeg;
 pub mod pace;
+pub mod page;
 pub mod pixels;
 pub mod signal;
 pub mod still;

@@ -1,9 +1,13 @@
 //! The progress of a command, for a person who waits.
 
+use std::fmt;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// A line on a terminal that is overwritten.
+use crate::commands::output::note;
+
+/// A line on a terminal that is overwritten. Where standard error is no terminal, it is one line at the start; the
+/// result of the command is the line at the end.
 pub(in crate::commands) struct Progress {
     /// The counted things: slides or recordings.
     what: &'static str,
@@ -16,10 +20,17 @@ pub(in crate::commands) struct Progress {
 }
 
 impl Progress {
-    /// Creates a progress line that starts with `there` of `count`.
+    /// Creates a progress line that starts with `there` of `count`, and prints it at once.
     pub(in crate::commands) fn new(what: &'static str, there: u32, count: u32) -> Self {
         let now = Instant::now();
-        Self { what, there, count, started: now, said: std::io::stderr().is_terminal().then_some(now) }
+        let is_terminal = std::io::stderr().is_terminal();
+        let progress = Self { what, there, count, started: now, said: is_terminal.then_some(now) };
+        if is_terminal {
+            progress.write(there, "");
+        } else {
+            note(format_args!("{there} of {count} {what} done"));
+        }
+        progress
     }
 
     /// Updates the line, unless it was updated just now.
@@ -27,8 +38,12 @@ impl Progress {
         let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
         let each = self.started.elapsed().as_secs_f64() / f64::from(done.saturating_sub(self.there).max(1));
         let left = (each * f64::from(self.count.saturating_sub(done))).ceil();
-        let _ = write!(std::io::stderr(), "\r{done} of {} {}, {left} s left\x1b[K", self.count, self.what);
+        self.write(done, format_args!(", {left} s left"));
         self.said = said.checked_add(said.elapsed());
+    }
+
+    fn write(&self, done: u32, left: impl fmt::Display) {
+        let _ = write!(std::io::stderr(), "\r{done} of {} {} done{left}\x1b[K", self.count, self.what);
     }
 }
 

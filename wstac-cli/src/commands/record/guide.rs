@@ -11,7 +11,8 @@ use std::time::Duration;
 
 use super::{Arguments, Shown, kept, labels};
 use crate::commands::files::Outputs;
-use crate::commands::output::{Form, Records, Stop, note, text_of};
+use crate::commands::output::{Stop, note, text_of};
+use crate::commands::records::{Form, Records};
 use crate::commands::signals::{Ending, finishing};
 use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
@@ -102,7 +103,7 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     let interrupted = finishing(Ending::Whole);
     note(&info.about);
-    let form = if arguments.json { Form::Json } else { Form::Text };
+    let form = Form::json_if(arguments.json);
     let shown = Shown { records: Some(Records::new(form)), events: 0 };
     let keys = keys();
     if let Some(doubt) = doubts_of_textures(&info, &models) {

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
 use super::super::files::Outputs;
-use super::super::output::{Form, LossReport, Records, Stop, note, text_of};
+use super::super::output::{LossReport, Stop, note, text_of};
+use super::super::records::{Form, Records};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
 use super::{Arguments, create, frame_limit, kept, labels, say};
@@ -24,7 +25,7 @@ struct Opened<'a> {
     name: &'a str,
     session: Session,
     about: About,
-    records: Records,
+    records: Records<'a>,
 }
 
 /// What all sensors share while they are read.
@@ -166,7 +167,7 @@ impl Shared<'_> {
 /// Records and shows everything that passes through a sensor's session.
 struct Recording<'a> {
     recorder: Recorder,
-    records: Records,
+    records: Records<'a>,
     /// Whether somebody reads the records on standard output.
     is_shown: bool,
     losses: LossReport,

@@ -7,11 +7,14 @@ use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use super::super::output::{Form, LossReport, Records, Stop, note};
+use super::super::csv::Table;
+use super::super::output::{LossReport, Stop, note};
+use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::no_event::NoEvent;
+use super::range::Range;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
@@ -26,6 +29,10 @@ use wstac_host::texture::Textures;
 #[derive(Clone, Copy)]
 pub(super) struct Run<'a> {
     pub(super) arguments: &'a Arguments,
+    /// The form of the records, the kind of record of a table, and where they go.
+    pub(super) form: Form,
+    pub(super) table: Table,
+    pub(super) destination: &'a Destination,
     pub(super) files: &'a [ModelFile],
     /// Requests the end.
     pub(super) interrupted: &'a AtomicBool,
@@ -36,8 +43,9 @@ pub(super) struct Run<'a> {
 /// A sensor that is ready for reading.
 pub(super) struct Opened<'a> {
     session: Session,
-    records: Records,
+    records: Records<'a>,
     raw: Option<RawFile>,
+    range: Range,
     interrupted: &'a AtomicBool,
 }
 
@@ -47,15 +55,14 @@ impl<'a> Run<'a> {
     /// # Errors
     /// Returns an error if the source, the configuration or a model cannot be used.
     pub(super) fn open(self, sensor: &Sensor<'_>) -> Result<Opened<'a>, Stop> {
-        let Self { arguments, files, interrupted, is_recorded } = self;
-        let form = if arguments.json { Form::Json } else { Form::Text };
-        let records = Records::new(form).of_sensor(sensor.name);
+        let Self { arguments, form, table, destination, files, interrupted, is_recorded } = self;
+        let records = Records::to(destination, form, table).of_sensor(sensor.name).quiet(arguments.quiet);
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
-        finishing(Ending::InTime);
+        finishing(if arguments.file().is_some() { Ending::Whole } else { Ending::InTime });
         let Arguments { features, samples, motion, .. } = *arguments;
         let wanted = OutputOptions { features, samples, motion, ..OutputOptions::default() };
         let session = Session::builder(Limited::new(source, arguments.frames))
@@ -80,7 +87,8 @@ impl<'a> Run<'a> {
             .into());
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
-        Ok(Opened { session, records, raw, interrupted })
+        let range = Range::new(arguments.since, arguments.until);
+        Ok(Opened { session, records, raw, range, interrupted })
     }
 
     /// Reads all sensors at once, after all of them were opened. Each continues to its own end if others fail.
@@ -133,41 +141,66 @@ impl Opened<'_> {
     /// # Errors
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
-        let Self { mut session, records, raw, interrupted } = self;
-        let mut printer = Printer { records, raw, losses: LossReport::default(), no_event: NoEvent::default() };
+        let Self { mut session, records, raw, range, interrupted } = self;
+        let (losses, no_event) = (LossReport::default(), NoEvent::default());
+        let mut printer = Printer { records, raw, range, losses, no_event, outputs: Vec::new() };
         let result = loop {
-            if interrupted.load(Ordering::Relaxed) {
-                break session.finish(&mut printer);
-            }
-            match session.step(&mut printer) {
-                Ok(Step::GoesOn) => {}
-                Ok(Step::Over) => break Ok(()),
-                // The file of --save-raw cannot be written.
-                Err(Stop::Failed(error)) => {
-                    session.finish(&mut printer)?;
+            let stepped = if interrupted.load(Ordering::Relaxed) || printer.range.is_over(session.processor()) {
+                session.finish(&mut printer).map(|()| Step::Over)
+            } else {
+                session.step(&mut printer)
+            };
+            let printed = printer.print(session.processor());
+            match (stepped, printed) {
+                (Ok(Step::GoesOn), Ok(())) => {}
+                (Ok(Step::Over), Ok(())) => break Ok(()),
+                // The source fails, or the file of --save-raw cannot be written. That matters more than the output.
+                (Err(Stop::Failed(error)), _) => {
+                    let _ = session.finish(&mut printer).and_then(|()| printer.print(session.processor()));
                     break Err(error.into());
                 }
-                Err(stop) => break Err(stop),
+                (Err(stop), _) | (_, Err(stop)) => break Err(stop),
             }
         };
         printer.losses.say(|message| printer.records.note(message));
         say_lag(session.lag(), &printer.records);
-        if let Some(reason) = printer.no_event.reason() {
+        // The frames behind --until were not read, so nothing is known of them.
+        let reason = printer.no_event.reason().filter(|_| !printer.range.is_over(session.processor()));
+        if let Some(reason) = reason {
             printer.records.note(reason);
+        }
+        if printer.range.left_out > 0 {
+            let events = counted(printer.range.left_out, "event");
+            printer.records.note(format_args!("{events} outside of --since and --until"));
         }
         result
     }
 }
 
 /// Prints a session's outputs, counts its frames and saves their bytes.
-struct Printer {
-    records: Records,
+struct Printer<'a> {
+    records: Records<'a>,
     raw: Option<RawFile>,
+    range: Range,
+    /// The outputs of this step.
+    outputs: Vec<Output>,
     losses: LossReport,
     no_event: NoEvent,
 }
 
-impl Observer for Printer {
+impl Printer<'_> {
+    /// Writes the outputs of a step, as far as they are in the range.
+    fn print(&mut self, processor: &Processor) -> Result<(), Stop> {
+        for output in self.outputs.drain(..) {
+            if let Some((output, time_s)) = self.range.select(output, processor) {
+                self.records.write_at(&output, time_s)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Observer for Printer<'_> {
     type Error = Stop;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Stop> {
@@ -185,7 +218,8 @@ impl Observer for Printer {
 
     fn output(&mut self, output: Output) -> Result<(), Stop> {
         self.no_event.output(&output);
-        self.records.write(&output)
+        self.outputs.push(output);
+        Ok(())
     }
 
     fn processed(&mut self, _: &SourceEvent<'_>, processor: &Processor) -> bool {

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use super::super::output::Stop;
+use super::super::output::{Stop, note};
 use super::named;
 use wstac_host::error::Error;
 use wstac_host::source::open::OpenOptions;
@@ -44,6 +44,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         writeln!(out, "  {}: frames {from:.1} to {to:.1}", truth.touch)?;
     }
     let has = |effect: &&Effect| (effect.value)(&script).is_some();
+    if !arguments.no_cost {
+        // With the bare scene and the whole one.
+        let seconds = (EFFECTS.iter().filter(has).count() + 2) as f64 * f64::from(ROUNDS) * LONGEST.as_secs_f64();
+        note(format_args!("measuring what effects cost: about {seconds:.0} s"));
+    }
     let mut costs = if arguments.no_cost { Vec::new() } else { costs(&script)? }.into_iter();
     writeln!(
         out,
@@ -96,6 +101,8 @@ fn described(fidelity: Fidelity) -> &'static str {
 
 /// The number of repetitions. The shortest time counts, because noise of the machine only makes times longer.
 const ROUNDS: u32 = 5;
+/// The duration of a measurement.
+const LONGEST: Duration = Duration::from_millis(100);
 
 /// Returns costs in ns per frame: of the bare scene, of every effect of the scene, and of the whole. An effect has
 /// `None` if its cost is within the noise of the measurement.
@@ -130,7 +137,6 @@ fn costs(script: &SceneConfig) -> Result<Vec<Option<f64>>, Error> {
 
 /// Returns the mean over the frames from the first slide on, for at most 100 ms.
 fn ns_a_frame(script: &SceneConfig) -> Result<f64, Error> {
-    const LONGEST: Duration = Duration::from_millis(100);
     let mut scene = Scene::new(script)?;
     let first = scene.truth().first().map_or(0, Truth::start_frame);
     while scene.frame() < first && scene.next_shot().is_some() {}

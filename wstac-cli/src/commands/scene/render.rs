@@ -92,14 +92,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// A new file, or standard output.
-enum Output<'a> {
+enum Output {
     Standard(BufWriter<std::io::Stdout>),
     /// A file that takes its name only when it is complete.
-    File(NewFile<'a>, PathBuf),
+    File(NewFile, PathBuf),
 }
 
-impl<'a> Output<'a> {
-    fn create(path: &Path, outputs: &'a Outputs) -> Result<Self, Error> {
+impl Output {
+    fn create(path: &Path, outputs: &Outputs) -> Result<Self, Error> {
         if path == Path::new("-") {
             return Ok(Self::Standard(BufWriter::new(std::io::stdout())));
         }

@@ -65,8 +65,18 @@ pub(super) fn line(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     let (doing, color) = doing(state, colors);
     let behind = state.lag.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.lag.frames));
     let behind = behind.unwrap_or_default();
-    let text = format!("{doing}  {}  {} dropped  frame {}{behind}", rate(state), state.dropped, state.frame);
-    buffer.set_stringn(area.x, area.y, &text, usize::from(area.width), color);
+    let motion = state.motion.map(|motion| {
+        let angle = f64::from(motion.degrees).round() % 360.0;
+        format!("  {:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees))
+    });
+    let motion = motion.unwrap_or_default();
+    let text = format!("{doing}{motion}  {}  {} dropped  frame {}{behind}", rate(state), state.dropped, state.frame);
+    // In little room, the frame rate is left out first, then the lag.
+    let short = format!("{doing}{motion}  frame {}  {} dropped{behind}", state.frame, state.dropped);
+    let shorter = format!("{doing}{motion}  frame {}", state.frame);
+    let fits = |text: &&String| super::columns_of(text) <= usize::from(area.width);
+    let text = [&text, &short].into_iter().find(fits).unwrap_or(&shorter);
+    super::put(buffer, area, text, color);
 }
 
 /// Returns what the stream is doing, with its color.

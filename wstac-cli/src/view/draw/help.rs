@@ -12,6 +12,8 @@ z       re-zero: gather a new baseline; do not touch the sensor
 r       start or end a recording in a new file; it starts with a baseline:
         do not touch the sensor
 space   pause the screen; a camera is still read
+← →     go back or forth by 1 s in a file or scene; ↓ ↑ by 10 s
+, .     pause, and go back or forth by one frame; 0: to the first frame
 ?       show or hide this help
 
 Picture  the camera's green light, scaled to the brightest taxel of the last

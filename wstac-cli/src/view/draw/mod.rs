@@ -10,6 +10,7 @@ mod traces;
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
+use ratatui::text::Span;
 
 pub(super) use self::colors::Colors;
 use super::state::{About, Rec, State};
@@ -34,7 +35,7 @@ pub(super) fn draw(state: &State, colors: Colors, with_help: bool, area: Rect, b
         }
         None => (about, colors.faint()),
     };
-    buffer.set_stringn(area.x, area.y, &title, usize::from(area.width), color);
+    put(buffer, Rect { height: 1, ..area }, &title, color);
     let mut body = Rect { y: area.y + 1, height: area.height - 1, ..area };
     if body.height >= 2 {
         body.height -= 1;
@@ -88,6 +89,25 @@ fn narrow(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     list(state, colors, events, buffer);
 }
 
+/// Returns the columns that a text takes on a terminal.
+fn columns_of(text: &str) -> usize {
+    Span::raw(text).width()
+}
+
+/// Writes a text in a row. One that is too long ends in an ellipsis.
+fn put(buffer: &mut Buffer, row: Rect, text: &str, style: impl Into<Style>) {
+    let width = usize::from(row.width);
+    if columns_of(text) <= width {
+        buffer.set_stringn(row.x, row.y, text, width, style);
+        return;
+    }
+    let style = style.into();
+    if let Some(room) = width.checked_sub(1) {
+        let (x, _) = buffer.set_stringn(row.x, row.y, text, room, style);
+        buffer.set_stringn(x, row.y, "…", 1, style);
+    }
+}
+
 /// Draws the last events, the newest first.
 fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let mut rows = area.rows();
@@ -110,7 +130,7 @@ fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
             About::Trouble => colors.warning(),
             About::Note => colors.calm(),
         };
-        buffer.set_stringn(row.x, row.y, &entry.text, usize::from(row.width), color);
+        put(buffer, row, &entry.text, color);
     }
 }
 
@@ -118,13 +138,17 @@ fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
 fn keys(state: &State, colors: Colors, row: Rect, buffer: &mut Buffer) {
     let pause = if state.paused { "space resume" } else { "space pause" };
     let record = if state.rec.is_some() { "r end recording" } else { "r record" };
-    let (text, short) = if state.is_board {
-        (format!("q quit  {pause}  ? help"), "q quit ? help")
+    let texts = if state.is_board {
+        [format!("q quit  {pause}  ? help"), String::new(), "q quit ? help".to_owned()]
     } else {
-        (format!("q quit  z re-zero  {record}  {pause}  ? help"), "q quit z zero ? help")
+        let seek = if state.live { "" } else { "  ←→ seek  ,. step" };
+        let [full, short] = [seek, ""].map(|seek| format!("q quit  z re-zero  {record}  {pause}{seek}  ? help"));
+        [full, short, "q quit z zero ? help".to_owned()]
     };
-    let text = if text.len() > usize::from(row.width) { short } else { &text };
-    buffer.set_stringn(row.x, row.y, text, usize::from(row.width), Style::new().fg(colors.faint()));
+    // The longest that fits.
+    let fits = |text: &&String| !text.is_empty() && columns_of(text) <= usize::from(row.width);
+    let text = texts.iter().find(fits).unwrap_or(&texts[2]);
+    put(buffer, row, text, Style::new().fg(colors.faint()));
 }
 
 #[cfg(test)]

@@ -47,7 +47,7 @@ fn play(
     let mut reading = Processor::new(&info, &config, wanted).unwrap();
     let about = record::about::About::new(&info, &config, wstac_host::source::Labels::default(), Vec::new());
     let mut recordings = Recordings::new(about, named, |record| format!("{record:?}"));
-    let (mut player, state) = Player::new(source.as_mut(), &info, &mut reading, &mut recordings, false);
+    let (mut player, state) = Player::new(&mut source, &info, &mut reading, &mut recordings, false);
     let state = Mutex::new(state);
     with(&mut player, &state);
     state
@@ -88,7 +88,7 @@ fn all_panels_of_a_slide_are_there() {
     }
     let event = lines.iter().find(|line| line.contains("mm/s  ")).unwrap();
     assert!(event.starts_with("     35  1") && event.contains(" ↑  90°  ±0°   lit 2"), "{all}");
-    assert!(lines[23].starts_with("q quit  z re-zero  r record  space pause  ? help"), "{all}");
+    assert!(lines[23].starts_with("q quit  z re-zero  r record  space pause  ←→ seek  ,. step  ? help"), "{all}");
 }
 
 #[test]
@@ -206,6 +206,88 @@ fn re_zero_gathers_a_new_baseline() {
     let state = locked(&state);
     assert_eq!(state.phase, Phase::Watching);
     assert!(state.entries[0].text.contains("baseline was not quiet"), "{:?}", state.entries);
+}
+
+/// Going back and forth shows the screen that was there, and the source's events are found again.
+#[test]
+fn a_frame_that_is_gone_back_to_looks_as_it_did() {
+    let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
+    let reopen = || {
+        let source = open("scene:Saw3@150,90deg", &options)?;
+        let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
+        let processor = Processor::new(source.info(), &Config::default(), wanted)?;
+        Ok((source, processor))
+    };
+    let (mut source, mut reading) = reopen().unwrap();
+    let info = source.info().clone();
+    let about = record::about::About::new(&info, &Config::default(), wstac_host::source::Labels::default(), Vec::new());
+    let mut recordings = Recordings::new(about, None, |record| format!("{record:?}"));
+    let (player, state) = Player::new(&mut source, &info, &mut reading, &mut recordings, false);
+    let (mut player, state) = (player.reopened_by(Some(&reopen)), Mutex::new(state));
+    assert_eq!((player.frames_of(1), player.frames_of(-10)), (30, -300));
+    let play_to = |player: &mut Player<'_>, frame: u64| {
+        while player.frame() < frame && player.goes_on() {
+            player.step(&state, true).unwrap();
+        }
+        screen(&locked(&state), Colors::True, false, [80, 24])
+    };
+    let shown: Vec<_> = [50, 100, 110, 130].map(|frame| (frame, play_to(&mut player, frame))).into();
+    play_to(&mut player, 1000);
+    assert!(!player.goes_on());
+    for (frame, before) in shown.iter().rev() {
+        assert!(player.can_go_to(*frame, &state));
+        // The end was reached, or a later frame.
+        assert_eq!(player.frame(), 0);
+        let now = play_to(&mut player, *frame);
+        assert_eq!(now.0, before.0, "frame {frame}");
+        assert!(now.1 == before.1, "frame {frame}: colors");
+    }
+    // Forth, the source goes on.
+    assert!(player.can_go_to(100, &state));
+    assert_eq!(player.frame(), 50);
+    assert_eq!(play_to(&mut player, 100).0, shown[1].1.0);
+    // A recording that is written has no jumps.
+    player.record(&state);
+    assert!(!player.can_go_to(0, &state) && !player.can_go_to(120, &state));
+    assert!(locked(&state).entries[0].text.starts_with("no seek in a recording"), "{:?}", locked(&state).entries);
+}
+
+#[test]
+fn a_source_that_can_be_read_once_says_so() {
+    let state = play("scene:Saw3@150", &OpenOptions::default(), None, |player, state| {
+        (0..40).for_each(|_| assert_eq!(player.step(state, false).unwrap(), 1));
+        assert!(player.can_go_to(50, state) && !player.can_go_to(30, state));
+        assert_eq!(player.frame(), 40);
+    });
+    assert!(locked(&state).entries[0].text.starts_with("no seek back"), "{:?}", locked(&state).entries);
+}
+
+/// 40 × 10 characters show state, motion, all traces and the last event, and no line is cut off without a sign.
+#[test]
+fn a_small_terminal_shows_what_matters() {
+    for colors in [Colors::True, Colors::None] {
+        let state = after("scene:Saw3@150,90deg", 56);
+        let (lines, _) = screen(&state, colors, false, [40, 10]);
+        let all = lines.join("\n");
+        assert!(lines[0].starts_with("wstac view  scene: Saw3") && lines[0].ends_with('…'), "{all}");
+        assert!(lines[1].starts_with("event 21/70  1") && lines[1].contains("mm/s ↑ "), "{all}");
+        assert!(lines[1].trim_end().ends_with("frame 56"), "{all}");
+        for name in ["r1", "r2", "r3", "r4", "r5", "c1", "c2", "c3", "c4", "c5"] {
+            assert_eq!(count(&lines[3..], name), 1, "{name}: {all}");
+        }
+        assert!(lines[9].starts_with("q quit") && lines[9].contains("? help"), "{all}");
+        let state = after("scene:Saw3@150,90deg", 140);
+        let (lines, _) = screen(&state, colors, false, [40, 10]);
+        let all = lines.join("\n");
+        assert!(all.contains("35  1") && all.contains("mm/s") && all.contains("↑  90°"), "{all}");
+    }
+    // A line that is too long ends in a sign, and never in half a character.
+    let mut state = after("scene:Saw3@150", 30);
+    state.about = "カメラ".repeat(30);
+    for width in 1..60 {
+        let (lines, _) = screen(&state, Colors::None, false, [width, 6]);
+        assert!(lines[0].trim_end().ends_with('…'), "{width}: {lines:?}");
+    }
 }
 
 #[test]

@@ -106,7 +106,7 @@ const LIT: i16 = (1 << FEATURE_FRACTION_BITS) / 5;
 const AGE: u8 = 2;
 /// A touch of at most so many lines of each axis is a poke once its light has faded.
 const POKE: u8 = 2;
-/// Dark frames after which a touch is over. Two times the slowness is added.
+/// Dark frames after which a touch is over. Two times the slowness is added, of which at most [`MOST_SLOWNESS`] counts.
 const DARK: u8 = 2;
 /// Light fades if all lines lose this in a frame; nothing slides once they have lost that. In units of 2^-11.
 const FADES: [i16; 2] = [-41, -717];
@@ -171,7 +171,8 @@ impl LiveMotion {
         let lit = age(&mut self.ages, newest, &self.limits, frames);
         let is_lit = lit != 0;
         self.dark = if is_lit { 0 } else { self.dark.saturating_add(frames) };
-        let wait = self.slide.as_ref().map_or(0.0, |slide| 2.0 * slide.slowness);
+        // What is dark is followed, too, so its slowness may be anything.
+        let wait = self.slide.as_ref().map_or(0.0, |slide| 2.0 * slide.slowness.min(MOST_SLOWNESS));
         if self.dark > DARK.saturating_add(wait as u8) {
             self.reset();
             return None;

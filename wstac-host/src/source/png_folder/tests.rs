@@ -123,7 +123,7 @@ fn a_picture_of_another_size_or_type_is_named() {
 fn what_cannot_be_a_source_is_named() {
     let folder = Folder::new("wrong");
     let message = |folder: &Folder| folder.open().err().unwrap().to_string();
-    assert!(message(&folder).contains("has no .png file, expected at least one"));
+    assert!(message(&folder).contains("has no .png or .jpg file, expected at least one"));
     folder.write("a.png", b"x");
     folder.write("b.png", b"");
     let error = message(&folder);

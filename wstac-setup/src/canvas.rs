@@ -1,7 +1,7 @@
 //! A picture to draw on; parts of a drawing outside of it are left out.
 
 /// Red, green and blue.
-pub(super) type Color = [u8; 3];
+pub(crate) type Color = [u8; 3];
 
 /// Dots in a glyph's width; its height follows.
 const WIDTH: usize = 5;
@@ -15,18 +15,18 @@ const DASH: usize = 8;
 /// Color under text and lines, so that the picture's own light does not hide them.
 const SHADE: Color = [0, 0, 0];
 
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     width: usize,
     height: usize,
     pixels: Vec<Color>,
 }
 
 impl Canvas {
-    pub(super) fn new(width: usize, height: usize) -> Self {
+    pub(crate) fn new(width: usize, height: usize) -> Self {
         Self { width, height, pixels: vec![[0; 3]; width * height] }
     }
 
-    pub(super) fn fill(&mut self, [left, top]: [usize; 2], [width, height]: [usize; 2], color: Color) {
+    pub(crate) fn fill(&mut self, [left, top]: [usize; 2], [width, height]: [usize; 2], color: Color) {
         let right = (left + width).min(self.width);
         for y in top..(top + height).min(self.height) {
             if let Some(pixels) = self.pixels.get_mut(y * self.width + left..y * self.width + right) {
@@ -58,14 +58,14 @@ impl Canvas {
         }
     }
 
-    pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], color: Color) {
+    pub(crate) fn line(&mut self, from: [f64; 2], to: [f64; 2], color: Color) {
         for point in along(from, to) {
             self.dot(point, PEN, color);
         }
     }
 
     /// Draws a rectangle's outline, inside the rectangle.
-    pub(super) fn outline(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], color: Color, dashed: bool) {
+    pub(crate) fn outline(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], color: Color, dashed: bool) {
         let (right, bottom) = (x + width - 2.0, y + height - 2.0);
         let corners = [[x, y], [right, y], [right, bottom], [x, bottom], [x, y]];
         let mut points: Vec<[f64; 2]> = corners.windows(2).flat_map(|pair| along(pair[0], pair[1])).collect();
@@ -75,7 +75,7 @@ impl Canvas {
         self.strokes(&points, color);
     }
 
-    pub(super) fn ring(&mut self, [x, y]: [f64; 2], radius: f64, color: Color) {
+    pub(crate) fn ring(&mut self, [x, y]: [f64; 2], radius: f64, color: Color) {
         let count = (radius * 7.0).clamp(16.0, 20_000.0) as usize;
         let points = (0..count).map(|k| {
             let (sin, cos) = (core::f64::consts::TAU * k as f64 / count as f64).sin_cos();
@@ -84,14 +84,14 @@ impl Canvas {
         self.strokes(&points.collect::<Vec<_>>(), color);
     }
 
-    pub(super) fn cross(&mut self, [x, y]: [f64; 2], reach: f64, color: Color) {
+    pub(crate) fn cross(&mut self, [x, y]: [f64; 2], reach: f64, color: Color) {
         let mut points = along([x - reach, y], [x + reach, y]);
         points.extend(along([x, y - reach], [x, y + reach]));
         self.strokes(&points, color);
     }
 
     /// Draws digits and commas from this point to the right and down.
-    pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, color: Color) {
+    pub(crate) fn text(&mut self, [x, y]: [f64; 2], text: &str, color: Color) {
         for (side, color) in [(DOT as i64 + 2, SHADE), (DOT as i64, color)] {
             for (k, character) in text.chars().enumerate() {
                 for (row, bits) in glyph(character).into_iter().enumerate() {
@@ -105,7 +105,7 @@ impl Canvas {
     }
 
     /// Returns the bytes of a PNG file.
-    pub(super) fn to_png(&self) -> Vec<u8> {
+    pub(crate) fn to_png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         let (width, height) = (self.width as u32, self.height as u32);
         let mut encoder = png::Encoder::new(&mut bytes, width, height);

@@ -1,0 +1,70 @@
+//! Tests that a command that takes its time says so at once, and at its end, also where nobody watches a terminal.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use wstac_tests::command::{good, run, said, start, wstac};
+use wstac_tests::folder::Folder;
+
+/// Time for the first line: a second, and some room for a busy machine.
+const FIRST: Duration = Duration::from_secs(2);
+
+#[test]
+fn long_commands_say_something_in_their_first_second() {
+    let folder = Folder::new("progress");
+    for (arguments, expected) in [
+        (&["dataset", "-o", "a.npz"][..], "0 of 12000 slides done"),
+        (&["train", "-o", "a.wsm"], "0 of 12000 slides done"),
+        (&["trade", "-o", "found"], "slides of 20 sensors"),
+        (&["scene", "explain", "scene:Saw3@150"], "measuring what effects cost: about "),
+        (&["doctor", "scene:Saw3@150"], "scene: Saw3 at 150 mm/s"),
+        (&["plot", "scene:Saw3@150", "-o", "a.svg"], "scene: Saw3 at 150 mm/s"),
+    ] {
+        let mut command = Command::new(wstac());
+        command.args(arguments).current_dir(&folder.0).stdin(Stdio::null());
+        let started = Instant::now();
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let line = BufReader::new(child.stderr.take().unwrap()).lines().next().unwrap().unwrap();
+        assert!(started.elapsed() < FIRST, "{arguments:?}: {:?}", started.elapsed());
+        assert!(line.contains(expected), "{arguments:?}: {line}");
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    // The events of a demo come one by one.
+    let mut child = start(&["demo"]);
+    let started = Instant::now();
+    assert!(BufReader::new(child.stdout.take().unwrap()).lines().next().unwrap().unwrap().contains("truth"));
+    assert!(started.elapsed() < FIRST);
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn a_data_set_has_a_line_at_its_start_and_at_its_end() {
+    let folder = Folder::new("progress-set");
+    let sweep = folder.file("a.toml", "specimens = [\"Saw3\"]\nslides = 3\n");
+    let set = folder.0.join("a.npz");
+    let done = run(&["dataset", sweep.to_str().unwrap(), "-o", set.to_str().unwrap()]);
+    let said = said(&done);
+    let lines: Vec<_> = said.lines().collect();
+    assert_eq!(lines.first(), Some(&"wstac: 0 of 3 slides done"), "{said}");
+    assert!(lines.last().unwrap().ends_with("a.npz: 3 samples"), "{said}");
+    assert!(!said.contains(['\r', '\x1b']), "{said}");
+}
+
+/// No effect makes a frame faster, whatever this machine measures.
+#[test]
+fn costs_of_a_scene_are_never_negative() {
+    let folder = Folder::new("progress-costs");
+    let text = "specimen = \"Saw3\"\nspeed = 600\nfidelity = \"taxel\"\nlead_in = 1\n";
+    let scene = folder.file("scene.toml", text);
+    for _ in 0..3 {
+        let text = good(&["scene", "explain", scene.to_str().unwrap()]);
+        let (_, modeled) = text.split_once("Modeled:").unwrap();
+        let (costs, _) = modeled.split_once("Not in this scene").unwrap();
+        assert!(costs.contains("the whole") && costs.lines().count() > 5, "{text}");
+        let words = costs.split_whitespace().filter(|word| word.parse::<f64>().is_ok_and(|number| number < 0.0));
+        assert_eq!(words.collect::<Vec<_>>(), [""; 0], "{text}");
+    }
+}

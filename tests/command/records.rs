@@ -1,0 +1,347 @@
+//! Tests the records of `wstac run` in all forms: text, JSON Lines and CSV, to a file, in part, and without notes.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::{Map, Value};
+
+use wstac_tests::command::{good, refusal, run, said, start, wstac};
+use wstac_tests::folder::Folder;
+
+/// Prints the rows of a table as JSON Lines, as Python's own reader sees them.
+const READER: &str = "\
+import csv, json, sys
+for row in csv.DictReader(open(sys.argv[1], newline=''), strict=True):
+    assert None not in row and None not in row.values(), row
+    print(json.dumps(row))
+";
+
+/// Returns the rows of a table.
+fn rows(table: &str) -> Vec<Map<String, Value>> {
+    let folder = Folder::new("records-rows");
+    let path = folder.file("table.csv", table);
+    let done = Command::new("python3").args(["-c", READER]).arg(path).output().unwrap();
+    assert!(done.status.success(), "{}", said(&done));
+    objects(&String::from_utf8(done.stdout).unwrap())
+}
+
+fn objects(lines: &str) -> Vec<Map<String, Value>> {
+    lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Returns the fields of an object as cells, with the names of nested ones joined, and features by their own names.
+fn cells(object: &Map<String, Value>) -> Map<String, Value> {
+    fn add(name: &str, value: &Value, cells: &mut Map<String, Value>) {
+        match value {
+            Value::Null => {}
+            Value::Object(fields) => {
+                fields.iter().for_each(|(field, value)| add(&format!("{name}_{field}"), value, cells))
+            }
+            Value::Array(features) => {
+                let names = ["r1", "r2", "r3", "r4", "r5", "c1", "c2", "c3", "c4", "c5"];
+                assert_eq!(features.len(), names.len());
+                names.iter().zip(features).for_each(|(name, value)| add(name, value, cells));
+            }
+            Value::String(text) => drop(cells.insert(name.to_owned(), text.clone().into())),
+            other => drop(cells.insert(name.to_owned(), other.to_string().into())),
+        }
+    }
+    let mut cells = Map::new();
+    object.iter().filter(|(name, _)| *name != "kind").for_each(|(name, value)| add(name, value, &mut cells));
+    cells
+}
+
+/// A scene of three slides, the second without an edge across itself, with lost frames.
+const SCENE: &str = "\
+seed = 5
+[[slide]]
+specimen = \"Saw3\"
+speed = 150
+[[slide]]
+specimen = \"Sin2\"
+speed = 90
+direction = 30
+[[slide]]
+specimen = \"Tri4\"
+speed = 900
+[sensor]
+size = [100, 100]
+dropped = 0.01
+";
+
+/// Every cell of a table is the number or the text of JSON, and JSON has no other field, whatever the source is.
+#[test]
+fn tables_have_what_json_has() {
+    let folder = Folder::new("records-tables");
+    let scene = format!("scene:{}", folder.file("scene.toml", SCENE).display());
+    let recording = folder.0.join("a.mcap").to_str().unwrap().to_owned();
+    good(&["record", &scene, "-o", &recording]);
+    let published = folder.file("published.toml", "[speed]\nlaw = \"published\"\n");
+    let published = published.to_str().unwrap();
+    let named = format!("cam:left={scene}");
+    let mut found = Vec::new();
+    for (arguments, kind) in [
+        (&[&*scene][..], "event"),
+        (&[&recording, "--model", "builtin:path-svm"], "event"),
+        (&[&scene, "--model", "builtin:svm"], "event"),
+        (&[&scene, "--config", published, "--model", "builtin:forest"], "event"),
+        (&[&named, "cam:right=scene:Saw2@120,60mm"], "event"),
+        (&[&scene, "--features"], "features"),
+        (&[&recording, "--motion"], "motion"),
+        (&[&named, "--motion"], "motion"),
+    ] {
+        let table = good(&[&["run"], arguments, &["--output-format", "csv"]].concat());
+        let rows = rows(&table);
+        let lines = objects(&good(&[&["run"], arguments, &["--json"]].concat()));
+        let mut lines: Vec<_> = lines.into_iter().filter(|line| line["kind"] == kind).collect();
+        let sensor =
+            |object: &Map<String, Value>| object.get("sensor").map_or("", |name| name.as_str().unwrap()).to_owned();
+        let mut rows = rows;
+        // Sensors take turns as their threads do.
+        lines.sort_by_key(&sensor);
+        rows.sort_by_key(&sensor);
+        assert_eq!(rows.len(), lines.len(), "{arguments:?}: {table}");
+        assert!(rows.len() >= 2, "{arguments:?}: {table}");
+        assert_eq!(table.lines().count(), rows.len() + 1);
+        for (row, line) in rows.iter().zip(&lines) {
+            let mut cells = cells(line);
+            let filled: Map<String, Value> =
+                row.clone().into_iter().filter(|(_, cell)| !cell.as_str().unwrap().is_empty()).collect();
+            if !cells.contains_key("time_s") {
+                let nanoseconds: f64 = cells["time_ns"].as_str().unwrap().parse().unwrap();
+                let seconds: f64 = row["time_s"].as_str().unwrap().parse().unwrap();
+                assert!((seconds - nanoseconds / 1e9).abs() < 6e-5, "{seconds} {nanoseconds}");
+                cells.insert("time_s".to_owned(), row["time_s"].clone());
+            }
+            found.extend(cells.keys().cloned());
+            assert_eq!(filled, cells, "{arguments:?}");
+        }
+    }
+    // Every column was seen, except those that no scene has.
+    found.sort();
+    found.dedup();
+    let seen = |name: &str| found.iter().any(|found| found == name);
+    for name in
+        ["sensor", "r1", "c5", "speed_sd", "direction_confidence", "texture_specimen", "why_texture", "why_speed"]
+    {
+        assert!(seen(name), "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn a_table_without_rows_has_its_names() {
+    let table = good(&["run", "scene:Saw3@150", "--frames", "40", "--output-format", "csv"]);
+    assert!(table.starts_with("frame,frames,time_ns,time_s,") && table.lines().count() == 1, "{table}");
+    // Of several sensors, once.
+    let arguments = ["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "--frames", "40", "--output-format", "csv"];
+    let table = good(&[&["run"], &arguments[..]].concat());
+    assert!(table.starts_with("sensor,frame,") && table.lines().count() == 1, "{table}");
+}
+
+#[test]
+fn a_name_says_the_form_and_files_have_what_standard_output_has() {
+    let folder = Folder::new("records-files");
+    for (name, stated, printed) in [
+        ("a.jsonl", &[][..], &["--json"][..]),
+        ("a.json", &[], &["--json"]),
+        ("a.CSV", &[], &["--output-format", "csv"]),
+        ("a.txt", &[], &[]),
+        ("a.log", &["--output-format", "text"], &[]),
+        ("records", &["--json"], &["--json"]),
+    ] {
+        let path = folder.0.join(name);
+        let arguments = ["run", "scene:Saw3@150", "-o", path.to_str().unwrap()];
+        let done = run(&[&arguments[..], stated].concat());
+        assert!(done.status.success() && done.stdout.is_empty(), "{name}: {}", said(&done));
+        let expected = good(&[&["run", "scene:Saw3@150"], printed].concat());
+        assert_eq!(fs::read_to_string(&path).unwrap(), expected, "{name}");
+        assert!(said(&done).contains(&format!("{name}: ")) && said(&done).contains(" record"), "{}", said(&done));
+        // It is not replaced unless that is asked for.
+        fs::write(&path, "mine").unwrap();
+        let refused = run(&[&arguments[..], stated].concat());
+        assert_eq!(refused.status.code(), Some(1), "{name}: {}", said(&refused));
+        assert!(said(&refused).contains("exists already"), "{}", said(&refused));
+        assert_eq!(fs::read(&path).unwrap(), b"mine");
+        good(&[&arguments[..], stated, &["--force"]].concat());
+        assert_eq!(fs::read_to_string(&path).unwrap(), expected);
+    }
+    assert_eq!(good(&["run", "scene:Saw3@150", "-o", "-"]), good(&["run", "scene:Saw3@150"]));
+    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 6);
+}
+
+#[test]
+fn forms_that_contradict_each_other_are_refused() {
+    let folder = Folder::new("records-refused");
+    let name = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    for (arguments, part) in [
+        (
+            vec!["--features", "--motion", "--output-format", "csv"],
+            "one kind of record, expected --features or --motion",
+        ),
+        (vec!["--samples"], "--samples needs JSON"),
+        (vec!["--samples", "--output-format", "csv"], "--samples needs JSON"),
+        (vec!["--json", "--output-format", "text"], "cannot be used with"),
+        (vec!["--force"], "--output"),
+        (vec!["--output-format", "xml"], "text, json, csv"),
+        (vec!["--since", "2", "--until", "2"], "expected --since before --until"),
+        (vec!["--since=-1"], "expected seconds"),
+        (vec!["--until", "nan"], "expected seconds"),
+    ] {
+        let done = run(&[&["run", "scene:Saw3@150"], &arguments[..]].concat());
+        assert_eq!(done.status.code(), Some(2), "{arguments:?}: {}", said(&done));
+        assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
+        assert!(done.stdout.is_empty());
+    }
+    for (file, arguments, part) in [
+        ("a", &[][..], "expected .jsonl, .json, .csv or .txt, or --output-format"),
+        ("a.csv", &["--json"], "its name ends in .csv, expected no name of another form: json"),
+        ("a.txt", &["--output-format", "csv"], "expected no name of another form: csv"),
+        ("a.mcap", &["--json"], "its name ends in .mcap, expected .jsonl"),
+        ("none/a.csv", &[], "in a folder that does not exist"),
+    ] {
+        let done = run(&[&["run", "scene:Saw3@150", "-o", &name(file)], arguments].concat());
+        assert_eq!(done.status.code(), Some(2), "{file}: {}", said(&done));
+        assert!(said(&done).contains(part), "{file}: {}", said(&done));
+    }
+    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 0);
+}
+
+/// The file has all records whether the source ends, fails or is stopped, and is not there without any.
+#[test]
+fn a_file_is_whole_or_not_there() {
+    let folder = Folder::new("records-whole");
+    let path = folder.0.join("a.jsonl");
+    let name = path.to_str().unwrap();
+    // No source: no file.
+    assert!(refusal(&["run", "none.y4m", "-o", name]).contains("no such file"));
+    assert!(refusal(&["run", "cam:a=scene:Saw3@150", "cam:b=none.y4m", "-o", name]).contains("1 of 2 sensors"));
+    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 0);
+    // The source fails inside: its records and its end are there.
+    let clip = folder.0.join("a.y4m");
+    let mut bytes =
+        [&b"YUV4MPEG2 W40 H40 F30:1 Cmono\n"[..], &[&b"FRAME\n"[..], &[3; 1600]].concat().repeat(40)].concat();
+    bytes.extend(b"NONSENSE\n");
+    fs::write(&clip, bytes).unwrap();
+    let done = run(&["run", clip.to_str().unwrap(), "--features", "-o", name]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    let lines = objects(&fs::read_to_string(&path).unwrap());
+    assert_eq!(lines.len(), 41);
+    assert_eq!((&lines[40]["kind"], &lines[40]["frames"]), (&"end".into(), &40.into()));
+    // A signal ends it properly.
+    let path = folder.0.join("a.csv");
+    let name = path.to_str().unwrap();
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let mut child = start(&["run", "-", "--features", "--output-format", "csv", "-o", name, "--force"]);
+        let mut stdin = child.stdin.take().unwrap();
+        stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\n").unwrap();
+        stdin.write_all(&[&b"FRAME\n"[..], &[3; 1600]].concat().repeat(8)).unwrap();
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+        assert!(lines.next().unwrap().unwrap().contains("Y4M"));
+        let has_all = || {
+            let files = fs::read_dir(&folder.0).unwrap().map(|entry| entry.unwrap().path());
+            let parts = files.filter(|file| file.extension().is_some_and(|ending| ending == "part"));
+            parts.map(|part| fs::read_to_string(part).unwrap()).any(|text| text.lines().count() == 9)
+        };
+        // Every record is in the unfinished file at once.
+        while !has_all() {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        kill_process(Pid::from_child(&child), signal).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        assert_eq!(rows(&fs::read_to_string(&path).unwrap()).len(), 8);
+    }
+    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 3);
+}
+
+/// A file that grows too large ends the run with an error, and an older file of the name stays.
+#[test]
+fn a_file_that_cannot_be_written_is_not_there() {
+    let folder = Folder::new("records-full");
+    let path = folder.file("a.jsonl", "mine");
+    let limited = "ulimit -f 8; exec \"$@\"";
+    let mut command = Command::new("sh");
+    command.args(["-c", limited, "sh"]).arg(wstac());
+    command.args(["run", "scene:Saw3@150", "--features", "--force", "-o"]).arg(&path);
+    let done = command.stdin(Stdio::null()).output().unwrap();
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    assert!(said(&done).contains("a.jsonl: "), "{}", said(&done));
+    assert_eq!(fs::read(&path).unwrap(), b"mine");
+    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 1);
+}
+
+#[test]
+fn quiet_leaves_out_notes_and_nothing_else() {
+    let arguments = ["run", "scene:Saw3@150", "--model", "builtin:svm"];
+    let (loud, quiet) = (run(&arguments), run(&[&arguments[..], &["--quiet"]].concat()));
+    assert_eq!(loud.stdout, quiet.stdout);
+    assert!(!loud.stderr.is_empty() && quiet.stderr.is_empty(), "{}", said(&quiet));
+    let table = run(&[&arguments[..], &["-q", "--output-format", "csv"]].concat());
+    assert!(table.stderr.is_empty() && !table.stdout.is_empty(), "{}", said(&table));
+    assert!(refusal(&["run", "none.y4m", "-q"]).contains("no such file"));
+}
+
+/// Records of a part are those of the whole whose times are in it, and reading ends soon behind it.
+#[test]
+fn a_part_has_the_records_of_the_whole() {
+    let folder = Folder::new("records-part");
+    let scene = format!("scene:{}", folder.file("scene.toml", SCENE).display());
+    let recording = folder.0.join("a.mcap").to_str().unwrap().to_owned();
+    good(&["record", &scene, "-o", &recording]);
+    let published = folder.file("published.toml", "[speed]\nlaw = \"published\"\n");
+    let published = published.to_str().unwrap();
+    for (arguments, many) in [
+        (&[&*scene, "--model", "builtin:svm"][..], 6),
+        (&[&recording, "--features", "--motion"], 300),
+        (&[&scene, "--config", published], 3),
+    ] {
+        let whole = objects(&good(&[&["run"], arguments, &["--json"]].concat()));
+        let (end, whole) = whole.split_last().unwrap();
+        assert!(whole.len() >= many, "{} records", whole.len());
+        let frames = end["frames"].as_u64().unwrap();
+        let seconds = |record: &Map<String, Value>| record["time_ns"].as_u64().unwrap() as f64 / 1e9;
+        let all = frames as f64 / 30.0;
+        let mut bounds: Vec<f64> = (0..20).map(|part| f64::from(part) * all / 20.0).collect();
+        // Just before and behind every record that is no frame's.
+        let marks =
+            whole.iter().filter(|record| record["kind"] != "features" && record["kind"] != "motion").map(seconds);
+        bounds.extend(marks.flat_map(|at| [at - 0.001, at + 0.001]));
+        let mut together = 0;
+        for (number, &since) in bounds.iter().enumerate() {
+            let until = bounds[(number * 7 + 3) % bounds.len()];
+            let mut range = vec!["--since".to_owned(), since.to_string()];
+            if until > since {
+                range.extend(["--until".to_owned(), until.to_string()]);
+            }
+            let range: Vec<&str> = range.iter().map(String::as_str).collect();
+            let part = objects(&good(&[&["run"], arguments, &["--json", "-q"], &range].concat()));
+            let (end, part) = part.split_last().unwrap();
+            let until = if until > since { until } else { f64::INFINITY };
+            let expected: Vec<_> = whole.iter().filter(|record| (since..until).contains(&seconds(record))).collect();
+            assert_eq!(part.iter().collect::<Vec<_>>(), expected, "{range:?}");
+            together += part.len();
+            // Reading ends a sample and a touch behind the part, not at the end of the source.
+            let read = end["frames"].as_u64().unwrap();
+            assert!(
+                read <= frames && (until.is_infinite() == (read == frames) || all - until < 7.0),
+                "{read} {range:?}"
+            );
+            if until < all - 7.0 {
+                assert!(read as f64 / 30.0 < until + 7.0, "{range:?}: {read} frames");
+            }
+        }
+        assert!(together > 0);
+    }
+}
+
+#[test]
+fn a_part_without_events_says_how_many_are_outside() {
+    let done = run(&["run", "scene:Saw3@150", "--since", "3"]);
+    assert!(said(&done).contains("1 event outside of --since and --until"), "{}", said(&done));
+    // What was not read is not judged.
+    let done = run(&["run", "scene:Saw3@150", "--until", "0.5"]);
+    assert!(!said(&done).contains("no event"), "{}", said(&done));
+    let text = String::from_utf8(done.stdout).unwrap();
+    assert!(text.starts_with("end after ") && text.lines().count() == 1, "{text}");
+}

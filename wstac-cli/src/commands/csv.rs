@@ -1,0 +1,190 @@
+//! Tables of records as CSV (RFC 4180, lines end as on Unix): the names and values are those of JSON.
+
+use std::borrow::Cow;
+
+use serde_json::Value;
+use wstac_host::json::seconds;
+use wstac_host::output::{FEATURE_NAMES, Output};
+use wstac_host::visible;
+
+/// The kind of record that a table has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Table {
+    /// Tactile events.
+    Events,
+    /// The ten features of every frame.
+    Features,
+    /// Speed and direction of every frame while something slides.
+    Motion,
+}
+
+/// The columns of events: the paths of the fields in JSON.
+const EVENTS: &[&str] = &[
+    "frame",
+    "frames",
+    "time_ns",
+    "time_s",
+    "completed_ns",
+    "completed_s",
+    "stamp",
+    "stamp_within_ms",
+    "touch_frame",
+    "end_frame",
+    "contact",
+    "duration_frames",
+    "speed/mm_s",
+    "speed/sd",
+    "speed/extrapolated",
+    "speed_at_most/mm_s",
+    "speed_at_most/extrapolated",
+    "direction/deg",
+    "direction/sd",
+    "direction/confidence",
+    "texture/specimen",
+    "texture/pattern",
+    "texture/depth_mm",
+    "texture/class",
+    "texture/confidence",
+    "texture/known",
+    "frames_filled",
+    "reliable",
+    "why/speed",
+    "why/direction",
+    "why/texture",
+];
+
+/// The columns of features.
+const FEATURES: &[&str] = &[
+    "frame",
+    "time_ns",
+    "time_s",
+    "stamp",
+    "stamp_within_ms",
+    "f/0",
+    "f/1",
+    "f/2",
+    "f/3",
+    "f/4",
+    "f/5",
+    "f/6",
+    "f/7",
+    "f/8",
+    "f/9",
+];
+
+/// The columns of motion.
+const MOTION: &[&str] = &[
+    "frame",
+    "time_ns",
+    "time_s",
+    "stamp",
+    "stamp_within_ms",
+    "contact",
+    "speed/mm_s",
+    "speed/sd",
+    "direction/deg",
+    "direction/sd",
+];
+
+/// The column of seconds from the first frame, which every table has. Not every kind of record has it in JSON.
+const SECONDS: &str = "time_s";
+
+impl Table {
+    /// Returns whether a record has a row.
+    pub(super) fn has(self, output: &Output) -> bool {
+        match self {
+            Self::Events => matches!(output, Output::Event(_)),
+            Self::Features => matches!(output, Output::Features(_)),
+            Self::Motion => matches!(output, Output::Motion(_)),
+        }
+    }
+
+    fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::Events => EVENTS,
+            Self::Features => FEATURES,
+            Self::Motion => MOTION,
+        }
+    }
+
+    /// Returns the line of the columns' names, with its end. Rows of sensors with names have a first column for them.
+    pub(super) fn head(self, has_sensors: bool) -> String {
+        let sensor = has_sensors.then_some(Cow::Borrowed("sensor"));
+        let names: Vec<_> = sensor.into_iter().chain(self.columns().iter().map(|column| name(column))).collect();
+        names.join(",") + "\n"
+    }
+
+    /// Returns the row of a record, whose line of JSON and whose time in seconds from the first frame these are.
+    pub(super) fn row(self, sensor: Option<&str>, line: &Value, time_s: Option<f64>) -> String {
+        let mut cells: Vec<_> = sensor.into_iter().map(|name| quoted(name).into_owned()).collect();
+        cells.extend(self.columns().iter().map(|column| match line.pointer(&format!("/{column}")) {
+            None | Some(Value::Null) if *column == SECONDS => time_s.map(seconds).map_or_else(String::new, cell_of),
+            None | Some(Value::Null) => String::new(),
+            Some(Value::String(text)) => quoted(text).into_owned(),
+            Some(value) => value.to_string(),
+        }));
+        cells.join(",")
+    }
+}
+
+/// Returns a number as JSON writes it.
+fn cell_of(number: f64) -> String {
+    Value::from(number).to_string()
+}
+
+/// Returns a column's name: the names along the path, joined; a feature has its own.
+fn name(column: &'static str) -> Cow<'static, str> {
+    let feature = column.strip_prefix("f/").and_then(|index| FEATURE_NAMES.get(index.parse::<usize>().ok()?));
+    match feature {
+        Some(name) => Cow::Borrowed(*name),
+        None => Cow::Owned(column.replace('/', "_")),
+    }
+}
+
+/// Returns a text as a cell of one line, in quotes if it needs them.
+fn quoted(text: &str) -> Cow<'_, str> {
+    let text = visible::line(text);
+    if text.contains([',', '"']) || text.starts_with(' ') || text.ends_with(' ') {
+        return Cow::Owned(format!("\"{}\"", text.replace('"', "\"\"")));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn cells_are_quoted_if_they_must_be() {
+        for (text, cell) in [
+            ("Saw3", "Saw3"),
+            ("a,b", "\"a,b\""),
+            ("say \"yes\"", "\"say \"\"yes\"\"\""),
+            (" led", "\" led\""),
+            ("über", "über"),
+        ] {
+            assert_eq!(quoted(text), cell);
+        }
+        // A cell never ends a line, and never controls a terminal.
+        for text in ["two\nlines", "a\rb", "\x1b[31mred"] {
+            assert!(!quoted(text).contains(char::is_control), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn absent_fields_are_empty_cells() {
+        let line = json!({"frame": 3, "time_ns": null, "f": [0.5, 1, 2, 3, 4, 5, 6, 7, 8, -9.25]});
+        assert_eq!(Table::Features.row(None, &line, Some(0.100_04)), "3,,0.1,,,0.5,1,2,3,4,5,6,7,8,-9.25");
+        assert_eq!(
+            Table::Features.head(false),
+            "frame,time_ns,time_s,stamp,stamp_within_ms,r1,r2,r3,r4,r5,c1,c2,c3,c4,c5\n"
+        );
+        assert_eq!(Table::Motion.row(Some("left"), &json!({"speed": {"mm_s": 150.0}}), None), "left,,,,,,,150.0,,,");
+        for table in [Table::Events, Table::Features, Table::Motion] {
+            let cells = table.row(Some("a,b"), &json!({}), None).replace("\"a,b\"", "ab").split(',').count();
+            assert_eq!(table.head(true).split(',').count(), cells);
+        }
+    }
+}

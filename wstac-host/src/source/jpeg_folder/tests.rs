@@ -1,0 +1,111 @@
+use std::fs;
+
+use jpeg_encoder::{ColorType, Encoder};
+
+use super::*;
+use crate::source::open::{OpenOptions, open};
+
+const SIDE: u16 = 48;
+
+/// Returns a picture of one color.
+fn jpeg(width: u16, color: [u8; 3], is_progressive: bool) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, 95);
+    encoder.set_progressive(is_progressive);
+    let pixels = color.repeat(usize::from(width) * usize::from(SIDE));
+    encoder.encode(&pixels, width, SIDE, ColorType::Rgb).unwrap();
+    bytes
+}
+
+fn gray(level: u8) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let pixels = vec![level; usize::from(SIDE) * usize::from(SIDE)];
+    Encoder::new(&mut bytes, 95).encode(&pixels, SIDE, SIDE, ColorType::Luma).unwrap();
+    bytes
+}
+
+/// Returns a folder with these files.
+fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    folder
+}
+
+/// Returns the green of the first pixel of every frame; `None` for a lost one.
+fn greens(source: &mut dyn Source) -> Vec<Option<u8>> {
+    let mut found = vec![];
+    loop {
+        match source.next_event().unwrap() {
+            SourceEvent::Frame(Frame { bytes, encoded, .. }) => {
+                assert_eq!(bytes.len(), 3 * usize::from(SIDE) * usize::from(SIDE));
+                assert!(encoded.is_some_and(|jpeg| jpeg.starts_with(&[0xff, 0xd8])));
+                found.push(Some(bytes[1]));
+            }
+            SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture } => found.push(None),
+            SourceEvent::End => return found,
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+fn message(folder: &Path) -> String {
+    open(folder, &OpenOptions::default(), &[]).map(|_| ()).unwrap_err().to_string()
+}
+
+#[test]
+fn pictures_come_in_natural_order_and_damaged_ones_are_lost() {
+    let cut = jpeg(SIDE, [0, 99, 0], false);
+    let folder = folder(&[
+        ("a10.jpg", &jpeg(SIDE, [0, 200, 0], false)),
+        ("a2.JPEG", &jpeg(SIDE, [0, 120, 0], true)),
+        ("a1.jpg", &gray(40)),
+        ("a0.jpg", b"none"),
+        ("a3.jpg", &cut[..cut.len() - 5]),
+        (".a4.jpg", b"hidden"),
+        ("notes.txt", b"none"),
+    ]);
+    let mut source = open(folder.path(), &OpenOptions::default(), &[]).unwrap();
+    assert!(source.info().about.contains("5 JPEG files, 48x48, 30:1 frames per second"), "{}", source.info().about);
+    assert_eq!(source.info().format, PixelFormat::Rgb24);
+    let found = greens(source.as_mut());
+    let expected = [None, Some(40), Some(120), None, Some(200)];
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert_eq!(found.is_some(), expected.is_some());
+        assert!(found.zip(expected).is_none_or(|(found, expected)| found.abs_diff(expected) < 4), "{found:?}");
+    }
+}
+
+#[test]
+fn a_picture_of_another_size_is_named() {
+    let one = jpeg(SIDE, [0, 1, 0], false);
+    let folder = folder(&[("1.jpg", &one), ("2.jpg", &jpeg(SIDE + 8, [0, 1, 0], false)), ("3.jpg", &one)]);
+    let mut source = JpegFolder::open(folder.path(), None).unwrap();
+    assert!(matches!(source.next_event(), Ok(SourceEvent::Frame(_))));
+    let error = source.next_event().unwrap_err().to_string();
+    assert!(error.contains("2.jpg: is 56x48, expected 48x48 as 1.jpg"), "{error}");
+    assert!(matches!(source.next_event(), Ok(SourceEvent::End)));
+}
+
+#[test]
+fn folders_that_are_no_source_are_named() {
+    let one = jpeg(SIDE, [0, 1, 0], false);
+    assert!(message(folder(&[("a.txt", b"")]).path()).contains("has no .png or .jpg file, expected at least one"));
+    let mixed = folder(&[("1.jpg", &one), ("2.jpeg", &one), ("3.png", b"")]);
+    let error = message(mixed.path());
+    assert!(error.contains("has 1 PNG file and 2 JPEG files, expected pictures of one kind"), "{error}");
+    let error = message(folder(&[("1.jpg", b"none"), ("2.jpg", b"")]).path());
+    assert!(error.contains("no JPEG file of 2 can be read"), "{error}");
+    // The headers claim 65535 x 65535 pixels.
+    let mut large = one.clone();
+    let at = large.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+    large[at + 5..at + 9].fill(0xff);
+    let error = message(folder(&[("1.jpg", &large)]).path());
+    assert!(error.contains("1.jpg: frame size is 65535x65535, expected 1 to 16384"), "{error}");
+    // A single picture is no source.
+    let single = folder(&[("1.jpg", &one)]);
+    let error = message(&single.path().join("1.jpg"));
+    assert!(error.contains("a picture is read with all of its folder, so name that"), "{error}");
+}
