@@ -37,6 +37,7 @@ entries! {
     finish<'a>(trigger: &'a mut Trigger) -> Option<Event<'a>> { trigger.finish() }
     end(trigger: &Trigger) -> StreamEnd { trigger.end() }
     next(trigger: &Trigger) -> u64 { trigger.next_frame() }
+    settled(trigger: &Trigger) -> u64 { trigger.settled_frame() }
     rezero(trigger: &mut Trigger) -> Option<InterruptedSample> { trigger.rezero() }
     interrupted(trigger: &mut Trigger) -> Option<InterruptedSample> { trigger.take_interrupted() }
     contact_end(trigger: &mut Trigger) -> Option<ContactEnd> { trigger.take_contact_end() }

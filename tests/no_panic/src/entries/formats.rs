@@ -84,6 +84,7 @@ macro_rules! format {
                 set_floor(pipeline: &mut Pipeline<G, L>, floor: Floor) -> Result<(), ConfigError> { pipeline.set_floor(floor) }
                 taxels(pipeline: &Pipeline<G, L>) -> Option<[u32; 25]> { pipeline.taxels() }
                 next_frame(pipeline: &Pipeline<G, L>) -> u64 { pipeline.next_frame() }
+                settled_frame(pipeline: &Pipeline<G, L>) -> u64 { pipeline.settled_frame() }
                 recent<'a>(pipeline: &'a Pipeline<G, L>) -> (u64, Sample<'a>) { pipeline.recent() }
                 end(pipeline: &Pipeline<G, L>) -> StreamEnd { pipeline.end() }
             }
