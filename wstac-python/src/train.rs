@@ -206,7 +206,7 @@ impl Job {
         }
         if !recordings.is_empty() {
             let mut all = Vec::new();
-            for part in parts(find(&recordings)?)? {
+            for part in parts(find(&recordings)?) {
                 if stop.load(Ordering::Relaxed) {
                     return Err(stopped());
                 }

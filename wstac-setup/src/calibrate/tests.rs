@@ -254,7 +254,8 @@ fn the_light_so_far_is_where_the_whiskers_are() {
     assert_eq!(picture.light.len(), picture.size[0] * picture.size[1]);
     for center in calibration.centers {
         let between = [center[0] + calibration.pitch[0] / 2.0, center[1]];
-        assert!(light(center) > 0.5, "{center:?}: {}", light(center));
+        // Whiskers at the border glow less than half as bright as the brightest.
+        assert!(light(center) > 0.3, "{center:?}: {}", light(center));
         assert!(between[0] > 790.0 || light(between) < 0.05, "{between:?}: {}", light(between));
     }
 }

@@ -151,19 +151,18 @@ pub fn find(sources: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
 
 /// Returns the parts of recordings: of a file with several sensors one for each.
 ///
-/// # Errors
-/// A recording cannot be read.
-pub fn parts(files: Vec<PathBuf>) -> Result<Vec<RecordingPart>, Error> {
+/// A file that cannot be read is one part, so that whoever reads the parts names all such files.
+pub fn parts(files: Vec<PathBuf>) -> Vec<RecordingPart> {
     let mut found = Vec::new();
     for file in files {
-        let names = McapSource::sensors(&file)?;
+        let names = McapSource::sensors(&file).unwrap_or_default();
         if names.is_empty() {
             found.push(RecordingPart { file, sensor: None });
         } else {
             found.extend(names.into_iter().map(|name| RecordingPart { file: file.clone(), sensor: Some(name) }));
         }
     }
-    Ok(found)
+    found
 }
 
 /// Reads a recording, or one sensor of a recording of several, with its own configuration unless another is given.

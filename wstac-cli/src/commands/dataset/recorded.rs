@@ -82,7 +82,7 @@ pub(in crate::commands) fn read_all(
     input: Input,
     threads: &rayon::ThreadPool,
 ) -> Result<Vec<Recording>, Stop> {
-    let (recordings, doubts) = read_parts(&parts(find(sources)?)?, config, input, threads)?;
+    let (recordings, doubts) = read_parts(&parts(find(sources)?), config, input, threads)?;
     doubts.iter().for_each(note);
     Ok(recordings)
 }

@@ -129,7 +129,7 @@ fn of_recordings(arguments: &super::Arguments, numbers: [u32; 2]) -> Result<(), 
     let input: Input = arguments.sample().into();
     let text = arguments.config.as_deref().map(file_text).transpose()?;
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
-    let parts = parts(find(&arguments.sources)?)?;
+    let parts = parts(find(&arguments.sources)?);
     let set = recorded_shard::set(&parts, text.as_deref(), input, arguments.test)?;
     let shard = Shard::new(numbers, set)?;
     make_shard(&shard, arguments.output(), &outputs(arguments), arguments.force, |items| {
