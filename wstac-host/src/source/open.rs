@@ -210,6 +210,7 @@ fn sensors_of(path: &Path) -> Result<Vec<String>, Error> {
 }
 
 #[cfg(not(feature = "mcap"))]
+#[expect(clippy::unnecessary_wraps, reason = "as with the feature")]
 fn sensors_of(_: &Path) -> Result<Vec<String>, Error> {
     Ok(Vec::new())
 }
