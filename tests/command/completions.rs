@@ -29,7 +29,7 @@ printf '%s\n' "${COMPREPLY[@]}"
 #[test]
 fn bash_completes_commands_options_models_and_scenes() {
     let folder = Folder::new("completions");
-    let script = folder.file("wstac.bash", &good(&["completions", "bash"]));
+    let script = folder.file("wstac.bash", good(&["completions", "bash"]));
     folder.file("mine.wsm", "");
     let offered = |line: &str| {
         let mut bash = Command::new("bash");

@@ -37,7 +37,7 @@ fn cells(object: &Map<String, Value>) -> Map<String, Value> {
         match value {
             Value::Null => {}
             Value::Object(fields) => {
-                fields.iter().for_each(|(field, value)| add(&format!("{name}_{field}"), value, cells))
+                fields.iter().for_each(|(field, value)| add(&format!("{name}_{field}"), value, cells));
             }
             Value::Array(features) => {
                 let names = ["r1", "r2", "r3", "r4", "r5", "c1", "c2", "c3", "c4", "c5"];

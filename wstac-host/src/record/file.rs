@@ -69,7 +69,7 @@ pub(super) enum Topic {
 /// The numbers that each sensor's channels have. They stay for ever, so that damaged records of channels lose nothing.
 const CHANNELS: u16 = 12;
 
-const _: () = assert!(MOST_SENSORS * CHANNELS as usize + 1 <= FIRST_FOREIGN as usize);
+const _: () = assert!(MOST_SENSORS * (CHANNELS as usize) < FIRST_FOREIGN as usize);
 
 /// The sensors of a recording, and the channels that they have.
 #[derive(Clone, Debug, Default)]

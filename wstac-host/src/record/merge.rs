@@ -119,7 +119,9 @@ mod tests {
     fn moments_come_in_the_order_of_their_times() {
         let (senders, merge) = queues(3, None);
         for (sensor, times) in [(0, [0, 30, 60, 90]), (1, [10, 30, 40, 45]), (2, [100, 110, 120, 130])] {
-            times.into_iter().for_each(|time| senders[sensor].send(moment(sensor as u8, time)).unwrap());
+            for time in times {
+                senders[sensor].send(moment(sensor as u8, time)).unwrap();
+            }
         }
         drop(senders);
         let found: Vec<_> = merge.map(|moment| of(&moment)).collect();
