@@ -51,7 +51,7 @@ fn bash_completes_commands_options_models_and_scenes() {
     assert_eq!(offered("wstac run a.mcap --model builtin:path-f"), ["path-forest"]);
     assert_eq!(offered("wstac model eval builtin:taxel-path-b"), ["taxel-path-boosted"]);
     assert_eq!(offered("wstac run scene:Tri"), ["Tri2@150", "Tri3@150", "Tri4@150"]);
-    // What is offered is there.
+    // Every name that is offered can be opened.
     for scene in offered("wstac run scene:") {
         let scene = format!("scene:{scene}");
         assert!(good(&["run", &scene, "--frames", "1"]).contains("end after 1 frame"), "{scene}");

@@ -339,7 +339,7 @@ fn a_part_has_the_records_of_the_whole() {
 fn a_part_without_events_says_how_many_are_outside() {
     let done = run(&["run", "scene:Saw3@150", "--since", "3"]);
     assert!(said(&done).contains("1 event outside of --since and --until"), "{}", said(&done));
-    // What was not read is not judged.
+    // Frames behind --until are not read, so nothing is said about them.
     let done = run(&["run", "scene:Saw3@150", "--until", "0.5"]);
     assert!(!said(&done).contains("no event"), "{}", said(&done));
     let text = String::from_utf8(done.stdout).unwrap();

@@ -241,8 +241,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let recorder =
         Recorder::compressed(file, path, &about, session.processor(), arguments.compress.unwrap_or_default())?;
     let form = Form::json_if(arguments.json);
-    let shown = Shown { records: Some(Records::new(form)), events: 0 };
-    let mut recording = Recording { recorder, shown, losses: LossReport::default() };
+    let mut recording = Recording::new(recorder, Records::new(form));
     let ended = read(&mut session, &mut recording, arguments.events, &interrupted);
     recording.losses.say(note);
     let events = recording.shown.events;
@@ -336,19 +335,22 @@ impl Replacement {
 
 /// Records on standard output while somebody reads them. The recording continues without a reader.
 struct Shown {
-    records: Option<Records<'static>>,
+    records: Records<'static>,
+    is_read: bool,
     events: u64,
 }
 
 impl Shown {
+    fn new(records: Records<'static>) -> Self {
+        Self { records, is_read: true, events: 0 }
+    }
+
     fn show(&mut self, record: &Output) {
         self.events += u64::from(matches!(record, Output::Event(_)));
         if let Output::BaselineDisturbed { .. } = record {
-            note(DisturbedBaseline);
-        } else if !matches!(record, Output::Features(_))
-            && self.records.as_mut().is_some_and(|records| records.write(record).is_err())
-        {
-            self.records = None;
+            self.records.note(DisturbedBaseline);
+        } else if !matches!(record, Output::Features(_)) {
+            self.is_read = self.is_read && self.records.write(record).is_ok();
         }
     }
 }
@@ -358,6 +360,12 @@ struct Recording {
     recorder: Recorder,
     shown: Shown,
     losses: LossReport,
+}
+
+impl Recording {
+    fn new(recorder: Recorder, records: Records<'static>) -> Self {
+        Self { recorder, shown: Shown::new(records), losses: LossReport::default() }
+    }
 }
 
 impl Observer for Recording {

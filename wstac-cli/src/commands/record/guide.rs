@@ -104,7 +104,7 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
     let interrupted = finishing(Ending::Whole);
     note(&info.about);
     let form = Form::json_if(arguments.json);
-    let shown = Shown { records: Some(Records::new(form)), events: 0 };
+    let shown = Shown::new(Records::new(form));
     let keys = keys();
     if let Some(doubt) = doubts_of_textures(&info, &models) {
         note(doubt);
@@ -368,7 +368,7 @@ mod tests {
         let info = StreamInfo::new("a camera", size, PixelFormat::Gray, FrameRate::NOMINAL);
         let source = Box::new(Failing { info: info.clone(), left: 3, bytes: vec![9; 10_000] });
         let (config, labels, interrupted) = Default::default();
-        let shown = Shown { records: None, events: 0 };
+        let shown = Shown { is_read: false, ..Shown::new(Records::new(Form::Text)) };
         Session {
             source,
             kept: info.clone(),

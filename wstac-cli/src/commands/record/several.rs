@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
 use super::super::files::Outputs;
-use super::super::output::{LossReport, Stop, note, text_of};
+use super::super::output::{Stop, note};
 use super::super::records::{Form, Records};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
-use super::{Arguments, create, frame_limit, kept, labels, say};
+use super::{Arguments, Recording, create, frame_limit, kept, labels, say};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
@@ -25,7 +25,7 @@ struct Opened<'a> {
     name: &'a str,
     session: Session,
     about: About,
-    records: Records<'a>,
+    records: Records<'static>,
 }
 
 /// What all sensors share while they are read.
@@ -99,7 +99,7 @@ fn open<'a>(
     labels: &Labels,
 ) -> Result<Opened<'a>, Error> {
     let name = sensor.name.unwrap_or_default();
-    let records = Records::new(if arguments.json { Form::Json } else { Form::Text }).of_sensor(sensor.name);
+    let records = Records::new(Form::json_if(arguments.json)).of_sensor(sensor.name);
     let (source, info, config) =
         arguments.options.open_configured(sensor.source, FramePolicy::Every, arguments.config.as_deref())?;
     let wanted = OutputOptions { features: true, ..OutputOptions::default() };
@@ -135,7 +135,7 @@ struct Ended {
 /// asks for the end.
 fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
     let Opened { mut session, records, .. } = opened;
-    let mut observer = Recording { recorder, records, is_shown: true, losses: LossReport::default(), shared };
+    let mut observer = OneOfSeveral { recording: Recording::new(recorder, records), shared };
     let failure = loop {
         if shared.is_over() {
             break session.finish(&mut observer).err();
@@ -149,8 +149,8 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
             }
         }
     };
-    let Recording { recorder, records, losses, .. } = observer;
-    losses.say(|message| records.note(message));
+    let Recording { recorder, shown, losses } = observer.recording;
+    losses.say(|message| shown.records.note(message));
     let lag = session.lag();
     // The file goes on, so this is no error of writing.
     let waited = recorder.finish().unwrap_or_default();
@@ -164,40 +164,26 @@ impl Shared<'_> {
     }
 }
 
-/// Records and shows everything that passes through a sensor's session.
-struct Recording<'a> {
-    recorder: Recorder,
-    records: Records<'a>,
-    /// Whether somebody reads the records on standard output.
-    is_shown: bool,
-    losses: LossReport,
+/// Records and shows everything that passes through a sensor's session, and tells the other sensors what concerns them.
+struct OneOfSeveral<'a> {
+    recording: Recording,
     shared: &'a Shared<'a>,
 }
 
-impl Observer for Recording<'_> {
+impl Observer for OneOfSeveral<'_> {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
-        if let SourceEvent::Lost { frames, reason } = event {
-            self.losses.add(*frames, reason);
-        }
-        self.recorder.source_event(event);
-        Ok(())
+        self.recording.source_event(event)
     }
 
     fn output(&mut self, output: Output) -> Result<(), Error> {
-        self.recorder.output(&output, &text_of(&output));
-        if let Output::Event(_) = &output {
-            self.shared.events.fetch_add(1, Ordering::Relaxed);
-        }
-        if !matches!(output, Output::Features(_)) {
-            self.is_shown = self.is_shown && self.records.write(&output).is_ok();
-        }
-        Ok(())
+        self.shared.events.fetch_add(u64::from(matches!(output, Output::Event(_))), Ordering::Relaxed);
+        self.recording.output(output)
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        let goes_on = self.recorder.processed(event, processor);
+        let goes_on = self.recording.processed(event, processor);
         if !goes_on {
             self.shared.is_over.store(true, Ordering::Relaxed);
         }

@@ -171,7 +171,7 @@ impl LiveMotion {
         let lit = age(&mut self.ages, newest, &self.limits, frames);
         let is_lit = lit != 0;
         self.dark = if is_lit { 0 } else { self.dark.saturating_add(frames) };
-        // What is dark is followed, too, so its slowness may be anything.
+        // Dark frames are followed, too, so the slowness may be anything.
         let wait = self.slide.as_ref().map_or(0.0, |slide| 2.0 * slide.slowness.min(MOST_SLOWNESS));
         if self.dark > DARK.saturating_add(wait as u8) {
             self.reset();
