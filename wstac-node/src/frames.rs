@@ -10,6 +10,7 @@ use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{InterruptedReport, Output, OutputOptions};
+use wstac_host::record::Excerpt;
 use wstac_host::record::about::About;
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::open::{OpenOptions, SourceKind, open};
@@ -22,7 +23,7 @@ use crate::arguments::Arguments;
 use crate::note;
 use crate::orders::{Action, Order, replace, shown};
 use crate::outlet::Outlet;
-use crate::recording::Recording;
+use crate::recording;
 use crate::ros::picture::Shape;
 
 /// The kinds of sources besides files.
@@ -173,8 +174,8 @@ impl Configured {
                 let about = About::new(&kept, &self.config, Labels::new(), self.models.clone())?;
                 // Its replay begins with a new baseline, too.
                 reader.interrupt(session.processor_mut().restart())?;
-                let recording = Recording::start(&folder, &file, name, &about, session.processor())?;
-                let path = recording.path.display().to_string();
+                let recording = recording::start(&folder, &file, name, &about, session.processor())?;
+                let path = recording.path().display().to_string();
                 reader.recording = Some(recording);
                 Ok(path)
             }
@@ -192,7 +193,7 @@ struct Reader {
     passed: u64,
     /// The wall-clock time of the last frame: the driver's, or else when it was read.
     stamp: SystemTime,
-    recording: Option<Recording>,
+    recording: Option<Excerpt>,
 }
 
 impl Reader {
@@ -203,7 +204,7 @@ impl Reader {
 
     /// Ends the recording in progress, if there is one. Returns a line about it.
     fn end_recording(&mut self) -> Result<Option<String>, Error> {
-        self.recording.take().map(Recording::finish).transpose()
+        self.recording.take().map(recording::finish).transpose()
     }
 
     /// Waits until the next frame of a file is due.
@@ -246,7 +247,7 @@ impl Observer for Reader {
 
     fn output(&mut self, output: Output) -> Result<(), Error> {
         if let Some(recording) = &mut self.recording {
-            recording.output(&output);
+            recording.output(&output, recording::json);
         }
         self.outlet.output(&output, self.stamp)
     }

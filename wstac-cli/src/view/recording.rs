@@ -7,7 +7,7 @@ use wstac_host::error::Error;
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::{Excerpt, new_file};
+use wstac_host::record::{Excerpt, first_free_file};
 use wstac_host::session::Processor;
 use wstac_host::source::SourceEvent;
 
@@ -53,7 +53,7 @@ impl Recordings {
     pub(super) fn start(&mut self, processor: &Processor) -> Result<(), String> {
         let Ok(about) = &self.about else { return Ok(()) };
         let start = || {
-            let (file, path) = new_file(|number| name(self.named.as_deref(), number))?;
+            let (file, path) = first_free_file(|number| name(self.named.as_deref(), number))?;
             Excerpt::start(file, &path, about, processor)
         };
         self.running = Some(start().map_err(|error: Error| error.to_string())?);
@@ -125,8 +125,10 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("wstac-names-{}", std::process::id()));
         std::fs::create_dir(&folder).unwrap();
         let first = folder.join("slide.mcap");
-        let names: Vec<PathBuf> = (0..3).map(|_| new_file(|number| name(Some(&first), number)).unwrap().1).collect();
-        let nowhere = new_file(|number| name(Some(&folder.join("none/slide.mcap")), number)).unwrap_err().to_string();
+        let names: Vec<PathBuf> =
+            (0..3).map(|_| first_free_file(|number| name(Some(&first), number)).unwrap().1).collect();
+        let nowhere =
+            first_free_file(|number| name(Some(&folder.join("none/slide.mcap")), number)).unwrap_err().to_string();
         std::fs::remove_dir_all(&folder).unwrap();
         assert_eq!(names, ["slide.mcap", "slide-2.mcap", "slide-3.mcap"].map(|name| folder.join(name)));
         assert!(nowhere.contains("none/slide.mcap"), "{nowhere}");

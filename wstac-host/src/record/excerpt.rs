@@ -15,25 +15,37 @@ use crate::source::SourceEvent;
 /// The number of names that are tried for a new file.
 const MOST_NAMES: u32 = 9999;
 
+/// Creates a file that does not exist, and locks it.
+///
+/// # Errors
+/// The file exists or cannot be created.
+pub fn new_file(path: &Path) -> Result<File, Error> {
+    created(path).map_err(|error| Error::io(path.display(), error))
+}
+
 /// Creates the first file whose name is free, of the names for the numbers 1, 2, 3 and so on. It is locked.
 ///
 /// # Errors
 /// A file cannot be created, or all of 9999 names are taken.
-pub fn new_file(name: impl Fn(u32) -> PathBuf) -> Result<(File, PathBuf), Error> {
+pub fn first_free_file(name: impl Fn(u32) -> PathBuf) -> Result<(File, PathBuf), Error> {
     for number in 1..=MOST_NAMES {
         let path = name(number);
-        match File::create_new(&path) {
-            Ok(file) => {
-                // So a recovery leaves it alone. On a system without locks the file is not locked.
-                let _ = file.try_lock();
-                return Ok((file, path));
-            }
+        match created(&path) {
+            Ok(file) => return Ok((file, path)),
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             Err(error) => return Err(Error::io(path.display(), error)),
         }
     }
     let taken = format_args!("and {MOST_NAMES} others like it exist, expected a free name");
     Err(Error::new(ErrorKind::AlreadyExists, name(1).display(), taken))
+}
+
+/// Creates a file that does not exist, and locks it, so that a recovery leaves it alone. On a system without locks the
+/// file is not locked.
+fn created(path: &Path) -> io::Result<File> {
+    let file = File::create_new(path)?;
+    let _ = file.try_lock();
+    Ok(file)
 }
 
 /// A recording of a part of a stream: from a restart of its processor to any later frame.

@@ -34,7 +34,7 @@ mod walk;
 mod writer;
 
 pub use compression::Compression;
-pub use excerpt::{Excerpt, new_file};
+pub use excerpt::{Excerpt, first_free_file, new_file};
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
 pub(crate) use recorder::{ClockLine, check_frame_bytes};

@@ -8,7 +8,7 @@ use wstac_host::error::Error;
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::{Excerpt, new_file};
+use wstac_host::record::{Excerpt, first_free_file};
 use wstac_host::session::Processor;
 use wstac_host::source::{Labels, SourceEvent, StreamInfo};
 
@@ -41,7 +41,7 @@ impl Recording {
         processor: &Processor,
     ) -> Result<Self, Error> {
         let about = About::new(info, config, labels.clone(), models.to_vec())?;
-        let (file, path) = new_file(|number| folder.join(format!("{name}-{number}.mcap")))?;
+        let (file, path) = first_free_file(|number| folder.join(format!("{name}-{number}.mcap")))?;
         Ok(Self { excerpt: Excerpt::start(file, &path, &about, processor)?, labels, events: 0 })
     }
 
