@@ -11,7 +11,7 @@ use wstac_host::model_file::ModelFile;
 
 /// Print a completion script for a shell
 ///
-/// The scripts of bash and fish also complete the names of the models that come with wstac, and those of scenes.
+/// The scripts of bash, fish and zsh also complete the names of the models that come with wstac, and those of scenes.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -58,6 +58,18 @@ _wstac_names() {
 complete -F _wstac_names -o bashdefault -o default wstac
 "#;
 
+/// Completes the names of models and scenes in zsh, and everything else as the function that it takes the name of.
+const ZSH: &str = r#"
+_wstac() {
+    case "$words[CURRENT - 1] $PREFIX" in
+        "--model "*) _alternative "files:file:_files" "models:model:compadd -a _wstac_models" ;;
+        *" builtin:"*) compadd -a _wstac_models ;;
+        *" scene:"*) compadd -S "" -a _wstac_scenes ;;
+        *) _wstac_arguments "$@" ;;
+    esac
+}
+"#;
+
 /// The specimens of scenes, at a speed that all models know.
 const SPECIMENS: [&str; 10] = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"];
 
@@ -66,25 +78,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     clap_complete::generate(arguments.shell, &mut super::Arguments::command(), "wstac", &mut script);
     let models: Vec<_> = ModelFile::names().map(|name| format!("builtin:{name}")).collect();
     let scenes = SPECIMENS.map(|specimen| format!("scene:{specimen}@150"));
-    script.extend(names(arguments.shell, &models, &scenes).into_bytes());
-    Ok(std::io::stdout().write_all(&script)?)
+    let script = with_names(arguments.shell, String::from_utf8_lossy(&script).into_owned(), &models, &scenes);
+    Ok(std::io::stdout().write_all(script.as_bytes())?)
 }
 
-/// Returns the end of a script, which completes names.
-fn names(shell: Shell, models: &[String], scenes: &[String]) -> String {
+/// Returns a script that completes names, too.
+fn with_names(shell: Shell, mut script: String, models: &[String], scenes: &[String]) -> String {
     let (models, scenes) = (models.join(" "), scenes.join(" "));
-    let mut text = String::new();
     // Writing to a string does not fail.
     match shell {
         Shell::Bash => {
-            let _ = write!(text, "\n_wstac_models=\"{models}\"\n_wstac_scenes=\"{scenes}\"\n{BASH}");
+            let _ = write!(script, "\n_wstac_models=\"{models}\"\n_wstac_scenes=\"{scenes}\"\n{BASH}");
         }
         Shell::Fish => {
-            let _ = writeln!(text, "complete -c wstac -l model -x -a \"{models} (__fish_complete_path)\"");
-            let _ =
-                writeln!(text, "complete -c wstac -n \"string match -q 'sc*' -- (commandline -ct)\" -a \"{scenes}\"");
+            let _ = writeln!(script, "complete -c wstac -l model -x -a \"{models} (__fish_complete_path)\"");
+            for (beginning, names) in [("bu", models), ("sc", scenes)] {
+                let when = format!("string match -q '{beginning}*' -- (commandline -ct)");
+                let _ = writeln!(script, "complete -c wstac -n \"{when}\" -a \"{names}\"");
+            }
+        }
+        Shell::Zsh => {
+            let names = format!("_wstac_models=({models})\n_wstac_scenes=({scenes})\n{ZSH}");
+            script = script.replace("\n_wstac() {\n", &format!("\n{names}\n_wstac_arguments() {{\n"));
         }
         _ => {}
     }
-    text
+    script
 }

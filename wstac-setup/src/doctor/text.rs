@@ -40,21 +40,20 @@ impl fmt::Display for Report {
 }
 
 fn rate(f: &mut fmt::Formatter<'_>, rate: &RateReport) -> fmt::Result {
-    write!(f, "rate       {} frames in {:.1} s, ", rate.frames, rate.seconds)?;
+    let lost = rate.lost.values().fold(0, |all: u64, frames| all.saturating_add(*frames));
+    write!(f, "rate       {} frames in {:.1} s, {lost} lost; ", rate.frames, rate.seconds)?;
     match (rate.measured, rate.jitter_ms, rate.longest_ms) {
         (Some(fps), Some(jitter), Some(longest)) => {
-            write!(
-                f,
-                "{fps:.2} per second by the driver's clock (jitter {jitter:.2} ms, longest gap {longest:.1} ms)"
-            )?;
+            writeln!(f, "{fps:.2} per second by the driver's clock")?;
+            write!(f, "           (jitter {jitter:.2} ms, longest gap {longest:.1} ms); ")?;
         }
-        _ => write!(f, "no timestamps")?,
+        _ => write!(f, "no timestamps; ")?,
     }
-    write!(f, "; stated {:.2}", rate.stated)?;
+    write!(f, "stated {:.2}", rate.stated)?;
     if let Some(asked) = rate.asked {
         write!(f, ", asked {asked:.2}")?;
     }
-    writeln!(f, "; {} lost", rate.lost.values().fold(0, |all: u64, frames| all.saturating_add(*frames)))
+    writeln!(f)
 }
 
 fn levels(f: &mut fmt::Formatter<'_>, levels: &LevelsReport) -> fmt::Result {
@@ -64,10 +63,10 @@ fn levels(f: &mut fmt::Formatter<'_>, levels: &LevelsReport) -> fmt::Result {
         let which = if levels.black_is_given { "as given" } else { "the darkest 1 % of pixels" };
         // Avoids "-0.00".
         let leak = (100.0 * leak).round() / 100.0 + 0.0;
-        write!(f, ", black {black:.2} ({which}), leak {leak:.2}")?;
+        write!(f, ",\n           black {black:.2} ({which}), leak {leak:.2}")?;
     }
     if let Some(saturated) = levels.saturated {
-        write!(f, ", {:.3} % saturated", 100.0 * saturated)?;
+        write!(f, ",\n           {:.3} % saturated", 100.0 * saturated)?;
     }
     writeln!(f)
 }
