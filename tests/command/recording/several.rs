@@ -119,6 +119,8 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
     assert!(wrong.contains("has no sensor middle, expected one of left, right"), "{wrong}");
     let plain = said(&["run", "scene:Saw3@150", "--sensor", "left"]);
     assert!(plain.contains("sensor is left, expected only with a recording of several sensors"), "{plain}");
+    let missing = said(&["run", "missing.mcap", "--sensor", "left"]);
+    assert!(missing.contains("no such file"), "{missing}");
     let again = folder.0.join("b.mcap").display().to_string();
     let unnamed = said(&["record", &sources[0], "scene:Saw3@150", "-o", &again]);
     assert!(unnamed.contains("expected a name for each"), "{unnamed}");

@@ -86,7 +86,9 @@ pub fn open(
     kinds: &[&dyn SourceKind],
 ) -> Result<Box<dyn Source>, Error> {
     let name = name.as_ref();
-    if let Some(sensor) = options.sensor.as_ref().filter(|_| !is_recording(name)) {
+    let path = Path::new(name);
+    let is_missing = is_named_mcap(path) && !path.exists();
+    if let Some(sensor) = options.sensor.as_ref().filter(|_| !is_recording(name) && !is_missing) {
         let message = format_args!("sensor is {sensor}, expected only with a recording of several sensors");
         return Err(Error::new(ErrorKind::Usage, name.display(), message));
     }
@@ -97,7 +99,6 @@ pub fn open(
         of_a_file(name.display(), options)?;
         return Ok(Box::new(Y4m::standard_input(options.fps)?));
     }
-    let path = Path::new(name);
     let none_of_these = |kind, why: &str| {
         let names = kinds.iter().map(|kind| kind.expected()).filter(|names| !names.is_empty());
         let expected = names.chain([FILES]).collect::<Vec<_>>().join(", ");
@@ -135,8 +136,7 @@ pub fn open(
     }
     // The first bytes of a pipe cannot be read without taking them from the source.
     let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name.display(), error));
-    let is_mcap = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
-    if kind.is_file() && (is_mcap || has_magic(MCAP_MAGIC)?) {
+    if kind.is_file() && (is_named_mcap(path) || has_magic(MCAP_MAGIC)?) {
         return open_recording(path, options);
     }
     let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
@@ -218,8 +218,11 @@ fn sensors_of(_: &Path) -> Result<Vec<String>, Error> {
 /// Returns whether a name is that of a file that is a recording.
 fn is_recording(name: &OsStr) -> bool {
     let path = Path::new(name);
-    let is_mcap = || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
-    path.is_file() && (is_mcap() || starts_with(path, MCAP_MAGIC).unwrap_or(false))
+    path.is_file() && (is_named_mcap(path) || starts_with(path, MCAP_MAGIC).unwrap_or(false))
+}
+
+fn is_named_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 /// Refuses options that a file does not have.
