@@ -25,6 +25,9 @@ const WAIT: Duration = Duration::from_millis(20);
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Time after which a client without news gets a sign of life.
 const QUIET: Duration = Duration::from_secs(2);
+/// Most messages that are taken in one look. More wait in the socket, so a client that never stops talking holds up itself
+/// alone.
+const MOST_AT_ONCE: usize = 64;
 /// Most bytes of a message of a client.
 const LONGEST: usize = 1024;
 /// Most bytes that wait for a client: the first round of many sensors is far smaller.
@@ -121,9 +124,9 @@ impl Client<'_> {
         allow_wait(self.socket.flush())
     }
 
-    /// Takes all that the client says.
+    /// Takes what the client says.
     fn listen(&mut self) -> Result<(), Error> {
-        loop {
+        for _ in 0..MOST_AT_ONCE {
             match self.socket.read() {
                 Ok(Message::Text(text)) => self.take(&text),
                 Ok(_) => {}
@@ -131,6 +134,7 @@ impl Client<'_> {
                 Err(error) => return Err(error),
             }
         }
+        Ok(())
     }
 
     /// Tells the client which of its orders were refused, and why.

@@ -2,6 +2,7 @@
 
 use serde_json::json;
 use tempfile::tempdir;
+use tungstenite::Message;
 use wstac_host::config::Config;
 use wstac_serve::{Token, Tools};
 
@@ -87,4 +88,22 @@ fn long_messages_are_not_read() {
     while page.socket.read().is_ok() {}
     let why = served.page().refusal(&json!({"order": "record"}));
     assert!(why.contains("recording is off"), "{why}");
+}
+
+/// A client that gives orders without end and reads no answer is cut off before its answers fill the memory, and neither
+/// other pages nor the end of the server wait for it.
+#[test]
+fn orders_without_end_hold_up_nobody_else() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    let mut flood = served.page();
+    let order = format!("order {}", "\"".repeat(1000));
+    // 200 MB of answers.
+    let flooding = std::thread::spawn(move || (0..100_000).find(|_| flood.socket.send(Message::text(&order)).is_err()));
+    served.allow(5);
+    served.page().until_frame(5);
+    assert!(flooding.join().unwrap().is_some(), "all orders were taken");
+    let mut talks = served.page();
+    let talking = std::thread::spawn(move || while talks.socket.send(Message::text("nothing")).is_ok() {});
+    assert_eq!(served.end().0, 0);
+    talking.join().unwrap();
 }
