@@ -80,6 +80,13 @@ fn each_sensor_replays_as_it_was_and_all_at_once() {
         let plain = source.split_once('=').unwrap().1;
         assert_eq!(alone, good(&["run", plain, "--json", "--features"]));
     }
+    // In the order of their times, and so the same lines every time.
+    let times: Vec<_> = replayed.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()).collect();
+    let features = times.iter().filter(|line| line["kind"] == "features");
+    let times: Vec<_> = features.map(|line| line["time_ns"].as_u64().unwrap()).collect();
+    let frame = 1_000_000_000 / 20;
+    assert!(times.windows(2).all(|pair| pair[1] + frame >= pair[0]), "{times:?}");
+    assert_eq!(good(&["run", &file, "--json", "--features"]), replayed);
     let whole = folder.0.join("whole.mcap");
     good(&["recover", &file, "-o", whole.to_str().unwrap()]);
     assert_eq!(of(&good(&["run", whole.to_str().unwrap(), "--json"]), "right").len(), 3);
@@ -119,8 +126,9 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
     assert!(wrong.contains("has no sensor middle, expected one of left, right"), "{wrong}");
     let plain = said(&["run", "scene:Saw3@150", "--sensor", "left"]);
     assert!(plain.contains("sensor is left, expected only with a recording of several sensors"), "{plain}");
-    let missing = said(&["run", "missing.mcap", "--sensor", "left"]);
-    assert!(missing.contains("no such file"), "{missing}");
+    let missing = run(&["run", "missing.mcap", "--sensor", "left"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&missing.stderr).contains("no such file"), "{missing:?}");
     let again = folder.0.join("b.mcap").display().to_string();
     let unnamed = said(&["record", &sources[0], "scene:Saw3@150", "-o", &again]);
     assert!(unnamed.contains("expected a name for each"), "{unnamed}");

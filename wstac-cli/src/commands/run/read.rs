@@ -1,4 +1,4 @@
-//! Reads the sources of one run, each to its end in its own thread.
+//! Reads the sources of one run: each to its end in its own thread, or those of a recording in the order of their times.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::time::Duration;
 
 use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
@@ -91,11 +92,61 @@ impl<'a> Run<'a> {
         Ok(Opened { session, records, raw, range, interrupted })
     }
 
-    /// Reads all sensors at once, after all of them were opened. Each continues to its own end if others fail.
+    /// Reads all sensors, after all of them were opened. Each continues to its own end if others fail.
     ///
     /// # Errors
     /// Returns the number of sensors that failed. Each reports its own reason as soon as it fails.
     pub(super) fn all(self, sensors: &[Sensor<'_>]) -> Result<(), Stop> {
+        let failures = if self.is_recorded { self.in_order(sensors) } else { self.at_once(sensors) };
+        if failures == 0 {
+            return Ok(());
+        }
+        Err(Error::new(ErrorKind::Data, format_args!("{failures} of {} sensors", sensors.len()), "failed").into())
+    }
+
+    /// Reads the sensors of one recording frame by frame in the order of the frames' times, so that the records of every
+    /// replay have the same order. Returns how many failed.
+    fn in_order(self, sensors: &[Sensor<'_>]) -> usize {
+        let opened: Vec<_> = sensors.iter().map(|sensor| (sensor, self.open(sensor))).collect();
+        if opened.iter().any(|(_, open)| open.is_err()) {
+            let failed = opened.into_iter().filter(|(sensor, open)| !self.has_read(sensor, open.as_ref().map(drop)));
+            return failed.count();
+        }
+        let mut readings: Vec<_> =
+            opened.into_iter().filter_map(|(sensor, open)| Some((sensor, Reading::new(open.ok()?)))).collect();
+        let mut failures = 0;
+        while let Some(at) = (0..readings.len()).min_by_key(|at| readings[*at].1.printer.time) {
+            let (sensor, reading) = &mut readings[at];
+            let stepped = reading.step();
+            if matches!(stepped, Ok(Step::GoesOn)) {
+                continue;
+            }
+            reading.say();
+            failures += usize::from(!self.has_read(sensor, stepped.as_ref().map(drop)));
+            readings.remove(at);
+        }
+        failures
+    }
+
+    /// Returns whether a sensor was read to its end, or reports why not.
+    fn has_read(self, sensor: &Sensor<'_>, result: Result<(), &Stop>) -> bool {
+        match result {
+            Ok(()) => true,
+            Err(Stop::Failed(error)) => {
+                let name = sensor.name.map_or_else(|| sensor.source.to_string_lossy(), Into::into);
+                note(format_args!("{name}: {error}"));
+                false
+            }
+            Err(Stop::OutputClosed | Stop::Interrupted(_)) => {
+                // Nobody reads the records of any sensor any more.
+                self.interrupted.store(true, Ordering::Relaxed);
+                true
+            }
+        }
+    }
+
+    /// Reads all sensors at once, each in its own thread. Returns how many failed.
+    fn at_once(self, sensors: &[Sensor<'_>]) -> usize {
         let (opened, failed) = (Barrier::new(sensors.len()), AtomicBool::new(false));
         let result_of = |sensor: &Sensor<'_>| {
             let open = self.open(sensor);
@@ -110,27 +161,11 @@ impl<'a> Run<'a> {
                 Err(stop) => Err(stop),
             }
         };
-        let succeeded = |sensor: &Sensor<'_>| match result_of(sensor) {
-            Ok(()) => true,
-            Err(Stop::Failed(error)) => {
-                let name = sensor.name.map_or_else(|| sensor.source.to_string_lossy(), Into::into);
-                note(format_args!("{name}: {error}"));
-                false
-            }
-            Err(Stop::OutputClosed | Stop::Interrupted(_)) => {
-                // Nobody reads the records of any sensor any more.
-                self.interrupted.store(true, Ordering::Relaxed);
-                true
-            }
-        };
-        let failures = thread::scope(|scope| {
+        let succeeded = |sensor: &Sensor<'_>| self.has_read(sensor, result_of(sensor).as_ref().copied());
+        thread::scope(|scope| {
             let threads: Vec<_> = sensors.iter().map(|sensor| scope.spawn(|| succeeded(sensor))).collect();
             threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded).count()
-        });
-        if failures == 0 {
-            return Ok(());
-        }
-        Err(Error::new(ErrorKind::Data, format_args!("{failures} of {} sensors", sensors.len()), "failed").into())
+        })
     }
 }
 
@@ -141,27 +176,57 @@ impl Opened<'_> {
     /// # Errors
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
-        let Self { mut session, records, raw, range, interrupted } = self;
-        let (losses, no_event) = (LossReport::default(), NoEvent::default());
-        let mut printer = Printer { records, raw, range, losses, no_event, outputs: Vec::new() };
+        let mut reading = Reading::new(self);
         let result = loop {
-            let stepped = if interrupted.load(Ordering::Relaxed) || printer.range.is_over(session.processor()) {
-                session.finish(&mut printer).map(|()| Step::Over)
-            } else {
-                session.step(&mut printer)
-            };
-            let printed = printer.print(session.processor());
-            match (stepped, printed) {
-                (Ok(Step::GoesOn), Ok(())) => {}
-                (Ok(Step::Over), Ok(())) => break Ok(()),
-                // The source fails, or the file of --save-raw cannot be written. That matters more than the output.
-                (Err(Stop::Failed(error)), _) => {
-                    let _ = session.finish(&mut printer).and_then(|()| printer.print(session.processor()));
-                    break Err(error.into());
-                }
-                (Err(stop), _) | (_, Err(stop)) => break Err(stop),
+            match reading.step() {
+                Ok(Step::GoesOn) => {}
+                Ok(Step::Over) => break Ok(()),
+                Err(stop) => break Err(stop),
             }
         };
+        reading.say();
+        result
+    }
+}
+
+/// A sensor that is being read.
+struct Reading<'a> {
+    session: Session,
+    printer: Printer<'a>,
+    interrupted: &'a AtomicBool,
+}
+
+impl<'a> Reading<'a> {
+    fn new(opened: Opened<'a>) -> Self {
+        let Opened { session, records, raw, range, interrupted } = opened;
+        let (losses, no_event) = (LossReport::default(), NoEvent::default());
+        let printer = Printer { records, raw, range, losses, no_event, outputs: Vec::new(), time: Duration::ZERO };
+        Self { session, printer, interrupted }
+    }
+
+    /// Reads the next item of the source, and prints what follows from it.
+    fn step(&mut self) -> Result<Step, Stop> {
+        let Self { session, printer, interrupted } = self;
+        let stepped = if interrupted.load(Ordering::Relaxed) || printer.range.is_over(session.processor()) {
+            session.finish(printer).map(|()| Step::Over)
+        } else {
+            session.step(printer)
+        };
+        let printed = printer.print(session.processor());
+        match (stepped, printed) {
+            (Ok(step), Ok(())) => Ok(step),
+            // The source fails, or the file of --save-raw cannot be written. That matters more than the output.
+            (Err(Stop::Failed(error)), _) => {
+                let _ = session.finish(printer).and_then(|()| printer.print(session.processor()));
+                Err(error.into())
+            }
+            (Err(stop), _) | (_, Err(stop)) => Err(stop),
+        }
+    }
+
+    /// Says at the end what was lost, and why there was no event.
+    fn say(&self) {
+        let Self { session, printer, .. } = self;
         printer.losses.say(|message| printer.records.note(message));
         say_lag(session.lag(), &printer.records);
         // The frames behind --until were not read, so nothing is known of them.
@@ -173,7 +238,6 @@ impl Opened<'_> {
             let events = counted(printer.range.left_out, "event");
             printer.records.note(format_args!("{events} outside of --since and --until"));
         }
-        result
     }
 }
 
@@ -186,6 +250,8 @@ struct Printer<'a> {
     outputs: Vec<Output>,
     losses: LossReport,
     no_event: NoEvent,
+    /// The time up to which the source was read: the driver's, or else by the number of frames.
+    time: Duration,
 }
 
 impl Printer<'_> {
@@ -222,8 +288,15 @@ impl Observer for Printer<'_> {
         Ok(())
     }
 
-    fn processed(&mut self, _: &SourceEvent<'_>, processor: &Processor) -> bool {
+    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
         self.no_event.processed(processor);
+        let stated = match event {
+            SourceEvent::Frame(frame) => frame.timestamp,
+            SourceEvent::Taxels(frame) => frame.timestamp,
+            _ => return true,
+        };
+        let counted = || Duration::from_secs_f64(processor.seconds(processor.pipeline().next_frame()));
+        self.time = stated.unwrap_or_else(counted);
         true
     }
 }
