@@ -2,7 +2,7 @@
 
 A page of docs/ that only includes another page of the repository becomes that page. A link to a page of the book, by
 whatever name, leads to it in the book. A link to any other file of the repository becomes its path, because the book is
-used alone, and the place of the repository is unknown.
+used alone, and the place of the repository is unknown. Code that has a reference in the book (`ci/api`) leads to that.
 """
 
 from __future__ import annotations
@@ -20,7 +20,21 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 # A whole link: the text, which may be an image or code, and the target.
 WHOLE = re.compile(r"(?<!!)\[((?:!\[[^\]]*\]\([^)]*\)|`[^`]*`|[^\[\]])*)\]\(([^()\s]+)\)")
+# The code that stands for a library, and where the library's reference is in the book.
+REFERENCE = {
+    "wstac-c/include/wstac.h": Path("api/c/wstac_8h.html"),
+    "wstac-fw/capi/include/wstac_fw.h": Path("api/c/wstac__fw_8h.html"),
+    "wstac-python/wstac/__init__.py": Path("api/python/wstac.html"),
+}
+CRATE = re.compile(r"^wstac-([a-z]+)/src/lib\.rs$")
 IMAGE = re.compile(r"(!\[[^\]]*\])\(([^()\s]+)\)")
+
+
+def reference(file: str) -> Path | None:
+    """Returns where the reference of a library is in the book, by the file that stands for it."""
+    if crate := CRATE.match(file):
+        return Path(f"api/rust/wstac_{crate[1]}/index.html")
+    return REFERENCE.get(file)
 
 
 def chapters(items: list) -> list[dict]:
@@ -60,6 +74,8 @@ class Book:
         if to.is_relative_to(DOCS) and to.is_file():
             return f"[{text}]({self.relative(to.relative_to(DOCS), chapter)})"
         inside = str(to.relative_to(ROOT))
+        if place := reference(inside):
+            return f"[{text}]({self.relative(place, chapter)})"
         if inside in text:
             return text
         return f"`{inside}`" if text.strip("`") == to.name else f"{text} (`{inside}`)"

@@ -27,6 +27,11 @@ class Rewritten(unittest.TestCase):
         self.check("[this](ci/links)", "this (`ci/links`)")
         self.check("[tests/pages](tests/pages)", "tests/pages")
 
+    def test_code_that_has_a_reference(self):
+        self.check("[wstac.h](wstac-c/include/wstac.h)", "[wstac.h](../api/c/wstac_8h.html)")
+        self.check("[`wstac-core`](../wstac-core/src/lib.rs)", "[`wstac-core`](api/rust/wstac_core/index.html)", "docs", "SPEC.md")
+        self.check("[this](wstac-core/src/lib/rs)", "this (`wstac-core/src/lib/rs`)")
+
     def test_pictures(self):
         self.check("![p](docs/plots/trade.svg)", "![p](../plots/trade.svg)")
 

@@ -1,4 +1,5 @@
-/*
+/**
+ * @file
  * WSTac for hosts: tactile events from cameras, recordings and scenes, or from frames that a program pushes.
  *
  * The library is libwstac.so, which ci/libwstac builds and installs. docs/C.md describes its use.
@@ -13,58 +14,58 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// The version of the header as text.
+/// The version of the header as text.
 #define WSTAC_VERSION_TEXT "0.3.0"
 
-// Number of features of a frame: five rows, then five columns.
+/// Number of features of a frame: five rows, then five columns.
 #define WSTAC_FEATURES 10
 
-// Number of frames of a sample.
+/// Number of frames of a sample.
 #define WSTAC_SAMPLE_FRAMES 70
 
-// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
+/// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
 #define WSTAC_FEATURE_ONE 2048
 
-// Most records of pushed frames that wait for wstac_next.
+/// Most records of pushed frames that wait for wstac_next.
 #define WSTAC_MOST_RECORDS 1024
 
-// The major version of the header.
+/// The major version of the header.
 #define WSTAC_VERSION_MAJOR 0
 
-// The minor version of the header.
+/// The minor version of the header.
 #define WSTAC_VERSION_MINOR 3
 
-// The patch of the header's version.
+/// The patch of the header's version.
 #define WSTAC_VERSION_PATCH 0
 
-// The version of the header in one number: 65536 · major + 256 · minor + patch.
+/// The version of the header in one number: 65536 · major + 256 · minor + patch.
 #define WSTAC_VERSION 768
 
-// Status of a call.
+/// Status of a call.
 enum WstacStatus
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // Done.
+  /// Done.
   WSTAC_STATUS_OK = 0,
-  // A pointer is null.
+  /// A pointer is null.
   WSTAC_STATUS_NULL = 1,
-  // A string is not UTF-8.
+  /// A string is not UTF-8.
   WSTAC_STATUS_TEXT = 2,
-  // An option or a description of frames is wrong, or does not apply to what is opened.
+  /// An option or a description of frames is wrong, or does not apply to what is opened.
   WSTAC_STATUS_OPTION = 3,
-  // The configuration cannot be read, or does not fit the source.
+  /// The configuration cannot be read, or does not fit the source.
   WSTAC_STATUS_CONFIG = 4,
-  // A model cannot be used.
+  /// A model cannot be used.
   WSTAC_STATUS_MODEL = 5,
-  // The source cannot be opened, or cannot be read any further.
+  /// The source cannot be opened, or cannot be read any further.
   WSTAC_STATUS_SOURCE = 6,
-  // A frame has too few bytes.
+  /// A frame has too few bytes.
   WSTAC_STATUS_FRAME = 7,
-  // The call does not fit the handle or its state.
+  /// The call does not fit the handle or its state.
   WSTAC_STATUS_STATE = 8,
-  // Something inside has failed: the handle can only be closed.
+  /// Something inside has failed: the handle can only be closed.
   WSTAC_STATUS_PANIC = 9,
 };
 #ifndef __cplusplus
@@ -75,32 +76,32 @@ typedef int32_t WstacStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Kind of a record.
+/// Kind of a record.
 enum WstacKind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // No record yet: call again, or push more frames.
+  /// No record yet: call again, or push more frames.
   WSTAC_KIND_WAITING = 0,
-  // The features of a frame, if the options request them. Has frame and features.
+  /// The features of a frame, if the options request them. Has frame and features.
   WSTAC_KIND_FEATURES = 1,
-  // A tactile event. Has frame, event and texture.
+  /// A tactile event. Has frame, event and texture.
   WSTAC_KIND_EVENT = 2,
-  // The answer of a model that needs fewer than 70 frames. The event follows with the same texture. Has frame,
-  // frames and texture.
+  /// The answer of a model that needs fewer than 70 frames. The event follows with the same texture. Has frame,
+  /// frames and texture.
   WSTAC_KIND_TEXTURE = 3,
-  // A sample that a long gap interrupted. It has no event. Has frame and frames.
+  /// A sample that a long gap interrupted. It has no event. Has frame and frames.
   WSTAC_KIND_INCOMPLETE = 4,
-  // A fault of the source, which goes on. Has frame, fault and message.
+  /// A fault of the source, which goes on. Has frame, fault and message.
   WSTAC_KIND_FAULT = 5,
-  // The end of the stream. Has frame, the number of feature frames, and end.
+  /// The end of the stream. Has frame, the number of feature frames, and end.
   WSTAC_KIND_END = 6,
-  // The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
-  // A law of durations gives none.
+  /// The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
+  /// A law of durations gives none.
   WSTAC_KIND_CONTACT_END = 7,
-  // Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
-  // event the contact, and speed and direction with their standard deviations.
+  /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
+  /// event the contact, and speed and direction with their standard deviations.
   WSTAC_KIND_MOTION = 8,
 };
 #ifndef __cplusplus
@@ -111,169 +112,169 @@ typedef int32_t WstacKind;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
+/// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 typedef struct Wstac Wstac;
 
-// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+/// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
 typedef uint8_t WstacBool;
 
-// Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
+/// Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
 typedef struct WstacOptions {
-  // Path of a configuration file (TOML). Null: the source's own configuration, or else the default.
+  /// Path of a configuration file (TOML). Null: the source's own configuration, or else the default.
   const char *config;
-  // Texture models: paths of .wsm files, or names such as "builtin:svm". The last one is null. Null: no model.
+  /// Texture models: paths of .wsm files, or names such as "builtin:svm". The last one is null. Null: no model.
   const char *const *models;
-  // Frames per second, numerator: requested from a camera, and assumed of a file. 0 and 0: no request.
+  /// Frames per second, numerator: requested from a camera, and assumed of a file. 0 and 0: no request.
   uint32_t fps_numerator;
-  // Frames per second, denominator.
+  /// Frames per second, denominator.
   uint32_t fps_denominator;
-  // Four-character code of the pixel format requested from a camera, such as "YUYV". Null: no request.
+  /// Four-character code of the pixel format requested from a camera, such as "YUYV". Null: no request.
   const char *format;
-  // Width in pixels requested from a camera. 0 and 0: no request.
+  /// Width in pixels requested from a camera. 0 and 0: no request.
   uint32_t width;
-  // Height in pixels requested from a camera.
+  /// Height in pixels requested from a camera.
   uint32_t height;
-  // Give the features of every frame as a record.
+  /// Give the features of every frame as a record.
   WstacBool features;
-  // Take every frame of a camera, the oldest first, as long as the driver has buffers. Otherwise a slow program
-  // gets the newest frame.
+  /// Take every frame of a camera, the oldest first, as long as the driver has buffers. Otherwise a slow program
+  /// gets the newest frame.
   WstacBool every_frame;
-  // Leave the controls of a camera as they are instead of locking them.
+  /// Leave the controls of a camera as they are instead of locking them.
   WstacBool keep_controls;
-  // Give speed and direction of every frame as a record while something slides.
+  /// Give speed and direction of every frame as a record while something slides.
   WstacBool motion;
-  // The sensor to read of a recording of several. Null: the recording has one.
+  /// The sensor to read of a recording of several. Null: the recording has one.
   const char *sensor;
 } WstacOptions;
 
-// Describes frames that a program pushes.
+/// Describes frames that a program pushes.
 typedef struct WstacFrames {
-  // Width in pixels, 1 to 16384.
+  /// Width in pixels, 1 to 16384.
   uint32_t width;
-  // Height in pixels, 1 to 16384.
+  /// Height in pixels, 1 to 16384.
   uint32_t height;
-  // Four-character code of the pixel format, such as "GREY", "YUYV" or "RGB3".
+  /// Four-character code of the pixel format, such as "GREY", "YUYV" or "RGB3".
   const char *format;
-  // Bytes from row to row. 0: rows without padding.
+  /// Bytes from row to row. 0: rows without padding.
   uint32_t bytes_per_row;
-  // Frames per second, numerator. 0 and 0: 30 per second. Above 45 per second, frames are added up to about 30 per
-  // second.
+  /// Frames per second, numerator. 0 and 0: 30 per second. Above 45 per second, frames are added up to about 30 per
+  /// second.
   uint32_t fps_numerator;
-  // Frames per second, denominator.
+  /// Frames per second, denominator.
   uint32_t fps_denominator;
-  // YCbCr is encoded as ITU-R BT.709 instead of BT.601.
+  /// YCbCr is encoded as ITU-R BT.709 instead of BT.601.
   WstacBool bt709;
-  // YCbCr has full range instead of limited range.
+  /// YCbCr has full range instead of limited range.
   WstacBool full_range;
 } WstacFrames;
 
-// A tactile event, with the numbers that `wstac run --json` prints.
+/// A tactile event, with the numbers that `wstac run --json` prints.
 typedef struct WstacEvent {
-  // Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
+  /// Sliding speed in mm/s: one decimal, or four significant digits if that is finer. NAN if there is none.
   double speed_mm_s;
-  // The speed is outside the range that the law of durations was fitted on; false by arrival times.
+  /// The speed is outside the range that the law of durations was fitted on; false by arrival times.
   bool speed_extrapolated;
-  // Upper bound in mm/s of the speed of an event that is cut off, by a law of durations; NAN otherwise.
+  /// Upper bound in mm/s of the speed of an event that is cut off, by a law of durations; NAN otherwise.
   double speed_at_most_mm_s;
-  // Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
+  /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit.
   int32_t duration_frames;
-  // Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a law
-  // of durations it is 0, 90, 180 or 270.
+  /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a law
+  /// of durations it is 0, 90, 180 or 270.
   double direction_deg;
-  // Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.
+  /// Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.
   double direction_confidence;
-  // Frames of the sample that were lost and filled: 0 to 70.
+  /// Frames of the sample that were lost and filled: 0 to 70.
   uint32_t frames_filled;
-  // The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction hold
-  // within their standard deviations, and the kind of the touch is clear.
+  /// The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction hold
+  /// within their standard deviations, and the kind of the touch is clear.
   bool reliable;
-  // Why there is no speed; null if there is one.
+  /// Why there is no speed; null if there is one.
   const char *why_no_speed;
-  // Why there is no direction; null if there is one.
+  /// Why there is no direction; null if there is one.
   const char *why_no_direction;
-  // The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
+  /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
   const int16_t (*sample)[10];
-  // Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
+  /// Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
   const char *contact;
-  // Standard deviation of the speed in mm/s; NAN if there is none.
+  /// Standard deviation of the speed in mm/s; NAN if there is none.
   double speed_sd_mm_s;
-  // Standard deviation of the direction in degrees; NAN if there is none.
+  /// Standard deviation of the direction in degrees; NAN if there is none.
   double direction_sd_deg;
-  // Number of the first lit frame of the touch; -1 by a law of durations.
+  /// Number of the first lit frame of the touch; -1 by a law of durations.
   int64_t touch_frame;
-  // Number of the first dark frame behind the touch; -1 if the light has not left, or by a law of durations.
+  /// Number of the first dark frame behind the touch; -1 if the light has not left, or by a law of durations.
   int64_t end_frame;
-  // Time of the first lit frame in seconds from the first frame; NAN by a law of durations.
+  /// Time of the first lit frame in seconds from the first frame; NAN by a law of durations.
   double touch_s;
-  // Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
+  /// Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
   double completed_s;
-  // Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
+  /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
   const char *stamp;
-  // Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
+  /// Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
   int64_t completed_ns;
 } WstacEvent;
 
-// Answer of the texture models. Strings are UTF-8, and null if no model tells.
+/// Answer of the texture models. Strings are UTF-8, and null if no model tells.
 typedef struct WstacTexture {
-  // The specimen, such as Saw3.
+  /// The specimen, such as Saw3.
   const char *specimen;
-  // The pattern, such as Saw.
+  /// The pattern, such as Saw.
   const char *pattern;
-  // The depth of the pattern in mm; NAN if no model tells.
+  /// The depth of the pattern in mm; NAN if no model tells.
   double depth_mm;
-  // The class of a model of another task.
+  /// The class of a model of another task.
   const char *other;
-  // The probability that the names are right, 0 to below 1; NAN if a model has no calibration.
+  /// The probability that the names are right, 0 to below 1; NAN if a model has no calibration.
   double confidence;
-  // 1 if the touch is like those of the training, and 0 if it is not: then there are no names. -1 if no model tells.
+  /// 1 if the touch is like those of the training, and 0 if it is not: then there are no names. -1 if no model tells.
   int8_t known;
 } WstacTexture;
 
-// How a stream ended.
+/// How a stream ended.
 typedef struct WstacEnd {
-  // Camera frames that were lost or unusable.
+  /// Camera frames that were lost or unusable.
   uint64_t dropped;
-  // Whether the stream was long enough for the baseline.
+  /// Whether the stream was long enough for the baseline.
   bool baseline_complete;
-  // Number of the first frame of the sample that the end interrupted.
+  /// Number of the first frame of the sample that the end interrupted.
   uint64_t incomplete_frame;
-  // Frames of that sample that had arrived; 0 if there is none.
+  /// Frames of that sample that had arrived; 0 if there is none.
   uint32_t incomplete_frames;
-  // Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share. "frames": the
-  // source states no times, so frames are counted from 0. Null in records of other kinds.
+  /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share. "frames": the
+  /// source states no times, so frames are counted from 0. Null in records of other kinds.
   const char *clock;
 } WstacEnd;
 
-// A record of wstac_next. Its kind tells which fields it has. The others have no value: 0, -1, NAN or null.
+/// A record of wstac_next. Its kind tells which fields it has. The others have no value: 0, -1, NAN or null.
 typedef struct WstacRecord {
-  // Kind of the record.
+  /// Kind of the record.
   WstacKind kind;
-  // Number of a feature frame, from 0: the first frame of a sample, or the frame that comes after a fault.
+  /// Number of a feature frame, from 0: the first frame of a sample, or the frame that comes after a fault.
   uint64_t frame;
-  // Features: natural logarithms in units of 1/2048.
+  /// Features: natural logarithms in units of 1/2048.
   int16_t features[10];
-  // Answers of an event.
+  /// Answers of an event.
   struct WstacEvent event;
-  // Texture of an event, if there is a model, or a texture before its event.
+  /// Texture of an event, if there is a model, or a texture before its event.
   struct WstacTexture texture;
-  // Frames of an interrupted sample that had arrived, or frames that a model reads.
+  /// Frames of an interrupted sample that had arrived, or frames that a model reads.
   uint32_t frames;
-  // Kind of a fault, such as "disconnected".
+  /// Kind of a fault, such as "disconnected".
   const char *fault;
-  // Description of a fault, for a person.
+  /// Description of a fault, for a person.
   const char *message;
-  // Summary of a stream.
+  /// Summary of a stream.
   struct WstacEnd end;
-  // Number of the first frame of the event whose touch has ended.
+  /// Number of the first frame of the event whose touch has ended.
   uint64_t event_frame;
-  // Time of a touch's end in seconds from the first frame; NAN if it is not known.
+  /// Time of a touch's end in seconds from the first frame; NAN if it is not known.
   double time_s;
-  // Time of the record's frame in nanoseconds, of an event that of its first touch, and of the end that of the last
-  // frame; -1 if it is not known. Its clock is that of WstacEnd.
+  /// Time of the record's frame in nanoseconds, of an event that of its first touch, and of the end that of the last
+  /// frame; -1 if it is not known. Its clock is that of WstacEnd.
   int64_t time_ns;
-  // Wall-clock time of the same frame, as RFC 3339 in UTC; null where the source knows none.
+  /// Wall-clock time of the same frame, as RFC 3339 in UTC; null where the source knows none.
   const char *stamp;
-  // The most by which the stamp may be wrong in milliseconds; NAN where there is none.
+  /// The most by which the stamp may be wrong in milliseconds; NAN where there is none.
   double stamp_within_ms;
 } WstacRecord;
 
@@ -281,81 +282,83 @@ typedef struct WstacRecord {
 extern "C" {
 #endif // __cplusplus
 
-// Opens a source, as `wstac run SOURCE` does.
-//
-// A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording (.mcap), or "-".
-// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
-// wstac_error_message(NULL) returns the message.
-//
-// # Safety
-// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
-WstacStatus wstac_open(const char *source, const struct WstacOptions *options, struct Wstac **handle);
+/// Opens a source, as `wstac run SOURCE` does.
+///
+/// A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording (.mcap), or "-".
+/// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
+/// wstac_error_message(NULL) returns the message.
+///
+/// # Safety
+/// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
+WstacStatus wstac_open(const char *source,
+                       const struct WstacOptions *options,
+                       struct Wstac **handle);
 
-// Opens a sensor whose frames the program pushes.
-//
-// `options` may be null. Options that choose a source are refused.
-//
-// # Safety
-// `frames` is null or a description; `options` is null or options; `handle` is null or memory for a pointer.
+/// Opens a sensor whose frames the program pushes.
+///
+/// `options` may be null. Options that choose a source are refused.
+///
+/// # Safety
+/// `frames` is null or a description; `options` is null or options; `handle` is null or memory for a pointer.
 WstacStatus wstac_open_frames(const struct WstacFrames *frames,
                               const struct WstacOptions *options,
                               struct Wstac **handle);
 
-// Writes the next record.
-//
-// A source is read until there is a record. A camera without a frame gives WSTAC_KIND_WAITING within a second. With
-// frames that the program pushes, WSTAC_KIND_WAITING means: push more. WSTAC_KIND_END is the last record.
-//
-// If a source cannot be read any further, the call returns WSTAC_STATUS_SOURCE, and the record is the end record.
-// Otherwise the record is written only with WSTAC_STATUS_OK. What a record points to is valid until the next
-// wstac_next or wstac_close of the handle.
-//
-// # Safety
-// `handle` is null or an open handle; `record` is null or memory for one.
+/// Writes the next record.
+///
+/// A source is read until there is a record. A camera without a frame gives WSTAC_KIND_WAITING within a second. With
+/// frames that the program pushes, WSTAC_KIND_WAITING means: push more. WSTAC_KIND_END is the last record.
+///
+/// If a source cannot be read any further, the call returns WSTAC_STATUS_SOURCE, and the record is the end record.
+/// Otherwise the record is written only with WSTAC_STATUS_OK. What a record points to is valid until the next
+/// wstac_next or wstac_close of the handle.
+///
+/// # Safety
+/// `handle` is null or an open handle; `record` is null or memory for one.
 WstacStatus wstac_next(struct Wstac *handle, struct WstacRecord *record);
 
-// Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
-// follow.
-//
-// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. At most
-// WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
-//
-// # Safety
-// `handle` is null or an open handle; `bytes` is null or `length` bytes.
+/// Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
+/// follow.
+///
+/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. At most
+/// WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
+///
+/// # Safety
+/// `handle` is null or an open handle; `bytes` is null or `length` bytes.
 WstacStatus wstac_push_frame(struct Wstac *handle, const uint8_t *bytes, size_t length);
 
-// Keeps the place of lost frames in time, unless WSTAC_MOST_RECORDS records wait. A short gap is filled; a long one
-// interrupts the sample.
-//
-// # Safety
-// `handle` is null or an open handle.
+/// Keeps the place of lost frames in time, unless WSTAC_MOST_RECORDS records wait. A short gap is filled; a long one
+/// interrupts the sample.
+///
+/// # Safety
+/// `handle` is null or an open handle.
 WstacStatus wstac_push_lost(struct Wstac *handle, uint64_t frames);
 
-// Ends a stream of pushed frames, or a source before its end. wstac_next returns what is pending, then the end record.
-//
-// # Safety
-// `handle` is null or an open handle.
+/// Ends a stream of pushed frames, or a source before its end. wstac_next returns what is pending, then the end record.
+///
+/// # Safety
+/// `handle` is null or an open handle.
 WstacStatus wstac_finish(struct Wstac *handle);
 
-// Closes a handle and frees everything that belongs to it, strings of records included. Null is allowed, as in free.
-//
-// # Safety
-// `handle` is null or an open handle, which is not used again.
+/// Closes a handle and frees everything that belongs to it, strings of records included. Null is allowed, as in free.
+///
+/// # Safety
+/// `handle` is null or an open handle, which is not used again.
 void wstac_close(struct Wstac *handle);
 
-// Returns the message of the last call on this handle that failed: what was found and what was expected.
-//
-// For null, it is the message of the last call of this thread that failed without a handle. The message is UTF-8,
-// never null, and valid until the next call on the handle (for null: of this thread).
-//
-// # Safety
-// `handle` is null or an open handle.
+/// Returns the message of the last call on this handle that failed: what was found and what was expected.
+///
+/// For null, it is the message of the last call of this thread that failed without a handle. The message is UTF-8,
+/// never null, and valid until the next call on the handle (for null: of this thread).
+///
+/// # Safety
+/// `handle` is null or an open handle.
 const char *wstac_error_message(const struct Wstac *handle);
 
-// Returns a status in words: a static string in English. A number that is no status has a string, too.
+/// Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 
-// Returns the version of the library that is loaded, such as "0.3.0", as WSTAC_VERSION_TEXT has that of the header.
+/// Returns the version of the library that is loaded, such as "0.3.0", as WSTAC_VERSION_TEXT has that of the header.
 const char *wstac_version(void);
 
 #ifdef __cplusplus

@@ -26,7 +26,14 @@ create_exception!(
     wstac,
     Error,
     PyValueError,
-    "What cannot be used: what was found and what was expected, in the words of the command wstac."
+    "What cannot be used: what was found and what was expected, in the words of the command wstac.
+
+>>> import wstac
+>>> try:
+...     wstac.open(\"scene:Saw3@0\")
+... except wstac.Error as error:
+...     print(error)
+scene:Saw3@0: speed is \"0\", expected 1 to 1000 mm/s"
 );
 
 /// Makes an error of the core or the host Python's.

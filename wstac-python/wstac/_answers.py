@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Speed:
-    """A sliding speed."""
+    """A sliding speed.
+
+    >>> import wstac
+    >>> [event] = wstac.open("scene:Saw3@150,90deg")
+    >>> event.speed
+    Speed(mm_s=150.1, sd=1.254, extrapolated=None)
+    """
 
     mm_s: float
     """The speed in mm/s: one decimal, or four significant digits if that is finer."""
@@ -27,7 +33,13 @@ class Speed:
 
 @dataclass(frozen=True)
 class Direction:
-    """A sliding direction."""
+    """A sliding direction.
+
+    >>> import wstac
+    >>> [event] = wstac.open("scene:Saw3@150,90deg")
+    >>> event.direction
+    Direction(deg=89.5, sd=0.24, confidence=None)
+    """
 
     deg: Optional[float]
     """The angle in degrees, counterclockwise in the picture, 0 is right: 0 to below 360, one decimal.
@@ -42,7 +54,13 @@ class Direction:
 
 @dataclass(frozen=True)
 class Texture:
-    """The answer of texture models; None for what no model answers."""
+    """The answer of texture models; None for what no model answers.
+
+    >>> import wstac
+    >>> [event] = wstac.open("scene:Saw3@150,90deg", models="builtin:path-svm")
+    >>> event.texture.specimen, event.texture.pattern, event.texture.depth_mm, event.texture.known
+    ('Saw3', 'Saw', 3.0, True)
+    """
 
     specimen: Optional[str] = None
     """Such as "Saw3"."""
@@ -61,7 +79,17 @@ class Texture:
 
 @dataclass(frozen=True)
 class Event:
-    """A tactile event: a sample around a contact, and its answers."""
+    """A tactile event: a sample around a contact, and its answers.
+
+    >>> import wstac
+    >>> [event] = wstac.open("scene:Saw3@150,90deg")
+    >>> event.contact, event.speed.mm_s, event.direction.deg, event.reliable
+    ('slide', 150.1, 89.5, True)
+    >>> event.frame, event.touch_frame, event.time_s, event.sample.shape
+    (35, 46, 1.5333, (10, 70))
+    >>> event.record["kind"], event.record["speed"]
+    ('event', {'mm_s': 150.1, 'sd': 1.254})
+    """
 
     frame: int
     """Number of the sample's first feature frame, counted from 0."""
@@ -220,7 +248,13 @@ def _stamped(found: dict[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ContactEnd:
-    """The end of the touch of an event: its light has left. A law of durations gives none."""
+    """The end of the touch of an event: its light has left. A law of durations gives none.
+
+    >>> import wstac
+    >>> [end] = wstac.simulate("Saw3@150,90deg", frames=False).contact_ends
+    >>> end, end.to_dict()["frame"], end.record["kind"]
+    (ContactEnd(frame=74, event_frame=35, time_s=2.4667), 74, 'contact_end')
+    """
 
     frame: int
     """Number of the first dark frame behind the touch."""
@@ -247,7 +281,16 @@ class ContactEnd:
 
 @dataclass(frozen=True)
 class Motion:
-    """Speed and direction in the newest frame, while something slides."""
+    """Speed and direction in the newest frame, while something slides.
+
+    >>> import wstac
+    >>> stream = wstac.open("scene:Saw3@150,90deg", motion=True)
+    >>> motions = [record for record in stream.records() if isinstance(record, wstac.Motion)]
+    >>> motions[-1].frame, motions[-1].speed.mm_s, motions[-1].direction.deg
+    (69, 148.8, 89.4)
+    >>> motions == stream.motions, motions[-1].to_dict()["speed_mm_s"], motions[-1].record["kind"]
+    (True, 148.8, 'motion')
+    """
 
     frame: int
     """Number of the feature frame."""
@@ -289,7 +332,15 @@ class Motion:
 
 @dataclass(frozen=True)
 class EarlyTexture:
-    """The answer of a model that needs fewer than 70 frames, before the event is complete."""
+    """The answer of a model that needs fewer than 70 frames, before the event is complete.
+
+    The models that come with wstac need all frames, so this one is made by hand:
+
+    >>> import wstac
+    >>> early = wstac.EarlyTexture(frame=35, frames=40, texture=wstac.Texture(specimen="Saw3", pattern="Saw", depth_mm=3))
+    >>> f"frames {early.frame} to {early.frame + early.frames - 1}: {early.texture.specimen}"
+    'frames 35 to 74: Saw3'
+    """
 
     frame: int
     """Number of the first frame of the event to come."""
@@ -307,7 +358,17 @@ class EarlyTexture:
 
 @dataclass(frozen=True)
 class Incomplete:
-    """A sample that a gap of lost frames, or the end, interrupted."""
+    """A sample that a gap of lost frames, or the end, interrupted.
+
+    >>> import wstac
+    >>> scene = wstac.simulate("Saw3@150,90deg", size=(400, 400))
+    >>> pipeline = wstac.Pipeline()
+    >>> for frame in scene.frames[:80]:
+    ...     event = pipeline.push(frame)
+    >>> _ = pipeline.finish()
+    >>> pipeline.end.incomplete
+    Incomplete(frame=35, frames=45)
+    """
 
     frame: int
     """Number of its first frame."""
@@ -323,7 +384,15 @@ class Incomplete:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of a source that goes on."""
+    """A fault of a source that goes on.
+
+    `Stream.faults` has those of a camera. A simulated sensor has none, so this one is made by hand:
+
+    >>> import wstac
+    >>> fault = wstac.Fault(frame=120, fault="disconnected", message="no frame for 2 s; check the cable")
+    >>> f"before frame {fault.frame}: {fault.fault}: {fault.message}"
+    'before frame 120: disconnected: no frame for 2 s; check the cable'
+    """
 
     frame: int
     """Number of the feature frame that came next."""
@@ -341,7 +410,14 @@ class Fault:
 
 @dataclass(frozen=True)
 class Lost:
-    """Camera frames that were lost."""
+    """Camera frames that were lost.
+
+    >>> import numpy, wstac
+    >>> pipeline = wstac.Pipeline()
+    >>> _ = pipeline.push(numpy.zeros((400, 400), numpy.uint8)), pipeline.lose(3)
+    >>> pipeline.lost
+    [Lost(at=1, frames=3, why='reported lost')]
+    """
 
     at: int
     """Number of the first of them among the camera's frames."""
@@ -353,7 +429,14 @@ class Lost:
 
 @dataclass(frozen=True)
 class End:
-    """How a stream ended."""
+    """How a stream ended.
+
+    >>> import wstac
+    >>> stream = wstac.open("scene:Saw3@150,90deg")
+    >>> events = list(stream)
+    >>> stream.end
+    End(frames=140, dropped=0, baseline='complete', incomplete=None, clock='frames')
+    """
 
     frames: int
     """Feature frames, lost ones included."""

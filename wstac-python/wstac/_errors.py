@@ -8,7 +8,15 @@ from ._wstac import Error
 
 
 class NotFoundError(Error, FileNotFoundError):
-    """A file, a device or a model does not exist: both an `Error` and a `FileNotFoundError`."""
+    """A file, a device or a model does not exist: both an `Error` and a `FileNotFoundError`.
+
+    >>> import wstac
+    >>> try:
+    ...     wstac.Model.load("none.wsm")
+    ... except FileNotFoundError as error:
+    ...     print(error)
+    none.wsm: No such file or directory (os error 2)
+    """
 
     errno: int
 
@@ -19,3 +27,5 @@ class NotFoundError(Error, FileNotFoundError):
 
 # Where it is known.
 NotFoundError.__module__ = "wstac"
+# Its example is in the extension, where doctest does not look.
+__test__ = {"Error": Error}

@@ -41,6 +41,8 @@ class Config:
     >>> wstac.Config({"trigger": {"window": 71}})
     Traceback (most recent call last):
     wstac.Error: configuration: [trigger] window is 71 frames, expected 1 to 70
+    >>> "window = 7" in wstac.Config({"trigger": {"window": 7}}).toml
+    True
     """
 
     _native: _wstac.Config
@@ -53,7 +55,14 @@ class Config:
 
     @classmethod
     def read(cls, path: Path) -> Config:
-        """Reads the configuration in a file, such as `wstac calibrate` writes."""
+        """Reads the configuration in a file, such as `wstac calibrate` writes.
+
+        >>> import pathlib, tempfile, wstac
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "wstac.toml"
+        >>> _ = file.write_text("[trigger]\\nwindow = 7")
+        >>> wstac.Config.read(file) == wstac.Config({"trigger": {"window": 7}})
+        True
+        """
         return cls._of(_wstac.Config.read(os.fsdecode(path)))
 
     @classmethod
@@ -93,6 +102,8 @@ class Model:
     >>> [event] = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
     >>> model.predict_event(event), model.predict(event.path_sample[None])
     ('Saw3', array(['Saw3'], dtype='<U4'))
+    >>> model.name, model.frames, model.n_features_in_, model.classes_.tolist() == model.labels
+    ('builtin:path-svm', 39, 700, True)
     """
 
     _estimator_type = "classifier"
@@ -122,7 +133,13 @@ class Model:
 
     @classmethod
     def from_bytes(cls, content: bytes, name: str = "model") -> Model:
-        """Returns the model of a file's bytes, such as `to_bytes` gives; `name` is its name for messages."""
+        """Returns the model of a file's bytes, such as `to_bytes` gives; `name` is its name for messages.
+
+        >>> import wstac
+        >>> content = wstac.Model.load("builtin:path-svm").to_bytes()
+        >>> wstac.Model.from_bytes(content, "mine").name
+        'mine'
+        """
         return cls._of(_wstac.Model.from_bytes(name, content))
 
     def to_bytes(self) -> bytes:
@@ -208,6 +225,12 @@ class Model:
         """Returns whether each sample is like those of the training, (n,): `known` of `wstac model eval --json`.
 
         A row of zeros is not: it has no sample. Raises `Error` for a model that does not tell.
+
+        >>> import numpy, wstac
+        >>> events = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
+        >>> X = numpy.stack([events[0].path_sample, numpy.zeros((10, 70), numpy.int16)])
+        >>> wstac.Model.load("builtin:path-svm").known(X).tolist()
+        [True, False]
         """
         found = self._native.known(self._samples(X))
         if found is None:
@@ -219,6 +242,13 @@ class Model:
 
         X is that of `predict`. Raises `Error` for a model without a calibration. Probabilities are multiples of 2^-15, and each
         is rounded. They hold for textures that the model knows. A row of zeros has none: NaN.
+
+        >>> import wstac
+        >>> [event] = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
+        >>> model = wstac.Model.load("builtin:path-svm")
+        >>> probabilities = model.predict_proba(event.path_sample[None])
+        >>> probabilities.shape, model.labels[probabilities[0].argmax()]
+        ((1, 10), 'Saw3')
         """
         found = self._native.probabilities(self._samples(X))
         if found is None:
@@ -230,6 +260,11 @@ class Model:
 
         A row of zeros, and a sample that is unknown, has no answer and counts as wrong. (The accuracy of scikit-learn's metrics
         compares labels alone.)
+
+        >>> import wstac
+        >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 8, "sensors": 4}, input="path")
+        >>> wstac.Model.load("builtin:path-svm").score(data["X_path"], data["y_specimen"]) > 0.8
+        True
         """
         return accuracy(self.predict(X), self._answered(X), y, sample_weight)
 
@@ -251,15 +286,32 @@ class Model:
         return flat
 
     def fit(self, X: Any = None, y: Any = None, **_: Any) -> Model:
-        """Returns the model as it is, like `sklearn.frozen.FrozenEstimator`: it is trained already."""
+        """Returns the model as it is, like `sklearn.frozen.FrozenEstimator`: it is trained already.
+
+        >>> import wstac
+        >>> model = wstac.Model.load("builtin:path-svm")
+        >>> model.fit() is model
+        True
+        """
         return self
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Returns what the model was made of, as scikit-learn's estimators do: its name."""
+        """Returns what the model was made of, as scikit-learn's estimators do: its name.
+
+        >>> import wstac
+        >>> wstac.Model.load("builtin:path-svm").get_params()
+        {'name': 'builtin:path-svm'}
+        """
         return {"name": self.name}
 
     def set_params(self, **params: Any) -> Model:
-        """Returns the model; nothing of it can be set."""
+        """Returns the model; nothing of it can be set.
+
+        >>> import wstac
+        >>> wstac.Model.load("builtin:path-svm").set_params(name="mine")
+        Traceback (most recent call last):
+        wstac.Error: name: cannot be set, expected no parameter: the model is trained already
+        """
         if params:
             raise Error(f"{next(iter(params))}: cannot be set, expected no parameter: the model is trained already")
         return self

@@ -75,9 +75,13 @@ class Pipeline(Recorded):
     ...     if event:
     ...         print(event.frame, event.speed.mm_s, event.direction.deg)
     35 150.0 89.5
+    >>> pipeline.features.shape, pipeline.taxels.shape, pipeline.next_frame
+    ((10,), (5, 5), 141)
     >>> pipeline.finish()
     >>> pipeline.contact_ends[0].frame, pipeline.end.frames
     (75, 141)
+    >>> pipeline.motions, pipeline.early_textures, pipeline.incomplete, pipeline.lost
+    ([], [], [], [])
 
     With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in it.
     With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
@@ -129,6 +133,13 @@ class Pipeline(Recorded):
         """Keeps the place of lost camera frames in time. Returns the event that they complete, or None.
 
         Frames that are lost before the first frame have no place.
+
+        >>> import numpy, wstac
+        >>> pipeline = wstac.Pipeline()
+        >>> pipeline.push(numpy.zeros((400, 400), numpy.uint8))
+        >>> pipeline.lose(3)
+        >>> pipeline.next_frame, pipeline.lost
+        (4, [Lost(at=1, frames=3, why='reported lost')])
         """
         frames = _frames.count("frames", frames, 0, (1 << 63) - 1)
         return None if self._native is None else self._pushed(self._native.lose(frames))

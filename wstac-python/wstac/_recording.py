@@ -20,7 +20,13 @@ from ._wstac import Error
 
 @dataclass(frozen=True)
 class Truth:
-    """The true properties of a touch of a simulated scene. The extension gives the fields in this order."""
+    """The true properties of a touch of a simulated scene. The extension gives the fields in this order.
+
+    >>> import wstac
+    >>> [truth] = wstac.simulate("Saw3@150,90deg", frames=False).truth
+    >>> truth.kind, truth.specimen, truth.speed, truth.direction, truth.start_frame
+    ('slide', 'Saw3', 150.0, 90.0, 45)
+    """
 
     kind: str
     """ "slide", "press", "poke" or "hold"."""
@@ -40,7 +46,15 @@ class Truth:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
-    """A whole recording or simulated scene: n camera frames and m feature frames."""
+    """A whole recording or simulated scene: n camera frames and m feature frames.
+
+    >>> import wstac
+    >>> recording = wstac.read("scene:Saw3@150,90deg")
+    >>> recording.frames.shape, recording.taxels.shape, recording.features.shape
+    ((140, 720, 1280), (140, 5, 5), (140, 10))
+    >>> recording.format, recording.size, recording.fps, len(recording.events), recording.end.dropped
+    ('GREY', (1280, 720), 30.0, 1, 0)
+    """
 
     about: str
     """A line about it, for a person."""
@@ -109,6 +123,15 @@ def read(
     they are all in memory. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
     `sensor` is the name of one sensor of a recording of several.
     Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
+
+    >>> import numpy, pathlib, tempfile, wstac
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.y4m"
+    >>> scene = wstac.simulate("Saw3@150,90deg", size=(400, 400))
+    >>> frames = b"".join(b"FRAME\\n" + frame.tobytes() for frame in scene.frames)
+    >>> _ = file.write_bytes(b"YUV4MPEG2 W400 H400 F30:1 Cmono\\n" + frames)
+    >>> recording = wstac.read(file)
+    >>> numpy.array_equal(recording.features, scene.features), recording.events[0].speed == scene.events[0].speed
+    (True, True)
     """
     name = os.fsdecode(source)
     if _wstac.is_camera(name):

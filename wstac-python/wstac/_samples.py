@@ -26,6 +26,9 @@ class EventSamples:
     >>> X = wstac.EventSamples().transform(events)
     >>> X.shape, wstac.Model.load("builtin:path-svm").predict(X).tolist()
     ((1, 700), ['Saw3'])
+    >>> samples = wstac.EventSamples(input="path").fit(events)          # learns nothing
+    >>> samples.fit_transform(events).tolist() == X.tolist(), samples.get_params(), samples.set_params(input="frames")
+    (True, {'input': 'path'}, EventSamples(input='frames'))
     """
 
     input: str

@@ -22,7 +22,13 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A camera frame of `Stream.frames`, and what followed from it."""
+    """A camera frame of `Stream.frames`, and what followed from it.
+
+    >>> import wstac
+    >>> frame = next(wstac.open("scene:Saw3@150,90deg").frames(pictures=True))
+    >>> frame.number, frame.timestamp, frame.taxels.shape, frame.features.shape, frame.picture.shape, frame.event
+    (0, 0.0, (5, 5), (10,), (720, 1280), None)
+    """
 
     number: int
     """Its number among all camera frames, lost ones counted."""
@@ -50,6 +56,18 @@ class Stream(Recorded):
     """An iterator over the events of a source as they come; `wstac.open` makes it.
 
     Ctrl-C ends the wait for a camera. `with` and `close` release the camera or file.
+
+    >>> import wstac
+    >>> with wstac.open("scene:Saw3@150,90deg", motion=True) as stream:
+    ...     events = list(stream)
+    >>> stream.about
+    'scene: Saw3 at 150 mm/s, 90 degrees, seed 0, 140 frames of 1280x720 GREY'
+    >>> stream.format, stream.size, stream.fps, stream.labels, stream.models, stream.config == wstac.Config()
+    ('GREY', (1280, 720), 30.0, {}, [], True)
+    >>> len(events), len(stream.motions), stream.contact_ends[0].frame, stream.end.frames
+    (1, 18, 74, 140)
+    >>> stream.early_textures, stream.incomplete, stream.faults, stream.lost
+    ([], [], [], [])
 
     In a program of asyncio, `async for` waits for events in a thread, and so do `aframes` and `arecords`. A task that is cancelled
     meanwhile closes the stream.
@@ -174,11 +192,25 @@ class Stream(Recorded):
         return self._in_threads(iter(self))
 
     def arecords(self) -> AsyncIterator[Record]:
-        """Yields what `records` does, for `async for`."""
+        """Yields what `records` does, for `async for`.
+
+        >>> import asyncio, wstac
+        >>> async def kinds(stream):
+        ...     return [type(record).__name__ async for record in stream.arecords()]
+        >>> asyncio.run(kinds(wstac.open("scene:Saw3@150,90deg")))
+        ['Event', 'ContactEnd', 'End']
+        """
         return self._in_threads(self.records())
 
     def aframes(self, pictures: bool = False) -> AsyncIterator[Frame]:
-        """Yields what `frames` does, for `async for`."""
+        """Yields what `frames` does, for `async for`.
+
+        >>> import asyncio, wstac
+        >>> async def completing(stream):
+        ...     return [frame.number async for frame in stream.aframes() if frame.event]
+        >>> asyncio.run(completing(wstac.open("scene:Saw3@150,90deg")))
+        [104]
+        """
         return self._in_threads(self.frames(pictures))
 
     async def _in_threads(self, items: Iterator[Item]) -> AsyncIterator[Item]:
@@ -203,7 +235,15 @@ class Stream(Recorded):
         return bool(given)
 
     def close(self) -> None:
-        """Releases the file or camera. Reading on raises `Error`, unless the stream had ended."""
+        """Releases the file or camera. Reading on raises `Error`, unless the stream had ended.
+
+        >>> import wstac
+        >>> stream = wstac.open("scene:Saw3@150,90deg")
+        >>> stream.close()
+        >>> next(stream)
+        Traceback (most recent call last):
+        wstac.Error: scene: Saw3 at 150 mm/s, 90 degrees, seed 0, 140 frames of 1280x720 GREY: the stream is closed, expected one that is open
+        """
         self._native.close()
 
     async def __aenter__(self) -> Stream:

@@ -16,7 +16,15 @@ from ._models import Configuration, Model, Path, native_config
 
 @dataclass(frozen=True)
 class Training:
-    """A trained model, and its test."""
+    """A trained model, and its test.
+
+    >>> import pathlib, tempfile, wstac
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> _ = (folder / "sweep.toml").write_text("specimens = ['Fla0', 'Saw4']\\nslides = 100\\nsensors = 20")
+    >>> trained = wstac.train(folder / "sweep.toml", output=folder / "my.wsm", test=0.25)
+    >>> trained.model.labels, trained.groups, trained.test_groups, trained.confusion.shape
+    (['Fla0', 'Saw4'], 16, 4, (2, 3))
+    """
 
     model: Model
     """The model, as `Model.load` gives it."""

@@ -67,8 +67,9 @@ impl Picture {
 
 const STYLE: &str = "\
 body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222;background:#fff}\
-pre{background:#f4f4f4;padding:1em;overflow-x:auto}img{max-width:100%;border:1px solid #888}\
-th{text-align:left;padding-right:2em;vertical-align:top;font-weight:normal;color:#555}";
+p,li,td{overflow-wrap:anywhere}pre{background:#f4f4f4;padding:1em;overflow-x:auto}\
+img{box-sizing:border-box;max-width:100%;border:1px solid #888}\
+th{text-align:left;padding-right:1em;vertical-align:top;font-weight:normal;color:#555}";
 
 impl Page<'_> {
     /// Returns the page.
@@ -82,6 +83,8 @@ impl Page<'_> {
     fn write(&self, page: &mut String) -> std::fmt::Result {
         let Self { report, picture, system, configuration, json } = *self;
         writeln!(page, "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">")?;
+        // A phone lays it out as wide as itself.
+        writeln!(page, "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">")?;
         // Whatever a text contains, a browser loads and runs nothing.
         let policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
         writeln!(page, "<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">")?;
