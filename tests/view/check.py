@@ -18,6 +18,8 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENE = "scene:Saw3@150,90deg"
+# Two sensors: their slides go upward and to the right.
+TWO = ["cam:left=scene:Saw3@150,90deg", "cam:right=scene:Tri2@120"]
 # Small frames, so that a program without optimization plays them in time.
 SMALL = ["--size", "320x180"]
 # The time limit of every wait on a busy machine. Usually the expected screen comes at once.
@@ -166,6 +168,94 @@ def check_seek(wstac):
         terminal.until(r"frame +110$", "left from the end")
         terminal.keys("q")
         terminal.left(0)
+
+
+def frames(screen):
+    """The frames of all sensors on the screen."""
+    return [int(number) for number in re.findall(r"frame +(\d+)", screen)]
+
+
+def check_several(wstac):
+    """Two sensors are beside each other or below each other, one can be chosen, and keys move both."""
+    with view(wstac, *TWO, *SMALL, size=(40, 10), variables=["env", "NO_COLOR=1"]) as terminal:
+        screen = terminal.until(r"^left  event \d+/70", "contact")
+        lines = screen.splitlines()
+        assert lines[0] == "wstac view  2 sensors" and lines[5].startswith("right  "), screen
+        assert re.match(r"^[█▀▄·]{10}  30 fps, nominal  0 dropped$", lines[2]), screen
+        assert lines[9].startswith("q quit  Tab one"), screen
+        terminal.keys("Space")
+        terminal.until("^left  PAUSED", "space")
+        # The seek begins at a time, and both sensors are there.
+        terminal.keys("Home")
+        terminal.until(r"^left  PAUSED  frame 0\b(?s:.*)^right  PAUSED  frame 0\b", "home")
+        terminal.keys("Right")
+        screen = terminal.until(r"^left  PAUSED  frame 30\b(?s:.*)^right  PAUSED  frame 30\b", "right")
+        terminal.keys(".")
+        terminal.until(r"^left  PAUSED  frame 31\b(?s:.*)^right  PAUSED  frame 31\b", "a step")
+        terminal.keys(",")
+        terminal.until(r"^left  PAUSED  frame 30\b(?s:.*)^right  PAUSED  frame 30\b", "a step back")
+        assert terminal.screen() == screen, f"another screen at frame 30:\n{screen}\n{terminal.screen()}"
+        # One alone, by its number and by Tab, and both again.
+        for key, shown in [("2", r"^wstac view  right \(2 of 2\)"), ("2", "^wstac view  2 sensors"), ("Tab", r"^wstac view  left \(1 of 2\)"), ("Tab", r"^wstac view  right \(2"), ("Tab", "^wstac view  2 sensors")]:
+            terminal.keys(key)
+            terminal.until(shown, f"the key {key}")
+        terminal.keys("Up")
+        terminal.until(r"^left  ended(?s:.*)\d+ mm/s +↑(?s:.*)^right  ended(?s:.*)\d+ mm/s +→", "the end of both")
+        for width, height, shown in [(80, 24, "left .*right "), (120, 40, "picture, white.*picture, white"), (40, 24, r"^left  ended(?s:.*) r5 (?s:.*)^right  ended(?s:.*) r5 "), (20, 5, "^wstac view  2 senso…"), (80, 24, "left .*right ")]:
+            terminal.tmux("resize-window", "-x", str(width), "-y", str(height))
+            screen = terminal.until(shown, f"{width} x {height}")
+            lines = screen.splitlines()
+            assert all(len(line) <= width for line in lines), screen
+        terminal.keys("q")
+        screen = terminal.left(0)
+        screen = screen.replace("\n", "")
+        assert "left: 140 frames" in screen and "right: " in screen, screen
+
+
+def check_more_sensors_than_fit(wstac):
+    sources = [f"cam:s{number}=scene:Saw3@150,seed={number}" for number in range(1, 6)]
+    with view(wstac, *sources, "--size", "160x90", size=(40, 10)) as terminal:
+        screen = terminal.until(r"^wstac view  5 sensors, 1 not shown", "the count")
+        assert "s4  " in screen and "s5  " not in screen, screen
+        terminal.keys("5")
+        terminal.until(r"^wstac view  s5 \(5 of 5\)", "the key 5")
+        terminal.keys("q")
+        terminal.left(0)
+
+
+def check_a_recording_of_several(wstac):
+    """A recording of two sensors is shown as both, or as one of them. One source that fails does not stop the other."""
+    with tempfile.TemporaryDirectory() as folder:
+        both = pathlib.Path(folder) / "both.mcap"
+        subprocess.run([wstac, "record", *TWO, *SMALL, "-o", str(both)], check=True, capture_output=True, timeout=PATIENCE)
+        with view(wstac, str(both)) as terminal:
+            terminal.until(r"left  ended.*right  ended", "the end of both")
+            terminal.keys("Left")
+            screen = terminal.until(r"frame 1[0-2]\d .*frame 1[0-2]\d", "left from the end")
+            assert abs(frames(screen)[0] - frames(screen)[1]) <= 30, screen
+            terminal.keys("q")
+            terminal.left(0)
+        with view(wstac, str(both), "--sensor", "right") as terminal:
+            terminal.until(r"\bended\b", "the end of one")
+            assert "picture, white" in terminal.screen(), terminal.screen()
+            terminal.keys("q")
+            terminal.left(0)
+        with view(wstac, *TWO, "--record", str(both)) as terminal:
+            assert "--record: is given, expected it only with one sensor" in terminal.left(2).replace("\n", "")
+        broken = pathlib.Path(folder) / "broken.y4m"
+        broken.write_bytes(b"YUV4MPEG2 W64 H64 F30:1 Cmono\n" + (b"FRAME\n" + bytes(64 * 64)) * 10 + b"no frame at all\n" * 500)
+        with view(wstac, f"cam:broken={broken}", f"cam:slide={both}", "--sensor", "left") as terminal:
+            assert "sensor is left, expected only with a recording" in terminal.left(2).replace("\n", "")
+        one = pathlib.Path(folder) / "one.mcap"
+        subprocess.run([wstac, "record", SCENE, *SMALL, "-o", str(one)], check=True, capture_output=True, timeout=PATIENCE)
+        with view(wstac, f"cam:broken={broken}", f"cam:slide={one}") as terminal:
+            screen = terminal.until(r"broken  FAILED.*slide  ended", "the end")
+            assert re.search(r"35 +1\d\d mm/s", screen), screen
+            terminal.keys("q")
+            screen = terminal.left(1).replace("\n", "")
+            assert "1 of 2 sensors: failed" in screen and "broken.y4m" in screen, screen
+        with view(wstac, SCENE, SCENE) as terminal:
+            assert "several sources need names" in terminal.left(2).replace("\n", "")
 
 
 def check_loop(wstac):
@@ -325,8 +415,33 @@ def check_a_board(wstac):
         terminal.left(0)
 
 
+def check_a_board_beside_a_scene(wstac):
+    with board() as source, view(wstac, f"cam:board={source}", f"cam:scene={SCENE}", *SMALL) as terminal:
+        screen = terminal.until(r"board  ended.*scene  ended", "the end of both")
+        assert len(re.findall(r"35 +1\d\d mm/s", screen)) == 2, screen
+        terminal.keys("q")
+        terminal.left(0)
+
+
+def fenced(title, screen):
+    """A section of the page with a screen."""
+    lines = [line.rstrip() for line in screen.splitlines()]
+    return f"\n## {title}\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"
+
+
+def several(wstac, size):
+    """The screen of two sensors, paused."""
+    with view(wstac, *TWO, size=size, variables=["env", "NO_COLOR=1"]) as terminal:
+        terminal.until(r"left .*event [34]\d/70", "contact")
+        terminal.keys("Space")
+        screen = terminal.until("PAUSED", "space")
+        terminal.keys("q")
+        terminal.left(0)
+    return screen
+
+
 def keep(wstac):
-    """Writes docs/VIEW.md: two screens of a camera and one of a board, as text."""
+    """Writes docs/VIEW.md: screens of a camera, of two, and of a board, as text."""
     screens = []
     for size in [(80, 24), (120, 40)]:
         with view(wstac, SCENE, "--model", "builtin:svm", size=size, variables=["env", "NO_COLOR=1"]) as terminal:
@@ -354,17 +469,33 @@ The lines at the bottom list the events.
 `ci/view --keep` writes this page.
 """
     for (width, height), screen in screens:
-        lines = [line.rstrip() for line in screen.splitlines()]
-        text += f"\n## {width} × {height}\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"
-    lines = [line.rstrip() for line in of_board.splitlines()]
-    text += "\n## A board\n\nA board sends features, events and its state, and no pictures.\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"
+        text += fenced(f"{width} × {height}", screen)
+    text += SEVERAL
+    for width, height in [(80, 24), (40, 10)]:
+        text += fenced(f"Two sensors, {width} × {height}", several(wstac, (width, height)))
+    text += fenced("A board", of_board).replace("```text", "A board sends features, events and its state, and no pictures.\n\n```text", 1)
     (ROOT / "docs/VIEW.md").write_text(text)
     print("docs/VIEW.md is written")
 
 
+SEVERAL = """
+## Several sensors
+
+    wstac view cam:left=/dev/video0 cam:right=slide.mcap
+    wstac view both.mcap
+
+Sensors are next to each other on a wide terminal and below each other on a narrow one.
+Tab or the number of a sensor shows it alone.
+If not all have room, the first line says how many are not shown.
+Files and scenes are on one time line: seek, step, pause and `--loop` move all of them.
+The sensors of one recording keep the distances of their times, and other files start together.
+A camera, a board or a pipe that stalls or ends does not stop the others.
+"""
+
+
 def main():
     wstac = sys.argv[1]
-    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_seek, check_loop, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board]
+    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_seek, check_several, check_more_sensors_than_fit, check_a_recording_of_several, check_loop, check_recording, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board, check_a_board_beside_a_scene]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)

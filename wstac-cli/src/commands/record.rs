@@ -157,9 +157,9 @@ Several sensors, as cam:NAME=SOURCE, in one file:
   Each has its own topics (/left/camera, /left/features, …), its own
   baseline and its own end. Frames are in the order of their times. All
   need one clock: cameras together, or files and scenes together. They
-  share options, configuration, models and labels. wstac run and dataset
-  read all sensors of the file; --sensor NAME chooses one, which view
-  and plot need. --guide is for one sensor. --events counts those of all.
+  share options, configuration, models and labels. wstac run, view and
+  dataset read all sensors of the file; --sensor NAME chooses one, which
+  plot needs. --guide is for one sensor. --events counts those of all.
 
 Size, for 720p in gray at 30 frames per second:
   all of it 28 MB per second, --crop 15 MB, --features-only 0.02 MB.

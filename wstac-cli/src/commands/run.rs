@@ -20,7 +20,6 @@ use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::plural::counted;
 use wstac_host::source::names::{Sensor, sensors};
-use wstac_host::source::open::recorded_sensors;
 
 /// Print the tactile events of a source
 ///
@@ -379,7 +378,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 /// Returns the names of a recording's sensors if all of them are to be read; none for other sources.
 fn recorded(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<Vec<String>, Error> {
     let [Sensor { name: None, source }] = sensors else { return Ok(Vec::new()) };
-    let names = if arguments.options.sensor().is_none() { recorded_sensors(source)? } else { Vec::new() };
+    let names = arguments.options.sensors_in(source)?;
     if !names.is_empty() && arguments.save_raw.is_some() {
         conflict("--save-raw is for one sensor, expected --sensor NAME");
     }

@@ -15,7 +15,7 @@ use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::source::open::OpenOptions;
+use wstac_host::source::open::{OpenOptions, recorded_sensors};
 use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
@@ -62,7 +62,7 @@ pub(super) struct SourceArguments {
 
     /// Read this sensor of a recording of several
     ///
-    /// wstac run and dataset read all of them without it.
+    /// wstac run, view and dataset read all of them without it.
     #[arg(long, value_name = "NAME")]
     sensor: Option<String>,
 }
@@ -144,9 +144,9 @@ impl SourceArguments {
         Ok(())
     }
 
-    /// Returns the sensor to read of a recording of several.
-    pub(super) fn sensor(&self) -> Option<&str> {
-        self.sensor.as_deref()
+    /// Returns the names of the sensors of a recording if all of them are to be read; none for other sources.
+    pub(super) fn sensors_in(&self, source: &OsStr) -> Result<Vec<String>, Error> {
+        if self.sensor.is_none() { recorded_sensors(source) } else { Ok(Vec::new()) }
     }
 
     /// Returns the same arguments for a sensor of a recording of several.

@@ -1,4 +1,6 @@
-//! `wstac view` shows a source on a terminal.
+//! `wstac view` shows sources on a terminal.
+
+mod several;
 
 use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
@@ -15,21 +17,24 @@ use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::session::Processor;
+use wstac_host::source::names::sensors;
 use wstac_host::source::{FramePolicy, Labels, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
-/// Watch a source in the terminal: picture, taxels, traces, events
+/// Watch sources in the terminal: picture, taxels, traces, events
 ///
 /// It works over ssh, too. A board is shown by its features, events and its own state, without a picture. Of a camera, the newest frame is shown. A file or a scene is played at its own rate. The
 /// first 25 frames are the baseline: nothing may touch the sensor during them, nor after the key z.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// The source, as for wstac run, or a board
+    /// The source, as for wstac run, or a board; several as cam:NAME=SOURCE
     ///
     /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent.
-    source: OsString,
+    /// All sensors of a recording are shown, or the one of --sensor.
+    #[arg(required = true, value_name = "SOURCE")]
+    sources: Vec<OsString>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -74,9 +79,26 @@ Keys:
   , and .          pause, and go back or forth by one frame
   Home, 0          go to the first frame
   ?                help
+  Tab, 1 to 9      of several sensors, show one alone; Tab again: the
+                   next, and behind the last one all; Shift-Tab: back
   Going back reads the source again from its first frame, so the screen
   is the same as before. Standard input, pipes, cameras and boards can be
   read once. While a recording is written, there is no seek.
+
+Several sensors:
+  wstac view cam:left=/dev/video0 cam:right=slide.mcap
+  wstac view both.mcap
+  Sensors are next to each other on a wide terminal and below each other
+  on a narrow one, each with its state, motion and last event, and with
+  taxels, traces and picture if there is room. The first line counts the
+  sensors that have no room: Tab and the digits show them.
+  All files and scenes are on one time line: seek, step, pause and --loop
+  move all of them. The sensors of one recording keep the distances of
+  their times; other files start together. A step is a frame of the
+  sensor that is shown alone, or of the first one. z is for the sensor
+  that is shown alone, or for all. A camera, board or pipe that stalls or
+  ends does not stop the others. There is no key r: wstac record writes a
+  recording of several sensors.
 
 Content of the screen:
   picture   the frame in green light, scaled to the brightest taxel of
@@ -88,13 +110,17 @@ Content of the screen:
             of a camera also the latency from the driver's timestamp to
             the reading, the frames that wait, and the frames skipped
             of a board its uptime, frame rate, overruns, restarts, stack
-            and temperature, as far as it knows them
+            and temperature, as far as it knows them;
+            UTC is the time of the newest frame, of a camera, its
+            recording, or a board whose clock is matched with that of
+            this machine (docs/TIME.md), within the time at clock
   traces    ten features, five rows and five columns, one dot per frame,
             on one scale of natural logarithms; the trigger fires if the
             mean of a window is above the dashes
   events    first frame, speed (* extrapolated, ≤ cut off), direction or
             kind of touch, standard deviation or confidence of the
-            direction, lit frames, texture if there is a model;
+            direction, lit frames, texture if there is a model, and at
+            the right the time of the touch in UTC, if it is known;
             faults are shown here, too
 
 Recordings:
@@ -109,14 +135,14 @@ Recordings:
 
 Terminals:
   The screen needs 20 x 5 characters, and 60 x 20 with a picture; 40 x 10
-  shows state, motion, traces and the last event. A line that is too long
-  ends in an ellipsis. Colors
-  follow COLORTERM and TERM: 24 bits, 256 or 16. If NO_COLOR is set,
+  shows state, motion, traces and the last event, or two sensors with
+  taxels. A line that is too long ends in an ellipsis. Colors follow
+  COLORTERM and TERM: 24 bits, 256 or 16. If NO_COLOR is set,
   there are no colors, and shades are characters. At the end of a file
   the screen stays until q. For records that programs read, use
   wstac run --json.
-  Exit code: 0 after a key; 128 + N after signal N; 1 if the source or
-  the terminal cannot be used, or if the source fails.
+  Exit code: 0 after a key; 128 + N after signal N; 1 if a source or
+  the terminal cannot be used, or if a source fails.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -124,24 +150,38 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new(ErrorKind::Unsupported, "standard output", message).into());
     }
-    if let Some(port) = port_of(&arguments.source) {
-        return watch_board(port, arguments);
+    let sensors = sensors(&arguments.sources)?;
+    if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
+        let message = "several sources need names, expected cam:NAME=SOURCE for each";
+        super::wrong_arguments(clap::error::ErrorKind::ArgumentConflict, message).exit();
+    }
+    match &sensors[..] {
+        [only] => match &arguments.options.sensors_in(only.source)?[..] {
+            [] => watch(only.source, arguments),
+            names => several::watch_recording(only.source, names, arguments),
+        },
+        _ => several::watch(&sensors, arguments),
+    }
+}
+
+/// Shows a single source.
+fn watch(source: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
+    if let Some(port) = port_of(source) {
+        return watch_board(source, port, arguments);
     }
     if arguments.baud.is_some() {
         let message = "is no board, expected no --baud";
-        return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
+        return Err(Error::new(ErrorKind::Usage, source.display(), message).into());
     }
     // There is no --force here, because a key is easily pressed by mistake.
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
         return Err(Error::new(ErrorKind::AlreadyExists, path.display(), "exists already, expected a new file").into());
     }
-    let can_reopen = can_reopen(&arguments.source);
-    if arguments.repeats && !can_reopen {
-        let message = "can be read once, expected a file or a scene with --loop";
-        return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
-    }
+    let can_reopen = can_reopen(source, arguments)?;
+    let live = is_camera(source);
+    let name = source;
     let (mut source, info, config) =
-        arguments.options.open_configured(&arguments.source, FramePolicy::Newest, arguments.config.as_deref())?;
+        arguments.options.open_configured(name, FramePolicy::Newest, arguments.config.as_deref())?;
     let files = ModelFile::open_all(&arguments.models)?;
     let textures = Textures::new(&files)?;
     let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
@@ -149,11 +189,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         |info: &StreamInfo| Ok::<_, Error>(Processor::new(info, &config, wanted)?.with_textures(textures.clone()));
     let mut reading = processor(&info)?;
     let reopen = || {
-        let (source, info) = arguments.options.open(&arguments.source, FramePolicy::Newest)?;
+        let (source, info) = arguments.options.open(name, FramePolicy::Newest)?;
         let processor = processor(&info)?;
         Ok((source, processor))
     };
-    let live = is_camera(&arguments.source);
     let options = view::Options { live, fast: arguments.fast, repeats: arguments.repeats };
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, Labels::default(), models);
@@ -161,12 +200,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let reopen = can_reopen.then_some(&reopen as view::Reopen<'_>);
     let ending = view::run(&mut source, reopen, &info, &mut reading, &mut recordings, options);
     recordings.said().iter().for_each(note);
-    ended(&ending?)
+    let ending = ending?;
+    note(counts(&ending));
+    ended(&ending)
 }
 
 /// Shows a board.
-fn watch_board(port: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
-    let Arguments { source, config, models, fast, repeats, record, options, .. } = arguments;
+fn watch_board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
+    let Arguments { config, models, fast, repeats, record, options, .. } = arguments;
     options.expect_none(source)?;
     if config.is_some() || !models.is_empty() || *fast || *repeats || record.is_some() {
         let message =
@@ -174,19 +215,33 @@ fn watch_board(port: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
         return Err(Error::new(ErrorKind::Usage, source.display(), message).into());
     }
     let mut port = Port::open(port, arguments.baud)?;
-    ended(&view::board::run(&mut port)?)
+    let ending = view::board::run(&mut port)?;
+    note(counts(&ending));
+    ended(&ending)
 }
 
 /// Returns whether a source can be read again from its start: a scene, a file or a folder.
-fn can_reopen(source: &OsStr) -> bool {
+///
+/// # Errors
+/// It cannot, and is to be read again and again.
+fn can_reopen(source: &OsStr, arguments: &Arguments) -> Result<bool, Error> {
     let is_scene = source.as_encoded_bytes().starts_with(b"scene:");
-    is_scene || Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir())
+    let can = is_scene || Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir());
+    if arguments.repeats && !can {
+        let message = "can be read once, expected a file or a scene with --loop";
+        return Err(Error::new(ErrorKind::Usage, source.display(), message));
+    }
+    Ok(can)
 }
 
-/// Reports how a view ended.
-fn ended(ending: &view::Ending) -> Result<(), Stop> {
+/// Returns what was seen of a sensor.
+fn counts(ending: &view::Ending) -> String {
     let (frames, events) = (counted(ending.frames, "frame"), counted(ending.events, "event"));
-    note(format_args!("{frames}, {} dropped, {events}", ending.dropped));
+    format!("{frames}, {} dropped, {events}", ending.dropped)
+}
+
+/// Returns how a view ended.
+fn ended(ending: &view::Ending) -> Result<(), Stop> {
     match ending.signal {
         Some(signal) => Err(Stop::Interrupted(signal)),
         None => Ok(()),

@@ -9,7 +9,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::real;
 use wstac_host::monitor::port::{self, Got, Port, SILENT};
 use wstac_host::monitor::requests::Requests;
-use wstac_host::monitor::{Monitor, Report};
+use wstac_host::monitor::{Monitor, Report, now};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 
@@ -55,6 +55,10 @@ impl BoardPlayer {
     /// The port cannot be read, or the board speaks another version of the link.
     pub(super) fn step(&mut self, port: &mut Port, state: &Mutex<State>) -> Result<bool, Error> {
         let say = |about, text| locked(state).say(about, text);
+        // A file has the answers of a clock that is gone.
+        if port.takes_requests() {
+            self.requests.extend(self.monitor.set_now(now()));
+        }
         if let Some(reading) = self.requests.send(port) {
             say(About::Trouble, reading.in_words(port.name()));
         }
@@ -62,7 +66,12 @@ impl BoardPlayer {
         let got = port.read(&mut room)?;
         self.waits = if got == Got::Nothing { self.waits.saturating_add(1) } else { 0 };
         match got {
-            Got::Bytes(count) => return self.take(&room[..count], state),
+            Got::Bytes(count) => {
+                if port.takes_requests() {
+                    self.requests.extend(self.monitor.set_now(now()));
+                }
+                return self.take(&room[..count], state);
+            }
             Got::Nothing if self.waits == SILENT => {
                 say(About::Trouble, format!("no data for {} s", (port::WAIT * SILENT).as_secs()));
             }
@@ -98,6 +107,7 @@ impl BoardPlayer {
                     let lost = frame.frame.checked_sub(*next).filter(|_| *next > 0).unwrap_or(0).min(HISTORY as u64);
                     *next = frame.frame.saturating_add(1);
                     if !state.frozen() {
+                        state.stamp = frame.stamp;
                         (0..lost).for_each(|_| state.add_trace(None));
                         state.add_trace(Some(frame.features.map(|feature| real(feature) as f32)));
                     }
@@ -110,6 +120,7 @@ impl BoardPlayer {
             }
             Ok::<(), Error>(())
         });
+        state.clock_within_ms = monitor.clock_match().map(|clock| clock.within_ms);
         if let (Output::End(end), true) = (monitor.finish(), monitor.heard()) {
             (state.frame, state.dropped) = (end.frames, end.dropped);
             state.phase = match (&taken, end.baseline_complete) {
@@ -131,24 +142,31 @@ impl BoardPlayer {
 /// Returns an error if the terminal cannot be used, or the error of the port after the user quits.
 pub(crate) fn run(port: &mut Port) -> Result<Ending, Error> {
     let state = BoardPlayer::state(port.name())?;
-    show(state, |shared, keys| read(BoardPlayer::new(), port, shared, keys))
+    show(&Shared::of_one(state), |shared, keys| read(BoardPlayer::new(), port, shared, 0, keys))
 }
 
-/// Reads until the end is requested, and returns the error that the port ended with.
-fn read(mut player: BoardPlayer, port: &mut Port, shared: &Shared, keys: &Receiver<Key>) -> Option<Error> {
+/// Reads until the end is requested, and returns the error that the port ended with. The state is that of this sensor.
+pub(super) fn read(
+    mut player: BoardPlayer,
+    port: &mut Port,
+    shared: &Shared,
+    sensor: usize,
+    keys: &Receiver<Key>,
+) -> Option<Error> {
+    let state = shared.state(sensor);
     let (mut failure, mut is_over) = (None, false);
     while !shared.is_over() {
         let wait = if is_over { WAIT } else { Duration::ZERO };
         match keys.recv_timeout(wait) {
-            Ok(key) => press(key, &shared.state),
+            Ok(key) => press(key, state),
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
         if !is_over {
-            match player.step(port, &shared.state) {
+            match player.step(port, state) {
                 Ok(goes_on) => is_over = !goes_on,
                 Err(error) => {
-                    locked(&shared.state).phase = Phase::Failed(error.to_string());
+                    locked(state).phase = Phase::Failed(error.to_string());
                     (failure, is_over) = (Some(error), true);
                 }
             }
@@ -168,6 +186,6 @@ pub(super) fn press(key: Key, state: &Mutex<State>) {
         Key::Seek(_) | Key::Step(_) | Key::Start => {
             state.say(About::Note, "no seek: a board sends its frames once".into());
         }
-        Key::Quit | Key::Help => {}
+        Key::Quit | Key::Help | Key::Next | Key::Previous | Key::Choose(_) => {}
     }
 }

@@ -19,6 +19,12 @@ pub(super) enum Key {
     Step(i64),
     /// Go to the first frame.
     Start,
+    /// Show the next of several sensors alone, and all of them after the last.
+    Next,
+    /// Show the sensor before alone.
+    Previous,
+    /// Show the sensor with this number alone, from 1 on; if it is shown, show all again.
+    Choose(usize),
     /// Show or hide the help.
     Help,
 }
@@ -43,6 +49,9 @@ pub(super) fn key(event: &Event) -> Option<Key> {
         KeyCode::Char('.') => Key::Step(1),
         KeyCode::Char(',') => Key::Step(-1),
         KeyCode::Home | KeyCode::Char('0') => Key::Start,
+        KeyCode::Tab => Key::Next,
+        KeyCode::BackTab => Key::Previous,
+        KeyCode::Char(digit @ '1'..='9') => Key::Choose(digit as usize - '0' as usize),
         KeyCode::Char('?' | 'h') => Key::Help,
         _ => return None,
     })
@@ -68,6 +77,9 @@ mod tests {
             (KeyCode::Char('.'), Key::Step(1)),
             (KeyCode::Char(','), Key::Step(-1)),
             (KeyCode::Home, Key::Start),
+            (KeyCode::Char('0'), Key::Start),
+            (KeyCode::Tab, Key::Next),
+            (KeyCode::Char('9'), Key::Choose(9)),
         ] {
             assert_eq!(pressed(code), Some(expected));
         }

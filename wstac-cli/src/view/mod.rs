@@ -1,8 +1,9 @@
-//! Shows a source on a terminal: picture, map, traces and events.
+//! Shows sources on a terminal: picture, map, traces and events.
 //!
 //! One thread reads the source and keeps `state` up to date. Another one draws it at most 15 times per second and reads
 //! keys, so a slow terminal never delays the reading. `player` reads, `recording` records on request, `draw` draws,
-//! `screen` has the terminal, and `board` reads a board.
+//! `screen` has the terminal, and `board` reads a board. `several` reads several sensors, each in a thread of its own,
+//! and `timeline` keeps those of files together.
 
 pub(crate) mod board;
 mod draw;
@@ -11,7 +12,9 @@ mod player;
 mod rate_meter;
 mod recording;
 mod screen;
+pub(crate) mod several;
 mod state;
+mod timeline;
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -45,7 +48,7 @@ pub(crate) struct Options {
     pub repeats: bool,
 }
 
-/// The result of a view.
+/// The result of a view of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ending {
     /// The signal that ended it; `None` if a key did, or if the terminal is gone.
@@ -58,31 +61,58 @@ pub(crate) struct Ending {
     pub events: u64,
 }
 
-/// The data that both threads share.
+/// What the screen shows of a sensor.
 #[derive(Debug)]
-struct Shared {
+struct Watched {
     state: Mutex<State>,
-    /// Whether the end was requested.
-    quit: AtomicBool,
     /// Whether the screen needs a picture.
     picture: AtomicBool,
+}
+
+/// The data that the threads share.
+#[derive(Debug)]
+struct Shared {
+    sensors: Vec<Watched>,
+    /// The number of the sensor that is shown alone, from 1 on; 0 for all of several.
+    chosen: AtomicUsize,
+    /// Whether the end was requested.
+    quit: AtomicBool,
     /// The signal that requested the end; 0 for none.
     signal: Arc<AtomicUsize>,
 }
 
 impl Shared {
     /// Creates the data before the first frame. Signals ask for the end from now on.
-    fn new(state: State) -> Self {
+    fn new(states: impl IntoIterator<Item = State>) -> Self {
         finishing(SignalEnding::Restored);
-        let signal = number();
-        Self { state: Mutex::new(state), quit: AtomicBool::new(false), picture: AtomicBool::new(true), signal }
+        let watched = |state| Watched { state: Mutex::new(state), picture: AtomicBool::new(true) };
+        let sensors = states.into_iter().map(watched).collect();
+        Self { sensors, chosen: AtomicUsize::new(0), quit: AtomicBool::new(false), signal: number() }
     }
 
-    /// Returns the result of the view.
-    fn ending(&self) -> Ending {
-        let state = locked(&self.state);
+    /// Creates the data of a single sensor.
+    fn of_one(state: State) -> Self {
+        Self::new([state])
+    }
+
+    /// Returns the state of a sensor.
+    fn state(&self, sensor: usize) -> &Mutex<State> {
+        &self.sensors[sensor].state
+    }
+
+    /// Returns whether the screen needs a picture of a sensor, which is the next one then.
+    fn takes_picture(&self, sensor: usize) -> bool {
+        self.sensors[sensor].picture.swap(false, Ordering::Relaxed)
+    }
+
+    /// Returns the result of the view for each sensor.
+    fn endings(&self) -> Vec<Ending> {
         let signal = u8::try_from(self.signal.load(Ordering::Relaxed)).ok().filter(|signal| *signal != 0);
-        Ending { signal, frames: state.frame, dropped: state.dropped, events: state.events }
+        let ending = |Watched { state, .. }: &Watched| {
+            let state = locked(state);
+            Ending { signal, frames: state.frame, dropped: state.dropped, events: state.events }
+        };
+        self.sensors.iter().map(ending).collect()
     }
 
     fn is_over(&self) -> bool {
@@ -114,19 +144,27 @@ pub(crate) fn run(
     let pace = (!options.live && !options.fast).then(|| Pace::new(info.rate));
     let (player, state) = Player::new(source, info, reading, recordings, options.live);
     let player = player.reopened_by(reopen);
-    show(state, |shared, keys| read(player, shared, keys, pace, options.repeats))
+    show(&Shared::of_one(state), |shared, keys| read(player, shared, keys, pace, options.repeats))
 }
 
-/// Shows a state on the terminal of this process while `read` keeps it up to date.
+/// Shows a sensor on the terminal of this process while `read` keeps its state up to date.
 ///
 /// # Errors
 /// Returns an error if the terminal cannot be used, or the one that `read` returns.
-fn show(state: State, read: impl FnOnce(&Shared, &Receiver<Key>) -> Option<Error>) -> Result<Ending, Error> {
-    let shared = Shared::new(state);
+fn show(shared: &Shared, read: impl FnOnce(&Shared, &Receiver<Key>) -> Option<Error>) -> Result<Ending, Error> {
+    let (failure, endings) = show_all(shared, read)?;
+    failure.map_or_else(|| Ok(endings[0]), Err)
+}
+
+/// Shows sensors on the terminal of this process while `read` keeps their states up to date. Returns what `read`
+/// returns, and the result for each sensor.
+///
+/// # Errors
+/// Returns an error if the terminal cannot be used.
+fn show_all<R>(shared: &Shared, read: impl FnOnce(&Shared, &Receiver<Key>) -> R) -> Result<(R, Vec<Ending>), Error> {
     let screen = Screen::open()?;
     let (sender, keys) = channel();
-    let failure = thread::scope(|scope| {
-        let shared = &shared;
+    let result = thread::scope(|scope| {
         scope.spawn(move || {
             let _end = EndBoth(shared);
             screen.show(shared, &sender);
@@ -134,7 +172,7 @@ fn show(state: State, read: impl FnOnce(&Shared, &Receiver<Key>) -> Option<Error
         let _end = EndBoth(shared);
         read(shared, &keys)
     });
-    failure.map_or_else(|| Ok(shared.ending()), Err)
+    Ok((result, shared.endings()))
 }
 
 /// Reads until the end is requested, and returns the error that the source ended with.
@@ -154,13 +192,13 @@ fn read(
             restart(&mut pace);
         }
         let stands = {
-            let state = locked(&shared.state);
+            let state = locked(shared.state(0));
             state.paused && !state.live && target.is_none()
         };
         // A source without frames would start again for ever.
         if repeats && !stands && !player.goes_on() && failure.is_none() && player.frame() > 0 {
-            player.end_recording(&shared.state);
-            if !player.start_again(&shared.state) {
+            player.end_recording(shared.state(0));
+            if !player.start_again(shared.state(0)) {
                 break;
             }
             restart(&mut pace);
@@ -174,8 +212,8 @@ fn read(
         match keys.recv_timeout(wait) {
             Ok(key) => {
                 match key {
-                    Key::Rezero => player.rezero(&shared.state),
-                    Key::Record => player.record(&shared.state),
+                    Key::Rezero => player.rezero(shared.state(0)),
+                    Key::Record => player.record(shared.state(0)),
                     Key::Pause => pause(shared, pace.as_mut()),
                     Key::Seek(seconds) => {
                         let frames = player.frames_of(seconds);
@@ -183,8 +221,8 @@ fn read(
                         failure = failure.filter(|_| !player.goes_on());
                     }
                     Key::Step(frames) => {
-                        if !locked(&shared.state).live {
-                            locked(&shared.state).paused = true;
+                        if !locked(shared.state(0)).live {
+                            locked(shared.state(0)).paused = true;
                         }
                         target = go_to(&mut player, shared, target, frames);
                         failure = failure.filter(|_| !player.goes_on());
@@ -194,7 +232,7 @@ fn read(
                         failure = failure.filter(|_| !player.goes_on());
                     }
                     // Keys of the screen itself.
-                    Key::Quit | Key::Help => {}
+                    Key::Quit | Key::Help | Key::Next | Key::Previous | Key::Choose(_) => {}
                 }
                 continue;
             }
@@ -208,7 +246,7 @@ fn read(
         }
         // The last frame of a way is shown, whatever was drawn meanwhile.
         let arrives = target.is_some_and(|target| player.frame() + 1 >= target);
-        match player.step(&shared.state, shared.picture.swap(false, Ordering::Relaxed) || arrives) {
+        match player.step(shared.state(0), shared.takes_picture(0) || arrives) {
             Ok(passed) => {
                 if let Some(pace) = &mut pace {
                     pace.advance(passed);
@@ -218,7 +256,7 @@ fn read(
         }
     }
     // After a key, a signal or the loss of the terminal, the file of a recording is complete.
-    player.end_recording(&shared.state);
+    player.end_recording(shared.state(0));
     failure
 }
 
@@ -226,7 +264,7 @@ fn read(
 fn go_to(player: &mut Player<'_>, shared: &Shared, target: Option<u64>, frames: i64) -> Option<u64> {
     let from = target.unwrap_or_else(|| player.frame());
     let to = from.saturating_add_signed(frames);
-    player.can_go_to(to, &shared.state).then_some(to)
+    player.can_go_to(to, shared.state(0)).then_some(to)
 }
 
 /// Lets the next frame be due now.
@@ -238,7 +276,7 @@ fn restart(pace: &mut Option<Pace>) {
 
 /// Pauses or continues.
 fn pause(shared: &Shared, pace: Option<&mut Pace>) {
-    let mut state = locked(&shared.state);
+    let mut state = locked(shared.state(0));
     state.paused = !state.paused;
     if let Some(pace) = pace {
         pace.restart();

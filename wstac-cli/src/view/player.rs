@@ -15,6 +15,9 @@ use wstac_host::picture::Sampler;
 use wstac_host::session::Processor;
 use wstac_host::source::{Frame, Lag, Source, SourceEvent, StreamInfo};
 
+/// Why there is no way back.
+pub(super) const READ_ONCE: &str = "no seek back: this source can be read once";
+
 /// Locks the state, even if a thread that held it panicked.
 pub(super) fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
@@ -51,7 +54,7 @@ impl<'p> Player<'p> {
         live: bool,
     ) -> (Self, State) {
         let sampler = (!info.taxels_only).then(|| Sampler::new(info));
-        let state = State::new(info.about.clone(), live, *processor.geometry().layout(), fps(info.rate));
+        let state = Self::state(info, processor, live);
         (
             Self {
                 source,
@@ -69,6 +72,11 @@ impl<'p> Player<'p> {
         )
     }
 
+    /// Returns the state before the first frame.
+    pub(super) fn state(info: &StreamInfo, processor: &Processor, live: bool) -> State {
+        State::new(info.about.clone(), live, *processor.geometry().layout(), fps(info.rate))
+    }
+
     /// Opens the source again with `reopen` to go back.
     pub(super) fn reopened_by(self, reopen: Option<Reopen<'p>>) -> Self {
         Self { reopen, ..self }
@@ -77,6 +85,11 @@ impl<'p> Player<'p> {
     /// Returns the number of the next feature frame.
     pub(super) fn frame(&self) -> u64 {
         self.processor.pipeline().next_frame()
+    }
+
+    /// Returns the time of the next feature frame in seconds from the first one.
+    pub(super) fn due(&self) -> f64 {
+        self.processor.seconds(self.frame())
     }
 
     /// Returns how many feature frames so many seconds are, at least one.
@@ -92,7 +105,7 @@ impl<'p> Player<'p> {
         let why_not = match self.reopen {
             _ if shown.live => "no seek: a camera sends its frames once",
             _ if self.recordings.asked || shown.rec.is_some() => "no seek in a recording: r ends it",
-            None if is_back => "no seek back: this source can be read once",
+            None if is_back => READ_ONCE,
             _ => {
                 drop(shown);
                 return !is_back || self.start_again(state);
@@ -176,11 +189,15 @@ impl<'p> Player<'p> {
             _ => passed = 0,
         }
         let (before, mut features, mut records) = (self.processor.pipeline().next_frame(), Vec::new(), Vec::new());
+        let mut stamp = None;
         let dropped = if let SourceEvent::Lost { frames, .. } = item { frames } else { 0 };
         let taken = self.processor.process(&item, |record| {
             self.recordings.record(&record);
             match record {
-                Output::Features(frame) => features.push(frame.features.map(|feature| real(feature) as f32)),
+                Output::Features(frame) => {
+                    stamp = frame.stamp;
+                    features.push(frame.features.map(|feature| real(feature) as f32));
+                }
                 record => records.push(record),
             }
             Ok::<(), Error>(())
@@ -201,6 +218,7 @@ impl<'p> Player<'p> {
                 state.add_trace(Some(features));
             }
             state.set_taxels(self.processor.taxels());
+            state.stamp = stamp.or(state.stamp);
             state.picture = shown.or(state.picture.take());
         }
         self.update(&mut state);

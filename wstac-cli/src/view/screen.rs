@@ -11,12 +11,13 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::getpgrp;
-use rustix::termios::tcgetpgrp;
+use rustix::termios::{OptionalActions, tcgetattr, tcgetpgrp, tcsetattr};
 
 use super::Shared;
-use super::draw::{Colors, draw};
+use super::draw::{Colors, View, draw};
 use super::keys::{Key, key};
 use super::player::locked;
+use super::state::State;
 use wstac_host::error::{Error, ErrorKind};
 
 /// Time between two drawings: 15 per second.
@@ -45,13 +46,14 @@ impl Screen {
             if self.draw(shared, with_help).is_err() {
                 return;
             }
-            shared.picture.store(true, Ordering::Relaxed);
+            shared.sensors.iter().for_each(|watched| watched.picture.store(true, Ordering::Relaxed));
             match self.keyboard.pressed() {
                 Ok(pressed) => {
                     for key in pressed {
                         match key {
                             Key::Quit => return,
                             Key::Help => with_help = !with_help,
+                            Key::Next | Key::Previous | Key::Choose(_) => choose(shared, key),
                             key => {
                                 // Nobody receives keys any more: the end is near.
                                 let _ = keys.send(key);
@@ -64,14 +66,36 @@ impl Screen {
         }
     }
 
-    /// Draws the state. It is locked while it is drawn in memory, but not while the terminal receives the result.
+    /// Draws the states. They are locked while they are drawn in memory, but not while the terminal receives the result.
     fn draw(&mut self, shared: &Shared, with_help: bool) -> io::Result<()> {
         let colors = self.colors;
         self.terminal.draw(|frame| {
             let area = frame.area();
-            draw(&locked(&shared.state), colors, with_help, area, frame.buffer_mut());
+            let states: Vec<_> = shared.sensors.iter().map(|watched| locked(&watched.state)).collect();
+            let states: Vec<&State> = states.iter().map(|state| &**state).collect();
+            let chosen = shared.chosen.load(Ordering::Relaxed);
+            draw(&View { states: &states, chosen, with_help, colors }, area, frame.buffer_mut());
         })?;
         Ok(())
+    }
+}
+
+/// Shows one of several sensors alone, or all of them.
+fn choose(shared: &Shared, key: Key) {
+    let (count, chosen) = (shared.sensors.len(), shared.chosen.load(Ordering::Relaxed));
+    if count > 1 {
+        shared.chosen.store(chosen_by(key, chosen, count), Ordering::Relaxed);
+    }
+}
+
+/// Returns the number of the sensor that a key chooses of so many, or 0 for all.
+fn chosen_by(key: Key, chosen: usize, count: usize) -> usize {
+    match key {
+        Key::Next => (chosen + 1) % (count + 1),
+        Key::Previous => (chosen + count) % (count + 1),
+        Key::Choose(number) if number == chosen => 0,
+        Key::Choose(number) if number <= count => number,
+        _ => chosen,
     }
 }
 
@@ -123,11 +147,24 @@ impl Keyboard {
             if !self.wait(left)? {
                 continue;
             }
+            let mut has_read = false;
             while event::poll(Duration::ZERO)? {
+                has_read = true;
                 pressed.extend(key(&event::read()?));
+            }
+            if !has_read {
+                self.remind()?;
             }
         }
         Ok(pressed)
+    }
+
+    /// Lets crossterm learn of keys again. It waits for news of the terminal, and forgets them if the size of the screen
+    /// has changed before the key: without this, a key would wait for the next one. Setting what is set is such news.
+    fn remind(&self) -> io::Result<()> {
+        let terminal = self.handle();
+        tcsetattr(terminal, OptionalActions::Now, &tcgetattr(terminal)?)?;
+        Ok(())
     }
 
     /// Returns whether there is something to read. A terminal that is gone is an error here, because crossterm would
@@ -144,5 +181,22 @@ impl Keyboard {
             return Err(io::ErrorKind::BrokenPipe.into());
         }
         Ok(found.contains(PollFlags::IN))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_choose_one_of_several_sensors_and_all_again() {
+        let mut chosen = 0;
+        let mut press = |key| {
+            chosen = chosen_by(key, chosen, 3);
+            chosen
+        };
+        assert_eq!([Key::Next; 5].map(&mut press), [1, 2, 3, 0, 1]);
+        assert_eq!([Key::Previous; 3].map(&mut press), [0, 3, 2]);
+        assert_eq!([3, 3, 1, 4, 9].map(|number| press(Key::Choose(number))), [3, 0, 1, 1, 1]);
     }
 }

@@ -1,6 +1,7 @@
 //! The state that the screen shows: data only, no drawing.
 
 use std::collections::VecDeque;
+use std::time::SystemTime;
 
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::motion::Velocity;
@@ -8,7 +9,7 @@ use wstac_core::params::{FEATURES, TAXELS};
 use wstac_core::wire::Telemetry;
 
 use wstac_host::json::{angle, confidence, rounded};
-use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
+use wstac_host::output::{DisturbedBaseline, Output, Stamp, TactileEvent};
 use wstac_host::picture::Picture;
 use wstac_host::source::Lag;
 
@@ -62,11 +63,15 @@ pub(super) struct Rec {
 pub(super) struct Entry {
     pub(super) about: About,
     pub(super) text: String,
+    /// The wall-clock time, where the source knows it.
+    pub(super) stamp: Option<Stamp>,
 }
 
 /// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(super) struct State {
+    /// The name of one of several sensors.
+    pub(super) name: Option<String>,
     /// A description of the source.
     pub(super) about: String,
     /// Whether it is a camera, which continues while the screen is paused.
@@ -103,6 +108,10 @@ pub(super) struct State {
     pub(super) is_board: bool,
     /// The state of a board, once it has come.
     pub(super) telemetry: Option<Telemetry>,
+    /// The wall-clock time of the newest frame, where the source knows it.
+    pub(super) stamp: Option<Stamp>,
+    /// The most that a board's times may be wrong in milliseconds, once its clock is matched with this machine's.
+    pub(super) clock_within_ms: Option<f64>,
     pub(super) rec: Option<Rec>,
 }
 
@@ -110,6 +119,7 @@ impl State {
     /// Creates the state before the first frame.
     pub(super) fn new(about: String, live: bool, layout: Layout, nominal_fps: String) -> Self {
         Self {
+            name: None,
             about,
             live,
             size: layout.frame(),
@@ -131,14 +141,21 @@ impl State {
             lag: Lag::default(),
             is_board: false,
             telemetry: None,
+            stamp: None,
+            clock_within_ms: None,
             rec: None,
         }
+    }
+
+    /// Names it as one of several sensors.
+    pub(super) fn named(self, name: &str) -> Self {
+        Self { name: Some(name.to_owned()), ..self }
     }
 
     /// Returns to the state before the first frame. A pause goes on.
     pub(super) fn start_again(&mut self) {
         let fresh = Self::new(self.about.clone(), self.live, self.layout, self.nominal_fps.clone());
-        *self = Self { paused: self.paused, ..fresh };
+        *self = Self { paused: self.paused, name: self.name.take(), ..fresh };
     }
 
     /// Returns whether the screen is paused.
@@ -164,8 +181,12 @@ impl State {
 
     /// Adds a line to the list.
     pub(super) fn say(&mut self, about: About, text: String) {
+        self.enter(Entry { about, text, stamp: None });
+    }
+
+    fn enter(&mut self, entry: Entry) {
         self.entries.truncate(ENTRIES - 1);
-        self.entries.push_front(Entry { about, text });
+        self.entries.push_front(entry);
     }
 
     /// Takes an output of the stream, except features.
@@ -174,7 +195,7 @@ impl State {
             Output::Motion(motion) => self.motion = Some(motion.velocity),
             Output::Event(event) => {
                 self.events += 1;
-                self.say(About::Event, line(event));
+                self.enter(Entry { about: About::Event, text: line(event), stamp: event.stamp });
             }
             Output::Interrupted(sample) => self.say(
                 About::Trouble,
@@ -197,6 +218,14 @@ impl State {
             _ => {}
         }
     }
+}
+
+/// Returns the time of day of a stamp in UTC, to the millisecond.
+pub(super) fn time_of_day(stamp: Stamp) -> String {
+    let since = stamp.time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let seconds = since.as_secs() % 86_400;
+    let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
+    format!("{hours:02}:{minutes:02}:{:02}.{:03}", seconds % 60, since.subsec_millis())
 }
 
 /// Returns the arrow that is nearest to an angle in degrees.

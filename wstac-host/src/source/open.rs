@@ -120,7 +120,7 @@ pub fn open(
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
         Err(_) if starts(name, "cam:") => {
-            let why = "several sources, each with a name, are for wstac run and record; here ";
+            let why = "several sources, each with a name, are for wstac run, view, serve and record; here ";
             return Err(none_of_these(ErrorKind::Usage, why));
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {

@@ -7,7 +7,7 @@ use wstac_core::wire::Telemetry;
 use wstac_host::monitor::telemetry;
 
 use super::colors::Colors;
-use crate::view::state::{Phase, State, arrow};
+use crate::view::state::{Phase, State, arrow, time_of_day};
 
 /// Draws the panel, one fact per row.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
@@ -18,10 +18,9 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     lines.push((format!("frame   {}", state.frame), calm));
     lines.push((format!("dropped {}", state.dropped), if_any(state.dropped)));
     lines.push((format!("events  {}", state.events), calm));
-    if let Some(motion) = state.motion {
-        let angle = f64::from(motion.degrees).round() % 360.0;
-        lines.push((format!("{:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees)), colors.lit()));
-    }
+    lines.extend(motion(state).map(|motion| (motion, colors.lit())));
+    lines.extend(state.stamp.map(|stamp| (format!("UTC {}", time_of_day(stamp)), calm)));
+    lines.extend(state.clock_within_ms.map(|within| (format!("clock   ±{within:.1} ms"), calm)));
     if let Some(telemetry) = &state.telemetry {
         lines.extend(of_board(telemetry, colors));
     }
@@ -60,23 +59,35 @@ fn of_board(telemetry: &Telemetry, colors: Colors) -> Vec<(String, Color)> {
     lines
 }
 
-/// Draws the most important facts in one line.
+/// Returns the rate and the number of lost frames in one line, and whether any was lost.
+pub(super) fn reception(state: &State) -> (String, bool) {
+    (format!("{}  {} dropped", rate(state), state.dropped), state.dropped > 0)
+}
+
+/// Returns speed and direction, if something slides.
+fn motion(state: &State) -> Option<String> {
+    let motion = state.motion?;
+    let angle = f64::from(motion.degrees).round() % 360.0;
+    Some(format!("{:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees)))
+}
+
+/// Draws the most important facts in one line, behind the name if the sensor has one.
 pub(super) fn line(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let (doing, color) = doing(state, colors);
+    let doing = state.name.as_ref().map_or(doing.clone(), |name| format!("{name}  {doing}"));
+    if let Phase::Failed(why) = &state.phase {
+        return super::put(buffer, area, &format!("{doing}  {why}"), color);
+    }
     let behind = state.lag.latency.map(|latency| format!("  {} ms, {} behind", latency.as_millis(), state.lag.frames));
     let behind = behind.unwrap_or_default();
-    let motion = state.motion.map(|motion| {
-        let angle = f64::from(motion.degrees).round() % 360.0;
-        format!("  {:.0} mm/s {} {angle:.0}°", motion.mm_s, arrow(motion.degrees))
-    });
-    let motion = motion.unwrap_or_default();
+    let motion = motion(state).map_or(String::new(), |motion| format!("  {motion}"));
     let text = format!("{doing}{motion}  {}  {} dropped  frame {}{behind}", rate(state), state.dropped, state.frame);
-    // In little room, the frame rate is left out first, then the lag.
+    // In little room, the frame rate is left out first, then the lag, then the frame.
     let short = format!("{doing}{motion}  frame {}  {} dropped{behind}", state.frame, state.dropped);
     let shorter = format!("{doing}{motion}  frame {}", state.frame);
-    let fits = |text: &&String| super::columns_of(text) <= usize::from(area.width);
-    let text = [&text, &short].into_iter().find(fits).unwrap_or(&shorter);
-    super::put(buffer, area, text, color);
+    let fits = |text: &String| super::columns_of(text) <= usize::from(area.width);
+    let text = [text, short, shorter].into_iter().find(|text| fits(text)).unwrap_or_else(|| format!("{doing}{motion}"));
+    super::put(buffer, area, &text, color);
 }
 
 /// Returns what the stream is doing, with its color.

@@ -14,6 +14,7 @@ r       start or end a recording in a new file; it starts with a baseline:
 space   pause the screen; a camera is still read
 ← →     go back or forth by 1 s in a file or scene; ↓ ↑ by 10 s
 , .     pause, and go back or forth by one frame; 0: to the first frame
+Tab     show one of several sensors alone, then the next; 1 to 9: that one
 ?       show or hide this help
 
 Picture  the camera's green light, scaled to the brightest taxel of the last

@@ -1,10 +1,12 @@
-//! Draws the state on a terminal, one file per panel.
+//! Draws the states of sensors on a terminal, one file per panel.
 
 mod colors;
 mod facts;
 mod heat;
 mod help;
+mod keys;
 mod picture;
+mod tiles;
 mod traces;
 
 use ratatui::buffer::Buffer;
@@ -13,7 +15,7 @@ use ratatui::style::Style;
 use ratatui::text::Span;
 
 pub(super) use self::colors::Colors;
-use super::state::{About, Rec, State};
+use super::state::{About, Rec, State, time_of_day};
 
 /// The smallest size that has room for all panels.
 const ROOMY: (u16, u16) = (60, 20);
@@ -22,31 +24,60 @@ const TRACES: u16 = 6;
 /// The number of columns that the facts need beside the map.
 const FACTS: u16 = 17;
 
+/// What the screen shows.
+pub(super) struct View<'a> {
+    /// One sensor, or several.
+    pub(super) states: &'a [&'a State],
+    /// The number of the sensor that is shown alone, from 1 on; 0 for all of several.
+    pub(super) chosen: usize,
+    pub(super) with_help: bool,
+    pub(super) colors: Colors,
+}
+
+impl View<'_> {
+    /// Returns the state of the sensor that is shown alone.
+    fn alone(&self) -> Option<&State> {
+        match self.states {
+            [only] => Some(only),
+            several => several.get(self.chosen.checked_sub(1)?).copied(),
+        }
+    }
+}
+
 /// Draws the whole screen.
-pub(super) fn draw(state: &State, colors: Colors, with_help: bool, area: Rect, buffer: &mut Buffer) {
+pub(super) fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
+    let View { states, chosen, with_help, colors } = *view;
     if area.is_empty() {
         return;
     }
-    let about = format!("wstac view  {}", state.about);
-    let (title, color) = match &state.rec {
-        Some(rec) => {
-            let Rec { name, frames, waiting } = rec;
-            (format!("● REC {name}, {frames} frames, {waiting} behind"), colors.warning())
-        }
-        None => (about, colors.faint()),
-    };
-    put(buffer, Rect { height: 1, ..area }, &title, color);
+    let alone = view.alone();
     let mut body = Rect { y: area.y + 1, height: area.height - 1, ..area };
     if body.height >= 2 {
         body.height -= 1;
-        keys(state, colors, Rect { y: body.bottom(), height: 1, ..area }, buffer);
+        keys::draw(view, Rect { y: body.bottom(), height: 1, ..area }, buffer);
     }
+    let places = if alone.is_none() { tiles::places(states.len(), body) } else { Vec::new() };
+    let (title, color) = match alone {
+        Some(State { rec: Some(Rec { name, frames, waiting }), .. }) => {
+            (format!("● REC {name}, {frames} frames, {waiting} behind"), colors.warning())
+        }
+        Some(State { name: Some(name), about, .. }) if states.len() > 1 => {
+            (format!("wstac view  {name} ({chosen} of {})  {about}", states.len()), colors.faint())
+        }
+        Some(State { about, .. }) => (format!("wstac view  {about}"), colors.faint()),
+        None => match states.len() - places.len() {
+            0 => (format!("wstac view  {} sensors", states.len()), colors.faint()),
+            hidden => (format!("wstac view  {} sensors, {hidden} not shown", states.len()), colors.warning()),
+        },
+    };
+    put(buffer, Rect { height: 1, ..area }, &title, color);
     if with_help {
-        help::draw(colors, body, buffer);
-    } else if area.width >= ROOMY.0 && area.height >= ROOMY.1 {
-        roomy(state, colors, body, buffer);
-    } else {
-        narrow(state, colors, body, buffer);
+        return help::draw(colors, body, buffer);
+    }
+    match alone {
+        Some(state) if area.width >= ROOMY.0 && area.height >= ROOMY.1 => roomy(state, colors, body, buffer),
+        Some(state) => narrow(state, colors, body, buffer),
+        None => states.iter().zip(places).for_each(|(state, place)| tiles::draw(state, colors, place, buffer)),
     }
 }
 
@@ -62,17 +93,26 @@ fn roomy(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     let picture_width = picture::columns(state, inner).min(most);
     let columns = [Constraint::Length(picture_width), Constraint::Length(map_width), Constraint::Fill(1)];
     let [picture, map, facts] = Layout::horizontal(columns).spacing(2).areas(top);
-    let titled = |area: Rect, title: &str, buffer: &mut Buffer| {
-        buffer.set_stringn(area.x, area.y, title, usize::from(area.width), colors.faint());
-        Rect { y: area.y + 1, height: area.height - 1, ..area }
-    };
-    let inside = titled(picture, &format!("picture, white: {:.0} %", 100.0 * state.peak), buffer);
-    picture::draw(state, colors, inside, buffer);
-    let inside = titled(map, "taxels, % of full scale", buffer);
-    heat::draw(state, colors, inside, buffer);
+    picture::draw(state, colors, titled_picture(state, colors, picture, buffer), buffer);
+    heat::draw(state, colors, titled_map(colors, map, buffer), buffer);
     facts::draw(state, colors, facts, buffer);
     traces::draw(state, colors, traces, buffer);
     list(state, colors, events, buffer);
+}
+
+/// Draws the title of the picture, and returns the area below it.
+fn titled_picture(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) -> Rect {
+    titled(area, &format!("picture, white: {:.0} %", 100.0 * state.peak), colors, buffer)
+}
+
+/// Draws the title of the map, and returns the area below it.
+fn titled_map(colors: Colors, area: Rect, buffer: &mut Buffer) -> Rect {
+    titled(area, "taxels, % of full scale", colors, buffer)
+}
+
+fn titled(area: Rect, title: &str, colors: Colors, buffer: &mut Buffer) -> Rect {
+    buffer.set_stringn(area.x, area.y, title, usize::from(area.width), colors.faint());
+    Rect { y: area.y + 1, height: area.height - 1, ..area }
 }
 
 /// Draws the facts in one line, then the traces or as many events as fit.
@@ -130,25 +170,16 @@ fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
             About::Trouble => colors.warning(),
             About::Note => colors.calm(),
         };
-        put(buffer, row, &entry.text, color);
+        // In little room, the numbers of frames need no column of their own.
+        let text = if area.width < ROOMY.0 { entry.text.trim_start() } else { &entry.text };
+        put(buffer, row, text, color);
+        // The time of day is at the right, if it has room.
+        let time = entry.stamp.map(time_of_day).unwrap_or_default();
+        let [taken, width] = [columns_of(text) + 2, time.len()].map(|columns| columns as u16);
+        if width > 0 && taken + width <= row.width {
+            put(buffer, Rect { x: row.right() - width, width, ..row }, &time, colors.faint());
+        }
     }
-}
-
-/// Draws the line that explains the keys.
-fn keys(state: &State, colors: Colors, row: Rect, buffer: &mut Buffer) {
-    let pause = if state.paused { "space resume" } else { "space pause" };
-    let record = if state.rec.is_some() { "r end recording" } else { "r record" };
-    let texts = if state.is_board {
-        [format!("q quit  {pause}  ? help"), String::new(), "q quit ? help".to_owned()]
-    } else {
-        let seek = if state.live { "" } else { "  ←→ seek  ,. step" };
-        let [full, short] = [seek, ""].map(|seek| format!("q quit  z re-zero  {record}  {pause}{seek}  ? help"));
-        [full, short, "q quit z zero ? help".to_owned()]
-    };
-    // The longest that fits.
-    let fits = |text: &&String| !text.is_empty() && columns_of(text) <= usize::from(row.width);
-    let text = texts.iter().find(fits).unwrap_or(&texts[2]);
-    put(buffer, row, text, Style::new().fg(colors.faint()));
 }
 
 #[cfg(test)]

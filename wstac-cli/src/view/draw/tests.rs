@@ -1,5 +1,7 @@
 //! Tests of the screen: a scene is played into a terminal of a given size.
 
+mod several;
+
 use std::io::Read;
 use std::net::TcpListener;
 use std::path::PathBuf;
@@ -54,12 +56,17 @@ fn play(
 }
 
 /// Returns what a terminal of this size shows, one string per row.
-fn screen(state: &State, colors: Colors, with_help: bool, [width, height]: [u16; 2]) -> (Vec<String>, Buffer) {
+fn screen(state: &State, colors: Colors, with_help: bool, size: [u16; 2]) -> (Vec<String>, Buffer) {
+    shown(&View { states: &[state], chosen: 0, with_help, colors }, size)
+}
+
+/// Returns what a terminal of this size shows of one sensor or several.
+fn shown(view: &View<'_>, [width, height]: [u16; 2]) -> (Vec<String>, Buffer) {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal
         .draw(|frame| {
             let area = frame.area();
-            draw(state, colors, with_help, area, frame.buffer_mut());
+            draw(view, area, frame.buffer_mut());
         })
         .unwrap();
     let buffer = terminal.backend().buffer().clone();

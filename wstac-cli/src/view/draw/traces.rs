@@ -78,7 +78,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     } else {
         format!("rows {low:.1}…{high:.1}")
     };
-    buffer.set_stringn(area.x, area.y, &title, usize::from(half - 1), colors.faint());
+    super::put(buffer, Rect { width: half - 1, height: 1, ..area }, &title, colors.faint());
     let seconds = if half >= 34 { "columns; - - threshold" } else { "columns" };
     buffer.set_stringn(area.x + half, area.y, seconds, usize::from(half), colors.faint());
 }
