@@ -6,6 +6,7 @@ import random
 import re
 import subprocess
 import sys
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -50,9 +51,9 @@ WRONG = [
     (lambda: wstac.Config({"trigger": {"window": None}}), wstac.Error, "configuration: "),
     (lambda: wstac.Config({"trigger": {"multiplier": float("nan")}}), wstac.Error, "configuration: "),
     (lambda: wstac.Config({"layout": object()}), wstac.Error, "expected numbers, text, lists and tables"),
-    (lambda: wstac.Pipeline().finish(), wstac.Error, "no frame was pushed"),
-    (lambda: wstac.Pipeline(models="builtin:x"), wstac.Error, "builtin:x: is no model that comes with wstac"),
-    (lambda: wstac.Pipeline().lose(-1), wstac.Error, "frames is -1"),
+    (lambda: wstac.Pipeline(fps=30).finish(), wstac.Error, "no frame was pushed"),
+    (lambda: wstac.Pipeline(fps=30, models="builtin:x"), wstac.Error, "builtin:x: is no model that comes with wstac"),
+    (lambda: wstac.Pipeline(fps=30).lose(-1), wstac.Error, "frames is -1"),
     (lambda: wstac.Model.load("builtin:svm").predict(SAMPLE.astype(float)), wstac.Error, "type float64, expected int16"),
     (lambda: wstac.Model.load("builtin:svm").predict(SAMPLE[0]), wstac.Error, "shape (10, 70), expected (n, 10, 70)"),
     (lambda: wstac.Model.load("builtin:svm").predict([1]), TypeError, "X is a list"),
@@ -94,8 +95,17 @@ def test_wrong_things_are_refused_with_words(call: Any, error: type[Exception], 
         call()
 
 
+def test_a_rate_that_is_not_given_is_said_to_be_assumed() -> None:
+    with pytest.warns(UserWarning, match="speeds are those of 30 frames per second") as warned:
+        wstac.Pipeline("GREY", size=(400, 400))
+    assert [warning.filename for warning in warned] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wstac.Pipeline("GREY", size=(400, 400), fps=30)
+
+
 def test_a_refused_frame_was_not_taken() -> None:
-    pipeline = wstac.Pipeline()
+    pipeline = wstac.Pipeline(fps=30)
     assert (pipeline.next_frame, pipeline.features, pipeline.taxels) == (0, None, None)
     pipeline.push(GREY[0])
     for other in (GREY[0, :40], GREY[0].astype("<u2"), GREY):

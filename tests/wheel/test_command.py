@@ -60,7 +60,7 @@ def test_a_recording(law: str, recording: Path, tmp_path: Path) -> None:
     gaps = sorted(number for one in found.lost for number in range(one.at, one.at + one.frames))
     assert sorted([*found.frame_numbers.tolist(), *gaps]) == list(range(found.end.frames))
     # The other direction: its frames, as they arrived, through a pipeline.
-    pipeline = wstac.Pipeline(config=keys, models="builtin:svm")
+    pipeline = wstac.Pipeline(fps=30, config=keys, models="builtin:svm")
     events, before = [], -1
     for number, frame, taxels in zip(found.frame_numbers, found.frames, found.taxels):
         events += [event for event in [pipeline.lose(int(number) - before - 1)] if event]

@@ -27,7 +27,7 @@ import wstac
         lambda path: wstac.dataset(path + ".toml"),
         lambda path: wstac.Config.read(path),
         lambda path: wstac.Model.load(path),
-        lambda path: wstac.Pipeline(models=path),
+        lambda path: wstac.Pipeline(fps=30, models=path),
     ],
 )
 def test_a_missing_file_is_a_file_not_found_error(call, tmp_path) -> None:

@@ -111,7 +111,7 @@ def test_a_model_gets_the_sample_that_it_takes() -> None:
                 model.predict_event(plain)
     [press] = wstac.simulate({"touch": [{"kind": "press"}], "fidelity": "taxel"}, path_samples=True).events
     assert not press.path_sample.any() and wstac.Model.load("builtin:path-svm").predict_event(press) is None
-    pipeline = wstac.Pipeline(path_samples=True)
+    pipeline = wstac.Pipeline(fps=30, path_samples=True)
     frames = wstac.simulate("Saw3@150", size=(200, 200)).frames
     [pushed] = [event for frame in frames if (event := pipeline.push(frame))]
     assert pushed.path_sample is not None and pushed.path_sample.any() and pushed.taxel_path_sample.any()
@@ -160,7 +160,7 @@ def test_live_motion(tmp_path: Path) -> None:
     with wstac.open(SCENE) as stream:
         assert not any(isinstance(record, wstac.Motion) for record in stream.records())
     scene = wstac.simulate("Saw3@120,30deg,seed=4", size=(400, 400))
-    pipeline = wstac.Pipeline(motion=True)
+    pipeline = wstac.Pipeline(fps=30, motion=True)
     assert scene.frames is not None
     for frame in scene.frames:
         pipeline.push(frame)

@@ -4,7 +4,7 @@ use wstac_core::speed::{Law, ThresholdOn};
 
 use super::event::Found;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_host::json::{angle, confidence, rounded};
+use wstac_host::json::{angle, confidence, rounded, with_deviation};
 use wstac_host::output::TactileEvent;
 use wstac_host::texture::Texture;
 
@@ -16,7 +16,7 @@ pub(super) fn caption(found: &Found) -> String {
     let mut answers: Vec<String> = record.contact.iter().map(ToString::to_string).collect();
     answers.extend([speed(record, found.law), direction(record)]);
     answers.extend(record.texture.as_ref().ok().map(texture));
-    let mut sentences = vec![what, format!("{}.", answers.join("; "))];
+    let mut sentences = vec![what, format!("{}.", capitalized(&answers.join("; ")))];
     if record.frames_filled > 0 {
         sentences.push(format!("{} of {} frames were lost, and filled.", record.frames_filled, SAMPLE_FRAMES));
     }
@@ -33,6 +33,12 @@ pub(super) fn caption(found: &Found) -> String {
     sentences.join(" ")
 }
 
+/// Returns the text with its first letter as that of a sentence.
+fn capitalized(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 fn speed(record: &TactileEvent, law: Option<Law>) -> String {
     let law = match law {
         Some(Law::Published { .. }) => "logarithmic law",
@@ -42,11 +48,12 @@ fn speed(record: &TactileEvent, law: Option<Law>) -> String {
     match (record.speed, record.speed_at_most) {
         (Ok(speed), _) => {
             let doubt = if speed.extrapolated { ", extrapolated" } else { "" };
-            let sd = speed.sd.map_or_else(String::new, |sd| format!(" \u{b1} {}", rounded(sd)));
-            format!("Speed {}{sd} mm/s ({law}{doubt})", rounded(speed.mm_s))
+            let mm_s = rounded(speed.mm_s);
+            let found = speed.sd.map_or_else(|| mm_s.to_string(), |sd| with_deviation(mm_s, sd));
+            format!("speed {found} mm/s ({law}{doubt})")
         }
-        (Err(why), Some(most)) => format!("Speed at most {} mm/s ({})", rounded(most.mm_s), why.as_str()),
-        (Err(why), None) => format!("No speed ({})", why.as_str()),
+        (Err(why), Some(most)) => format!("speed at most {} mm/s ({})", rounded(most.mm_s), why.as_str()),
+        (Err(why), None) => format!("no speed ({})", why.as_str()),
     }
 }
 

@@ -8,7 +8,7 @@
 use std::fmt::Write;
 
 use crate::style::{INK, RADIUS};
-use crate::text::FAMILIES;
+use crate::text::{FAMILIES, width_of};
 
 /// The shape of a point. Shapes differ, so that no color is needed to tell points apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,15 +130,15 @@ impl Drawing {
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
-        let text = escaped(text);
-        let at = format!("x='{x:.1}' y='{y:.1}'");
+        let (wide, text) = (wide(text, size), escaped(text));
+        let at = format!("x='{x:.1}' y='{y:.1}'{wide}");
         self.add(format_args!("<text {at} text-anchor='{anchor}' font-size='{size}' fill='{color}'>{text}</text>"));
     }
 
     /// Writes a line of text that reads upward; its middle is at this place.
     pub fn upward(&mut self, [x, y]: [f64; 2], size: f64, text: &str) {
-        let at = format!("x='{x:.1}' y='{y:.1}' transform='rotate(-90 {x:.1} {y:.1})'");
-        let text = escaped(text);
+        let (wide, text) = (wide(text, size), escaped(text));
+        let at = format!("x='{x:.1}' y='{y:.1}'{wide} transform='rotate(-90 {x:.1} {y:.1})'");
         self.add(format_args!("<text {at} text-anchor='middle' font-size='{size}' fill='{INK}'>{text}</text>"));
     }
 
@@ -156,6 +156,16 @@ impl Drawing {
 fn path(points: &[[f64; 2]]) -> String {
     let points: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     points.join(" ")
+}
+
+/// Returns the attributes that give a line of several words its width in a viewer without the font, too.
+///
+/// Other fonts are up to a fifth wider, so that lines would end outside of the sheet. A single word has room.
+fn wide(text: &str, size: f64) -> String {
+    if !text.contains(' ') {
+        return String::new();
+    }
+    format!(" textLength='{:.1}' lengthAdjust='spacingAndGlyphs'", width_of(text, size))
 }
 
 /// Escapes text for XML, and drops control characters, which XML does not permit.

@@ -88,6 +88,11 @@ fn legible(text: &str) {
             assert!(apart, "{one:?} at {a:?} lies on {other:?} at {b:?}");
         }
     }
+    // A line of several words has a width of its own: other fonts than ours must not let it end outside of the sheet.
+    for line in text.lines().filter(|line| line.starts_with("<text")) {
+        let (tag, words) = line.split_once('>').unwrap();
+        assert_eq!(tag.contains(" textLength='"), words.trim_end_matches("</text>").contains(' '), "{line}");
+    }
     for size in text.split("font-size='").skip(1).map(|rest| rest.split('\'').next().unwrap()) {
         assert!(size.parse::<f64>().unwrap() >= 7.0, "{size}");
     }
@@ -99,11 +104,11 @@ fn the_numbers_are_those_of_the_event() {
     legible(&text);
     let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
     let event = serde_json::to_value(JsonLine::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
-    let speed = event["speed"]["mm_s"].as_f64().unwrap();
+    let [speed, sd] = ["mm_s", "sd"].map(|key| event["speed"][key].as_f64().unwrap());
     for expected in [
         " r1 ".into(),
         " c5 ".into(),
-        format!("slide; Speed {speed} ± {} mm/s", event["speed"]["sd"]),
+        format!("Slide; speed {speed:.1} ± {sd:.1} mm/s"),
         format!("first frame {} ", event["frame"]),
         format!("lit {} frames", event["duration_frames"]),
         format!("direction {}° ± ", event["direction"]["deg"]),
@@ -174,7 +179,7 @@ fn a_touch_that_is_no_slide_names_its_kind() {
     well_formed(&text);
     legible(&text);
     let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
-    let reason = "press; No speed (the touch is a press, which does not slide)";
+    let reason = "Press; no speed (the touch is a press, which does not slide)";
     assert!(text.contains(">press<") && caption.contains(reason), "{caption}");
 }
 

@@ -362,7 +362,7 @@ class Incomplete:
 
     >>> import wstac
     >>> scene = wstac.simulate("Saw3@150,90deg", size=(400, 400))
-    >>> pipeline = wstac.Pipeline()
+    >>> pipeline = wstac.Pipeline(fps=30)
     >>> for frame in scene.frames[:80]:
     ...     event = pipeline.push(frame)
     >>> _ = pipeline.finish()
@@ -413,7 +413,7 @@ class Lost:
     """Camera frames that were lost.
 
     >>> import numpy, wstac
-    >>> pipeline = wstac.Pipeline()
+    >>> pipeline = wstac.Pipeline(fps=30)
     >>> _ = pipeline.push(numpy.zeros((400, 400), numpy.uint8)), pipeline.lose(3)
     >>> pipeline.lost
     [Lost(at=1, frames=3, why='reported lost')]

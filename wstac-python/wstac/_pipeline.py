@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Optional
 
 import numpy as np
@@ -66,10 +67,11 @@ class Pipeline(Recorded):
 
     Formats, shapes and arguments are those of `features`. Without `size` and `format`, those of the first frame count.
     The first 25 frames (0.8 s) are the baseline: nothing may touch the sensor during them. One thread at a time may push.
+    `fps` is the rate of the frames, to which speeds are proportional. Without it a warning says that 30 are assumed.
 
     >>> import wstac
     >>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400))
-    >>> pipeline = wstac.Pipeline()
+    >>> pipeline = wstac.Pipeline(fps=30)
     >>> for frame in scene.frames:
     ...     event = pipeline.push(frame)
     ...     if event:
@@ -92,7 +94,7 @@ class Pipeline(Recorded):
         format: Optional[str] = None,
         *,
         size: Optional[tuple[int, int]] = None,
-        fps: Fps = 30,
+        fps: Optional[Fps] = None,
         config: Configuration = None,
         models: Models = (),
         bytes_per_row: Optional[int] = None,
@@ -104,6 +106,9 @@ class Pipeline(Recorded):
         super().__init__()
         self._format = format
         self._size = None if size is None else _frames.sides(size)
+        if fps is None:
+            warnings.warn("fps is not given: speeds are those of 30 frames per second", stacklevel=2)
+            fps = 30
         made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
         self._made = (*made, bool(motion), bool(path_samples))
         self._native: Optional[_wstac.Pipeline] = None
@@ -135,7 +140,7 @@ class Pipeline(Recorded):
         Frames that are lost before the first frame have no place.
 
         >>> import numpy, wstac
-        >>> pipeline = wstac.Pipeline()
+        >>> pipeline = wstac.Pipeline(fps=30)
         >>> pipeline.push(numpy.zeros((400, 400), numpy.uint8))
         >>> pipeline.lose(3)
         >>> pipeline.next_frame, pipeline.lost

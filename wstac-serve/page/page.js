@@ -26,11 +26,12 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { re
 // --- numbers as text
 
 const short = (sd) => (sd < 9.95 ? sd.toFixed(1) : sd.toFixed(0));
-const spread = (value) => (value === undefined ? "" : " ± " + short(value));
+// Both with the same decimals: a rounded value must not seem to be several deviations off.
+const withDeviation = (value, sd) => value.toFixed(sd < 9.95 ? 1 : 0) + " ± " + short(sd);
 const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
 
 function speedText(event) {
-  if (event.speed) return event.speed.mm_s + spread(event.speed.sd) + (event.speed.extrapolated ? " extrapolated" : "");
+  if (event.speed) return (event.speed.sd === undefined ? event.speed.mm_s : withDeviation(event.speed.mm_s, event.speed.sd)) + (event.speed.extrapolated ? " extrapolated" : "");
   if (event.speed_at_most) return "≤ " + event.speed_at_most.mm_s;
   return "–";
 }
@@ -183,7 +184,7 @@ class Sensor {
     set("trouble", trouble);
     const { motion } = this;
     set("motion", motion
-      ? `${motion.speed.mm_s.toFixed(0)} ± ${short(motion.speed.sd)} mm/s at ${motion.direction.deg.toFixed(0)}° ± ${short(motion.direction.sd)}°`
+      ? `${withDeviation(motion.speed.mm_s, motion.speed.sd)} mm/s at ${motion.direction.deg.toFixed(0)}° ± ${short(motion.direction.sd)}°`
       : "nothing slides");
     this.part("motion").classList.toggle("slides", Boolean(motion));
     set("frame", status.frame);

@@ -11,7 +11,7 @@ use super::signals::is_readers_time_over;
 
 use wstac_core::motion::Velocity;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{angle, confidence, real, rounded};
+use wstac_host::json::{angle, confidence, real, rounded, with_deviation};
 use wstac_host::output::{DisturbedBaseline, Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::source::LossReason;
@@ -148,7 +148,7 @@ pub(super) fn text(line: &mut String, record: &Output) -> fmt::Result {
         }
         Output::Motion(motion) => {
             let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = motion.velocity;
-            write!(line, "frame {}  speed {:.0} ± {} mm/s", motion.frame, rounded(mm_s), short(mm_s_sd))?;
+            write!(line, "frame {}  speed {} mm/s", motion.frame, with_deviation(rounded(mm_s), mm_s_sd))?;
             write!(line, ", direction {}° ± {}°", angle(degrees), short(degrees_sd))
         }
         Output::Event(event) => text_of_event(line, event),
@@ -212,11 +212,11 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
 fn text_of_motion(line: &mut String, event: &TactileEvent) -> fmt::Result {
     match (event.speed, event.speed_at_most) {
         (Ok(speed), _) => {
-            write!(line, "speed {:.0}", rounded(speed.mm_s))?;
-            if let Some(sd) = speed.sd {
-                write!(line, " ± {}", short(sd))?;
+            let mm_s = rounded(speed.mm_s);
+            match speed.sd {
+                Some(sd) => write!(line, "speed {} mm/s", with_deviation(mm_s, sd))?,
+                None => write!(line, "speed {mm_s:.0} mm/s")?,
             }
-            line.write_str(" mm/s")?;
             if speed.extrapolated {
                 line.write_str(" (extrapolated)")?;
             }

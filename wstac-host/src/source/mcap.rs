@@ -9,7 +9,9 @@ use mcap::records::Record;
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
-use super::{Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, Stamp, StreamInfo, SummedFrame};
+use super::{
+    Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, Stamp, StreamInfo, SummedFrame, replaced_rate,
+};
 use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
 use crate::record::about::{self, About};
@@ -119,7 +121,13 @@ impl McapSource {
             labels: about.labels.clone(),
         }));
         let of_sensor = sensor.map_or_else(String::new, |sensor| format!("sensor {sensor}, "));
-        info.about = format!("{subject}: {of_sensor}recorded from {}{}", info.about, labels(&about));
+        let mut replaced = replaced_rate::remark(Some(about.info.rate), fps);
+        if !replaced.is_empty() {
+            let rate = info.rate;
+            replaced = format!("; {}:{} frames per second{replaced}", rate.numerator(), rate.denominator());
+        }
+        let recorded = format!("recorded from {}{}{replaced}", info.about, labels(&about));
+        info.about = format!("{subject}: {of_sensor}{recorded}");
         Ok(Self {
             reader,
             about,

@@ -15,6 +15,7 @@ pub mod pace;
 mod picture_files;
 #[cfg(feature = "png")]
 pub mod png_folder;
+mod replaced_rate;
 pub mod video;
 pub mod y4m;
 

@@ -15,7 +15,7 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
 
 use super::y4m::Y4m;
-use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo};
+use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo, replaced_rate};
 use crate::error::{Error, ErrorKind};
 
 /// The endings of files that are taken for videos.
@@ -87,7 +87,7 @@ impl Video {
         let rate = fps.or(stated.rate);
         let frames = Y4m::from_fd(&subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
         let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
-        let info = stated.describe(&subject, frames.info(), fps.is_some());
+        let info = stated.describe(&subject, frames.info(), fps);
         Ok(Self { subject, info, frames, decoder, ended: false })
     }
 }
@@ -174,7 +174,7 @@ impl Stated {
     }
 
     /// Returns the description of the frames.
-    fn describe(&self, subject: &str, frames: &StreamInfo, is_rate_given: bool) -> StreamInfo {
+    fn describe(&self, subject: &str, frames: &StreamInfo, given: Option<FrameRate>) -> StreamInfo {
         let color = YcbcrEncoding {
             matrix: self.matrix.unwrap_or(frames.color.matrix),
             range: self.range.unwrap_or(frames.color.range),
@@ -187,9 +187,10 @@ impl Stated {
             frames.rate.numerator(),
             frames.rate.denominator()
         );
-        if self.rate.is_none() && !is_rate_given {
+        about += &replaced_rate::remark(self.rate, given);
+        if self.rate.is_none() && given.is_none() {
             about += " (assumed: state another with --fps)";
-        } else if self.is_uneven && !is_rate_given {
+        } else if self.is_uneven && given.is_none() {
             about += " on average; its frames come unevenly";
         }
         if frames.format.is_ycbcr() && self.range.is_none() {

@@ -23,7 +23,7 @@ use wstac_core::rate::FrameRate;
 use self::header::Header;
 pub use self::header::header_of;
 use self::input::{Got, Input};
-use super::{Frame, Source, SourceEvent, StreamInfo};
+use super::{Frame, Source, SourceEvent, StreamInfo, replaced_rate};
 use crate::error::{Error, ErrorKind};
 
 /// The word that a Y4M stream starts with.
@@ -123,13 +123,14 @@ impl Y4m {
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
-            "{}: Y4M, {}x{} {}, {}:{} frames per second{}",
+            "{}: Y4M, {}x{} {}, {}:{} frames per second{}{}",
             reader.subject,
             header.size.width(),
             header.size.height(),
             header.name,
             header.rate.numerator(),
             header.rate.denominator(),
+            replaced_rate::remark(header.own_rate, fps),
             if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
         );
         let info = StreamInfo {

@@ -14,6 +14,8 @@ use crate::source::StreamInfo;
 pub(super) struct Header {
     pub(super) size: FrameSize,
     pub(super) rate: FrameRate,
+    /// The rate of the header, if it has one.
+    pub(super) own_rate: Option<FrameRate>,
     pub(super) format: PixelFormat,
     pub(super) color: YcbcrEncoding,
     /// Whether the header does not state the range of Y, Cb and Cr, though it matters.
@@ -40,7 +42,7 @@ impl Header {
         let tags = Tags::parse(&String::from_utf8_lossy(line))?;
         let [width, height, rate, interlacing, aspect, format] = &tags.values;
         let size = FrameSize::new(side('W', width.as_deref())?, side('H', height.as_deref())?);
-        let rate = checked_rate(rate.as_deref(), fps)?;
+        let (rate, own_rate) = checked_rate(rate.as_deref(), fps)?;
         match interlacing.as_deref() {
             None | Some("?" | "p" | "t" | "b" | "m") => {}
             Some(other) => return Err(format!("I is {other:?}, expected ?, p, t, b or m")),
@@ -52,6 +54,7 @@ impl Header {
         Ok(Self {
             size: size.map_err(|error| error.to_string())?,
             rate,
+            own_rate,
             format,
             color: YcbcrEncoding {
                 matrix: YcbcrMatrix::Bt601,
@@ -105,7 +108,8 @@ fn side(key: char, found: Option<&str>) -> Result<u32, String> {
     number.ok_or_else(|| format!("{key} is {found:?}, {}", expected()))
 }
 
-fn checked_rate(found: Option<&str>, fps: Option<FrameRate>) -> Result<FrameRate, String> {
+/// Returns the rate that counts, and that of the header.
+fn checked_rate(found: Option<&str>, fps: Option<FrameRate>) -> Result<(FrameRate, Option<FrameRate>), String> {
     let header = match found {
         None => None,
         Some(found) => match ratio(found) {
@@ -113,10 +117,11 @@ fn checked_rate(found: Option<&str>, fps: Option<FrameRate>) -> Result<FrameRate
             None => return Err(format!("F is {found:?}, expected a rate as in 30:1 or 30000:1001")),
         },
     };
-    fps.or(header).ok_or_else(|| {
+    let rate = fps.or(header).ok_or_else(|| {
         let found = found.map_or("missing".into(), |found| format!("{found:?}"));
         format!("F is {found}, expected a rate as in 30:1; state the rate with --fps")
-    })
+    })?;
+    Ok((rate, header))
 }
 
 /// Returns a format and its name. Without C it is 4:2:0, as the format's description says.

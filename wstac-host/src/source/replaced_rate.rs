@@ -1,0 +1,16 @@
+//! What a file's description says if its frame rate was replaced.
+
+use wstac_core::rate::FrameRate;
+
+/// Returns a remark for the description of a file whose own rate differs from the given one.
+/// It is empty otherwise.
+///
+/// Speeds scale with the rate, so that a wrong one gives wrong speeds that look right.
+pub(super) fn remark(own: Option<FrameRate>, given: Option<FrameRate>) -> String {
+    match (own, given) {
+        (Some(own), Some(given)) if own.per_second() != given.per_second() => {
+            format!(" as --fps says; the file says {}:{}", own.numerator(), own.denominator())
+        }
+        _ => String::new(),
+    }
+}
