@@ -4,6 +4,9 @@
 //! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
 //! none; there the numbers and times of frames give the places, and the index their count.
 //!
+//! Each of several sensors has places of its own. Recordings of several that do not tell them apart are recovered up to
+//! the first damage: nothing says whose frames are missing there.
+//!
 //! The places also say which moments are there already, so that none is copied twice, and none behind a later one.
 //!
 //! A recovery is a success only if all frames are accounted for, and if the new file was read like any recording.
@@ -27,7 +30,7 @@ use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING,
 use super::parse::parse_record;
 use super::recorder::{lost_frames, lost_line};
 use super::reserved::give_back_of_killed;
-use super::sums::{self, Stated, Sum, UNCOVERED};
+use super::sums::{self, Counts, Stated, Sum, Tally, UNCOVERED};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
 use crate::error::{Error, ErrorKind};
 use crate::source::mcap::McapSource;
@@ -35,6 +38,8 @@ use crate::source::{Source, SourceEvent};
 
 /// Bytes of a message's record before its data.
 const MESSAGE_START: u64 = 31;
+/// Most bytes of the data of a checksum's message.
+const MOST_SUM: usize = 1 << 11;
 /// Nanoseconds of a second.
 const SECOND: u128 = 1_000_000_000;
 
@@ -93,8 +98,14 @@ struct Recovery<'a> {
     is_suspect: bool,
     /// Frames of the last chunk, which was never finished, that have no checksum behind them.
     incomplete: u64,
-    /// The sum of the last moment that was copied.
-    last_sum: Option<Sum>,
+    /// The sum of the last moment of each sensor that was copied.
+    last_sums: BTreeMap<u8, Sum>,
+    /// What the recording had of each sensor at the last of its checksums that is right.
+    known: Option<Tally>,
+    /// Frames of each sensor that are entered as lost.
+    entered: BTreeMap<u8, u64>,
+    /// Whether frames are missing, and nothing says of which sensor. Nothing behind them is copied.
+    is_over: bool,
     /// When the last frame of a recording of before was taken.
     taken: Option<u64>,
     /// Why the number of lost frames is not certain.
@@ -132,7 +143,8 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
     };
-    let has_sums = stated.has_sums;
+    // All recordings of several sensors have checksums.
+    let has_sums = stated.has_sums || sensors.first().is_some();
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
     }
@@ -165,7 +177,10 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         suspects: 0,
         is_suspect: false,
         incomplete: 0,
-        last_sum: None,
+        last_sums: BTreeMap::new(),
+        known: None,
+        entered: BTreeMap::new(),
+        is_over: false,
         taken: None,
         doubt: None,
         found: Recovered { problem, ..Recovered::default() },
@@ -173,8 +188,19 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     if stated.has_other_end {
         recovery.doubt = Some("has the ends of several recordings".to_owned());
     }
-    recovery.go(stated).map_err(|failure| failure.in_words(old, path))?;
+    recovery.go(&stated).map_err(|failure| failure.in_words(old, path))?;
     recovery.finish(&same)
+}
+
+/// The frames of a sensor that are missing before a moment.
+#[derive(Clone, Copy, Debug)]
+struct Missing {
+    /// Lost frames that stood before its first frame.
+    leading: u64,
+    /// Frames behind its first one, or in place of it.
+    gap: u64,
+    /// Whether none of its frames was found yet, and this moment has none either.
+    is_early: bool,
 }
 
 /// A failure of reading or of writing.
@@ -220,7 +246,7 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 
 impl Recovery<'_> {
     /// Goes through the old file.
-    fn go(&mut self, stated: Stated) -> Result<(), Failure> {
+    fn go(&mut self, stated: &Stated) -> Result<(), Failure> {
         // The index comes first, because chunks have each channel only once.
         let definitions = self.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
         for (op, body) in definitions {
@@ -365,7 +391,7 @@ impl Recovery<'_> {
 
     /// Takes a checksum, which ends a moment.
     fn sum(&mut self, span: Span) -> Result<(), Failure> {
-        let start = self.walk.start_of(span, 1 << 10)?;
+        let start = self.walk.start_of(span, MOST_SUM)?;
         let data = start.get((MESSAGE_START - 9) as usize..).unwrap_or_default();
         let Some(sum) = Sum::parse(data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else { return self.flush() };
         let from = span.at.saturating_sub(sum.bytes);
@@ -378,64 +404,127 @@ impl Recovery<'_> {
         let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
         self.pending.retain(|pending| pending.at < from);
         self.flush()?;
-        let Some(moment) = moment else { return Ok(()) };
-        let (mut frames, mut lost) = (0_u64, 0_u64);
-        for &span in &moment {
-            match self.channel_of(span).map(|channel| self.topic(channel))? {
-                Some(topic) if topic.is_frame() => frames += 1,
-                Some(Topic::FaultsJson) => {
-                    self.walk.body(span, &mut self.body)?;
-                    let message = MessageBody::parse(&self.body);
-                    lost = lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
-                }
-                _ => {}
-            }
+        match moment {
+            Some(moment) => self.sound_moment(&moment, sum),
+            None => Ok(()),
         }
-        (self.is_suspect, self.suspects) = (false, 0);
-        let there = self.out.counts();
-        if sum.counts.all().saturating_sub(frames.saturating_add(lost)) < there.all()
-            || self.last_sum.as_ref() == Some(&sum)
-        {
-            // The moment is there already, or it stands behind one that came later.
-            self.found.repeated = self.found.repeated.saturating_add(frames);
-            return Ok(());
-        }
-        let missing_frames = sum.counts.frames.saturating_sub(frames).saturating_sub(there.frames);
-        if there.frames == 0 && missing_frames > 0 && frames == 0 {
-            // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
-            return Ok(());
-        }
-        let before =
-            sum.counts.place.saturating_sub(frames.saturating_add(if sum.counts.frames == 0 { 0 } else { lost }));
-        let gap = before.saturating_sub(there.place);
-        let leading = if there.frames == 0 {
-            let all = sum.counts.all().saturating_sub(frames.saturating_add(lost));
-            all.saturating_sub(there.all()).saturating_sub(gap)
-        } else {
-            0
-        };
-        self.enter_lost(leading, moment.first().copied())?;
-        self.last_sum = Some(sum);
-        self.copy_after_gap(&moment, gap)
     }
 
-    /// Copies a moment before which frames are missing.
+    /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
+    fn sound_moment(&mut self, moment: &[Span], sum: Sum) -> Result<(), Failure> {
+        let own = self.frames_of(moment)?;
+        (self.is_suspect, self.suspects) = (false, 0);
+        let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
+            return self.moment_of_any(moment, &own, sum);
+        };
+        if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
+            self.known = Some(known.clone());
+        }
+        let mut gaps = Vec::new();
+        for (&sensor, &of_moment) in &own {
+            let Some(missing) = self.missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
+                // The moment is there already, or it stands behind one that came later.
+                return self.leave_out(&own);
+            };
+            if missing.is_early {
+                // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
+                return Ok(());
+            }
+            gaps.push((sensor, missing));
+        }
+        if own.keys().any(|sensor| self.last_sums.get(sensor) == Some(&sum)) {
+            return self.leave_out(&own);
+        }
+        for &(sensor, Missing { leading, .. }) in &gaps {
+            self.enter_lost(sensor, leading, moment.first().copied())?;
+            self.last_sums.insert(sensor, sum.clone());
+        }
+        let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
+        self.copy_after_gaps(moment, &gaps)
+    }
+
+    /// Copies a moment of a recording of several sensors that counts the frames of all together.
+    ///
+    /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
+    fn moment_of_any(&mut self, moment: &[Span], own: &BTreeMap<u8, Counts>, sum: Sum) -> Result<(), Failure> {
+        let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
+        let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
+        if before < there || self.last_sums.values().any(|last| *last == sum) {
+            return self.leave_out(own);
+        }
+        self.is_over |= before > there;
+        if self.is_over {
+            return Ok(());
+        }
+        self.last_sums.insert(0, sum);
+        self.copy(moment)
+    }
+
+    /// Counts frames of a moment that is not copied.
+    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) -> Result<(), Failure> {
+        let frames = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.frames));
+        self.found.repeated = self.found.repeated.saturating_add(frames);
+        Ok(())
+    }
+
+    /// Returns the frames of a moment, found and lost, of each sensor that it is of.
+    fn frames_of(&mut self, moment: &[Span]) -> Result<BTreeMap<u8, Counts>, Failure> {
+        let mut found = BTreeMap::<u8, Counts>::new();
+        for &span in moment {
+            let Some((sensor, topic)) = self.channel_of(span).map(|channel| self.own(channel))? else { continue };
+            let counts = found.entry(sensor).or_default();
+            if topic.is_frame() {
+                counts.frames += 1;
+            } else if topic == Topic::FaultsJson {
+                self.walk.body(span, &mut self.body)?;
+                let message = MessageBody::parse(&self.body);
+                counts.lost = counts.lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
+            }
+        }
+        if found.is_empty() {
+            found.insert(0, Counts::default());
+        }
+        Ok(found)
+    }
+
+    /// Returns the frames of a sensor that are missing before a moment; `None` if it stands behind a later one.
+    ///
+    /// `known` is what the sensor had with the moment, and `there` is what it has in the new file.
+    fn missing_before(&self, of_moment: Counts, known: Counts, there: Counts) -> Option<Missing> {
+        let Counts { frames, lost, .. } = of_moment;
+        let all_before = known.all().saturating_sub(of_moment.all());
+        if all_before < there.all() {
+            return None;
+        }
+        let frames_before = known.frames.saturating_sub(frames).saturating_sub(there.frames);
+        let is_early = there.frames == 0 && frames_before > 0 && frames == 0;
+        let before = known.place.saturating_sub(frames.saturating_add(if known.frames == 0 { 0 } else { lost }));
+        let gap = before.saturating_sub(there.place);
+        let leading = if there.frames == 0 { all_before.saturating_sub(there.all()).saturating_sub(gap) } else { 0 };
+        Some(Missing { leading, gap, is_early })
+    }
+
+    /// Copies a moment before which frames of sensors are missing.
     ///
     /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
     /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
-    fn copy_after_gap(&mut self, moment: &[Span], gap: u64) -> Result<(), Failure> {
-        if self.out.counts().frames == 0 {
-            self.copy(moment)?;
-            return self.enter_lost(gap, None);
+    fn copy_after_gaps(&mut self, moment: &[Span], gaps: &[(u8, u64)]) -> Result<(), Failure> {
+        let has_started = |of: &Self, sensor| of.out.tally().of(sensor).frames > 0;
+        let (before, behind): (Vec<_>, Vec<_>) = gaps.iter().partition(|(sensor, _)| has_started(self, *sensor));
+        for (sensor, gap) in before {
+            self.enter_lost(sensor, gap, None)?;
         }
-        self.enter_lost(gap, None)?;
-        self.copy(moment)
+        self.copy(moment)?;
+        for (sensor, gap) in behind {
+            self.enter_lost(sensor, gap, None)?;
+        }
+        Ok(())
     }
 
     /// Copies the messages that wait, if they are sound.
     fn flush(&mut self) -> Result<(), Failure> {
         let pending = std::mem::take(&mut self.pending);
-        if pending.is_empty() {
+        if pending.is_empty() || self.is_over {
             return Ok(());
         }
         let is_sound = match self.walk.crc() {
@@ -462,14 +551,14 @@ impl Recovery<'_> {
             gap = self.gap_of_before(&pending)?;
             (self.is_suspect, self.suspects) = (false, 0);
         }
-        self.copy_after_gap(&pending, gap)
+        self.copy_after_gaps(&pending, &[(0, gap)])
     }
 
     /// Returns how many frames are missing before a moment of a recording of before, by the frame's number or time.
     fn gap_of_before(&mut self, moment: &[Span]) -> Result<u64, Failure> {
         let Some(about) = &self.about else { return Ok(0) };
         let (driver_times, rate) = (about.driver_times, about.info.rate);
-        let place = self.out.counts().all();
+        let place = self.out.tally().all.all();
         for &span in moment {
             let channel = self.channel_of(span)?;
             if !self.topic(channel).is_some_and(Topic::is_frame) {
@@ -501,17 +590,17 @@ impl Recovery<'_> {
             let old = self.channel_of(span)?;
             let own = self.own(old).filter(|_| is_own);
             targets.push(match own {
-                Some((sensor, topic)) => Some((Some(topic), self.out.add_own(sensor, topic)?)),
+                Some((sensor, topic)) => Some((own, self.out.add_own(sensor, topic)?)),
                 None => self.foreign(old)?.map(|number| (None, number)),
             });
         }
         for (&span, target) in moment.iter().zip(targets) {
-            let Some((topic, channel_id)) = target else { continue };
+            let Some((own, channel_id)) = target else { continue };
             let mut body = std::mem::take(&mut self.body);
             self.walk.body(span, &mut body)?;
             if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
             {
-                match topic {
+                match own.map(|(_, topic)| topic) {
                     Some(topic) if topic.is_frame() => {
                         self.time = log_time;
                         self.found.frames += 1;
@@ -523,7 +612,7 @@ impl Recovery<'_> {
                     _ => {}
                 }
                 let header = MessageHeader { channel_id, sequence, log_time, publish_time };
-                self.out.write_message(topic, &header, data)?;
+                self.out.write_message(own, &header, data)?;
             }
             self.body = body;
         }
@@ -546,39 +635,31 @@ impl Recovery<'_> {
         Ok(Some(number))
     }
 
-    /// Enters frames that are missing as lost, before a message.
-    fn enter_lost(&mut self, frames: u64, before: Option<Span>) -> Result<(), Failure> {
+    /// Enters frames of a sensor that are missing as lost, before a message.
+    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<Span>) -> Result<(), Failure> {
         if frames == 0 || !self.is_own() {
             return Ok(());
         }
-        if self.out.counts().all() == 0
+        if self.out.tally().all.all() == 0
             && let Some(span) = before
             && let Some(message) = MessageBody::parse(self.walk.start_of(span, 22)?)
         {
             self.time = message.times[0];
         }
         self.found.damaged = self.found.damaged.saturating_add(frames);
+        let entered = self.entered.entry(sensor).or_default();
+        *entered = entered.saturating_add(frames);
         let data = lost_line(frames, "damaged in the recording");
-        if self.sensors.count() > 1 {
-            // Counts are those of all sensors.
-            let what = "misses frames, and nothing says of which sensor: they are entered for the first one";
-            self.doubt.get_or_insert_with(|| what.to_owned());
-        }
-        let channel_id = self.out.add_own(0, Topic::FaultsJson)?;
+        let channel_id = self.out.add_own(sensor, Topic::FaultsJson)?;
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
-        self.out.write_message(Some(Topic::FaultsJson), &header, &data)?;
+        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, &data)?;
         Ok(self.out.end_moment()?)
     }
 
     /// Enters frames that are missing at the end, and checks that all are accounted for.
-    fn settle(&mut self, stated: Stated) -> Result<(), Failure> {
-        let there = self.out.counts();
-        if let Some(end) = stated.end {
-            let (found, recorded) = (there.all(), end.all());
-            if found > recorded {
-                self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
-            }
-            return self.enter_lost(recorded.saturating_sub(found), None);
+    fn settle(&mut self, stated: &Stated) -> Result<(), Failure> {
+        if let Some(end) = &stated.end {
+            return self.settle_by(end);
         }
         let is_unread = self.found.unread.is_some_and(|unread| unread.damaged);
         if !self.is_own() {
@@ -588,10 +669,6 @@ impl Recovery<'_> {
             return Ok(());
         }
         let recorded = self.walk.summary().and_then(|summary| summary.messages.clone());
-        let recorded = recorded.map(|counts| {
-            let of_frames = counts.iter().filter(|(channel, _)| self.topic(**channel).is_some_and(Topic::is_frame));
-            of_frames.fold(0_u64, |sum, (_, count)| sum.saturating_add(*count))
-        });
         if self.has_sums && self.found.whole && !stated.is_ended && (recorded.is_none() || !is_unread) {
             let what = "was finished, and lacks the record of how many frames it had";
             self.doubt.get_or_insert_with(|| what.to_owned());
@@ -602,14 +679,78 @@ impl Recovery<'_> {
                 let what = "is damaged, and nothing says how many frames it had";
                 self.doubt.get_or_insert_with(|| what.to_owned());
             }
-            return self.enter_lost(self.suspects, None);
+            return self.settle_unfinished();
         };
-        if there.frames > recorded {
-            self.doubt.get_or_insert_with(|| format!("has {} frames, expected {recorded}", there.frames));
+        let mut frames = BTreeMap::<u8, u64>::new();
+        for (channel, count) in recorded {
+            if let Some((sensor, topic)) = self.own(channel)
+                && topic.is_frame()
+            {
+                let of_sensor = frames.entry(sensor).or_default();
+                *of_sensor = of_sensor.saturating_add(count);
+            }
         }
-        let missing = recorded.saturating_sub(there.frames);
-        // Lost frames that were entered may be among those that the recording had lost itself.
-        self.enter_lost(missing.saturating_sub(self.found.damaged), None)
+        for sensor in self.sensors.places() {
+            let (there, recorded) = (self.out.tally().of(sensor).frames, frames.get(&sensor).copied().unwrap_or(0));
+            if there > recorded {
+                self.doubt.get_or_insert_with(|| format!("has {there} frames, expected {recorded}"));
+            }
+            // Lost frames that were entered may be among those that the recording had lost itself.
+            let entered = self.entered.get(&sensor).copied().unwrap_or(0);
+            self.enter_lost(sensor, recorded.saturating_sub(there).saturating_sub(entered), None)?;
+        }
+        Ok(())
+    }
+
+    /// Enters what is missing of a recording whose end says how many frames it had.
+    fn settle_by(&mut self, end: &Tally) -> Result<(), Failure> {
+        let Some(end) = end.clone().told_apart(self.sensors.count()) else {
+            let (found, recorded) = (self.out.tally().all.all(), end.all.all());
+            return self.lost_of_any(found, recorded);
+        };
+        for sensor in self.sensors.places() {
+            let (found, recorded) = (self.out.tally().of(sensor).all(), end.of(sensor).all());
+            if found > recorded {
+                self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
+            }
+            self.enter_lost(sensor, recorded.saturating_sub(found), None)?;
+        }
+        Ok(())
+    }
+
+    /// Enters what is missing of a recording that nothing counts: that was never finished, or lost its end.
+    fn settle_unfinished(&mut self) -> Result<(), Failure> {
+        let suspects = self.suspects;
+        if self.sensors.count() == 1 {
+            return self.enter_lost(0, suspects, None);
+        }
+        if let Some(known) = self.known.take() {
+            for sensor in self.sensors.places() {
+                let missing = known.of(sensor).all().saturating_sub(self.out.tally().of(sensor).all());
+                self.enter_lost(sensor, missing, None)?;
+            }
+        }
+        let found = self.out.tally().all.all();
+        // If everything behind a damaged place was left out, some frames are missing, however many.
+        let missing = suspects.max(self.is_over.into());
+        self.lost_of_any(found, found.saturating_add(missing))
+    }
+
+    /// Enters frames that are missing at the end, if nothing says of which sensor: for each of them as many as are missing
+    /// of all, so that no answer spans the place.
+    fn lost_of_any(&mut self, found: u64, recorded: u64) -> Result<(), Failure> {
+        if found > recorded {
+            self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
+        }
+        let missing = recorded.saturating_sub(found);
+        if missing > 0 {
+            let what = "misses frames, and nothing says of which sensor: what is behind them is left out";
+            self.doubt.get_or_insert_with(|| what.to_owned());
+        }
+        for sensor in self.sensors.places() {
+            self.enter_lost(sensor, missing, None)?;
+        }
+        Ok(())
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {
@@ -621,8 +762,11 @@ impl Recovery<'_> {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };
-            found.problem = read_all(new, self.sensors.first())
-                .err()
+            let names: Vec<_> = self.sensors.names().iter().map(|name| Some(name.as_str())).collect();
+            let names = if names.is_empty() { &[None][..] } else { &names };
+            found.problem = names
+                .iter()
+                .find_map(|name| read_all(new, *name).err())
                 .map(|error| format!("cannot be read again: {}", error.message()));
         }
         give_back_of_killed(self.old);
