@@ -9,6 +9,9 @@ mod guide;
 mod limits;
 mod parts;
 mod several;
+mod several_damage;
+mod several_end;
+mod taken_away;
 mod stream;
 mod times;
 
