@@ -24,7 +24,9 @@ pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
     for (name, value) in labels {
         if let Some(found) = [name, value].into_iter().flat_map(|text| text.chars()).find(|c| !is_plain(*c)) {
             let found = u32::from(found);
-            return Err(format!("label {name:?} is {value:?}, expected plain text (found the character U+{found:04X})"));
+            return Err(format!(
+                "label {name:?} is {value:?}, expected plain text (found the character U+{found:04X})"
+            ));
         }
     }
     let speed = labels.get("speed").map(|speed| {
@@ -50,7 +52,8 @@ mod tests {
         }
         let turned = "label \"specimen\" is \"Saw\\u{202e}3\", expected plain text (found the character U+202E)";
         assert_eq!(one("specimen", "Saw\u{202e}3").unwrap_err(), turned);
-        for c in "\0\n\u{1b}\u{7f}\u{85}\u{ad}\u{61c}\u{180e}\u{200b}\u{200e}\u{2028}\u{2066}\u{feff}\u{e0041}".chars() {
+        for c in "\0\n\u{1b}\u{7f}\u{85}\u{ad}\u{61c}\u{180e}\u{200b}\u{200e}\u{2028}\u{2066}\u{feff}\u{e0041}".chars()
+        {
             assert!(one("specimen", &format!("a{c}b")).is_err(), "{c:?}");
             assert!(one(&format!("a{c}"), "b").is_err(), "{c:?}");
         }

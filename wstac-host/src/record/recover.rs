@@ -13,6 +13,9 @@
 //!
 //! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
 
+mod moments;
+mod settle;
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
@@ -26,20 +29,16 @@ use mcap::{McapError, Schema};
 use super::about::{About, is_description};
 use super::compression::Compression;
 use super::file::{RecordingFile, Sensors, Topic};
-use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
+use super::limits::{MOST_DEFINITIONS, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
-use super::recorder::{lost_frames, lost_line};
+use super::recorder::lost_line;
 use super::reserved::give_back_of_killed;
-use super::sums::{self, Counts, Stated, Sum, Tally, UNCOVERED};
+use super::sums::{self, Stated, Sum, Tally};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
 use crate::error::{Error, ErrorKind};
 use crate::source::mcap::McapSource;
 use crate::source::{Source, SourceEvent};
 
-/// Bytes of a message's record before its data.
-const MESSAGE_START: u64 = 31;
-/// Most bytes of the data of a checksum's message.
-const MOST_SUM: usize = 1 << 11;
 /// Nanoseconds of a second.
 const SECOND: u128 = 1_000_000_000;
 
@@ -190,17 +189,6 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     }
     recovery.go(&stated).map_err(|failure| failure.in_words(old, path))?;
     recovery.finish(&same)
-}
-
-/// The frames of a sensor that are missing before a moment.
-#[derive(Clone, Copy, Debug)]
-struct Missing {
-    /// Lost frames that stood before its first frame.
-    leading: u64,
-    /// Frames behind its first one, or in place of it.
-    gap: u64,
-    /// Whether none of its frames was found yet, and this moment has none either.
-    is_early: bool,
 }
 
 /// A failure of reading or of writing.
@@ -389,138 +377,6 @@ impl Recovery<'_> {
         Ok(())
     }
 
-    /// Takes a checksum, which ends a moment.
-    fn sum(&mut self, span: Span) -> Result<(), Failure> {
-        let start = self.walk.start_of(span, MOST_SUM)?;
-        let data = start.get((MESSAGE_START - 9) as usize..).unwrap_or_default();
-        let Some(sum) = Sum::parse(data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else { return self.flush() };
-        let from = span.at.saturating_sub(sum.bytes);
-        let covered = span.end().saturating_sub(UNCOVERED);
-        let is_right = sum.bytes <= span.at && sum.crc() == Some(self.walk.hash(from, covered)?);
-        if !is_right {
-            return self.flush();
-        }
-        // Messages before the moment have lost their own checksum.
-        let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
-        self.pending.retain(|pending| pending.at < from);
-        self.flush()?;
-        match moment {
-            Some(moment) => self.sound_moment(&moment, sum),
-            None => Ok(()),
-        }
-    }
-
-    /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
-    fn sound_moment(&mut self, moment: &[Span], sum: Sum) -> Result<(), Failure> {
-        let own = self.frames_of(moment)?;
-        (self.is_suspect, self.suspects) = (false, 0);
-        let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
-            return self.moment_of_any(moment, &own, sum);
-        };
-        if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
-            self.known = Some(known.clone());
-        }
-        let mut gaps = Vec::new();
-        for (&sensor, &of_moment) in &own {
-            let Some(missing) = self.missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
-                // The moment is there already, or it stands behind one that came later.
-                return self.leave_out(&own);
-            };
-            if missing.is_early {
-                // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
-                return Ok(());
-            }
-            gaps.push((sensor, missing));
-        }
-        if own.keys().any(|sensor| self.last_sums.get(sensor) == Some(&sum)) {
-            return self.leave_out(&own);
-        }
-        for &(sensor, Missing { leading, .. }) in &gaps {
-            self.enter_lost(sensor, leading, moment.first().copied())?;
-            self.last_sums.insert(sensor, sum.clone());
-        }
-        let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
-        self.copy_after_gaps(moment, &gaps)
-    }
-
-    /// Copies a moment of a recording of several sensors that counts the frames of all together.
-    ///
-    /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
-    fn moment_of_any(&mut self, moment: &[Span], own: &BTreeMap<u8, Counts>, sum: Sum) -> Result<(), Failure> {
-        let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
-        let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
-        if before < there || self.last_sums.values().any(|last| *last == sum) {
-            return self.leave_out(own);
-        }
-        self.is_over |= before > there;
-        if self.is_over {
-            return Ok(());
-        }
-        self.last_sums.insert(0, sum);
-        self.copy(moment)
-    }
-
-    /// Counts frames of a moment that is not copied.
-    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) -> Result<(), Failure> {
-        let frames = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.frames));
-        self.found.repeated = self.found.repeated.saturating_add(frames);
-        Ok(())
-    }
-
-    /// Returns the frames of a moment, found and lost, of each sensor that it is of.
-    fn frames_of(&mut self, moment: &[Span]) -> Result<BTreeMap<u8, Counts>, Failure> {
-        let mut found = BTreeMap::<u8, Counts>::new();
-        for &span in moment {
-            let Some((sensor, topic)) = self.channel_of(span).map(|channel| self.own(channel))? else { continue };
-            let counts = found.entry(sensor).or_default();
-            if topic.is_frame() {
-                counts.frames += 1;
-            } else if topic == Topic::FaultsJson {
-                self.walk.body(span, &mut self.body)?;
-                let message = MessageBody::parse(&self.body);
-                counts.lost = counts.lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
-            }
-        }
-        if found.is_empty() {
-            found.insert(0, Counts::default());
-        }
-        Ok(found)
-    }
-
-    /// Returns the frames of a sensor that are missing before a moment; `None` if it stands behind a later one.
-    ///
-    /// `known` is what the sensor had with the moment, and `there` is what it has in the new file.
-    fn missing_before(&self, of_moment: Counts, known: Counts, there: Counts) -> Option<Missing> {
-        let Counts { frames, lost, .. } = of_moment;
-        let all_before = known.all().saturating_sub(of_moment.all());
-        if all_before < there.all() {
-            return None;
-        }
-        let frames_before = known.frames.saturating_sub(frames).saturating_sub(there.frames);
-        let is_early = there.frames == 0 && frames_before > 0 && frames == 0;
-        let before = known.place.saturating_sub(frames.saturating_add(if known.frames == 0 { 0 } else { lost }));
-        let gap = before.saturating_sub(there.place);
-        let leading = if there.frames == 0 { all_before.saturating_sub(there.all()).saturating_sub(gap) } else { 0 };
-        Some(Missing { leading, gap, is_early })
-    }
-
-    /// Copies a moment before which frames of sensors are missing.
-    ///
-    /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
-    /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
-    fn copy_after_gaps(&mut self, moment: &[Span], gaps: &[(u8, u64)]) -> Result<(), Failure> {
-        let has_started = |of: &Self, sensor| of.out.tally().of(sensor).frames > 0;
-        let (before, behind): (Vec<_>, Vec<_>) = gaps.iter().partition(|(sensor, _)| has_started(self, *sensor));
-        for (sensor, gap) in before {
-            self.enter_lost(sensor, gap, None)?;
-        }
-        self.copy(moment)?;
-        for (sensor, gap) in behind {
-            self.enter_lost(sensor, gap, None)?;
-        }
-        Ok(())
-    }
-
     /// Copies the messages that wait, if they are sound.
     fn flush(&mut self) -> Result<(), Failure> {
         let pending = std::mem::take(&mut self.pending);
@@ -654,103 +510,6 @@ impl Recovery<'_> {
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
         self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, &data)?;
         Ok(self.out.end_moment()?)
-    }
-
-    /// Enters frames that are missing at the end, and checks that all are accounted for.
-    fn settle(&mut self, stated: &Stated) -> Result<(), Failure> {
-        if let Some(end) = &stated.end {
-            return self.settle_by(end);
-        }
-        let is_unread = self.found.unread.is_some_and(|unread| unread.damaged);
-        if !self.is_own() {
-            if self.is_suspect || is_unread {
-                self.doubt.get_or_insert_with(|| "is damaged".to_owned());
-            }
-            return Ok(());
-        }
-        let recorded = self.walk.summary().and_then(|summary| summary.messages.clone());
-        if self.has_sums && self.found.whole && !stated.is_ended && (recorded.is_none() || !is_unread) {
-            let what = "was finished, and lacks the record of how many frames it had";
-            self.doubt.get_or_insert_with(|| what.to_owned());
-        }
-        let Some(recorded) = recorded else {
-            let is_any = self.found.damaged > 0 || self.found.unread.is_some();
-            if self.is_suspect || (self.found.whole && is_any) {
-                let what = "is damaged, and nothing says how many frames it had";
-                self.doubt.get_or_insert_with(|| what.to_owned());
-            }
-            return self.settle_unfinished();
-        };
-        let mut frames = BTreeMap::<u8, u64>::new();
-        for (channel, count) in recorded {
-            if let Some((sensor, topic)) = self.own(channel)
-                && topic.is_frame()
-            {
-                let of_sensor = frames.entry(sensor).or_default();
-                *of_sensor = of_sensor.saturating_add(count);
-            }
-        }
-        for sensor in self.sensors.places() {
-            let (there, recorded) = (self.out.tally().of(sensor).frames, frames.get(&sensor).copied().unwrap_or(0));
-            if there > recorded {
-                self.doubt.get_or_insert_with(|| format!("has {there} frames, expected {recorded}"));
-            }
-            // Lost frames that were entered may be among those that the recording had lost itself.
-            let entered = self.entered.get(&sensor).copied().unwrap_or(0);
-            self.enter_lost(sensor, recorded.saturating_sub(there).saturating_sub(entered), None)?;
-        }
-        Ok(())
-    }
-
-    /// Enters what is missing of a recording whose end says how many frames it had.
-    fn settle_by(&mut self, end: &Tally) -> Result<(), Failure> {
-        let Some(end) = end.clone().told_apart(self.sensors.count()) else {
-            let (found, recorded) = (self.out.tally().all.all(), end.all.all());
-            return self.lost_of_any(found, recorded);
-        };
-        for sensor in self.sensors.places() {
-            let (found, recorded) = (self.out.tally().of(sensor).all(), end.of(sensor).all());
-            if found > recorded {
-                self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
-            }
-            self.enter_lost(sensor, recorded.saturating_sub(found), None)?;
-        }
-        Ok(())
-    }
-
-    /// Enters what is missing of a recording that nothing counts: that was never finished, or lost its end.
-    fn settle_unfinished(&mut self) -> Result<(), Failure> {
-        let suspects = self.suspects;
-        if self.sensors.count() == 1 {
-            return self.enter_lost(0, suspects, None);
-        }
-        if let Some(known) = self.known.take() {
-            for sensor in self.sensors.places() {
-                let missing = known.of(sensor).all().saturating_sub(self.out.tally().of(sensor).all());
-                self.enter_lost(sensor, missing, None)?;
-            }
-        }
-        let found = self.out.tally().all.all();
-        // If everything behind a damaged place was left out, some frames are missing, however many.
-        let missing = suspects.max(self.is_over.into());
-        self.lost_of_any(found, found.saturating_add(missing))
-    }
-
-    /// Enters frames that are missing at the end, if nothing says of which sensor: for each of them as many as are missing
-    /// of all, so that no answer spans the place.
-    fn lost_of_any(&mut self, found: u64, recorded: u64) -> Result<(), Failure> {
-        if found > recorded {
-            self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
-        }
-        let missing = recorded.saturating_sub(found);
-        if missing > 0 {
-            let what = "misses frames, and nothing says of which sensor: what is behind them is left out";
-            self.doubt.get_or_insert_with(|| what.to_owned());
-        }
-        for sensor in self.sensors.places() {
-            self.enter_lost(sensor, missing, None)?;
-        }
-        Ok(())
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {
