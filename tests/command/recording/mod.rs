@@ -11,8 +11,8 @@ mod parts;
 mod several;
 mod several_damage;
 mod several_end;
-mod taken_away;
 mod stream;
+mod taken_away;
 mod times;
 
 use std::fs;

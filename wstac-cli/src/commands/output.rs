@@ -116,14 +116,9 @@ pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
     match path.symlink_metadata() {
         Err(_) => Ok(()),
         Ok(there) if there.is_dir() => refused(ErrorKind::Io, "is a folder, expected a new file"),
-        Ok(there) if !there.is_file() => {
-            refused(ErrorKind::Io, "is a device, a pipe or a link, expected a new file")
-        }
+        Ok(there) if !there.is_file() => refused(ErrorKind::Io, "is a device, a pipe or a link, expected a new file"),
         Ok(_) if force => Ok(()),
-        Ok(_) => refused(
-            ErrorKind::AlreadyExists,
-            "exists already, expected a new file, or --force to overwrite it",
-        ),
+        Ok(_) => refused(ErrorKind::AlreadyExists, "exists already, expected a new file, or --force to overwrite it"),
     }
 }
 

@@ -195,6 +195,8 @@ If something goes wrong:
   the new one is FILE.mcap.new until it is whole.
   Up to 256 MiB of frames wait in memory for a slow disk. At its end the
   program prints how many waited, and whether the driver dropped any.
+  If somebody removes, moves or replaces the file meanwhile, it is not
+  saved under its name: the error says so at the end.
   Exit code: 1 if the source or the file cannot be used, 2 for wrong
   arguments, otherwise 0.
 

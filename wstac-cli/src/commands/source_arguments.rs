@@ -135,7 +135,9 @@ impl SourceArguments {
             return error;
         }
         match recorded_sensors(source).unwrap_or_default().first() {
-            Some(first) => Error::new(error.kind(), error.subject(), format_args!("{}: --sensor {first}", error.message())),
+            Some(first) => {
+                Error::new(error.kind(), error.subject(), format_args!("{}: --sensor {first}", error.message()))
+            }
             None => error,
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
-use super::super::files::Outputs;
+use super::super::files::{Outputs, check_ending};
 use super::super::output::{Stop, note};
 use super::super::records::{Form, Records};
 use super::super::signals::{Ending, finishing};
@@ -52,6 +52,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     let labels = labels(&arguments.labels)?;
     let outputs = sensors.iter().fold(Outputs::new(arguments.force), |outputs, sensor| outputs.source(sensor.source));
     let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
+    check_ending(&arguments.output, &["mcap"])?;
     outputs.check([&arguments.output])?;
     let files = ModelFile::open_all(&arguments.models)?;
     let opened = sensors.iter().map(|sensor| open(arguments, sensor, &files, &labels));
