@@ -100,7 +100,8 @@ impl SourceArguments {
         let Self { fps, format, size, keep_controls, .. } = *self;
         let controls = self.controls.clone();
         let sensor = self.sensor.clone();
-        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls, sensor })?;
+        let options = OpenOptions { fps, format, size, delivery, keep_controls, controls, sensor };
+        let source = open(source, &options).map_err(|error| self.with_advice(source, error))?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
             return Err(Error::new(
@@ -126,6 +127,19 @@ impl SourceArguments {
             };
         }
         Ok((source, info))
+    }
+
+    /// Adds the option that names a sensor to the error of a recording of several.
+    fn with_advice(&self, source: &OsStr, error: Error) -> Error {
+        if !error.is_usage() || self.sensor.is_some() {
+            return error;
+        }
+        match recorded_sensors(source).unwrap_or_default().first() {
+            Some(first) => {
+                Error::new(error.kind(), error.subject(), format_args!("{}: --sensor {first}", error.message()))
+            }
+            None => error,
+        }
     }
 
     /// Refuses the options of a camera or a recording, for a source that is a board.

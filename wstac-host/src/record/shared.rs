@@ -7,7 +7,8 @@ use std::time::Duration;
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
 use super::recorder::{Recorder, description, stored_bytes};
-use super::writer::{self, Writing, Written, discard};
+use super::turns::turns;
+use super::writer::{self, Order, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
 
@@ -27,13 +28,19 @@ pub struct RecordedSensor<'a> {
 
 /// A recording of several sensors.
 ///
-/// Frames are in the order of their times, whatever sensor they are of. A camera that gives no frames holds up the others
-/// for at most a second; then its own come later in the file.
+/// Frames are in the order of their times, whatever sensor they are of.
+///
+/// Sensors of files and scenes take turns ([`Recorder::wait_for_turn`]). Then the same sources make the same recording, and
+/// one that ends for all of them ([`Recorder::end_all`]) ends at the same place. Cameras do not wait for each other: one that
+/// gives no frames holds up the file for at most a second, and then its own come later.
 pub struct SharedRecording {
     writing: Writing,
 }
 
 impl SharedRecording {
+    /// The most sensors of a recording.
+    pub const MOST_SENSORS: usize = MOST_SENSORS;
+
     /// Starts a recording in a file that is empty. Returns the recorder of each sensor, which may be used by a thread of
     /// its own.
     ///
@@ -67,11 +74,13 @@ impl SharedRecording {
         }
         let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
         // A file or a scene is waited for, so that the same sources make the same recording.
-        let is_live = |info: &crate::source::StreamInfo| info.camera.is_some() && info.recorded.is_none();
-        let patience = sensors.iter().any(|sensor| is_live(&sensor.about.info)).then_some(PATIENCE);
-        let (outboxes, writing) = writer::start(file, path, metadata, (&frame_bytes, patience), compression)?;
+        let is_any_live = sensors.iter().any(|sensor| sensor.about.info.is_live());
+        let order = if is_any_live { Order::Time(PATIENCE) } else { Order::Given };
+        let (outboxes, writing) = writer::start(file, path, metadata, (&frame_bytes, order), compression)?;
+        let mut turns = if is_any_live { Vec::new() } else { turns(sensors.len()) }.into_iter();
         let recorders = sensors.iter().zip(outboxes).zip(0_u8..);
-        let recorders = recorders.map(|((sensor, outbox), at)| Recorder::of_sensor(at, sensor.about, outbox, None));
+        let recorders =
+            recorders.map(|((sensor, outbox), at)| Recorder::of_sensor(at, sensor.about, (outbox, turns.next()), None));
         let recorders = recorders.collect();
         Ok((Self { writing }, recorders))
     }
@@ -89,7 +98,7 @@ impl SharedRecording {
 fn check(path: &Path, sensors: &[RecordedSensor<'_>]) -> Result<(), Error> {
     let refused = |message: std::fmt::Arguments<'_>| Err(Error::new(ErrorKind::Usage, path.display(), message));
     if !(1..=MOST_SENSORS).contains(&sensors.len()) {
-        return refused(format_args!("{} sensors, expected 1 to {MOST_SENSORS} in a recording", sensors.len()));
+        return refused(format_args!("has {} sensors, expected 1 to {MOST_SENSORS} in a recording", sensors.len()));
     }
     let with = sensors.iter().find(|sensor| sensor.about.driver_times);
     let without = sensors.iter().find(|sensor| !sensor.about.driver_times);
