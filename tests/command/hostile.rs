@@ -81,7 +81,7 @@ fn cases(dir: &Path) -> Vec<Case> {
         case("no command", &[], 2, &["Usage"]),
         case("unknown command", &["slide"], 2, &["slide"]),
         case("no source", &["run"], 2, &["<SOURCE>"]),
-        case("two sources", &["run", "a.y4m", "b.y4m"], 2, &["cam:NAME=SOURCE"]),
+        case("two sources", &["run", "a.y4m", "b.y4m"], 2, &["NAME=SOURCE"]),
         case("unknown option", &["run", "-", "--fast"], 2, &["--fast"]),
         case("frame rate of zero", &["run", "-", "--fps", "0"], 2, &["--fps", "above 0"]),
         case("frame rate that is none", &["run", "-", "--fps", "NaN"], 2, &["NaN", "30000/1001"]),

@@ -481,7 +481,7 @@ The lines at the bottom list the events.
 SEVERAL = """
 ## Several sensors
 
-    wstac view cam:left=/dev/video0 cam:right=slide.mcap
+    wstac view left=/dev/video0 right=slide.mcap
     wstac view both.mcap
 
 Sensors are next to each other on a wide terminal and below each other on a narrow one.

@@ -154,8 +154,19 @@ impl Config {
     /// The file cannot be read, or a key is wrong. The error names the file, the key, what was found and what was
     /// expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = crate::text_file::file_text(path)?;
-        let config = Self::parse(&text).map_err(|error| error.about(path.display()))?;
+        Self::of_file(path, &crate::text_file::file_text(path)?)
+    }
+
+    /// Reads a file as [`read`](Self::read) does, but no pipe and no device, whose bytes could be waited for forever.
+    ///
+    /// # Errors
+    /// The errors of [`read`](Self::read), and if it is no regular file.
+    pub fn read_stored(path: &Path) -> Result<Self, Error> {
+        Self::of_file(path, &crate::text_file::stored_text(path)?)
+    }
+
+    fn of_file(path: &Path, text: &str) -> Result<Self, Error> {
+        let config = Self::parse(text).map_err(|error| error.about(path.display()))?;
         Ok(Self { origin: Some(path.display().to_string()), ..config })
     }
 

@@ -83,9 +83,20 @@ impl io::Read for Waiting {
 /// # Errors
 /// It cannot be read.
 pub fn content(path: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
-    let file = open(path)?;
+    all_of(Waiting(open(path)?), most)
+}
+
+/// Returns the content of a file; `None` if it has more than `most` bytes. It never waits for a writer.
+///
+/// # Errors
+/// It cannot be read, or is no file.
+pub fn file_content(path: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
+    all_of(open_seekable(path)?, most)
+}
+
+fn all_of(content: impl io::Read, most: u64) -> io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
-    io::Read::read_to_end(&mut io::Read::take(Waiting(file), most.saturating_add(1)), &mut bytes)?;
+    io::Read::read_to_end(&mut io::Read::take(content, most.saturating_add(1)), &mut bytes)?;
     Ok((bytes.len() as u64 <= most).then_some(bytes))
 }
 
@@ -113,6 +124,10 @@ mod tests {
         drop(open(&path).unwrap());
         let error = open_seekable(&path).unwrap_err().to_string();
         assert!(error.contains("a pipe"), "{error}");
+        for path in [&path, Path::new("/dev/zero")] {
+            let error = file_content(path, 9).unwrap_err().to_string();
+            assert!(error.contains("is a device or a pipe, expected a file"), "{error}");
+        }
         assert!(started.elapsed() < Duration::from_secs(1));
     }
 
@@ -136,6 +151,8 @@ mod tests {
         fs::write(&file, "1234").unwrap();
         assert_eq!(content(&file, 4).unwrap().unwrap(), b"1234");
         assert_eq!(content(&file, 3).unwrap(), None);
+        assert_eq!(file_content(&file, 4).unwrap().unwrap(), b"1234");
+        assert_eq!(file_content(&file, 3).unwrap(), None);
     }
 
     #[test]

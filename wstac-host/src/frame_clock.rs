@@ -47,6 +47,29 @@ pub struct Stamp {
     pub within: Duration,
 }
 
+/// The time from the first frame of a stream to the frame at which its processor was restarted last.
+///
+/// [`Output::after`](crate::output::Output::after) counts an output's times from the first frame with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Elapsed {
+    /// For times in nanoseconds. It is 0 by a driver's clock, which goes on.
+    time_ns: u64,
+    /// For times in seconds.
+    time_s: f64,
+}
+
+impl Elapsed {
+    /// Returns a time in nanoseconds, counted from the stream's first frame.
+    pub(crate) fn nanoseconds(self, time_ns: u64) -> u64 {
+        self.time_ns.saturating_add(time_ns)
+    }
+
+    /// Returns a time in seconds, counted from the stream's first frame.
+    pub(crate) fn seconds(self, time_s: f64) -> f64 {
+        self.time_s + time_s
+    }
+}
+
 /// Turns numbers of feature frames into times.
 ///
 /// A frame has the driver's time of the first of its camera frames that arrived. Where all were lost, the frames around
@@ -60,10 +83,14 @@ pub(crate) struct FrameClock {
     stated: StreamClock,
     /// The clock; `None` before the first frame.
     clock: Option<StreamClock>,
-    /// The time of frame 0 of the stream, which may be lost.
+    /// The frame that seconds are counted from: 0, or that of the last restart.
+    start: u64,
+    /// The time of that frame, which may be lost.
     zero: i128,
     /// Whether a time of the source has given it.
     has_zero: bool,
+    /// The time of frame 0 of the stream, since a restart.
+    first: Option<i128>,
     /// Frames by their numbers, with their driver's times.
     taken: VecDeque<(u64, i128)>,
     /// The number of a feature frame, and the wall-clock time when it was taken.
@@ -75,7 +102,8 @@ impl FrameClock {
     pub(crate) fn new(rate: FrameRate, stated: StreamClock) -> Self {
         let period =
             (SECOND * i128::from(rate.denominator()) * i128::from(rate.frames_added()), i128::from(rate.numerator()));
-        Self { period, stated, clock: None, zero: 0, has_zero: false, taken: VecDeque::new(), last: None }
+        let (start, zero, has_zero, first) = (0, 0, false, None);
+        Self { period, stated, clock: None, start, zero, has_zero, first, taken: VecDeque::new(), last: None }
     }
 
     /// Counts frames from now on, unless a frame has shown another clock: the source will never state times.
@@ -89,7 +117,8 @@ impl FrameClock {
     pub(crate) fn renewed(&self) -> Self {
         let clock = self.clock.filter(|clock| *clock == StreamClock::Frames);
         let Self { period, stated, .. } = *self;
-        Self { period, stated, clock, zero: 0, has_zero: false, taken: VecDeque::new(), last: None }
+        let (start, zero, has_zero, first) = (0, 0, false, None);
+        Self { period, stated, clock, start, zero, has_zero, first, taken: VecDeque::new(), last: None }
     }
 
     /// Returns whether frames last as long by another clock.
@@ -110,7 +139,7 @@ impl FrameClock {
             return;
         };
         if !self.has_zero {
-            (self.zero, self.has_zero) = (time.saturating_sub(self.span(frame)), true);
+            (self.zero, self.has_zero) = (time.saturating_sub(self.span(frame.saturating_sub(self.start))), true);
         }
         if self.taken.back().is_none_or(|(last, _)| *last < frame) {
             self.taken.drain(..self.taken.len().saturating_sub(KEPT - 1));
@@ -125,9 +154,25 @@ impl FrameClock {
 
     /// Counts seconds from this frame on, and takes the next frame as the first.
     pub(crate) fn restart(&mut self, frame: u64) {
+        // Before any frame, the time of frame 0 is not known, and nothing was counted from it.
+        let is_known = self.stated == StreamClock::Frames || self.has_zero;
+        if self.first.is_none() && self.clock.is_some() && is_known {
+            self.first = Some(self.zero);
+        }
         self.clock = None;
         self.taken.clear();
-        (self.zero, self.has_zero) = (self.span(frame), false);
+        (self.start, self.zero, self.has_zero) = (frame, self.span(frame), false);
+    }
+
+    /// Returns the time from frame 0 of the stream to that of the last restart.
+    ///
+    /// By a driver's clock it is known from the first frame after the restart on; until then it is 0.
+    pub(crate) fn elapsed(&self) -> Elapsed {
+        let is_counted = self.stated == StreamClock::Frames;
+        let Some(first) = self.first.filter(|_| is_counted || self.has_zero) else { return Elapsed::default() };
+        let since = u64::try_from(self.zero.saturating_sub(first).max(0)).unwrap_or(u64::MAX);
+        // The driver's own times go on.
+        Elapsed { time_ns: if is_counted { since } else { 0 }, time_s: since as f64 / SECOND as f64 }
     }
 
     /// Returns the clock of the times.
@@ -223,6 +268,36 @@ mod tests {
         clock.frame_arrives(46, None, None);
         assert_eq!((clock.nanoseconds(46), clock.nanoseconds(76)), (Some(0), Some(1000 * MS)));
         assert!((clock.seconds(76) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn after_a_restart_seconds_count_from_there_and_the_time_before_is_known() {
+        let mut counted = FrameClock::new(FrameRate::NOMINAL, StreamClock::Frames);
+        assert_eq!(counted.elapsed(), Elapsed::default());
+        for (frame, seconds) in [(45, 1.5), (60, 2.0)] {
+            counted.frame_arrives(frame - 1, None, None);
+            counted.restart(frame);
+            let elapsed = counted.elapsed();
+            assert_eq!(elapsed, Elapsed { time_ns: (seconds * 1e9) as u64, time_s: seconds });
+            counted.frame_arrives(frame, None, None);
+            assert_eq!(
+                counted.nanoseconds(frame + 30).map(|time| elapsed.nanoseconds(time)),
+                Some(elapsed.time_ns + 1000 * MS)
+            );
+        }
+        // The driver's clock goes on. Its frames come late, and seconds are its own.
+        let mut driver = with(&[(0, 5000), (1, 5040)]);
+        driver.restart(2);
+        assert_eq!(driver.elapsed(), Elapsed::default());
+        driver.frame_arrives(2, Some(Duration::from_millis(5100)), None);
+        driver.frame_arrives(3, Some(Duration::from_millis(5130)), None);
+        assert_eq!(driver.elapsed(), Elapsed { time_ns: 0, time_s: 0.1 });
+        assert!(driver.seconds(2).abs() < 1e-9 && (driver.seconds(3) - 0.03).abs() < 1e-9);
+        // A restart before the first frame.
+        let mut early = FrameClock::new(FrameRate::NOMINAL, StreamClock::Driver);
+        early.restart(0);
+        early.frame_arrives(0, Some(Duration::from_secs(7)), None);
+        assert_eq!(early.elapsed(), Elapsed::default());
     }
 
     #[test]

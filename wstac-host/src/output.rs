@@ -12,7 +12,7 @@ use wstac_core::trigger::{ContactEnd, InterruptedSample, StreamEnd};
 pub(crate) use self::event::Answering;
 pub use self::event::{Paths, TactileEvent, TouchTime};
 use crate::frame_clock::FrameClock;
-pub use crate::frame_clock::{Stamp, StreamClock};
+pub use crate::frame_clock::{Elapsed, Stamp, StreamClock};
 use crate::source::{Fault, LossReason};
 use crate::texture::Texture;
 
@@ -141,6 +141,39 @@ impl Output {
                     count(&mut sample.frame);
                 }
             }
+        }
+        self
+    }
+
+    /// Returns the same output with times counted from the first frame of its stream, although its processor was
+    /// restarted: [`Processor::elapsed`](crate::session::Processor::elapsed) is the time up to there.
+    #[must_use]
+    pub fn after(mut self, elapsed: Elapsed) -> Self {
+        let count = |time: &mut Option<u64>| *time = time.map(|time| elapsed.nanoseconds(time));
+        let count_s = |time: &mut Option<f64>| *time = time.map(|time| elapsed.seconds(time));
+        match &mut self {
+            Self::Features(features) => count(&mut features.time_ns),
+            Self::Motion(motion) => {
+                count(&mut motion.time_ns);
+                count_s(&mut motion.time_s);
+            }
+            Self::Event(event) => {
+                count(&mut event.time_ns);
+                count(&mut event.completed_ns);
+                if let Some(touch) = &mut event.time {
+                    touch.touch_s = elapsed.seconds(touch.touch_s);
+                    touch.completed_s = elapsed.seconds(touch.completed_s);
+                }
+            }
+            Self::ContactEnd(end) => {
+                count(&mut end.time_ns);
+                count_s(&mut end.time_s);
+            }
+            Self::EarlyTexture(texture) => count(&mut texture.time_ns),
+            Self::Interrupted(sample) => count(&mut sample.time_ns),
+            Self::Fault(fault) => count(&mut fault.time_ns),
+            Self::End(end) => count(&mut end.time_ns),
+            Self::Lost(_) | Self::BaselineDisturbed { .. } => {}
         }
         self
     }

@@ -34,8 +34,20 @@ pub fn file_text(path: &Path) -> Result<String, Error> {
 /// # Errors
 /// The file cannot be read, is no text, or is larger.
 pub fn file_text_of(path: &Path, most: u64) -> Result<String, Error> {
-    let failed = |error: io::Error| Error::io(path.display(), error);
-    let Some(bytes) = files::content(path, most).map_err(failed)? else {
+    text(path, files::content(path, most), most)
+}
+
+/// Returns the content of a configuration that is a file, and no pipe or device: reading it never waits.
+///
+/// # Errors
+/// The file cannot be read, is no file or no text, or is larger than 1 MB.
+pub(crate) fn stored_text(path: &Path) -> Result<String, Error> {
+    text(path, files::file_content(path, MOST_BYTES), MOST_BYTES)
+}
+
+/// Returns the text of what was read of a file of at most this many bytes.
+fn text(path: &Path, content: io::Result<Option<Vec<u8>>>, most: u64) -> Result<String, Error> {
+    let Some(bytes) = content.map_err(|error| Error::io(path.display(), error))? else {
         let message = format_args!("is larger than {} MB, expected a file of text", most >> 20);
         return Err(Error::new(ErrorKind::Format, path.display(), message));
     };

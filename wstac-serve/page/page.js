@@ -436,6 +436,12 @@ function say(text, lost) {
   connection.classList.toggle("lost", Boolean(lost));
 }
 
+// Names and messages from files, cameras and models are shown without characters that control a line or turn the
+// direction of writing, as the command shows them.
+const CONTROLS = /[\u0000-\u0008\u000b-\u001f\u007f-\u009f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]/g;
+const escaped = (c) => "\\u" + c.charCodeAt(0).toString(16).padStart(4, "0");
+const visible = (_, value) => (typeof value === "string" ? value.replace(CONTROLS, escaped) : value);
+
 function connect() {
   const own = new WebSocket(location.href.replace(/^http/, "ws").replace(/\/(\?|#|$).*/, "/socket") + location.search);
   socket = own;
@@ -446,7 +452,7 @@ function connect() {
     if (typeof data !== "string") {
       takePicture(data);
     } else {
-      const message = JSON.parse(data);
+      const message = JSON.parse(data, visible);
       if (message.sensors) {
         start(message.sensors);
         say("connected");

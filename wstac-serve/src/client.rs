@@ -3,12 +3,13 @@
 //! A client acknowledges every update. While too many are not acknowledged, it gets nothing: what it misses is
 //! skipped, so that it sees the newest frame as soon as it can take one.
 
-use std::io;
+use std::io::{self, Read};
 use std::net::TcpStream;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
-use tungstenite::protocol::{Role, WebSocketConfig};
+use tungstenite::protocol::frame::coding::CloseCode;
+use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
 use crate::http::is_wait;
@@ -30,6 +31,8 @@ const QUIET: Duration = Duration::from_secs(2);
 const MOST_AT_ONCE: usize = 64;
 /// Most bytes of a message of a client.
 const LONGEST: usize = 1024;
+/// Time in which a client that was told why the connection ends may end it itself.
+const LEAVING: Duration = Duration::from_millis(500);
 /// Most bytes that wait for a client: the first round of many sensors is far smaller.
 const MOST_WAITING: usize = 16 << 20;
 
@@ -60,7 +63,10 @@ pub(crate) fn serve(stream: TcpStream, rest: Vec<u8>, hub: &Hub) -> Result<(), E
     let _joined = hub.join();
     let mut client = Client { socket, hub, unacknowledged: Vec::new(), heard: Instant::now(), refusals: channel() };
     client.send(Message::text(hub.hello().map_err(io::Error::other)?))?;
-    client.run()
+    match client.run() {
+        Err(Error::Capacity(_)) => client.refuse_long(),
+        ended => ended,
+    }
 }
 
 impl Client<'_> {
@@ -132,6 +138,25 @@ impl Client<'_> {
                 Ok(_) => {}
                 Err(Error::Io(error)) if is_wait(&error) => return Ok(()),
                 Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells the client that its message was too long, and ends the connection.
+    fn refuse_long(&mut self) -> Result<(), Error> {
+        let reason = format!("a message is longer than {LONGEST} bytes").into();
+        allow_wait(self.socket.close(Some(CloseFrame { code: CloseCode::Size, reason })))?;
+        // The rest of the message is read and forgotten: bytes that nobody has read would break the connection, and the
+        // client would not hear why.
+        let (start, mut forgotten) = (Instant::now(), [0; 4096]);
+        while start.elapsed() < LEAVING && !self.hub.is_over() {
+            self.flush()?;
+            match self.socket.get_mut().read(&mut forgotten) {
+                Ok(0) => break,
+                Ok(_) => {}
+                Err(error) if is_wait(&error) => self.hub.wait(WAIT),
+                Err(error) => return Err(error.into()),
             }
         }
         Ok(())

@@ -6,6 +6,7 @@ use std::sync::mpsc::Sender;
 use serde::Deserialize;
 use wstac_host::record::labels::{NAMES, check};
 use wstac_host::source::Labels;
+use wstac_host::visible;
 
 /// Most characters of a label's value.
 const LONGEST_LABEL: usize = 60;
@@ -70,6 +71,10 @@ pub(crate) fn parse(text: &str) -> Result<(usize, Action), Refused> {
     if number.parse::<usize>().is_err() {
         return Err(refused(format!("the order has no sensor (found {number:?}), expected its number")));
     }
+    // A list of values without names would be an order for the parser, too.
+    if !action.trim_start().starts_with('{') {
+        return Err(refused(format!("the order is not known (found {}), expected {{\"order\": …}}", start_of(action))));
+    }
     let action: Action =
         serde_json::from_str(action).map_err(|error| refused(format!("the order is not known: {error}")))?;
     if let Action::Record { labels } = action {
@@ -77,6 +82,11 @@ pub(crate) fn parse(text: &str) -> Result<(usize, Action), Refused> {
         return Ok((sensor, Action::Record { labels }));
     }
     Ok((sensor, action))
+}
+
+/// Returns the first characters of a text, in quotes.
+fn start_of(text: &str) -> String {
+    format!("{:?}", text.chars().take(20).collect::<String>())
 }
 
 /// Checks labels, and leaves out empty ones.
@@ -91,8 +101,8 @@ fn labels_of(given: Labels) -> Result<Labels, String> {
         if count > LONGEST_LABEL {
             return Err(format!("label {name} has {count} characters, expected at most {LONGEST_LABEL}"));
         }
-        if value.chars().any(char::is_control) {
-            return Err(format!("label {name} is {value:?}, expected no control characters"));
+        if visible::line(value) != value {
+            return Err(format!("label {name} is \"{}\", expected no control characters", visible::line(value)));
         }
         if !value.is_empty() {
             labels.insert(name, value.to_owned());
@@ -133,7 +143,18 @@ mod tests {
             (r#"0 {"order":"record","labels":{"speed":"fast"}}"#, "label speed is \"fast\", expected mm/s such as 150"),
             (r#"0 {"order":"record","labels":{"direction":"400"}}"#, "expected whole degrees, 0 to 359"),
             (r#"0 {"order":"record","labels":{"path":"../a"}}"#, "label \"path\" is not known, expected specimen"),
-            (r#"0 {"order":"record","labels":{"specimen":"a\u001bb"}}"#, "expected no control characters"),
+            (
+                r#"0 {"order":"record","labels":{"specimen":"a\u001bb"}}"#,
+                "\"a\\u001bb\", expected no control characters",
+            ),
+            (
+                r#"0 {"order":"record","labels":{"specimen":"a\u202eb"}}"#,
+                "\"a\\u202eb\", expected no control characters",
+            ),
+            (r#"0 ["record"]"#, "the order is not known (found \"[\\\"record\\\"]\"), expected {\"order\""),
+            (r#"0 ["use",1]"#, "the order is not known"),
+            (r#"0 "stop""#, "the order is not known"),
+            (r#"0 {"order":"record","labels":["specimen","a"]}"#, "the order is not known"),
             (&format!(r#"0 {{"order":"record","labels":{{"specimen":"{long}"}}}}"#), "expected at most 60"),
         ] {
             let why = parse(text).unwrap_err().why;

@@ -10,7 +10,7 @@ use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::{JsonLine, SensorLine};
-use wstac_host::output::{InterruptedReport, Output, OutputOptions};
+use wstac_host::output::{Elapsed, InterruptedReport, Output, OutputOptions};
 use wstac_host::picture::{Picture, Sampler};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::pace::Pace;
@@ -108,6 +108,7 @@ impl Sensor {
             news: News::default(),
             status: Status { phase: "baseline", ..Status::default() },
             zero: 0,
+            elapsed: Elapsed::default(),
             passed: 0,
             jobs,
             camera: None,
@@ -140,6 +141,8 @@ struct Reader<'h> {
     status: Status,
     /// The first feature frame of the baseline.
     zero: u64,
+    /// The time up to the last restart, from which the times of outputs count. Those of the page go on.
+    elapsed: Elapsed,
     /// The camera frames of the last step.
     passed: u64,
     jobs: Jobs,
@@ -212,12 +215,13 @@ impl Reader<'_> {
                 self.restarted(incomplete, processor)
             }
             Action::Record { labels } => {
-                self.jobs.expect_folder()?;
                 let processor = session.processor_mut();
-                // The replay begins with a new baseline, too.
+                let recording = self.jobs.open_recording(labels, processor)?;
+                // The replay begins with a new baseline, too. The sample that this ends is not part of it.
                 let incomplete = processor.restart();
-                self.restarted(incomplete, processor)?;
-                self.jobs.record(labels, processor)
+                let restarted = self.restarted(incomplete, processor);
+                self.jobs.record(recording);
+                restarted
             }
             Action::Calibrate {} => self.jobs.calibrate(),
             Action::Examine {} => self.jobs.examine(),
@@ -228,11 +232,11 @@ impl Reader<'_> {
     fn restarted(&mut self, incomplete: Option<InterruptedReport>, processor: &Processor) -> Result<(), Refusal> {
         self.status.disturbed = false;
         self.zero = processor.pipeline().next_frame();
+        // Its times are those before the restart.
+        let interrupted = incomplete.map(|sample| self.output(Output::Interrupted(sample)));
+        self.elapsed = processor.elapsed();
         self.look(processor);
-        match incomplete {
-            Some(sample) => self.output(Output::Interrupted(sample)).map_err(|error| error.to_string()),
-            None => Ok(()),
-        }
+        interrupted.unwrap_or(Ok(())).map_err(|error| error.to_string())
     }
 
     /// Says how the source has ended.
@@ -317,6 +321,7 @@ impl Observer for Reader<'_> {
         if let Output::BaselineDisturbed { .. } = output {
             self.status.disturbed = true;
         }
+        let output = output.after(self.elapsed);
         let Some(line) = JsonLine::new(&output) else { return Ok(()) };
         let line = serde_json::to_string(&SensorLine { sensor: self.name.as_deref(), line })
             .map_err(|error| Error::with_cause(ErrorKind::Io, "a record", error))?;
@@ -338,6 +343,8 @@ impl Observer for Reader<'_> {
             }
             return true;
         }
+        // By a driver's clock it is known from the first frame on.
+        self.elapsed = processor.elapsed();
         self.look(processor);
         self.status.taxels = processor.taxels();
         self.publish();

@@ -38,7 +38,7 @@ use wstac_host::texture::Textures;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// The source, as for wstac run, or several as cam:NAME=SOURCE
+    /// The source, as for wstac run, or several as NAME=SOURCE
     ///
     /// Several sensors are recorded to one file, each with its own topics.
     #[arg(required = true, value_name = "SOURCE")]
@@ -153,7 +153,7 @@ const HELP: &str = r#"Content of the file:
   recording. Taxel-only scenes (fidelity = "taxel") have no frames and
   can be recorded with --features-only alone.
 
-Several sensors, as cam:NAME=SOURCE, in one file:
+Several sensors, as NAME=SOURCE, in one file:
   Each has its own topics (/left/camera, /left/features, …), its own
   baseline and its own end. Frames are in the order of their times. All
   need one clock: cameras together, or files and scenes together. They
@@ -205,7 +205,7 @@ Examples:
     --label speed=150 --events 10
   wstac record scene:Saw3@150 -o scene.mcap --label specimen=Saw3
   wstac record /dev/video0 --guide plan.toml -o session
-  wstac record cam:left=/dev/video0 cam:right=/dev/video2 -o both.mcap
+  wstac record left=/dev/video0 right=/dev/video2 -o both.mcap
   wstac run saw3.mcap --model builtin:svm
 "#;
 
@@ -213,7 +213,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = sensors(&arguments.sources)?;
     let [Sensor { name: None, source: only }] = &sensors[..] else {
         if let Some(plain) = sensors.iter().find(|sensor| sensor.name.is_none()) {
-            let message = "is one of several sources, expected a name for each: cam:NAME=SOURCE";
+            let message = "is one of several sources, expected a name for each: NAME=SOURCE";
             return Err(Error::new(ErrorKind::Usage, plain.source.display(), message).into());
         }
         return several::run(arguments, &sensors);

@@ -30,7 +30,7 @@ use wstac_host::source::names::{Sensor, sensors};
 #[command(after_long_help = help())]
 #[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
-    /// Camera, recording or scene, or several as cam:NAME=SOURCE
+    /// Camera, recording or scene, or several as NAME=SOURCE
     ///
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
     /// FILE.mcap, a video such as FILE.mp4, and a folder of pictures; see Sources below.
@@ -146,8 +146,9 @@ const HELP: &str = r#"Sources:
                    30 frames per second unless --fps gives another rate.
                    A damaged picture is a lost frame. PNG files beside
                    JPEG files are refused.
-  cam:NAME=SOURCE  any of these with a name, to read several at once:
-                   wstac run cam:left=/dev/video0 cam:right=/dev/video2
+  NAME=SOURCE      any of these with a name, to read several at once:
+                   wstac run left=/dev/video0 right=/dev/video2
+                   A file whose name has = is ./NAME=FILE.
                    A name has letters, digits, - and _. All sources
                    share options, configuration and models. Each has its
                    own baseline, frames and end. If one fails, the
@@ -258,7 +259,7 @@ Output with --json, one object per line (wrapped here):
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete",
    "incomplete":null,"time_ns":29966666666,"clock":"frames"}
   A texture also has pattern ("Saw") and depth_mm (3.0).
-  With cam:NAME=SOURCE, each object starts with "sensor":"NAME", and each
+  With NAME=SOURCE, each object starts with "sensor":"NAME", and each
   sensor has its own end.
   time_ns     is the time of "frame" in nanoseconds, of an event that of
               its first touch, "touch_frame", and of the end that of
@@ -326,7 +327,7 @@ fn help() -> String {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = sensors(&arguments.sources)?;
     if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
-        conflict("several sources need names, expected cam:NAME=SOURCE for each");
+        conflict("several sources need names, expected NAME=SOURCE for each");
     }
     if sensors.len() > 1 && arguments.save_raw.is_some() {
         conflict("--save-raw is for one source");

@@ -39,7 +39,7 @@ const MOST_SENSORS: usize = 16;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// Camera, recording or scene, or several as cam:NAME=SOURCE
+    /// Camera, recording or scene, or several as NAME=SOURCE
     ///
     /// The sources are those of wstac run.
     #[arg(required = true, value_name = "SOURCE")]
@@ -147,7 +147,7 @@ Who can see the page:
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = sensors(&arguments.sources)?;
     if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
-        let message = "several sources need names, expected cam:NAME=SOURCE for each";
+        let message = "several sources need names, expected NAME=SOURCE for each";
         super::wrong_arguments(ClapErrorKind::ArgumentConflict, message).exit();
     }
     if sensors.len() > MOST_SENSORS {

@@ -29,7 +29,7 @@ use wstac_linux::source::is_camera;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// The source, as for wstac run, or a board; several as cam:NAME=SOURCE
+    /// The source, as for wstac run, or a board; several as NAME=SOURCE
     ///
     /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent.
     /// All sensors of a recording are shown, or the one of --sensor.
@@ -86,7 +86,7 @@ Keys:
   read once. While a recording is written, there is no seek.
 
 Several sensors:
-  wstac view cam:left=/dev/video0 cam:right=slide.mcap
+  wstac view left=/dev/video0 right=slide.mcap
   wstac view both.mcap
   Sensors are next to each other on a wide terminal and below each other
   on a narrow one, each with its state, motion and last event, and with
@@ -152,7 +152,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let sensors = sensors(&arguments.sources)?;
     if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
-        let message = "several sources need names, expected cam:NAME=SOURCE for each";
+        let message = "several sources need names, expected NAME=SOURCE for each";
         super::wrong_arguments(clap::error::ErrorKind::ArgumentConflict, message).exit();
     }
     match &sensors[..] {

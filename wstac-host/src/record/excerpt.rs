@@ -50,7 +50,8 @@ fn created(path: &Path) -> io::Result<File> {
 
 /// A recording of a part of a stream: from a restart of its processor to any later frame.
 ///
-/// It replays like a stream of its own: its frames, and those of its events, count from 0.
+/// It replays like a stream of its own: its frames, and those of its events, count from 0. Whoever shows the stream
+/// meanwhile counts its times on with [`Output::after`].
 pub struct Excerpt {
     recorder: Recorder,
     path: PathBuf,
@@ -61,7 +62,8 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// Starts a recording in an empty file; `processor` was just restarted ([`Processor::restart`]).
+    /// Starts a recording in an empty file. `processor` is restarted ([`Processor::restart`]) before the next event of
+    /// the source: just before this, or behind it, so that a recording that is refused has changed nothing.
     ///
     /// A file whose recording cannot be started is removed.
     ///

@@ -18,8 +18,8 @@ use crate::config::{Config, Kernel};
 use crate::error::Error;
 use crate::frame_clock::FrameClock;
 use crate::output::{
-    Answering, ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, LostFrames, MotionReport,
-    Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
+    Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
+    MotionReport, Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
 };
 use crate::source::{SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -306,6 +306,14 @@ impl Processor {
     /// frames to come, the frame rate gives it.
     pub fn seconds(&self, frame: u64) -> f64 {
         self.clock.seconds(frame)
+    }
+
+    /// Returns the time from the stream's first frame to the frame of the last [`restart`](Self::restart), from which
+    /// times count. [`Output::after`] counts them from the first frame again.
+    ///
+    /// By a driver's clock it is known from the first frame after the restart on; until then it is 0.
+    pub fn elapsed(&self) -> Elapsed {
+        self.clock.elapsed()
     }
 
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.

@@ -1,9 +1,12 @@
-//! Parses sources with names: `cam:left=/dev/video0`.
+//! Parses sources with names: `left=/dev/video0`.
+//!
+//! A file whose whole name reads like this is a file if it is there; `./left=a.y4m` is one in any case.
+//! `cam:left=/dev/video0` is the same, as it was written first.
 //!
 //! ```
 //! use wstac_host::source::names::sensors;
 //!
-//! let sources = ["cam:left=/dev/video0".into(), "cam:right=slides.mcap".into()];
+//! let sources = ["left=/dev/video0".into(), "right=slides.mcap".into()];
 //! let sensors = sensors(&sources)?;
 //! assert_eq!(sensors[1].name, Some("right"));
 //! assert_eq!(sensors[1].source, "slides.mcap");
@@ -12,8 +15,12 @@
 
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
 
 use crate::error::{Error, ErrorKind};
+
+/// What a source with a name may begin with.
+const PREFIX: &[u8] = b"cam:";
 
 /// A source with the name that its records have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,16 +50,15 @@ pub fn sensors(sources: &[OsString]) -> Result<Vec<Sensor<'_>>, Error> {
 }
 
 fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
-    let Some(named) = text.as_bytes().strip_prefix(b"cam:") else { return Ok(Sensor { name: None, source: text }) };
+    let Some(named) = text.as_bytes().strip_prefix(PREFIX).or_else(|| named(text)) else {
+        return Ok(Sensor { name: None, source: text });
+    };
     let at = named.iter().position(|byte| *byte == b'=');
     let Some((name, source)) = at.map(|at| (&named[..at], OsStr::from_bytes(&named[at + 1..]))) else {
-        return Err(refused(text, "expected cam:NAME=SOURCE, such as cam:left=/dev/video0"));
+        return Err(refused(text, "expected NAME=SOURCE, such as left=/dev/video0"));
     };
-    let is_letter = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
     let name = OsStr::from_bytes(name);
-    // Programs take a word that starts with - for an option.
-    let is_name = |name: &&str| !name.is_empty() && !name.starts_with('-') && name.bytes().all(is_letter);
-    let Some(name) = name.to_str().filter(is_name) else {
+    let Some(name) = name.to_str().filter(|name| is_name(name)) else {
         let expected = "expected letters, digits, - and _, the first no -";
         return Err(refused(text, format_args!("the name is {:?}, {expected}", name.to_string_lossy())));
     };
@@ -60,6 +66,29 @@ fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
         return Err(refused(text, "there is nothing after =, expected a source such as /dev/video0"));
     }
     Ok(Sensor { name: Some(name), source })
+}
+
+/// Returns `true` for a source with a name.
+pub(super) fn is_named(text: &OsStr) -> bool {
+    text.as_bytes().starts_with(PREFIX) || named(text).is_some()
+}
+
+/// Returns the text if it begins with the name of a sensor, and is no file.
+fn named(text: &OsStr) -> Option<&[u8]> {
+    let bytes = text.as_bytes();
+    let at = bytes.iter().position(|byte| !is_of_name(*byte)).filter(|at| *at > 0)?;
+    (bytes[at] == b'=' && !Path::new(text).exists()).then_some(bytes)
+}
+
+/// Returns `true` for the name of a sensor: letters, digits, `-` and `_`, and no `-` in front.
+///
+/// Names are parts of keys and files' names, and other programs take a word that starts with `-` for an option.
+pub fn is_name(name: &str) -> bool {
+    !name.is_empty() && !name.starts_with('-') && name.bytes().all(is_of_name)
+}
+
+fn is_of_name(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_')
 }
 
 fn refused(source: &OsStr, message: impl std::fmt::Display) -> Error {
@@ -78,16 +107,36 @@ mod tests {
 
     #[test]
     fn names_go_before_any_source() {
-        let two = parsed(&["cam:left=/dev/video0", "cam:right_2-b=scene:Saw3@150,seed=2"]).unwrap();
-        assert_eq!(two[0], (Some("left".into()), "/dev/video0".into()));
-        assert_eq!(two[1], (Some("right_2-b".into()), "scene:Saw3@150,seed=2".into()));
-        assert_eq!(parsed(&["a=b.y4m"]).unwrap(), [(None, "a=b.y4m".into())]);
+        for prefix in ["", "cam:"] {
+            let sources = [format!("{prefix}left=/dev/video0"), format!("{prefix}right_2-b=scene:Saw3@150,seed=2")];
+            let two = parsed(&[&sources[0], &sources[1]]).unwrap();
+            assert_eq!(two[0], (Some("left".into()), "/dev/video0".into()));
+            assert_eq!(two[1], (Some("right_2-b".into()), "scene:Saw3@150,seed=2".into()));
+        }
+    }
+
+    #[test]
+    fn what_reads_like_a_name_and_is_none_is_a_source() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a=b.y4m");
+        for plain in ["scene:Saw3@150,seed=2", "./a=b.y4m", "=b.y4m", "-a=b.y4m", file.to_str().unwrap()] {
+            let found = parsed(&[plain]);
+            if plain.starts_with("-a") {
+                assert!(found.unwrap_err().contains("the first no -"));
+            } else {
+                assert_eq!(found.unwrap(), [(None, plain.into())]);
+            }
+        }
+        // The tests' folder has no such file. A file that is there keeps its name.
+        assert_eq!(parsed(&["a=b.y4m"]).unwrap(), [(Some("a".into()), "b.y4m".into())]);
+        std::fs::write(&file, "").unwrap();
+        assert_eq!(named(file.as_os_str()), None);
     }
 
     #[test]
     fn what_is_no_name_is_refused() {
         for (sources, part) in [
-            (&["cam:left"][..], "expected cam:NAME=SOURCE"),
+            (&["cam:left"][..], "expected NAME=SOURCE"),
             (&["cam:=/dev/video0"], "the name is \"\""),
             (&["cam:le ft=/dev/video0"], "the name is \"le ft\""),
             (&["cam:l\u{e9}=/dev/video0"], "letters, digits"),

@@ -12,6 +12,7 @@ use wstac_core::rate::FrameRate;
 use super::jpeg_folder::JpegFolder;
 #[cfg(feature = "mcap")]
 use super::mcap::McapSource;
+use super::names;
 #[cfg(all(feature = "jpeg", feature = "png"))]
 use super::picture_files::{self, PictureKind};
 #[cfg(feature = "png")]
@@ -119,7 +120,7 @@ pub fn open(
     }
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
-        Err(_) if starts(name, "cam:") => {
+        Err(_) if names::is_named(name) => {
             let why = "several sources, each with a name, are for wstac run, view, serve and record; here ";
             return Err(none_of_these(ErrorKind::Usage, why));
         }

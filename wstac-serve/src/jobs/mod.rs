@@ -93,6 +93,9 @@ pub(crate) struct Jobs {
     failures: usize,
 }
 
+/// A recording whose file is open and which has not begun.
+pub(crate) struct OpenRecording(Box<Recording>);
+
 /// Why something that a person asked for cannot be done now.
 pub(crate) type Refusal = String;
 
@@ -130,29 +133,26 @@ impl Jobs {
         Err(format!("{what} is in progress, expected none: end it first"))
     }
 
-    /// Checks that a recording can start.
-    pub(crate) fn expect_folder(&self) -> Result<(), Refusal> {
+    /// Opens a recording. If it is refused, nothing has changed; otherwise the caller restarts `processor` and then
+    /// [begins](Self::record) it.
+    pub(crate) fn open_recording(&self, mut labels: Labels, processor: &Processor) -> Result<OpenRecording, Refusal> {
         self.expect_none(false)?;
-        match self.tools.record_to {
-            Some(_) => Ok(()),
-            None => Err("recording is off: start wstac serve with --record-to FOLDER".to_owned()),
-        }
-    }
-
-    /// Starts a recording; `processor` was just restarted.
-    pub(crate) fn record(&mut self, mut labels: Labels, processor: &Processor) -> Result<(), Refusal> {
-        self.expect_folder()?;
-        let Some(folder) = &self.tools.record_to else { return Ok(()) };
+        let Some(folder) = &self.tools.record_to else {
+            return Err("recording is off: start wstac serve with --record-to FOLDER".to_owned());
+        };
         if let Some(name) = &self.name {
             labels.entry("sensor".to_owned()).or_insert_with(|| name.clone());
         }
         let name = self.name.as_deref().unwrap_or("wstac");
         let described = (&self.info, &self.config, &*self.tools.models);
-        let recording =
-            Recording::start(folder, name, labels, described, processor).map_err(|error| error.to_string())?;
+        let recording = Recording::start(folder, name, labels, described, processor);
+        recording.map(|recording| OpenRecording(Box::new(recording))).map_err(|error| error.to_string())
+    }
+
+    /// Begins a recording, whose first frame is the next one.
+    pub(crate) fn record(&mut self, OpenRecording(recording): OpenRecording) {
         self.recorded = None;
-        self.begin(Job::Recording(Box::new(recording)));
-        Ok(())
+        self.begin(Job::Recording(recording));
     }
 
     /// Starts a calibration.

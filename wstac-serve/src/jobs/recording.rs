@@ -8,7 +8,7 @@ use wstac_host::error::Error;
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::{Excerpt, first_free_file};
+use wstac_host::record::{Excerpt, check_room, first_free_file};
 use wstac_host::session::Processor;
 use wstac_host::source::{Labels, SourceEvent, StreamInfo};
 
@@ -32,7 +32,8 @@ pub(super) struct Progress {
 }
 
 impl Recording {
-    /// Starts a recording in a new file NAME-1.mcap, NAME-2.mcap or so on in a folder; `processor` was just restarted.
+    /// Starts a recording in a new file NAME-1.mcap, NAME-2.mcap or so on in a folder; `processor` is restarted before
+    /// its next frame.
     pub(super) fn start(
         folder: &Path,
         name: &str,
@@ -42,6 +43,7 @@ impl Recording {
     ) -> Result<Self, Error> {
         let about = About::new(info, config, labels.clone(), models.to_vec())?;
         let (file, path) = first_free_file(|number| folder.join(format!("{name}-{number}.mcap")))?;
+        check_room(&file, &path, info)?;
         Ok(Self { excerpt: Excerpt::start(file, &path, &about, processor)?, labels, events: 0 })
     }
 

@@ -65,11 +65,19 @@ fn a_recording_has_its_labels_and_gives_the_same_event_again() {
     let line = format!("{}: {} frames, 1 event, ", path.display(), AFTER - FIRST);
     let text = page.jobs["recorded"]["text"].as_str().unwrap();
     assert!(text.starts_with(&line) && page.jobs["recorded"]["is_error"] == false, "{}", page.jobs);
-    // Frames count from the recording's first one there; nothing else differs.
+    // Frames and times count from the recording's first frame there, and go on upon the page; nothing else differs.
     let replayed = replayed(&path);
     let (mut again, shown) = (events(&replayed)[0].clone(), events(&page.records)[0]);
     for name in ["frame", "touch_frame", "end_frame"] {
         again[name] = (again[name].as_u64().unwrap() + FIRST).into();
+    }
+    for name in ["time_ns", "completed_ns"] {
+        again[name] = (again[name].as_u64().unwrap() + 1_400_000_000).into();
+    }
+    for name in ["time_s", "completed_s"] {
+        let shift = shown[name].as_f64().unwrap() - again[name].as_f64().unwrap();
+        assert!((shift - 1.4).abs() < 1e-6, "{shown}");
+        again[name] = shown[name].clone();
     }
     assert_eq!((&again, events(&replayed).len()), (shown, 1));
     let (failures, told) = served.end();
@@ -124,15 +132,46 @@ fn the_end_of_the_source_ends_a_recording() {
     assert!(page.refusal(&json!({"order": "record"})).contains("the source has ended"));
 }
 
-/// A sensor whose recording could not be written has failed, and still shows what it reads.
+/// A recording that cannot start changes nothing: not the baseline, and no number or time of what follows.
 #[test]
-fn a_folder_that_is_gone_refuses_a_recording() {
+fn a_refused_recording_changes_nothing() {
     let (folder, served) = served(None);
     let mut page = served.page();
+    served.allow(LEAD_IN - 2);
+    page.until_frame(LEAD_IN - 2);
+    let before = page.status.clone();
     folder.close().unwrap();
     let why = page.refusal(&json!({"order": "record"}));
     assert!(why.contains("wstac-1.mcap: No such file or directory"), "{why}");
-    served.allow(30);
-    page.until_frame(30);
+    assert_eq!((page.status["phase"].as_str(), &page.status["thresholds"]), (Some("watching"), &before["thresholds"]));
+    served.allow(AFTER);
+    page.until("an event", |page| !events(&page.records).is_empty());
+    let source = super::page::source(super::page::SCENE);
+    let undisturbed = Session::builder(source).build().unwrap().map(Result::unwrap);
+    let expected = undisturbed.filter(|output| matches!(output, Output::Event(_)));
+    let expected: Vec<Value> =
+        expected.map(|output| serde_json::to_value(JsonLine::new(&output).unwrap()).unwrap()).collect();
+    assert_eq!(events(&page.records), expected.iter().collect::<Vec<_>>());
     assert_eq!(served.end().0, 0);
+}
+
+/// Whatever is recorded, the page's frames and times go on.
+#[test]
+fn the_times_of_the_page_go_on_through_recordings() {
+    let (_folder, served) = served(None);
+    let mut page = served.page();
+    for frame in [30, 50] {
+        served.allow(frame);
+        page.until_frame(frame);
+        page.record(&json!({}));
+        page.stop();
+    }
+    served.allow(AFTER);
+    page.until("an event", |page| !events(&page.records).is_empty());
+    let event = events(&page.records)[0];
+    let at = |name: &str| event[name].as_u64().unwrap();
+    let expected = at("touch_frame") as f64 / 30.0;
+    assert!((at("time_ns") as f64 / 1e9 - expected).abs() < 1e-6, "{event}");
+    assert!((event["time_s"].as_f64().unwrap() - expected).abs() < 1e-3, "{event}");
+    drop(served);
 }

@@ -3,6 +3,7 @@
 use serde_json::json;
 use tempfile::tempdir;
 use tungstenite::Message;
+use tungstenite::protocol::frame::coding::CloseCode;
 use wstac_host::config::Config;
 use wstac_serve::{Token, Tools};
 
@@ -71,6 +72,7 @@ fn orders_that_are_none_are_answered_and_change_nothing() {
         (r#"order 0 {"order":"record","labels":{"direction":"12.5"}}"#, "expected whole degrees"),
         (r#"order 0 {"order":"record","labels":{"name":"../a"}}"#, "label \"name\" is not known"),
         ("order 0 rm", "the order is not known"),
+        (r#"order 0 ["record"]"#, "the order is not known"),
         ("order x", "the order has no sensor"),
     ] {
         let why = page.refusal_of(text);
@@ -84,8 +86,13 @@ fn orders_that_are_none_are_answered_and_change_nothing() {
 fn long_messages_are_not_read() {
     let served = Served::new(None, &Config::default(), Tools::default());
     let mut page = served.page();
-    page.say(&format!("order 0 {}", "x".repeat(2000)));
-    while page.socket.read().is_ok() {}
+    page.say(&format!("order 0 {}", "x".repeat(100_000)));
+    let closed = loop {
+        if let Message::Close(frame) = page.socket.read().unwrap() {
+            break frame.unwrap();
+        }
+    };
+    assert_eq!((closed.code, &*closed.reason), (CloseCode::Size, "a message is longer than 1024 bytes"));
     let why = served.page().refusal(&json!({"order": "record"}));
     assert!(why.contains("recording is off"), "{why}");
 }
