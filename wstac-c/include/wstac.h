@@ -61,7 +61,7 @@ enum WstacStatus
   WSTAC_STATUS_MODEL = 5,
   /// The source cannot be opened, or cannot be read any further.
   WSTAC_STATUS_SOURCE = 6,
-  /// A frame has too few bytes.
+  /// A frame has too few bytes, or too many for its size.
   WSTAC_STATUS_FRAME = 7,
   /// The call does not fit the handle or its state.
   WSTAC_STATUS_STATE = 8,
@@ -320,8 +320,9 @@ WstacStatus wstac_next(struct Wstac *handle, struct WstacRecord *record);
 /// Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
 /// follow.
 ///
-/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. At most
-/// WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
+/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. So is a frame
+/// with too many, which has another size than described: a row and 4096 bytes of padding at its end are allowed. At
+/// most WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
 ///
 /// # Safety
 /// `handle` is null or an open handle; `bytes` is null or `length` bytes.

@@ -171,8 +171,9 @@ pub unsafe extern "C" fn wstac_next(handle: *mut Wstac, record: *mut WstacRecord
 /// Takes a frame of `length` bytes, laid out as described to wstac_open_frames. wstac_next returns the records that
 /// follow.
 ///
-/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. At most
-/// WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
+/// A frame with too few bytes is refused and not taken. Call wstac_push_lost to keep its place in time. So is a frame
+/// with too many, which has another size than described: a row and 4096 bytes of padding at its end are allowed. At
+/// most WSTAC_MOST_RECORDS records wait: then no frame is taken until wstac_next has returned some.
 ///
 /// # Safety
 /// `handle` is null or an open handle; `bytes` is null or `length` bytes.

@@ -3,6 +3,8 @@
 use std::ffi::c_char;
 use std::path::{Path, PathBuf};
 
+use wstac_core::green::GreenChannel;
+use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
@@ -195,6 +197,12 @@ impl WstacFrames {
             },
         };
         if self.bytes_per_row != 0 {
+            let least = Any::new(info.format, info.color, YcbcrMethod::Exact).row_bytes(size.width());
+            if (self.bytes_per_row as usize) < least {
+                let found = self.bytes_per_row;
+                let message = format_args!("frames: bytes_per_row is {found}, expected 0 or at least {least}");
+                return Err(failed(WstacStatus::Option, message));
+            }
             info.bytes_per_row = self.bytes_per_row;
         }
         Ok(info)

@@ -13,6 +13,9 @@ use crate::options::Options;
 use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
 use crate::status::{Failure, WstacStatus, failed};
 
+/// The bytes that may follow a pushed frame besides a row: drivers fill buffers up to a page of memory.
+const MOST_PADDING: usize = 4096;
+
 /// The content of a handle.
 pub struct Sensor {
     session: Session,
@@ -71,9 +74,16 @@ impl Sensor {
     /// Takes a frame that the program pushes.
     pub(super) fn push_frame(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         self.check_pushing()?;
-        let expected = self.session.processor().geometry().frame_bytes();
-        if bytes.len() < expected {
-            let message = format_args!("frame has {} bytes, expected at least {expected}", bytes.len());
+        let geometry = self.session.processor().geometry();
+        let (found, expected) = (bytes.len(), geometry.frame_bytes());
+        if found < expected {
+            let message = format_args!("frame has {found} bytes, expected at least {expected}");
+            return Err(failed(WstacStatus::Frame, message));
+        }
+        let most = expected.saturating_add(geometry.bytes_per_row()).saturating_add(MOST_PADDING);
+        if found > most {
+            let message =
+                format_args!("frame has {found} bytes, expected {expected} to {most}: is it of another size?");
             return Err(failed(WstacStatus::Frame, message));
         }
         self.session.push(&SourceEvent::Frame(Frame::new(bytes)));

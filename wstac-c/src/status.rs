@@ -23,7 +23,7 @@ pub enum WstacStatus {
     Model = 5,
     /// The source cannot be opened, or cannot be read any further.
     Source = 6,
-    /// A frame has too few bytes.
+    /// A frame has too few bytes, or too many for its size.
     Frame = 7,
     /// The call does not fit the handle or its state.
     State = 8,
