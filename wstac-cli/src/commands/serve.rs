@@ -16,7 +16,8 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::plural::counted;
 use wstac_host::source::FramePolicy;
-use wstac_host::source::names::{Sensor, sensors};
+use wstac_host::source::every_sensor::NamedSource;
+use wstac_host::source::names::sensors;
 use wstac_host::source::pace::Pace;
 use wstac_host::text_file;
 use wstac_host::texture::Textures;
@@ -41,7 +42,7 @@ const MOST_SENSORS: usize = 16;
 pub(super) struct Arguments {
     /// Camera, recording or scene, or several as NAME=SOURCE
     ///
-    /// The sources are those of wstac run.
+    /// The sources are those of wstac run. Of a recording of several sensors, all are shown.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -145,11 +146,12 @@ Who can see the page:
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let sensors = sensors(&arguments.sources)?;
-    if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
+    let given = sensors(&arguments.sources)?;
+    if given.len() > 1 && given.iter().any(|sensor| sensor.name.is_none()) {
         let message = "several sources need names, expected NAME=SOURCE for each";
         super::wrong_arguments(ClapErrorKind::ArgumentConflict, message).exit();
     }
+    let sensors = arguments.options.every_sensor(&given)?;
     if sensors.len() > MOST_SENSORS {
         let message = format!("found {} sources, expected at most {MOST_SENSORS}", sensors.len());
         super::wrong_arguments(ClapErrorKind::TooManyValues, message).exit();
@@ -169,7 +171,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let _ = writeln!(std::io::stderr(), "{}", server.address());
     for (sensor, (_, notes)) in sensors.iter().zip(&opened) {
         for text in notes {
-            note_of(sensor.name, text);
+            note_of(sensor.name.as_deref(), text);
         }
     }
     let opened = opened.into_iter().map(|(sensor, _)| sensor).collect();
@@ -197,17 +199,18 @@ fn check_folder(folder: Option<&Path>) -> Result<(), Error> {
 
 /// Opens a sensor, and returns it with what is to be said about it.
 fn open(
-    sensor: &Sensor<'_>,
-    all: &[Sensor<'_>],
+    sensor: &NamedSource,
+    all: &[NamedSource],
     arguments: &Arguments,
     files: &[ModelFile],
 ) -> Result<(wstac_serve::Sensor, Vec<String>), Error> {
-    let Arguments { options, config, record_to, .. } = arguments;
+    let Arguments { config, record_to, .. } = arguments;
+    let options = &arguments.options.of(sensor);
     // A recording has every frame.
     let policy = if record_to.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
-    let (source, info, config) = options.open_configured(sensor.source, policy, config.as_deref())?;
+    let (source, info, config) = options.open_configured(&sensor.source, policy, config.as_deref())?;
     let notes = [info.about.clone()].into_iter().chain(doubts_of_textures(&info, files)).collect();
-    let is_live = is_camera(sensor.source);
+    let is_live = is_camera(&sensor.source);
     let camera = info.camera.as_ref().filter(|_| is_live);
     let tools = Tools {
         record_to: record_to.clone(),
@@ -219,18 +222,18 @@ fn open(
     };
     let pace = (!is_live).then(|| Pace::new(info.rate));
     let opened = Opened { source, info, config, textures: Textures::new(files)?, pace };
-    Ok((wstac_serve::Sensor::new(sensor.name, opened, tools)?, notes))
+    Ok((wstac_serve::Sensor::new(sensor.name.as_deref(), opened, tools)?, notes))
 }
 
 /// Returns the file for the calibration of a sensor, which does not exist yet.
 fn calibration_file(
-    sensor: &Sensor<'_>,
-    all: &[Sensor<'_>],
+    sensor: &NamedSource,
+    all: &[NamedSource],
     arguments: &Arguments,
 ) -> Result<Option<CalibrationFile>, Error> {
     let Some(named) = &arguments.calibrate_to else { return Ok(None) };
     check_ending(named, &["toml"])?;
-    let path = match sensor.name {
+    let path = match &sensor.name {
         Some(name) if all.len() > 1 => {
             let stem = named.file_stem().unwrap_or_default().display();
             let ending = named.extension().map_or(String::new(), |ending| format!(".{}", ending.display()));
@@ -240,7 +243,7 @@ fn calibration_file(
     };
     let outputs = |force| {
         let outputs = Outputs::new(force).reading(&arguments.config).reading(&arguments.models);
-        all.iter().fold(outputs, |outputs, other| outputs.source(other.source))
+        all.iter().fold(outputs, |outputs, other| outputs.source(&other.source))
     };
     let new = outputs(false);
     new.check([&path])?;

@@ -15,6 +15,8 @@ use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::source::every_sensor::{NamedSource, every_sensor};
+use wstac_host::source::names::Sensor;
 use wstac_host::source::open::{OpenOptions, recorded_sensors};
 use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
@@ -62,7 +64,7 @@ pub(super) struct SourceArguments {
 
     /// Read this sensor of a recording of several
     ///
-    /// wstac run, view and dataset read all of them without it.
+    /// wstac run, view, serve and dataset read all of them without it.
     #[arg(long, value_name = "NAME")]
     sensor: Option<String>,
 }
@@ -166,6 +168,24 @@ impl SourceArguments {
     /// Returns the same arguments for a sensor of a recording of several.
     pub(super) fn of_sensor(&self, sensor: &str) -> Self {
         Self { sensor: Some(sensor.to_owned()), ..self.clone() }
+    }
+
+    /// Returns the sensors of all sources: of a recording of several, all, unless the options name one.
+    pub(super) fn every_sensor(&self, given: &[Sensor<'_>]) -> Result<Vec<NamedSource>, Error> {
+        if self.sensor.is_none() {
+            return every_sensor(given);
+        }
+        let plain = |sensor: &Sensor<'_>| NamedSource {
+            name: sensor.name.map(str::to_owned),
+            source: sensor.source.to_owned(),
+            recorded: None,
+        };
+        Ok(given.iter().map(plain).collect())
+    }
+
+    /// Returns the same arguments for one of the sensors that [`every_sensor`](Self::every_sensor) lists.
+    pub(super) fn of(&self, sensor: &NamedSource) -> Self {
+        sensor.recorded.as_deref().map_or_else(|| self.clone(), |name| self.of_sensor(name))
     }
 
     /// Returns the same arguments with another format and size.

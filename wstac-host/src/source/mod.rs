@@ -2,6 +2,7 @@
 
 mod crop;
 pub mod decorate;
+pub mod every_sensor;
 #[cfg(feature = "jpeg")]
 pub mod jpeg_folder;
 #[cfg(feature = "mcap")]
