@@ -68,10 +68,6 @@ impl Format {
     ///
     /// # Errors
     /// The figure is too large for a picture in memory.
-    #[cfg_attr(
-        not(any(feature = "png", feature = "pdf")),
-        expect(clippy::unnecessary_wraps, reason = "others may fail")
-    )]
     pub fn encode(self, svg: &str) -> Result<Vec<u8>, Error> {
         match self {
             Self::Svg => Ok(svg.as_bytes().to_vec()),
