@@ -1,8 +1,9 @@
 //! Tests what `wstac serve` refuses before it opens its address: folders and files that it could not write.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 
-use wstac_tests::command::refusal;
+use wstac_tests::command::{good, refusal, start};
 use wstac_tests::folder::Folder;
 
 const SCENE: &str = "scene:Saw3@150";
@@ -40,4 +41,27 @@ fn a_calibration_goes_to_a_new_file() {
     let message = refusal(&["serve", &left, &right, "--listen", "127.0.0.1:0", "--calibrate-to", &path("two.toml")]);
     assert!(message.contains("two-right.toml: exists already"), "{message}");
     assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 2, "nothing was written");
+}
+
+#[test]
+fn all_sensors_of_a_recording_are_shown() {
+    let folder = Folder::new("serve-both");
+    let both = folder.0.join("both.mcap");
+    let both = both.to_str().unwrap();
+    let sources = ["left=scene:Saw3@150", "right=scene:Tri3@120"];
+    good(&[&["record"], &sources[..], &["--features-only", "-o", both]].concat());
+    let message = refusal(&["serve", &format!("middle={both}"), "--listen", "127.0.0.1:0"]);
+    assert!(message.contains("the recording has no sensor middle, expected one of left, right before ="), "{message}");
+    for (source, expected) in [(both.to_owned(), &["left", "right"][..]), (format!("right={both}"), &["right"])] {
+        let mut server = start(&["serve", &source, "--listen", "127.0.0.1:0"]);
+        let lines = BufReader::new(server.stderr.take().unwrap()).lines().map(Result::unwrap);
+        // The address, then a note for each sensor.
+        let notes: Vec<String> = lines.skip(1).take(expected.len()).collect();
+        server.kill().unwrap();
+        server.wait().unwrap();
+        for (note, name) in notes.iter().zip(expected) {
+            assert!(note.starts_with(&format!("wstac: {name}: {both}: sensor {name}, recorded from")), "{note}");
+        }
+        assert_eq!(notes.len(), expected.len());
+    }
 }
