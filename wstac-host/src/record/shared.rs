@@ -2,17 +2,23 @@
 
 use std::fs::File;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
+
+use wstac_core::rate::FrameRate;
 
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
 use super::recorder::{Recorder, description, stored_bytes};
-use super::writer::{self, Writing, Written, discard};
+use super::writer::{self, Patience, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
 
-/// How long a camera that gives no frames holds up the others.
+/// The longest that cameras that give no frames hold up the others.
 const PATIENCE: Duration = Duration::from_secs(1);
+
+/// The most by which somebody sets the wall clock while a machine runs. Where the monotonic clocks of two recordings show
+/// more, the machine was started in between, or there were two.
+const MOST_APART: Duration = Duration::from_secs(60);
 
 /// A sensor of a recording of several.
 #[derive(Clone, Copy)]
@@ -23,12 +29,25 @@ pub struct RecordedSensor<'a> {
     pub about: &'a About,
     /// What reads its stream.
     pub processor: &'a Processor,
+    /// If its source is a recording with wall-clock times: the time when the driver's clock showed 0
+    /// ([`McapSource::wall_zero`](crate::source::mcap::McapSource::wall_zero)). Recordings of different starts of a machine
+    /// are refused by it.
+    pub wall_zero: Option<SystemTime>,
+}
+
+impl RecordedSensor<'_> {
+    /// Returns whether its source is a camera that is read now.
+    fn is_live(&self) -> bool {
+        let info = &self.about.info;
+        info.camera.is_some() && info.recorded.is_none()
+    }
 }
 
 /// A recording of several sensors.
 ///
-/// Frames are in the order of their times, whatever sensor they are of. A camera that gives no frames holds up the others
-/// for at most a second; then its own come later in the file.
+/// Frames are in the order of their times, whatever sensor they are of. Cameras that give no frames hold up the others
+/// for at most a second; then their own come later in the file. The time is shorter if memory has no room for the frames
+/// of two seconds.
 pub struct SharedRecording {
     writing: Writing,
 }
@@ -40,7 +59,8 @@ impl SharedRecording {
     /// A file whose recording cannot be started is removed.
     ///
     /// # Errors
-    /// The recording cannot be started, there are too many sensors, or their times are not of one clock.
+    /// The recording cannot be started, there are too many sensors, or their times are not of one clock: some are of a
+    /// driver and some are counted, some are of now and some were recorded, or their clocks started at different times.
     pub fn start(
         file: File,
         path: &Path,
@@ -62,13 +82,16 @@ impl SharedRecording {
         let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name).collect();
         let names = of_sensors(&names).map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
         let mut metadata = vec![names];
-        for RecordedSensor { name, about, processor } in sensors {
+        for RecordedSensor { name, about, processor, .. } in sensors {
             metadata.extend(description(path, about, processor, Some(name))?);
         }
         let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
         // A file or a scene is waited for, so that the same sources make the same recording.
+        let periods = sensors.iter().map(|sensor| period(sensor.about.info.rate));
+        let frame = periods.min().unwrap_or_default();
         let is_live = |info: &crate::source::StreamInfo| info.camera.is_some() && info.recorded.is_none();
-        let patience = sensors.iter().any(|sensor| is_live(&sensor.about.info)).then_some(PATIENCE);
+        let patience =
+            sensors.iter().any(|sensor| is_live(&sensor.about.info)).then_some(Patience { most: PATIENCE, frame });
         let (outboxes, writing) = writer::start(file, path, metadata, (&frame_bytes, patience), compression)?;
         let recorders = sensors.iter().zip(outboxes).zip(0_u8..);
         let recorders = recorders.map(|((sensor, outbox), at)| Recorder::of_sensor(at, sensor.about, outbox, None));
@@ -85,6 +108,11 @@ impl SharedRecording {
     }
 }
 
+/// Returns the time between two frames.
+fn period(rate: FrameRate) -> Duration {
+    Duration::from_secs_f64(f64::from(rate.denominator()) / f64::from(rate.numerator()))
+}
+
 /// Refuses sensors that cannot share a recording.
 fn check(path: &Path, sensors: &[RecordedSensor<'_>]) -> Result<(), Error> {
     let refused = |message: std::fmt::Arguments<'_>| Err(Error::new(ErrorKind::Usage, path.display(), message));
@@ -99,5 +127,23 @@ fn check(path: &Path, sensors: &[RecordedSensor<'_>]) -> Result<(), Error> {
             with.name, without.name
         ));
     }
-    Ok(())
+    let live = sensors.iter().find(|sensor| sensor.is_live());
+    let recorded = sensors.iter().find(|sensor| sensor.about.info.recorded.is_some());
+    if let (Some(live), Some(recorded), Some(_)) = (live, recorded, with) {
+        return refused(format_args!(
+            "{} is read now, and {} was recorded, expected cameras together, or recordings together",
+            live.name, recorded.name
+        ));
+    }
+    let mut zeros = sensors.iter().filter_map(|sensor| Some((sensor.name, sensor.wall_zero?)));
+    let Some((first, zero)) = zeros.next() else { return Ok(()) };
+    let apart = |other: SystemTime| other.duration_since(zero).unwrap_or_else(|before| before.duration());
+    match zeros.map(|(name, other)| (name, apart(other))).find(|(_, apart)| *apart > MOST_APART) {
+        Some((name, apart)) => refused(format_args!(
+            "the clocks of {first} and {name} started {} s apart, expected recordings of one machine that was not started \
+             again in between",
+            apart.as_secs()
+        )),
+        None => Ok(()),
+    }
 }
