@@ -62,7 +62,7 @@ static void opening_is_checked(void)
     EXPECT(open_source("scene:Saw3@150", &options) == WSTAC_STATUS_SOURCE && says(NULL, "expected only with a recording"));
     EXPECT(open_source("both.mcap", NULL) == WSTAC_STATUS_SOURCE && says(NULL, "has the sensors left, right"));
     options.sensor = "top";
-    EXPECT(open_source("both.mcap", &options) == WSTAC_STATUS_SOURCE && says(NULL, "has no sensor top"));
+    EXPECT(open_source("both.mcap", &options) == WSTAC_STATUS_SOURCE && says(NULL, "has no sensor \"top\""));
     options.sensor = "\xff";
     EXPECT(open_source("both.mcap", &options) == WSTAC_STATUS_TEXT && says(NULL, "sensor"));
     options = (WstacOptions){.fps_numerator = 30};

@@ -5,6 +5,7 @@ mod completions;
 mod dataset;
 mod escapes;
 mod exit;
+mod exit_outputs;
 mod hostile;
 mod inline;
 mod mistakes;

@@ -242,5 +242,5 @@ def test_one_sensor_of_a_recording_of_several(tmp_path: Path) -> None:
     for read in (wstac.open, wstac.read):
         with pytest.raises(wstac.Error, match="has the sensors left, right, expected one of them"):
             read(both)
-        with pytest.raises(wstac.Error, match="has no sensor top, expected one of left, right"):
+        with pytest.raises(wstac.Error, match='has no sensor "top", expected one of left, right'):
             read(both, sensor="top")

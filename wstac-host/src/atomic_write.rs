@@ -2,6 +2,7 @@
 
 use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -81,7 +82,6 @@ impl Drop for Unfinished {
 /// # Errors
 /// Another program is writing the file.
 pub fn lock_existing(path: &Path) -> Result<Option<File>, Error> {
-    use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
     for _ in 0..100 {
         // A link is not followed, and a pipe is not waited for.
         let flags = libc::O_NOFOLLOW | libc::O_NONBLOCK | libc::O_NOCTTY;
@@ -93,14 +93,21 @@ pub fn lock_existing(path: &Path) -> Result<Option<File>, Error> {
             return Err(Error::new(ErrorKind::Busy, path.display(), message));
         }
         // The name may have gone to another file before the lock.
-        let identity = |metadata: std::fs::Metadata| (metadata.dev(), metadata.ino());
-        match (file.metadata().map(identity), path.symlink_metadata().map(identity)) {
-            (Ok(locked), Ok(named)) if locked == named => return Ok(Some(file)),
-            (Ok(_), Err(_)) => return Ok(None),
-            _ => {}
+        if has_name(&file, path) {
+            return Ok(Some(file));
+        }
+        if path.symlink_metadata().is_err() {
+            return Ok(None);
         }
     }
     Err(Error::new(ErrorKind::Busy, path.display(), "other programs replace it again and again"))
+}
+
+/// Returns whether the path itself still names this open file: neither another file nor a link has taken its name.
+pub fn has_name(file: &File, path: &Path) -> bool {
+    let identity = |metadata: std::fs::Metadata| (metadata.dev(), metadata.ino());
+    let (open, named) = (file.metadata().map(identity), path.symlink_metadata().map(identity));
+    matches!((open, named), (Ok(open), Ok(named)) if open == named)
 }
 
 /// A file that takes its name only when all of it is written.

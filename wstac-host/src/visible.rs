@@ -16,6 +16,19 @@ fn is_control(c: char) -> bool {
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
+/// Returns whether a character belongs to plain text: it neither controls a terminal nor is invisible. The joiners that some
+/// scripts need are plain.
+pub fn is_plain(c: char) -> bool {
+    // The format characters of Unicode (Cf) besides those that control.
+    let is_format = matches!(
+        u32::from(c),
+        0xAD | 0x600..=0x605 | 0x6DD | 0x70F | 0x890..=0x891 | 0x8E2 | 0x180E | 0x200B | 0x2060..=0x206F | 0xFEFF
+            | 0xFFF9..=0xFFFB | 0x110BD | 0x110CD | 0x13430..=0x1343F | 0x1BCA0..=0x1BCA3 | 0x1D173..=0x1D17A
+            | 0xE0000..=0xE007F
+    );
+    !is_control(c) && !is_format
+}
+
 /// Returns a text of several lines in which no character controls a terminal. Line feeds and tabs stay.
 pub fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| is_control(c) && c != '\n' && c != '\t')

@@ -110,3 +110,24 @@ fn chunks_behind_a_damaged_one_come_back() {
         }
     }
 }
+
+/// A chunk that waits for its compression does not count as if it could not be compressed.
+#[test]
+fn a_compressed_recording_fills_a_small_disk() {
+    let folder = Folder::new("recording-compressed-full");
+    let file = folder.0.join("a.mcap");
+    for compression in ["zstd", "lz4"] {
+        let _ = fs::remove_file(&file);
+        let script = format!(
+            "ulimit -f 1000; exec \"$0\" record scene:Saw3@150 --size 300x300 --compress {compression} -o {}",
+            file.display()
+        );
+        let done = Command::new("bash").args(["-c", &script]).arg(wstac()).output().unwrap();
+        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+        assert!(said(&done).contains("the disk is full"), "{}", said(&done));
+        let size = file.metadata().unwrap().len();
+        println!("{compression}: {size} of {} bytes", 1000 << 10);
+        assert!(size > 800 << 10, "{compression}: {size} bytes");
+        good(&["run", file.to_str().unwrap(), "--json"]);
+    }
+}

@@ -9,7 +9,10 @@ mod guide;
 mod limits;
 mod parts;
 mod several;
+mod several_damage;
+mod several_end;
 mod stream;
+mod taken_away;
 mod times;
 
 use std::fs;

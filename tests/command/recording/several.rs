@@ -162,9 +162,11 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
     good(&[&plot[..], &["--sensor", "right"]].concat());
     assert!(Path::new(&figure).exists());
     let wrong = said(&["run", &file, "--sensor", "middle"]);
-    assert!(wrong.contains("has no sensor middle, expected one of left, right"), "{wrong}");
+    assert!(wrong.contains("has no sensor \"middle\", expected one of left, right"), "{wrong}");
+    let empty = said(&["run", &file, "--sensor", ""]);
+    assert!(empty.contains("has no sensor \"\", expected one of left, right"), "{empty}");
     let plain = said(&["run", "scene:Saw3@150", "--sensor", "left"]);
-    assert!(plain.contains("sensor is left, expected only with a recording of several sensors"), "{plain}");
+    assert!(plain.contains("sensor is \"left\", expected only with a recording of several sensors"), "{plain}");
     let missing = run(&["run", "missing.mcap", "--sensor", "left"]);
     assert_eq!(missing.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&missing.stderr).contains("no such file"), "{missing:?}");

@@ -107,21 +107,18 @@ impl LossReport {
 
 /// Refuses to overwrite a file without `force`, and always refuses a path that is no file or in no folder.
 pub(super) fn check_new(path: &Path, force: bool) -> Result<(), Error> {
-    let refused = |message: &str| Err(Error::new(ErrorKind::Usage, path.display(), message));
+    let refused = |kind, message: &str| Err(Error::new(kind, path.display(), message));
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if folder.is_some_and(|folder| !folder.is_dir()) {
-        return refused("is in a folder that does not exist, expected an existing one");
+        return refused(ErrorKind::NotFound, "is in a folder that does not exist, expected an existing one");
     }
     // Checks the path itself: links are refused, wherever they lead.
     match path.symlink_metadata() {
         Err(_) => Ok(()),
-        Ok(there) if there.is_dir() => refused("is a folder, expected a new file"),
-        Ok(there) if !there.is_file() => refused("is a device, a pipe or a link, expected a new file"),
+        Ok(there) if there.is_dir() => refused(ErrorKind::Io, "is a folder, expected a new file"),
+        Ok(there) if !there.is_file() => refused(ErrorKind::Io, "is a device, a pipe or a link, expected a new file"),
         Ok(_) if force => Ok(()),
-        Ok(_) => {
-            let message = "exists already, expected a new file, or --force to overwrite it";
-            Err(Error::new(ErrorKind::AlreadyExists, path.display(), message))
-        }
+        Ok(_) => refused(ErrorKind::AlreadyExists, "exists already, expected a new file, or --force to overwrite it"),
     }
 }
 

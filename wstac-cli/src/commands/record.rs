@@ -14,7 +14,7 @@ use super::output::{LossReport, Stop, note, text_of};
 use super::records::{Form, Records};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
-use wstac_host::atomic_write::lock_existing;
+use wstac_host::atomic_write::{has_name, lock_existing};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -157,9 +157,13 @@ Several sensors, as cam:NAME=SOURCE, in one file:
   Each has its own topics (/left/camera, /left/features, …), its own
   baseline and its own end. Frames are in the order of their times. All
   need one clock: cameras together, or files and scenes together. They
-  share options, configuration, models and labels. wstac run and dataset
-  read all sensors of the file; --sensor NAME chooses one, which view
-  and plot need. --guide is for one sensor. --events counts those of all.
+  share options, configuration, models and labels. wstac run reads all
+  sensors of the file, or that of --sensor NAME, which view, plot and
+  others need; wstac dataset reads all. --guide is for one sensor.
+  --events counts those of all. If the source of one sensor fails, the
+  recording ends for all. Files and scenes end at the same frames every
+  time: those up to the last frame of the sensor that failed, or up to
+  the frame that completed the last event.
 
 Size, for 720p in gray at 30 frames per second:
   all of it 28 MB per second, --crop 15 MB, --features-only 0.02 MB.
@@ -191,6 +195,8 @@ If something goes wrong:
   the new one is FILE.mcap.new until it is whole.
   Up to 256 MiB of frames wait in memory for a slow disk. At its end the
   program prints how many waited, and whether the driver dropped any.
+  If somebody removes, moves or replaces the file meanwhile, it is not
+  saved under its name: the error says so at the end.
   Exit code: 1 if the source or the file cannot be used, 2 for wrong
   arguments, otherwise 0.
 
@@ -247,7 +253,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let events = recording.shown.events;
     let written = recording.recorder.finish();
     let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
-    say(&arguments.output, written.as_ref().ok(), session.lag(), events);
+    say(&arguments.output, written.as_ref().ok(), session.lag(), events, info.is_live());
     // Both errors matter, but an incomplete file matters more.
     if let (Err(error), Err(_)) = (&ended, &written) {
         note(error);
@@ -260,12 +266,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 /// Creates the file, beside an older recording that it will replace.
 fn create(arguments: &Arguments, outputs: &Outputs) -> Result<(File, Option<Replacement>), Error> {
     let new = if arguments.force { Replacement::of(&arguments.output)? } else { None };
-    let file = match &new {
-        // The old recording stays until the new one is whole.
-        Some(new) => Outputs::new(false).create_at_once(&new.beside)?,
-        None => outputs.create_at_once(&arguments.output)?,
-    };
-    Ok((file, new))
+    let Some(new) = new else { return Ok((outputs.create_at_once(&arguments.output)?, None)) };
+    // The old recording stays until the new one is whole.
+    let file = Outputs::new(false).create_at_once(&new.beside)?;
+    let own = file.try_clone().map_err(|error| Error::io(new.beside.display(), error))?;
+    Ok((file, Some(Replacement { own: Some(own), ..new })))
 }
 
 /// Returns the stream as it is recorded: whole, a part of it, or its taxel sums.
@@ -297,6 +302,8 @@ struct Replacement {
     path: PathBuf,
     /// The lock of the old one: nobody else records to it or replaces it meanwhile.
     old: File,
+    /// The new one, once it is there.
+    own: Option<File>,
 }
 
 impl Replacement {
@@ -310,18 +317,20 @@ impl Replacement {
         let beside = names.into_iter().find(|name| name.symlink_metadata().is_err()).ok_or_else(|| {
             Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 new recordings beside it, expected fewer")
         })?;
-        Ok(Some(Self { beside, path: path.to_owned(), old }))
+        Ok(Some(Self { beside, path: path.to_owned(), old, own: None }))
     }
 
     /// Replaces the old recording if the new one is whole.
     fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
-        let Self { beside, path, old } = self;
+        let Self { beside, path, old, own } = self;
         if !is_whole {
-            // A recording that was not started has no file.
-            if beside.symlink_metadata().is_ok() {
+            // A recording that was not started has no file, and one that somebody has removed has none any more.
+            if own.is_some_and(|own| has_name(&own, &beside)) {
                 note(format_args!("{} has what was recorded", beside.display()));
             }
-            note(format_args!("{} is as it was", path.display()));
+            if has_name(&old, &path) {
+                note(format_args!("{} is as it was", path.display()));
+            }
             return Ok(());
         }
         outputs.check([&path])?;
@@ -408,15 +417,15 @@ fn read(
     }
 }
 
-/// Reports what was recorded, and the largest delays.
-fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64) {
+/// Reports what was recorded, and the largest delays. Only a live source may have lost frames while the disk was slow.
+fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64, is_live: bool) {
     let Some(written) = written else { return };
     let megabytes = written.bytes as f64 / 1e6;
     let (frames, waiting) = (written.frames, written.most_waiting);
     let (frames, events) = (counted(frames, "frame"), counted(events, "event"));
     note(format_args!("{}: {frames}, {events}, {megabytes:.1} MB", path.display()));
     note(format_args!("at most {} waited for the disk, {} for the program", counted(waiting, "frame"), lag.most));
-    if written.waits > 0 {
+    if written.waits > 0 && is_live {
         let times = counted(written.waits, "time");
         note(format_args!("the disk was too slow {times}: the driver may have dropped frames"));
     }

@@ -15,7 +15,7 @@ use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::source::open::OpenOptions;
+use wstac_host::source::open::{OpenOptions, recorded_sensors};
 use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
@@ -62,7 +62,7 @@ pub(super) struct SourceArguments {
 
     /// Read this sensor of a recording of several
     ///
-    /// wstac run and dataset read all of them without it.
+    /// wstac run reads all of them without it.
     #[arg(long, value_name = "NAME")]
     sensor: Option<String>,
 }
@@ -100,7 +100,8 @@ impl SourceArguments {
         let Self { fps, format, size, keep_controls, .. } = *self;
         let controls = self.controls.clone();
         let sensor = self.sensor.clone();
-        let source = open(source, &OpenOptions { fps, format, size, delivery, keep_controls, controls, sensor })?;
+        let options = OpenOptions { fps, format, size, delivery, keep_controls, controls, sensor };
+        let source = open(source, &options).map_err(|error| self.with_advice(source, error))?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
             return Err(Error::new(
@@ -126,6 +127,19 @@ impl SourceArguments {
             };
         }
         Ok((source, info))
+    }
+
+    /// Adds the option that names a sensor to the error of a recording of several.
+    fn with_advice(&self, source: &OsStr, error: Error) -> Error {
+        if !error.is_usage() || self.sensor.is_some() {
+            return error;
+        }
+        match recorded_sensors(source).unwrap_or_default().first() {
+            Some(first) => {
+                Error::new(error.kind(), error.subject(), format_args!("{}: --sensor {first}", error.message()))
+            }
+            None => error,
+        }
     }
 
     /// Refuses the options of a camera or a recording, for a source that is a board.

@@ -270,7 +270,7 @@ fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
 fn check_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
         return Err(Error::new(
-            ErrorKind::Usage,
+            ErrorKind::Io,
             folder.display(),
             "is a file, expected a folder, or a name that does not exist",
         ));

@@ -21,7 +21,7 @@ use super::about::{self, MOST_SENSORS};
 use super::compression::Compression;
 use super::recorder::lost_frames;
 use super::reserved::Reserved;
-use super::sums::{Counts, MomentSum};
+use super::sums::{MomentSum, Tally};
 use super::{foxglove, sums};
 use crate::error::{Error, ErrorKind};
 
@@ -32,8 +32,9 @@ const CHUNK_TIME: u64 = 1_000_000_000;
 /// Bytes before which time ends no chunk, and messages after which a chunk ends. They bound the memory of the index.
 const LEAST_CHUNK_BYTES: u64 = 16 << 10;
 const MOST_CHUNK_MESSAGES: u64 = 1 << 16;
-/// Bytes of a checksum's message with its header.
+/// Bytes of a checksum's message with its header, and those that it has for each of several sensors.
 const SUM_BYTES: u64 = 256;
+const SUM_SHARE: u64 = 64;
 /// The first number of a channel that is not this program's own.
 const FIRST_FOREIGN: u16 = 256;
 /// Most bytes of the end of every file; then a chunk's share of it, and a message's bytes besides its data.
@@ -87,9 +88,19 @@ impl Sensors {
         self.0.len().max(1)
     }
 
+    /// Returns the names of the sensors; none if there is a single one without a name.
+    pub(super) fn names(&self) -> &[String] {
+        &self.0
+    }
+
     /// Returns the name of the first sensor; `None` if there is a single one without a name.
     pub(super) fn first(&self) -> Option<&str> {
         self.0.first().map(String::as_str)
+    }
+
+    /// Returns the places of all sensors.
+    pub(super) fn places(&self) -> std::ops::Range<u8> {
+        0..self.count() as u8
     }
 
     /// Returns the numbers of all channels.
@@ -244,7 +255,7 @@ pub(super) struct RecordingFile {
     /// The checksum of the moment that is being written, and its last time.
     moment: MomentSum,
     moment_time: Option<u64>,
-    counts: Counts,
+    tally: Tally,
 }
 
 impl RecordingFile {
@@ -267,10 +278,12 @@ impl RecordingFile {
                 writer.write_metadata(&sums::of_description(description))?;
             }
         }
+        let sensors = Sensors::of(description);
         let mut file = Self {
             writer,
             shared,
-            sensors: Sensors::of(description),
+            tally: Tally::new(sensors.count()),
+            sensors,
             channels: BTreeSet::new(),
             next_foreign: FIRST_FOREIGN,
             chunk_start: None,
@@ -280,27 +293,40 @@ impl RecordingFile {
             is_own,
             moment: MomentSum::default(),
             moment_time: None,
-            counts: Counts::default(),
         };
         file.flush()?;
         Ok(file)
     }
 
     /// Returns what the recording has so far.
-    pub(super) fn counts(&self) -> Counts {
-        self.counts
+    pub(super) fn tally(&self) -> &Tally {
+        &self.tally
     }
 
     /// Returns whether there is room for these messages, and to finish the file after them.
     ///
     /// # Errors
     /// The file cannot be used.
-    pub(super) fn has_room(&mut self, messages: &[Message]) -> io::Result<bool> {
+    pub(super) fn has_room(&mut self, messages: &[Message]) -> Result<bool, McapError> {
+        if self.make_room(messages)? {
+            return Ok(true);
+        }
+        if !self.is_packed || self.chunk.1 == 0 {
+            return Ok(false);
+        }
+        // Nobody knows how small the chunk that is open becomes until it is compressed.
+        self.end_chunk()?;
+        self.flush()?;
+        Ok(self.make_room(messages)?)
+    }
+
+    fn make_room(&self, messages: &[Message]) -> io::Result<bool> {
         let bytes: u64 = messages.iter().map(|message| message.data.len() as u64 + MESSAGE_SHARE).sum();
-        let end = END_BYTES + CHUNK_SHARE * (self.chunks + 1) + MESSAGE_SHARE * self.chunk.1;
+        let sensors = self.sensors.count() as u64;
+        let end = sensors * (END_BYTES + CHUNK_SHARE * (self.chunks + 1)) + MESSAGE_SHARE * self.chunk.1;
         let mut file = self.shared.0.borrow_mut();
         let waiting = file.buffer().len() as u64 + if self.is_packed { self.chunk.0 } else { 0 };
-        file.get_mut().make_room(bytes + SUM_BYTES + end + waiting)
+        file.get_mut().make_room(bytes + SUM_BYTES + SUM_SHARE * sensors + end + waiting)
     }
 
     /// Writes the messages of one moment.
@@ -315,24 +341,25 @@ impl RecordingFile {
         for Message { sensor, topic, time, taken, sequence, data } in messages {
             let (sequence, log_time, publish_time) = (*sequence, *time, *taken);
             let header = MessageHeader { channel_id: topic.number(*sensor), sequence, log_time, publish_time };
-            self.write_message(Some(*topic), &header, data)?;
+            self.write_message(Some((*sensor, *topic)), &header, data)?;
         }
         self.end_moment()
     }
 
-    /// Writes a message of the moment that is open. All its channels must be there before its first message.
+    /// Writes a message of the moment that is open, of this sensor and topic if it is one of this program. All its channels
+    /// must be there before its first message.
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
     pub(super) fn write_message(
         &mut self,
-        topic: Option<Topic>,
+        own: Option<(u8, Topic)>,
         header: &MessageHeader,
         data: &[u8],
     ) -> Result<(), McapError> {
-        match topic {
-            Some(topic) if topic.is_frame() => self.counts.add_frame(),
-            Some(Topic::FaultsJson) => self.counts.add_lost(lost_frames(data)),
+        match own {
+            Some((sensor, topic)) if topic.is_frame() => self.tally.add_frame(sensor),
+            Some((sensor, Topic::FaultsJson)) => self.tally.add_lost(sensor, lost_frames(data)),
             _ => {}
         }
         self.chunk_start.get_or_insert(header.log_time);
@@ -356,9 +383,9 @@ impl RecordingFile {
         let moment = std::mem::take(&mut self.moment);
         let Some(time) = self.moment_time.take() else { return Ok(()) };
         if self.is_own {
-            let (sequence, log_time, publish_time) = (self.counts.frames as u32, time, time);
+            let (sequence, log_time, publish_time) = (self.tally.all.frames as u32, time, time);
             let header = MessageHeader { channel_id: Topic::Sums.number(0), sequence, log_time, publish_time };
-            let data = moment.end(&header, self.counts);
+            let data = moment.end(&header, &self.tally);
             self.append(&header, &data)?;
         }
         let lasted = time.saturating_sub(self.chunk_start.unwrap_or(time));
@@ -440,7 +467,7 @@ impl RecordingFile {
     /// The file cannot be written.
     pub(super) fn finish(mut self) -> Result<u64, McapError> {
         if self.is_own {
-            self.writer.write_metadata(&sums::end_record(self.counts))?;
+            self.writer.write_metadata(&sums::end_record(&self.tally))?;
         }
         self.writer.finish()?;
         drop(self.writer);

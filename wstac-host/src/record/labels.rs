@@ -1,11 +1,15 @@
 //! The labels of a recording that data sets use.
 
 use crate::source::Labels;
+use crate::visible::is_plain;
 
 /// Names of the labels that a data set uses.
 pub const NAMES: [&str; 4] = ["specimen", "speed", "direction", "sensor"];
 
-/// Checks the labels that a data set uses, and returns the speed in mm/s and the direction in degrees, if present.
+/// Checks that labels are plain text, and those that a data set uses. Returns the speed in mm/s and the direction in
+/// degrees, if present.
+///
+/// Plain text has no character that controls a terminal, is invisible, or turns the direction of writing.
 ///
 /// ```
 /// use wstac_host::record::labels::check;
@@ -17,6 +21,14 @@ pub const NAMES: [&str; 4] = ["specimen", "speed", "direction", "sensor"];
 /// # Errors
 /// A label is not valid; the message names the label, the value found and the values expected.
 pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
+    for (name, value) in labels {
+        if let Some(found) = [name, value].into_iter().flat_map(|text| text.chars()).find(|c| !is_plain(*c)) {
+            let found = u32::from(found);
+            return Err(format!(
+                "label {name:?} is {value:?}, expected plain text (found the character U+{found:04X})"
+            ));
+        }
+    }
     let speed = labels.get("speed").map(|speed| {
         let number = speed.parse().ok().filter(|speed: &f64| *speed > 0.0 && speed.is_finite());
         number.ok_or_else(|| format!("label speed is {speed:?}, expected mm/s such as 150"))
@@ -26,4 +38,24 @@ pub fn check(labels: &Labels) -> Result<(Option<f64>, Option<u16>), String> {
         number.ok_or_else(|| format!("label direction is {direction:?}, expected whole degrees, 0 to 359"))
     });
     Ok((speed.transpose()?, direction.transpose()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_plain_text() {
+        let one = |name: &str, value: &str| check(&[(name.to_owned(), value.to_owned())].into());
+        for text in ["Saw3", "Größe 3 mm", "木材", "چوب\u{200c}ها", "👍🏽", "a, b=c"] {
+            assert_eq!(one("specimen", text), Ok((None, None)), "{text}");
+        }
+        let turned = "label \"specimen\" is \"Saw\\u{202e}3\", expected plain text (found the character U+202E)";
+        assert_eq!(one("specimen", "Saw\u{202e}3").unwrap_err(), turned);
+        for c in "\0\n\u{1b}\u{7f}\u{85}\u{ad}\u{61c}\u{180e}\u{200b}\u{200e}\u{2028}\u{2066}\u{feff}\u{e0041}".chars()
+        {
+            assert!(one("specimen", &format!("a{c}b")).is_err(), "{c:?}");
+            assert!(one(&format!("a{c}"), "b").is_err(), "{c:?}");
+        }
+    }
 }

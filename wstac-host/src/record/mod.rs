@@ -30,6 +30,7 @@ mod schema;
 mod shared;
 mod summary;
 mod sums;
+mod turns;
 mod walk;
 mod writer;
 

@@ -12,7 +12,7 @@ use mcap::records::op;
 
 use super::file::{Sensors, Topic};
 use super::recorder::lost_frames;
-use super::sums::{Counts, Stated, Sum};
+use super::sums::{Stated, Sum, Tally, sound_metadata};
 use super::walk::{Crc, MessageBody, Mode, Outline, Span, Step, Walk, outline};
 use crate::error::{Error, ErrorKind};
 
@@ -41,8 +41,8 @@ pub(crate) struct Reader {
     messages: BTreeMap<u16, u64>,
     /// The statements of the recording about its frames; `None` if it has no checksums.
     stated: Option<Stated>,
-    /// The frames so far, of all sensors.
-    counts: Counts,
+    /// The frames so far.
+    tally: Tally,
     sensors: Sensors,
 }
 
@@ -71,16 +71,17 @@ impl Reader {
             return Err(Error::new(ErrorKind::Format, &subject, format_args!("was not finished: {recover}")));
         }
         let walk = Walk::open(path, Mode::Strict)?;
-        let (body, channels, messages, counts) = Default::default();
-        let sensors = Sensors::of(&outline.metadata);
+        let (body, channels, messages) = Default::default();
+        let sensors = Sensors::of(&sound_metadata(&outline.metadata).0);
+        let tally = Tally::new(sensors.count());
         let stated = Some(Stated::of(&outline.metadata)).filter(|stated| stated.has_sums);
-        if stated.is_some_and(|stated| stated.end.is_none()) {
+        if stated.as_ref().is_some_and(|stated| stated.end.is_none()) {
             return Err(damaged(&subject, "lacks the record of how many frames it had"));
         }
-        if stated.is_some_and(|stated| stated.has_other_end) {
+        if stated.as_ref().is_some_and(|stated| stated.has_other_end) {
             return Err(damaged(&subject, "has the ends of several recordings"));
         }
-        Ok((Self { subject, walk, span: None, body, channels, messages, stated, counts, sensors }, outline))
+        Ok((Self { subject, walk, span: None, body, channels, messages, stated, tally, sensors }, outline))
     }
 
     /// Returns an error about a damaged part.
@@ -136,20 +137,19 @@ impl Reader {
         if self.stated.is_none() {
             return Ok(());
         }
-        match self.sensors.topic(channel).map(|(_, topic)| topic) {
-            Some(topic) if topic.is_frame() => self.counts.add_frame(),
-            Some(Topic::FaultsJson) => {
+        match self.sensors.topic(channel) {
+            Some((sensor, topic)) if topic.is_frame() => self.tally.add_frame(sensor),
+            Some((sensor, Topic::FaultsJson)) => {
                 self.load()?;
                 let lost = self.message().map_or(0, |message| lost_frames(message.data));
-                self.counts.add_lost(lost);
+                self.tally.add_lost(sensor, lost);
             }
-            Some(Topic::Sums) => {
+            Some((_, Topic::Sums)) => {
                 self.load()?;
                 let sum = self.message().and_then(|message| Sum::parse(message.data));
                 let sum = sum.ok_or_else(|| self.damaged("has a checksum that is none"))?;
-                if sum.counts != self.counts {
-                    let (found, expected) = (self.counts.all(), sum.counts.all());
-                    return Err(self.damaged(format_args!("has {found} frames up to a checksum, expected {expected}")));
+                if !sum.tally().agrees(&self.tally) {
+                    return Err(self.has_other_frames(&sum.tally(), " up to a checksum"));
                 }
             }
             _ => {}
@@ -157,16 +157,24 @@ impl Reader {
         Ok(())
     }
 
+    /// Returns an error about frames that are not those that were recorded.
+    fn has_other_frames(&self, recorded: &Tally, up_to: &str) -> Error {
+        let (found, expected) = (self.tally.all.all(), recorded.all.all());
+        if found == expected {
+            return self.damaged(format_args!("has {found} frames{up_to}, expected others of its sensors"));
+        }
+        self.damaged(format_args!("has {found} frames{up_to}, expected {expected}"))
+    }
+
     /// Checks that everything is there that was written.
     fn check_end(&mut self) -> Result<(), Error> {
         if self.walk.check_total().map_err(|error| Error::io(&self.subject, error))? == Some(false) {
             return Err(self.damaged("has other bytes than those that were written"));
         }
-        if let Some(end) = self.stated.and_then(|stated| stated.end)
-            && end != self.counts
+        if let Some(end) = self.stated.as_ref().and_then(|stated| stated.end.as_ref())
+            && !end.agrees(&self.tally)
         {
-            let (found, expected) = (self.counts.all(), end.all());
-            return Err(self.damaged(format_args!("has {found} frames, expected {expected}")));
+            return Err(self.has_other_frames(end, ""));
         }
         let recorded = self.walk.summary().and_then(|summary| summary.messages.as_ref());
         let Some(recorded) = recorded else { return Ok(()) };

@@ -13,7 +13,8 @@ use super::file::{Message, Topic};
 use super::foxglove::{self, Level, Shape};
 use super::limits::MOST_MESSAGE;
 use super::picture;
-use super::writer::{self, Outbox, Writing, Written, discard};
+use super::turns::Turn;
+use super::writer::{self, Order, Outbox, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::frame_clock::can_be_written;
 use crate::json::{JsonLine, real};
@@ -87,6 +88,8 @@ pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
 /// Records a stream.
 pub struct Recorder {
     outbox: Outbox,
+    /// Its turns, if several sensors take them.
+    turn: Option<Turn>,
     /// The file, unless several sensors share it.
     writing: Option<Writing>,
     /// Its place among the sensors of the file.
@@ -175,6 +178,15 @@ struct TimeLine {
 impl TimeLine {
     /// Returns a frame's time on the recording's line, and the time when it was taken.
     fn frame(&mut self, timestamp: Option<Duration>) -> (u64, u64) {
+        let (time, taken) = self.place(timestamp);
+        self.last = Some((taken, self.frames));
+        self.frames = self.frames.saturating_add(1);
+        self.now = Some(time);
+        (time, taken)
+    }
+
+    /// Returns what [`frame`](Self::frame) will return for the next frame.
+    fn place(&self, timestamp: Option<Duration>) -> (u64, u64) {
         let span = |frames: u64| u64::try_from(u128::from(frames) * self.period.0 / self.period.1).unwrap_or(u64::MAX);
         let of_driver = timestamp.filter(|_| self.driver_times).map(|timestamp| timestamp.as_nanos() as u64);
         // If the driver gives a frame no time, the frame before and the rate do.
@@ -184,12 +196,8 @@ impl TimeLine {
                 .map_or_else(|| span(self.frames), |(taken, frame)| taken.saturating_add(span(self.frames - frame)))
         };
         let taken = of_driver.unwrap_or_else(guessed);
-        self.last = Some((taken, self.frames));
         // If a driver's clock goes back, messages must still keep their order.
-        let time = self.now.map_or(taken, |now| now.max(taken));
-        self.frames = self.frames.saturating_add(1);
-        self.now = Some(time);
-        (time, taken)
+        (self.now.map_or(taken, |now| now.max(taken)), taken)
     }
 
     /// Returns the line about a frame's wall-clock time, if it does not follow from the one before.
@@ -247,17 +255,23 @@ impl Recorder {
         compression.check(&path.display())?;
         let metadata = description(path, about, processor, None)?;
         let frame_bytes = stored_bytes(&about.info);
-        let (mut outboxes, writing) = writer::start(file, path, metadata, (&[frame_bytes], None), compression)?;
+        let (mut outboxes, writing) = writer::start(file, path, metadata, (&[frame_bytes], Order::Given), compression)?;
         let outbox = outboxes.pop().ok_or_else(|| Error::new(ErrorKind::Io, path.display(), "has no queue"))?;
-        Ok(Self::of_sensor(0, about, outbox, Some(writing)))
+        Ok(Self::of_sensor(0, about, (outbox, None), Some(writing)))
     }
 
     /// Creates the recorder of a sensor, whose messages go through a queue.
-    pub(super) fn of_sensor(sensor: u8, about: &About, outbox: Outbox, writing: Option<Writing>) -> Self {
+    pub(super) fn of_sensor(
+        sensor: u8,
+        about: &About,
+        (outbox, turn): (Outbox, Option<Turn>),
+        writing: Option<Writing>,
+    ) -> Self {
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
         Self {
             outbox,
+            turn,
             writing,
             sensor,
             content: Content::new(&about.info),
@@ -267,6 +281,27 @@ impl Recorder {
             summed: None,
             number: 0,
         }
+    }
+
+    /// Waits until an event of the source is the next of all sensors that share the file. Returns whether it is to be
+    /// recorded: it is not if the recording has ended before it ([`end_all`](Self::end_all)).
+    ///
+    /// Each sensor's thread calls it for each event before [`source_event`](Self::source_event), also for
+    /// [`SourceEvent::End`], which is always recorded. If the file has one sensor or cameras, it does not wait.
+    pub fn wait_for_turn(&mut self, event: &SourceEvent<'_>) -> bool {
+        let Some(turn) = &self.turn else { return true };
+        let time = match event {
+            SourceEvent::Frame(frame) => self.time.place(frame.timestamp).0,
+            SourceEvent::Taxels(frame) => self.time.place(frame.timestamp).0,
+            SourceEvent::Lost { .. } | SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => self.now(),
+        };
+        turn.wait(time, matches!(event, SourceEvent::End))
+    }
+
+    /// Ends the recording of all sensors that take turns: nothing is recorded that comes behind this sensor's turn, but
+    /// for the ends of the others.
+    pub fn end_all(&self) {
+        self.turn.iter().for_each(Turn::end_all);
     }
 
     /// Takes one event of the source before the processor does.

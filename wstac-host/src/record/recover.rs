@@ -4,11 +4,17 @@
 //! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
 //! none; there the numbers and times of frames give the places, and the index their count.
 //!
+//! Each of several sensors has places of its own. Recordings of several that do not tell them apart are recovered up to
+//! the first damage: nothing says whose frames are missing there.
+//!
 //! The places also say which moments are there already, so that none is copied twice, and none behind a later one.
 //!
 //! A recovery is a success only if all frames are accounted for, and if the new file was read like any recording.
 //!
 //! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
+
+mod moments;
+mod settle;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -23,18 +29,16 @@ use mcap::{McapError, Schema};
 use super::about::{About, is_description};
 use super::compression::Compression;
 use super::file::{RecordingFile, Sensors, Topic};
-use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
+use super::limits::{MOST_DEFINITIONS, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
-use super::recorder::{lost_frames, lost_line};
+use super::recorder::lost_line;
 use super::reserved::give_back_of_killed;
-use super::sums::{self, Stated, Sum, UNCOVERED};
+use super::sums::{self, Stated, Sum, Tally};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
 use crate::error::{Error, ErrorKind};
 use crate::source::mcap::McapSource;
 use crate::source::{Source, SourceEvent};
 
-/// Bytes of a message's record before its data.
-const MESSAGE_START: u64 = 31;
 /// Nanoseconds of a second.
 const SECOND: u128 = 1_000_000_000;
 
@@ -93,8 +97,14 @@ struct Recovery<'a> {
     is_suspect: bool,
     /// Frames of the last chunk, which was never finished, that have no checksum behind them.
     incomplete: u64,
-    /// The sum of the last moment that was copied.
-    last_sum: Option<Sum>,
+    /// The sum of the last moment of each sensor that was copied.
+    last_sums: BTreeMap<u8, Sum>,
+    /// What the recording had of each sensor at the last of its checksums that is right.
+    known: Option<Tally>,
+    /// Frames of each sensor that are entered as lost.
+    entered: BTreeMap<u8, u64>,
+    /// Whether frames are missing, and nothing says of which sensor. Nothing behind them is copied.
+    is_over: bool,
     /// When the last frame of a recording of before was taken.
     taken: Option<u64>,
     /// Why the number of lost frames is not certain.
@@ -132,7 +142,8 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
     };
-    let has_sums = stated.has_sums;
+    // All recordings of several sensors have checksums.
+    let has_sums = stated.has_sums || sensors.first().is_some();
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
     }
@@ -165,7 +176,10 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         suspects: 0,
         is_suspect: false,
         incomplete: 0,
-        last_sum: None,
+        last_sums: BTreeMap::new(),
+        known: None,
+        entered: BTreeMap::new(),
+        is_over: false,
         taken: None,
         doubt: None,
         found: Recovered { problem, ..Recovered::default() },
@@ -173,7 +187,7 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     if stated.has_other_end {
         recovery.doubt = Some("has the ends of several recordings".to_owned());
     }
-    recovery.go(stated).map_err(|failure| failure.in_words(old, path))?;
+    recovery.go(&stated).map_err(|failure| failure.in_words(old, path))?;
     recovery.finish(&same)
 }
 
@@ -220,7 +234,7 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 
 impl Recovery<'_> {
     /// Goes through the old file.
-    fn go(&mut self, stated: Stated) -> Result<(), Failure> {
+    fn go(&mut self, stated: &Stated) -> Result<(), Failure> {
         // The index comes first, because chunks have each channel only once.
         let definitions = self.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
         for (op, body) in definitions {
@@ -363,79 +377,10 @@ impl Recovery<'_> {
         Ok(())
     }
 
-    /// Takes a checksum, which ends a moment.
-    fn sum(&mut self, span: Span) -> Result<(), Failure> {
-        let start = self.walk.start_of(span, 1 << 10)?;
-        let data = start.get((MESSAGE_START - 9) as usize..).unwrap_or_default();
-        let Some(sum) = Sum::parse(data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else { return self.flush() };
-        let from = span.at.saturating_sub(sum.bytes);
-        let covered = span.end().saturating_sub(UNCOVERED);
-        let is_right = sum.bytes <= span.at && sum.crc() == Some(self.walk.hash(from, covered)?);
-        if !is_right {
-            return self.flush();
-        }
-        // Messages before the moment have lost their own checksum.
-        let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
-        self.pending.retain(|pending| pending.at < from);
-        self.flush()?;
-        let Some(moment) = moment else { return Ok(()) };
-        let (mut frames, mut lost) = (0_u64, 0_u64);
-        for &span in &moment {
-            match self.channel_of(span).map(|channel| self.topic(channel))? {
-                Some(topic) if topic.is_frame() => frames += 1,
-                Some(Topic::FaultsJson) => {
-                    self.walk.body(span, &mut self.body)?;
-                    let message = MessageBody::parse(&self.body);
-                    lost = lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
-                }
-                _ => {}
-            }
-        }
-        (self.is_suspect, self.suspects) = (false, 0);
-        let there = self.out.counts();
-        if sum.counts.all().saturating_sub(frames.saturating_add(lost)) < there.all()
-            || self.last_sum.as_ref() == Some(&sum)
-        {
-            // The moment is there already, or it stands behind one that came later.
-            self.found.repeated = self.found.repeated.saturating_add(frames);
-            return Ok(());
-        }
-        let missing_frames = sum.counts.frames.saturating_sub(frames).saturating_sub(there.frames);
-        if there.frames == 0 && missing_frames > 0 && frames == 0 {
-            // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
-            return Ok(());
-        }
-        let before =
-            sum.counts.place.saturating_sub(frames.saturating_add(if sum.counts.frames == 0 { 0 } else { lost }));
-        let gap = before.saturating_sub(there.place);
-        let leading = if there.frames == 0 {
-            let all = sum.counts.all().saturating_sub(frames.saturating_add(lost));
-            all.saturating_sub(there.all()).saturating_sub(gap)
-        } else {
-            0
-        };
-        self.enter_lost(leading, moment.first().copied())?;
-        self.last_sum = Some(sum);
-        self.copy_after_gap(&moment, gap)
-    }
-
-    /// Copies a moment before which frames are missing.
-    ///
-    /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
-    /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
-    fn copy_after_gap(&mut self, moment: &[Span], gap: u64) -> Result<(), Failure> {
-        if self.out.counts().frames == 0 {
-            self.copy(moment)?;
-            return self.enter_lost(gap, None);
-        }
-        self.enter_lost(gap, None)?;
-        self.copy(moment)
-    }
-
     /// Copies the messages that wait, if they are sound.
     fn flush(&mut self) -> Result<(), Failure> {
         let pending = std::mem::take(&mut self.pending);
-        if pending.is_empty() {
+        if pending.is_empty() || self.is_over {
             return Ok(());
         }
         let is_sound = match self.walk.crc() {
@@ -462,14 +407,14 @@ impl Recovery<'_> {
             gap = self.gap_of_before(&pending)?;
             (self.is_suspect, self.suspects) = (false, 0);
         }
-        self.copy_after_gap(&pending, gap)
+        self.copy_after_gaps(&pending, &[(0, gap)])
     }
 
     /// Returns how many frames are missing before a moment of a recording of before, by the frame's number or time.
     fn gap_of_before(&mut self, moment: &[Span]) -> Result<u64, Failure> {
         let Some(about) = &self.about else { return Ok(0) };
         let (driver_times, rate) = (about.driver_times, about.info.rate);
-        let place = self.out.counts().all();
+        let place = self.out.tally().all.all();
         for &span in moment {
             let channel = self.channel_of(span)?;
             if !self.topic(channel).is_some_and(Topic::is_frame) {
@@ -501,17 +446,17 @@ impl Recovery<'_> {
             let old = self.channel_of(span)?;
             let own = self.own(old).filter(|_| is_own);
             targets.push(match own {
-                Some((sensor, topic)) => Some((Some(topic), self.out.add_own(sensor, topic)?)),
+                Some((sensor, topic)) => Some((own, self.out.add_own(sensor, topic)?)),
                 None => self.foreign(old)?.map(|number| (None, number)),
             });
         }
         for (&span, target) in moment.iter().zip(targets) {
-            let Some((topic, channel_id)) = target else { continue };
+            let Some((own, channel_id)) = target else { continue };
             let mut body = std::mem::take(&mut self.body);
             self.walk.body(span, &mut body)?;
             if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
             {
-                match topic {
+                match own.map(|(_, topic)| topic) {
                     Some(topic) if topic.is_frame() => {
                         self.time = log_time;
                         self.found.frames += 1;
@@ -523,7 +468,7 @@ impl Recovery<'_> {
                     _ => {}
                 }
                 let header = MessageHeader { channel_id, sequence, log_time, publish_time };
-                self.out.write_message(topic, &header, data)?;
+                self.out.write_message(own, &header, data)?;
             }
             self.body = body;
         }
@@ -546,70 +491,25 @@ impl Recovery<'_> {
         Ok(Some(number))
     }
 
-    /// Enters frames that are missing as lost, before a message.
-    fn enter_lost(&mut self, frames: u64, before: Option<Span>) -> Result<(), Failure> {
+    /// Enters frames of a sensor that are missing as lost, before a message.
+    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<Span>) -> Result<(), Failure> {
         if frames == 0 || !self.is_own() {
             return Ok(());
         }
-        if self.out.counts().all() == 0
+        if self.out.tally().all.all() == 0
             && let Some(span) = before
             && let Some(message) = MessageBody::parse(self.walk.start_of(span, 22)?)
         {
             self.time = message.times[0];
         }
         self.found.damaged = self.found.damaged.saturating_add(frames);
+        let entered = self.entered.entry(sensor).or_default();
+        *entered = entered.saturating_add(frames);
         let data = lost_line(frames, "damaged in the recording");
-        if self.sensors.count() > 1 {
-            // Counts are those of all sensors.
-            let what = "misses frames, and nothing says of which sensor: they are entered for the first one";
-            self.doubt.get_or_insert_with(|| what.to_owned());
-        }
-        let channel_id = self.out.add_own(0, Topic::FaultsJson)?;
+        let channel_id = self.out.add_own(sensor, Topic::FaultsJson)?;
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
-        self.out.write_message(Some(Topic::FaultsJson), &header, &data)?;
+        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, &data)?;
         Ok(self.out.end_moment()?)
-    }
-
-    /// Enters frames that are missing at the end, and checks that all are accounted for.
-    fn settle(&mut self, stated: Stated) -> Result<(), Failure> {
-        let there = self.out.counts();
-        if let Some(end) = stated.end {
-            let (found, recorded) = (there.all(), end.all());
-            if found > recorded {
-                self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
-            }
-            return self.enter_lost(recorded.saturating_sub(found), None);
-        }
-        let is_unread = self.found.unread.is_some_and(|unread| unread.damaged);
-        if !self.is_own() {
-            if self.is_suspect || is_unread {
-                self.doubt.get_or_insert_with(|| "is damaged".to_owned());
-            }
-            return Ok(());
-        }
-        let recorded = self.walk.summary().and_then(|summary| summary.messages.clone());
-        let recorded = recorded.map(|counts| {
-            let of_frames = counts.iter().filter(|(channel, _)| self.topic(**channel).is_some_and(Topic::is_frame));
-            of_frames.fold(0_u64, |sum, (_, count)| sum.saturating_add(*count))
-        });
-        if self.has_sums && self.found.whole && !stated.is_ended && (recorded.is_none() || !is_unread) {
-            let what = "was finished, and lacks the record of how many frames it had";
-            self.doubt.get_or_insert_with(|| what.to_owned());
-        }
-        let Some(recorded) = recorded else {
-            let is_any = self.found.damaged > 0 || self.found.unread.is_some();
-            if self.is_suspect || (self.found.whole && is_any) {
-                let what = "is damaged, and nothing says how many frames it had";
-                self.doubt.get_or_insert_with(|| what.to_owned());
-            }
-            return self.enter_lost(self.suspects, None);
-        };
-        if there.frames > recorded {
-            self.doubt.get_or_insert_with(|| format!("has {} frames, expected {recorded}", there.frames));
-        }
-        let missing = recorded.saturating_sub(there.frames);
-        // Lost frames that were entered may be among those that the recording had lost itself.
-        self.enter_lost(missing.saturating_sub(self.found.damaged), None)
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {
@@ -621,8 +521,11 @@ impl Recovery<'_> {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };
-            found.problem = read_all(new, self.sensors.first())
-                .err()
+            let names: Vec<_> = self.sensors.names().iter().map(|name| Some(name.as_str())).collect();
+            let names = if names.is_empty() { &[None][..] } else { &names };
+            found.problem = names
+                .iter()
+                .find_map(|name| read_all(new, *name).err())
                 .map(|error| format!("cannot be read again: {}", error.message()));
         }
         give_back_of_killed(self.old);

@@ -9,7 +9,8 @@ use wstac_core::rate::FrameRate;
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
 use super::recorder::{Recorder, description, stored_bytes};
-use super::writer::{self, Patience, Writing, Written, discard};
+use super::turns::turns;
+use super::writer::{self, Order, Patience, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
 
@@ -35,24 +36,22 @@ pub struct RecordedSensor<'a> {
     pub wall_zero: Option<SystemTime>,
 }
 
-impl RecordedSensor<'_> {
-    /// Returns whether its source is a camera that is read now.
-    fn is_live(&self) -> bool {
-        let info = &self.about.info;
-        info.camera.is_some() && info.recorded.is_none()
-    }
-}
-
 /// A recording of several sensors.
 ///
-/// Frames are in the order of their times, whatever sensor they are of. Cameras that give no frames hold up the others
-/// for at most a second; then their own come later in the file. The time is shorter if memory has no room for the frames
-/// of two seconds.
+/// Frames are in the order of their times, whatever sensor they are of.
+///
+/// Sensors of files and scenes take turns ([`Recorder::wait_for_turn`]). Then the same sources make the same recording, and
+/// one that ends for all of them ([`Recorder::end_all`]) ends at the same place. Cameras do not wait for each other: those
+/// that give no frames hold up the file for at most a second, and then their own come later. The time is shorter if memory
+/// has no room for the frames of two seconds.
 pub struct SharedRecording {
     writing: Writing,
 }
 
 impl SharedRecording {
+    /// The most sensors of a recording.
+    pub const MOST_SENSORS: usize = MOST_SENSORS;
+
     /// Starts a recording in a file that is empty. Returns the recorder of each sensor, which may be used by a thread of
     /// its own.
     ///
@@ -86,15 +85,14 @@ impl SharedRecording {
             metadata.extend(description(path, about, processor, Some(name))?);
         }
         let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
-        // A file or a scene is waited for, so that the same sources make the same recording.
-        let periods = sensors.iter().map(|sensor| period(sensor.about.info.rate));
-        let frame = periods.min().unwrap_or_default();
-        let is_live = |info: &crate::source::StreamInfo| info.camera.is_some() && info.recorded.is_none();
-        let patience =
-            sensors.iter().any(|sensor| is_live(&sensor.about.info)).then_some(Patience { most: PATIENCE, frame });
-        let (outboxes, writing) = writer::start(file, path, metadata, (&frame_bytes, patience), compression)?;
+        let is_any_live = sensors.iter().any(|sensor| sensor.about.info.is_live());
+        let frame = sensors.iter().map(|sensor| period(sensor.about.info.rate)).min().unwrap_or_default();
+        let order = if is_any_live { Order::Time(Patience { most: PATIENCE, frame }) } else { Order::Given };
+        let (outboxes, writing) = writer::start(file, path, metadata, (&frame_bytes, order), compression)?;
+        let mut turns = if is_any_live { Vec::new() } else { turns(sensors.len()) }.into_iter();
         let recorders = sensors.iter().zip(outboxes).zip(0_u8..);
-        let recorders = recorders.map(|((sensor, outbox), at)| Recorder::of_sensor(at, sensor.about, outbox, None));
+        let recorders =
+            recorders.map(|((sensor, outbox), at)| Recorder::of_sensor(at, sensor.about, (outbox, turns.next()), None));
         let recorders = recorders.collect();
         Ok((Self { writing }, recorders))
     }
@@ -117,7 +115,7 @@ fn period(rate: FrameRate) -> Duration {
 fn check(path: &Path, sensors: &[RecordedSensor<'_>]) -> Result<(), Error> {
     let refused = |message: std::fmt::Arguments<'_>| Err(Error::new(ErrorKind::Usage, path.display(), message));
     if !(1..=MOST_SENSORS).contains(&sensors.len()) {
-        return refused(format_args!("{} sensors, expected 1 to {MOST_SENSORS} in a recording", sensors.len()));
+        return refused(format_args!("has {} sensors, expected 1 to {MOST_SENSORS} in a recording", sensors.len()));
     }
     let with = sensors.iter().find(|sensor| sensor.about.driver_times);
     let without = sensors.iter().find(|sensor| !sensor.about.driver_times);
@@ -127,7 +125,7 @@ fn check(path: &Path, sensors: &[RecordedSensor<'_>]) -> Result<(), Error> {
             with.name, without.name
         ));
     }
-    let live = sensors.iter().find(|sensor| sensor.is_live());
+    let live = sensors.iter().find(|sensor| sensor.about.info.is_live());
     let recorded = sensors.iter().find(|sensor| sensor.about.info.recorded.is_some());
     if let (Some(live), Some(recorded), Some(_)) = (live, recorded, with) {
         return refused(format_args!(

@@ -3,7 +3,7 @@
 //! The messages of one moment (a frame and everything that followed from it) stand one behind the other, and a message
 //! of the channel [`SUMS`] ends them. It has the checksum of their bytes, and the place of the moment in the stream. So
 //! a frame is known to be sound even if its chunk was never finished or is damaged elsewhere. If moments are gone, the
-//! next one says how many frames are missing.
+//! next one says how many frames are missing. In a recording of several sensors it says so of each of them.
 //!
 //! A recording has every record of its description twice, each time with a record of their checksums.
 
@@ -20,6 +20,8 @@ pub(super) const SUMS: &str = "/sums/json";
 pub(super) const DESCRIPTION_SUMS: &str = "wstac.sums";
 /// Name of the record at the end of a recording.
 pub(super) const END: &str = "wstac.end";
+/// The key of each sensor's counts in that record.
+const SENSORS: &str = "sensors";
 /// The start of every checksum's message.
 pub(super) const START: &[u8] = br#"{"kind":"sum","#;
 /// The end of every checksum's message, behind the digits.
@@ -59,6 +61,63 @@ impl Counts {
     pub(super) fn all(self) -> u64 {
         self.frames.saturating_add(self.lost)
     }
+
+    fn array(self) -> [u64; 3] {
+        [self.frames, self.lost, self.place]
+    }
+}
+
+/// The content of a recording so far: that of all sensors together, and that of each of several.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Tally {
+    /// The sum of all sensors.
+    pub(super) all: Counts,
+    /// Each of several sensors. It is empty if there is one, or if a recording of before does not say it.
+    pub(super) each: Vec<Counts>,
+}
+
+impl Tally {
+    /// Creates the tally of so many sensors.
+    pub(super) fn new(sensors: usize) -> Self {
+        let each = if sensors > 1 { vec![Counts::default(); sensors] } else { Vec::new() };
+        Self { all: Counts::default(), each }
+    }
+
+    /// Counts a frame of a sensor.
+    pub(super) fn add_frame(&mut self, sensor: u8) {
+        self.all.add_frame();
+        self.each.get_mut(usize::from(sensor)).into_iter().for_each(Counts::add_frame);
+    }
+
+    /// Counts lost frames of a sensor.
+    pub(super) fn add_lost(&mut self, sensor: u8, lost: u64) {
+        self.all.add_lost(lost);
+        self.each.get_mut(usize::from(sensor)).into_iter().for_each(|each| each.add_lost(lost));
+    }
+
+    /// Returns the content of one sensor, or of all if they are not told apart.
+    pub(super) fn of(&self, sensor: u8) -> Counts {
+        self.each.get(usize::from(sensor)).copied().unwrap_or(self.all)
+    }
+
+    /// Returns the tally of a recording of so many sensors; `None` if it does not tell them apart.
+    pub(super) fn told_apart(self, sensors: usize) -> Option<Self> {
+        match sensors {
+            0 | 1 => Some(Self { each: Vec::new(), ..self }),
+            _ => Some(self).filter(|tally| tally.each.len() == sensors),
+        }
+    }
+
+    /// Returns whether another tally has the same counts, as far as both have them.
+    pub(super) fn agrees(&self, other: &Self) -> bool {
+        self.all == other.all && (self.each.is_empty() || other.each.is_empty() || self.each == other.each)
+    }
+
+    /// Returns the counts of each sensor as JSON; `None` if they are not told apart.
+    fn each_as_json(&self) -> Option<String> {
+        let each: Vec<_> = self.each.iter().map(|counts| counts.array()).collect();
+        serde_json::to_string(&each).ok().filter(|_| !each.is_empty())
+    }
 }
 
 /// The checksum of a moment.
@@ -67,6 +126,9 @@ pub(super) struct Sum {
     /// What the recording has so far.
     #[serde(flatten)]
     pub(super) counts: Counts,
+    /// What it has of each sensor: frames, lost frames, and both from the first frame on.
+    #[serde(default, rename = "sensors")]
+    each: Vec<Counts>,
     /// Bytes of the moment's records before this message.
     pub(super) bytes: u64,
     /// The checksum of those bytes, and of this message up to the checksum itself.
@@ -78,6 +140,11 @@ impl Sum {
     pub(super) fn parse(data: &[u8]) -> Option<Self> {
         data.strip_prefix(START)?;
         serde_json::from_slice(data).ok()
+    }
+
+    /// Returns what the recording has so far.
+    pub(super) fn tally(&self) -> Tally {
+        Tally { all: self.counts, each: self.each.clone() }
     }
 
     /// Returns the checksum; `None` if it is no number.
@@ -114,9 +181,10 @@ impl MomentSum {
     }
 
     /// Returns the message that ends the moment. `header` is its own.
-    pub(super) fn end(mut self, header: &MessageHeader, counts: Counts) -> Vec<u8> {
-        let (Counts { frames, lost, place }, bytes) = (counts, self.bytes);
-        let start = format!(r#"{{"kind":"sum","frames":{frames},"lost":{lost},"place":{place},"bytes":{bytes}"#);
+    pub(super) fn end(mut self, header: &MessageHeader, tally: &Tally) -> Vec<u8> {
+        let (Counts { frames, lost, place }, bytes) = (tally.all, self.bytes);
+        let each = tally.each_as_json().map_or_else(String::new, |each| format!(r#","sensors":{each}"#));
+        let start = format!(r#"{{"kind":"sum","frames":{frames},"lost":{lost},"place":{place}{each},"bytes":{bytes}"#);
         let mut data = [start.as_bytes(), br#","crc32":""#].concat();
         self.add_start(header, data.len() as u64 + UNCOVERED);
         self.hasher.update(&data);
@@ -170,21 +238,22 @@ pub(crate) fn sound_metadata(all: &[Metadata]) -> (Vec<Metadata>, usize) {
 }
 
 /// Returns the record at the end of a recording.
-pub(super) fn end_record(counts: Counts) -> Metadata {
-    let Counts { frames, lost, place } = counts;
+pub(super) fn end_record(tally: &Tally) -> Metadata {
+    let Counts { frames, lost, place } = tally.all;
     let counts = [("frames", frames), ("lost", lost), ("place", place)];
     let counts = counts.map(|(name, count)| (name.to_owned(), count.to_string()));
     let mut end = Metadata { name: END.into(), metadata: counts.into() };
+    end.metadata.extend(tally.each_as_json().map(|each| (SENSORS.to_owned(), each)));
     let sum = of_metadata(&end);
     end.metadata.insert("crc32".into(), sum);
     end
 }
 
 /// The statements of a recording's description about its checksums.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Stated {
     /// The counts of the record at the end; `None` if it is damaged or missing.
-    pub(super) end: Option<Counts>,
+    pub(super) end: Option<Tally>,
     /// Whether several recordings end in the file.
     pub(super) has_other_end: bool,
     /// Whether there is a record at the end, damaged or not.
@@ -197,10 +266,10 @@ impl Stated {
     /// Reads it from all records of metadata.
     pub(super) fn of(all: &[Metadata]) -> Self {
         let ends: Vec<_> = all.iter().filter(|metadata| metadata.name == END).map(read_end).collect();
-        let end = ends.iter().flatten().next().copied();
+        let end = ends.iter().flatten().next().cloned();
         Self {
+            has_other_end: ends.iter().flatten().any(|other| Some(other) != end.as_ref()),
             end,
-            has_other_end: ends.iter().flatten().any(|other| Some(*other) != end),
             is_ended: !ends.is_empty(),
             has_sums: all.iter().any(|metadata| metadata.name == DESCRIPTION_SUMS),
         }
@@ -208,12 +277,14 @@ impl Stated {
 }
 
 /// Returns what the record at the end of a recording states; `None` if it is damaged.
-fn read_end(end: &Metadata) -> Option<Counts> {
+fn read_end(end: &Metadata) -> Option<Tally> {
     let mut end = end.clone();
     let sum = end.metadata.remove("crc32")?;
     let count = |name: &str| end.metadata.get(name)?.parse().ok();
-    let counts = Counts { frames: count("frames")?, lost: count("lost")?, place: count("place")? };
-    (end.name == END && of_metadata(&end) == sum).then_some(counts)
+    let all = Counts { frames: count("frames")?, lost: count("lost")?, place: count("place")? };
+    let each = end.metadata.get(SENSORS).map(|each| serde_json::from_str(each));
+    let each = each.transpose().ok()?.unwrap_or_default();
+    (end.name == END && of_metadata(&end) == sum).then_some(Tally { all, each })
 }
 
 #[cfg(test)]
@@ -255,11 +326,35 @@ mod tests {
 
     #[test]
     fn the_end_is_read_or_damaged() {
-        let counts = Counts { frames: 137, lost: 5, place: 140 };
-        let end = end_record(counts);
-        assert_eq!(read_end(&end), Some(counts));
-        let mut damaged = end;
-        damaged.metadata.insert("frames".into(), "136".into());
-        assert_eq!(read_end(&damaged), None);
+        let all = Counts { frames: 137, lost: 5, place: 140 };
+        for each in [vec![], vec![Counts { frames: 100, ..all }, Counts { frames: 37, lost: 0, place: 37 }]] {
+            let tally = Tally { all, each };
+            let end = end_record(&tally);
+            assert_eq!(read_end(&end), Some(tally.clone()));
+            for key in end.metadata.keys().filter(|key| *key != "crc32") {
+                let mut damaged = end.clone();
+                damaged.metadata.insert(key.clone(), "136".into());
+                assert_eq!(read_end(&damaged), None, "{key}");
+            }
+        }
+    }
+
+    /// A single sensor's checksums are those of before, byte for byte.
+    #[test]
+    fn a_checksum_has_the_counts_of_each_of_several_sensors() {
+        let header = MessageHeader { channel_id: 9, sequence: 1, log_time: 2, publish_time: 3 };
+        let text = |sensors: usize| {
+            let mut tally = Tally::new(sensors);
+            tally.add_frame(0);
+            tally.add_lost((sensors - 1) as u8, 2);
+            let data = MomentSum::default().end(&header, &tally);
+            let sum = Sum::parse(&data).unwrap();
+            assert_eq!(sum.tally(), tally);
+            String::from_utf8(data).unwrap()
+        };
+        let one = r#"{"kind":"sum","frames":1,"lost":2,"place":3,"bytes":0,"crc32":"286f31b2"}"#;
+        assert_eq!(text(1), one);
+        let two = r#"{"kind":"sum","frames":1,"lost":2,"place":3,"sensors":[[1,0,1],[0,2,0]],"bytes":0,"crc32":""#;
+        assert!(text(2).starts_with(two), "{}", text(2));
     }
 }

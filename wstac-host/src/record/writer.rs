@@ -2,6 +2,7 @@
 //! slowness is reported.
 
 use std::fs::{self, File};
+use std::os::fd::AsRawFd;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,6 +17,7 @@ use super::compression::Compression;
 use super::file::{Message, RecordingFile, in_words};
 use super::limits::{check_memory, has_memory};
 use super::merge::{Input, Merge};
+use crate::atomic_write::has_name;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
@@ -78,14 +80,22 @@ pub(super) struct Writing {
     path: PathBuf,
 }
 
+/// The order in which moments are written.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Order {
+    /// As they are given.
+    Given,
+    /// By their times. Sensors that give nothing hold up the others for at most so long.
+    Time(Patience),
+}
+
 /// Starts to write a file that is empty, and returns a queue for each sensor. `frame_bytes` are the approximate sizes of
-/// their frames. Moments are written in the order of their times. `patience` is how long sensors that give nothing hold up
-/// the others; `None` if they wait for them.
+/// their frames.
 pub(super) fn start(
     file: File,
     path: &Path,
     metadata: Vec<Metadata>,
-    (frame_bytes, patience): (&[usize], Option<Patience>),
+    (frame_bytes, order): (&[usize], Order),
     compression: Compression,
 ) -> Result<(Vec<Outbox>, Writing), Error> {
     let besides = BESIDES[usize::from(compression != Compression::None)];
@@ -97,12 +107,24 @@ pub(super) fn start(
     }
     let (full, is_held_up) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
     let (mut outboxes, mut inputs) = (Vec::new(), Vec::new());
-    for _ in frame_bytes {
-        let (queue, messages) = sync_channel(frames);
+    // One queue keeps the order of what is given to it.
+    let (queues, of_each, patience) = match order {
+        Order::Given => (1, frame_bytes.len(), None),
+        Order::Time(patience) => (frame_bytes.len(), 1, Some(patience)),
+    };
+    for _ in 0..queues {
+        let (queue, messages) = sync_channel(frames * of_each);
         let waiting = Arc::new(AtomicU64::new(0));
         inputs.push(Input::new(messages, Arc::clone(&waiting)));
-        let (full, is_held_up) = (Arc::clone(&full), Arc::clone(&is_held_up));
-        outboxes.push(Outbox { queue: Some(queue), waiting, full, is_held_up, most_waiting: 0, waits: 0 });
+        let outbox = || Outbox {
+            queue: Some(queue.clone()),
+            waiting: Arc::clone(&waiting),
+            full: Arc::clone(&full),
+            is_held_up: Arc::clone(&is_held_up),
+            most_waiting: 0,
+            waits: 0,
+        };
+        outboxes.extend((0..of_each).map(|_| outbox()));
     }
     let patience = patience.map(|patience| patience.of_queue(frames));
     let shared = (Merge::new(inputs, patience, is_held_up), full, path.to_owned());
@@ -154,13 +176,27 @@ impl Writing {
 
 /// Removes the file of a recording that was not started, if it still has its name.
 pub(super) fn discard(file: &File, path: &Path) {
-    let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
-    if let (Ok(open), Ok(named)) = (file.metadata().map(identity), path.symlink_metadata().map(identity))
-        && open == named
-    {
+    if has_name(file, path) {
         // If it cannot be removed, an empty file stays.
         let _ = fs::remove_file(path);
     }
+}
+
+/// Refuses the end of a recording whose file has lost its name: somebody has removed, moved or replaced it.
+fn check_name(file: &File, path: &Path) -> Result<(), Error> {
+    if has_name(file, path) {
+        return Ok(());
+    }
+    let taken = if path.symlink_metadata().is_ok() { "; another file has its name now" } else { "" };
+    // A file that was only moved can be found by its descriptor.
+    let place = fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd())).ok();
+    let has_other = file.metadata().is_ok_and(|metadata| metadata.nlink() > 0);
+    let message = match place.filter(|place| has_name(file, place)) {
+        Some(place) => format!("was moved while it was recorded: the recording is in {}{taken}", place.display()),
+        None if has_other => format!("was moved while it was recorded: another name has the recording{taken}"),
+        None => format!("was removed while it was recorded: the recording is lost{taken}"),
+    };
+    Err(Error::new(ErrorKind::Io, path.display(), message))
 }
 
 /// Describes an error of writing a recording's start.
@@ -183,14 +219,23 @@ fn write(
 ) -> Result<Written, Error> {
     let failed = |error| in_words(path, error);
     let same = file.try_clone().map_err(|error| failed(error.into()))?;
-    let mut file = RecordingFile::new(file, metadata, compression).map_err(|error| {
+    let file = RecordingFile::new(file, metadata, compression).map_err(|error| {
         discard(&same, path);
         not_started(path, &error)
     })?;
+    let written = write_all(file, path, moments, full);
+    // Whatever else has happened: what is said of the file must be about the file of that name.
+    check_name(&same, path)?;
+    written
+}
+
+/// Writes messages to a file that was started, and finishes it.
+fn write_all(mut file: RecordingFile, path: &Path, moments: Merge, full: &AtomicBool) -> Result<Written, Error> {
+    let failed = |error| in_words(path, error);
     let mut written = Written::default();
     for messages in moments {
         let frames = messages.iter().filter(|message| message.topic.is_frame()).count() as u64;
-        if full.load(Ordering::Relaxed) || !file.has_room(&messages).map_err(|error| failed(error.into()))? {
+        if full.load(Ordering::Relaxed) || !file.has_room(&messages).map_err(failed)? {
             full.store(true, Ordering::Relaxed);
             written.left_out += frames;
             continue;

@@ -303,12 +303,13 @@ fn check_sensor(subject: &str, sensor: Option<&str>, names: &[String]) -> Result
     let all = names.join(", ");
     match sensor {
         None if names.is_empty() => Ok(()),
-        None => refused(format_args!("has the sensors {all}, expected one of them: --sensor {}", names[0])),
+        // Each program has its own way to name one.
+        None => refused(format_args!("has the sensors {all}, expected one of them")),
         Some(sensor) if names.iter().any(|name| name == sensor) => Ok(()),
         Some(sensor) if names.is_empty() => {
-            refused(format_args!("has one sensor without a name, expected no --sensor {sensor}"))
+            refused(format_args!("has one sensor without a name, expected no name of a sensor (found {sensor:?})"))
         }
-        Some(sensor) => refused(format_args!("has no sensor {sensor}, expected one of {all}")),
+        Some(sensor) => refused(format_args!("has no sensor {sensor:?}, expected one of {all}")),
     }
 }
 

@@ -314,6 +314,11 @@ impl<S: Source + ?Sized> Source for &mut S {
 }
 
 impl StreamInfo {
+    /// Returns whether its frames come from a camera now, whoever reads them or not. Files, scenes and recordings wait.
+    pub fn is_live(&self) -> bool {
+        self.camera.is_some() && self.recorded.is_none()
+    }
+
     /// Describes frames without padding, of a source that states nothing else.
     ///
     /// `about` is one line for a person. What would control a terminal is escaped.

@@ -50,11 +50,11 @@ fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
     };
     let is_letter = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
     let name = OsStr::from_bytes(name);
-    let Some(name) = name.to_str().filter(|name| !name.is_empty() && name.bytes().all(is_letter)) else {
-        return Err(refused(
-            text,
-            format_args!("the name is {:?}, expected letters, digits, - and _", name.to_string_lossy()),
-        ));
+    // Programs take a word that starts with - for an option.
+    let is_name = |name: &&str| !name.is_empty() && !name.starts_with('-') && name.bytes().all(is_letter);
+    let Some(name) = name.to_str().filter(is_name) else {
+        let expected = "expected letters, digits, - and _, the first no -";
+        return Err(refused(text, format_args!("the name is {:?}, {expected}", name.to_string_lossy())));
     };
     if source.is_empty() {
         return Err(refused(text, "there is nothing after =, expected a source such as /dev/video0"));
@@ -91,6 +91,7 @@ mod tests {
             (&["cam:=/dev/video0"], "the name is \"\""),
             (&["cam:le ft=/dev/video0"], "the name is \"le ft\""),
             (&["cam:l\u{e9}=/dev/video0"], "letters, digits"),
+            (&["cam:-left=/dev/video0"], "the name is \"-left\", expected letters, digits, - and _, the first no -"),
             (&["cam:left="], "nothing after ="),
             (&["cam:a=-", "cam:a=x.y4m"], "the name is taken"),
             (&["cam:a=-", "cam:b=-"], "standard input is read already"),

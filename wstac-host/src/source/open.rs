@@ -89,7 +89,7 @@ pub fn open(
     let path = Path::new(name);
     let is_missing = is_named_mcap(path) && !path.exists();
     if let Some(sensor) = options.sensor.as_ref().filter(|_| !is_recording(name) && !is_missing) {
-        let message = format_args!("sensor is {sensor}, expected only with a recording of several sensors");
+        let message = format_args!("sensor is {sensor:?}, expected only with a recording of several sensors");
         return Err(Error::new(ErrorKind::Usage, name.display(), message));
     }
     if let Some(opened) = kinds.iter().find_map(|kind| kind.open(name, options)) {

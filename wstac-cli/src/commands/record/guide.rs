@@ -94,7 +94,7 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
     About::new(&kept, &config, labels.clone(), Vec::new())?;
     if folder.exists() && !folder.is_dir() {
         return Err(Error::new(
-            ErrorKind::Usage,
+            ErrorKind::Io,
             folder.display(),
             "is a file, expected a folder for the recordings of --guide",
         )

@@ -50,9 +50,16 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
         return Err(Error::new(ErrorKind::Usage, "--guide", message).into());
     }
     check_ending(&arguments.output, &["mcap"])?;
+    // Before any of them is opened.
+    let (found, most) = (sensors.len(), SharedRecording::MOST_SENSORS);
+    if found > most {
+        let message = format_args!("are {found}, expected 1 to {most} sensors in a recording");
+        return Err(Error::new(ErrorKind::Usage, "sources", message).into());
+    }
     let labels = labels(&arguments.labels)?;
     let outputs = sensors.iter().fold(Outputs::new(arguments.force), |outputs, sensor| outputs.source(sensor.source));
     let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
+    check_ending(&arguments.output, &["mcap"])?;
     outputs.check([&arguments.output])?;
     let files = ModelFile::open_all(&arguments.models)?;
     let opened = sensors.iter().map(|sensor| open(arguments, sensor, &files, &labels));
@@ -63,6 +70,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     let described: Vec<_> = opened.iter().map(Opened::described).collect();
     let compression = arguments.compress.unwrap_or_default();
     let (recording, recorders) = SharedRecording::start(file, path, &described, compression)?;
+    let is_live = opened.iter().any(|sensor| sensor.session.info().is_live());
     let shared = Shared {
         limit: arguments.events,
         events: AtomicU64::new(0),
@@ -90,7 +98,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     });
     let mut lag = Lag::default();
     lag.most = most(|ended| u64::from(ended.lag.most)) as u32;
-    say(&arguments.output, whole.as_ref(), lag, shared.events.into_inner());
+    say(&arguments.output, whole.as_ref(), lag, shared.events.into_inner(), is_live);
     let mut failures: Vec<Error> = ended.into_iter().filter_map(|ended| ended.failure).collect();
     let last = failures.pop();
     // All errors matter, but an incomplete file matters more.
@@ -154,17 +162,23 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
     let mut observer = OneOfSeveral { recording: Recording::new(recorder, records), shared };
     let failure = loop {
         if shared.is_over() {
+            observer.end_all();
             break session.finish(&mut observer).err();
         }
         match session.step(&mut observer) {
             Ok(Step::GoesOn) => {}
             Ok(Step::Over) => break None,
-            Err(error) => {
-                shared.is_over.store(true, Ordering::Relaxed);
-                break Some(error);
+            Err(Halt::Over) => break session.finish(&mut observer).err(),
+            Err(failed) => {
+                observer.end_all();
+                break Some(failed);
             }
         }
     };
+    let failure = failure.and_then(|halt| match halt {
+        Halt::Over => None,
+        Halt::Failed(error) => Some(error),
+    });
     let Recording { recorder, shown, losses } = observer.recording;
     losses.say(|message| shown.records.note(message));
     let lag = session.lag();
@@ -184,9 +198,25 @@ fn whatever_happens(name: &str, shared: &Shared<'_>, read: impl FnOnce() -> Ende
 }
 
 impl Shared<'_> {
+    fn has_enough(&self) -> bool {
+        self.limit.is_some_and(|limit| self.events.load(Ordering::Relaxed) >= limit)
+    }
+
     fn is_over(&self) -> bool {
-        let enough = self.limit.is_some_and(|limit| self.events.load(Ordering::Relaxed) >= limit);
-        enough || self.is_over.load(Ordering::Relaxed) || self.interrupted.load(Ordering::Relaxed)
+        self.has_enough() || self.is_over.load(Ordering::Relaxed) || self.interrupted.load(Ordering::Relaxed)
+    }
+}
+
+/// Why the session of a sensor ends before its source.
+enum Halt {
+    /// The recording has ended for all sensors.
+    Over,
+    Failed(Error),
+}
+
+impl From<Error> for Halt {
+    fn from(error: Error) -> Self {
+        Self::Failed(error)
     }
 }
 
@@ -196,22 +226,37 @@ struct OneOfSeveral<'a> {
     shared: &'a Shared<'a>,
 }
 
-impl Observer for OneOfSeveral<'_> {
-    type Error = Error;
+impl OneOfSeveral<'_> {
+    /// Ends the recording of all sensors. Files and scenes end at the same place every time, cameras as soon as they can.
+    fn end_all(&self) {
+        self.shared.is_over.store(true, Ordering::Relaxed);
+        self.recording.recorder.end_all();
+    }
+}
 
-    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
-        self.recording.source_event(event)
+impl Observer for OneOfSeveral<'_> {
+    type Error = Halt;
+
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Halt> {
+        if !self.recording.recorder.wait_for_turn(event) {
+            return Err(Halt::Over);
+        }
+        Ok(self.recording.source_event(event)?)
     }
 
-    fn output(&mut self, output: Output) -> Result<(), Error> {
+    fn output(&mut self, output: Output) -> Result<(), Halt> {
         self.shared.events.fetch_add(u64::from(matches!(output, Output::Event(_))), Ordering::Relaxed);
-        self.recording.output(output)
+        self.recording.output(output)?;
+        if self.shared.has_enough() {
+            self.end_all();
+        }
+        Ok(())
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
         let goes_on = self.recording.processed(event, processor);
         if !goes_on {
-            self.shared.is_over.store(true, Ordering::Relaxed);
+            self.end_all();
         }
         goes_on
     }

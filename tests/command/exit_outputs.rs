@@ -1,0 +1,108 @@
+//! Tests that every command whose output cannot be written ends with the code that docs/EXIT.md promises.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use wstac_tests::command::{good, said, wstac};
+use wstac_tests::folder::Folder;
+
+/// Commands and the ending of the output that stands for `OUT`.
+const COMMANDS: [(&str, &str); 18] = [
+    ("run scene:Saw3@150 -o OUT", ".jsonl"),
+    ("run scene:Saw3@150 -o OUT", ".csv"),
+    ("record scene:Saw3@150 -o OUT", ".mcap"),
+    ("record cam:a=scene:Saw3@150 cam:b=scene:Saw3@120 -o OUT", ".mcap"),
+    ("recover a.mcap -o OUT", ".mcap"),
+    ("dataset a.toml -o OUT", ".npz"),
+    ("dataset a.toml --shard 1/2 -o OUT", ".shard"),
+    ("scene render Saw3@150 -o OUT", ".y4m"),
+    ("plot scene:Saw3@150 -o OUT", ".svg"),
+    ("calibrate scene:Fla0@100 -o OUT", ".toml"),
+    ("calibrate scene:Fla0@100 -o new.toml --overlay OUT", ".png"),
+    ("model import forest.onnx -o OUT", ".wsm"),
+    ("trade --map map.csv -o OUT", ".svg"),
+    ("trade --budget M4F<60k -o OUT", ""),
+    ("doctor scene:Saw3@150 --report OUT", ".html"),
+    ("fit-speed a.npz -o OUT", ".toml"),
+    ("fit-speed a.npz --plot OUT", ".svg"),
+    ("train a.npz --input frames -o OUT", ".wsm"),
+];
+
+/// Makes everything that is no file to write to, of this ending. Returns the names.
+fn bad_outputs(folder: &Path, ending: &str) -> Vec<String> {
+    let name = |kind: &str| format!("{kind}{ending}");
+    let path = |kind: &str| folder.join(name(kind));
+    if !path("pipe").exists() {
+        fs::create_dir(path("folder")).unwrap();
+        assert!(Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+        symlink("/dev/full", path("full")).unwrap();
+        symlink("nowhere", path("link")).unwrap();
+    }
+    vec![name("folder"), name("pipe"), name("full"), name("link"), format!("none/{}", name("a")), "/dev/full".into()]
+}
+
+#[test]
+fn an_output_that_cannot_be_written_ends_every_command_with_1() {
+    let folder = Folder::new("exit-outputs");
+    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    folder.file("a.toml", "specimens = [\"Saw3\"]\nslides = 2\n");
+    folder.file("map.csv", include_str!("../../wstac-tradeoff/data/map.csv"));
+    folder.file("forest.onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
+    good(&["record", "scene:Saw3@150", "--size", "40x40", "-o", &path("a.mcap")]);
+    good(&["dataset", &path("a.toml"), "-o", &path("a.npz")]);
+    let (mut wrong, mut tried) = (Vec::new(), 0);
+    for (command, ending) in COMMANDS {
+        for output in bad_outputs(&folder.0, ending) {
+            // A figure and a choice go into a folder, too, which may be new; other endings are refused as arguments.
+            let is_folder = output.starts_with("folder") || output.starts_with("none/");
+            let needs_ending = [".jsonl", ".csv", ".svg", ".y4m"].contains(&ending) && output == "/dev/full";
+            if (command.starts_with("trade") && is_folder) || needs_ending {
+                continue;
+            }
+            for force in [&[][..], &["--force"]] {
+                let words: Vec<&str> =
+                    command.split(' ').map(|word| if word == "OUT" { &*output } else { word }).collect();
+                let mut process = Command::new(wstac());
+                process.args(&words).args(force).current_dir(&folder.0).stdin(Stdio::null());
+                let done = process.output().unwrap();
+                tried += 1;
+                let is_named = said(&done).contains(&output) && !said(&done).contains("panicked");
+                if done.status.code() != Some(1) || !is_named {
+                    wrong.push(format!("{words:?} {force:?}: {:?}: {}", done.status.code(), said(&done)));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {tried}:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(tried > 150, "{tried}");
+    // Nothing was left behind.
+    let names = folder.names();
+    assert!(names.iter().all(|name| !name.contains(".part") && !name.starts_with("new")), "{names:?}");
+}
+
+/// What a person gave wrong is no output that cannot be written.
+#[test]
+fn wrong_arguments_about_outputs_end_with_2() {
+    let folder = Folder::new("exit-outputs-usage");
+    good(&["record", "scene:Saw3@150", "--size", "40x40", "-o", folder.0.join("a.mcap").to_str().unwrap()]);
+    for command in [
+        "run scene:Saw3@150 -o a",
+        "run scene:Saw3@150 -o a.csv --json",
+        "record scene:Saw3@150 -o a.csv",
+        "record cam:a=scene:Saw3@150 cam:b=scene:Saw3@150 -o a.csv",
+        "record a.mcap --force -o a.mcap",
+        "recover a.mcap --force -o a.mcap",
+        "plot scene:Saw3@150 -o a.jsonl",
+        "scene render Saw3@150 -o a.svg",
+        "record scene:Saw3@150 --label specimen=Saw\u{202e}3 -o b.mcap",
+        "record cam:-a=scene:Saw3@150 cam:b=scene:Saw3@150 -o b.mcap",
+    ] {
+        let mut process = Command::new(wstac());
+        process.args(command.split(' ')).current_dir(&folder.0).stdin(Stdio::null());
+        let done = process.output().unwrap();
+        assert_eq!(done.status.code(), Some(2), "{command}: {}", said(&done));
+    }
+    assert_eq!(folder.names(), ["a.mcap"]);
+}

@@ -1,0 +1,203 @@
+//! Damages recordings of several sensors. Whatever comes back of a sensor is where it was, and every answer is right or
+//! absent.
+
+use std::fs;
+use std::path::Path;
+
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::session::Session;
+use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{Source, SourceEvent};
+use wstac_tests::command::{good, run, said};
+use wstac_tests::folder::Folder;
+use wstac_tests::random::Random;
+
+/// The names of the sensors, their slides and their rates.
+const SENSORS: [(&str, &str, u32, u32); 3] =
+    [("left", "Saw3", 150, 30), ("middle", "Tri4", 90, 25), ("right", "Sin2", 170, 60)];
+
+/// Two sensors of which the first damage cannot be told apart: a file of before, whose checksums count all frames together.
+const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before_several.mcap");
+
+/// Records slides of all sensors, two of which lose frames.
+fn recorded(folder: &Folder, options: &[&str]) -> Vec<u8> {
+    let sources = SENSORS.map(|(name, specimen, speed, fps)| {
+        let dropped = if name == "middle" { 0.0 } else { 0.03 };
+        let text = format!(
+            "specimen = \"{specimen}\"\nspeed = {speed}\n[sensor]\nsize = [40, 40]\nfps = {fps}\ndropped = {dropped}\n"
+        );
+        let scene = folder.file(&format!("{name}.toml"), text);
+        format!("cam:{name}=scene:{}", scene.display())
+    });
+    let file = folder.0.join("whole.mcap");
+    let sources: Vec<&str> = sources.iter().map(String::as_str).collect();
+    good(&[&["record", "-o", file.to_str().unwrap(), "--force"], &sources[..], options].concat());
+    fs::read(file).unwrap()
+}
+
+/// What a sensor has in a file.
+struct Stream {
+    /// Its frames by their numbers; `None` stands for a lost one.
+    frames: Vec<Option<Vec<u8>>>,
+    events: Vec<TactileEvent>,
+}
+
+/// Reads a sensor; `None` if the file cannot be read.
+fn stream(file: &Path, name: &str) -> Option<Stream> {
+    let mut source = McapSource::open_sensor(file, Some(name), None).ok()?;
+    let mut frames = Vec::new();
+    loop {
+        match source.next_event().unwrap() {
+            SourceEvent::Frame(frame) => frames.push(Some(frame.bytes.to_vec())),
+            SourceEvent::Taxels(frame) => frames.push(Some(frame.sums.map(u32::to_le_bytes).concat())),
+            SourceEvent::Lost { frames: lost, .. } => frames.extend((0..lost).map(|_| None)),
+            SourceEvent::End => break,
+            other => panic!("{other:?}"),
+        }
+    }
+    let session = Session::builder(McapSource::open_sensor(file, Some(name), None).unwrap()).build().unwrap();
+    let events = session.filter_map(|output| match output.unwrap() {
+        Output::Event(event) => Some(event),
+        _ => None,
+    });
+    Some(Stream { frames, events: events.collect() })
+}
+
+/// Checks that a sensor's frames are those that were recorded, each at its own place, and that its answers are right, or
+/// said to be not reliable.
+fn check(found: &Stream, whole: &Stream) -> Result<(), String> {
+    // If the start is missing, the first frame that was found stands for it.
+    let first = found.frames.iter().position(Option::is_some);
+    for (number, frame) in found.frames.iter().enumerate() {
+        let Some(frame) = frame else { continue };
+        let is_there = |at: usize| whole.frames.get(at).is_some_and(|there| there.as_ref() == Some(frame));
+        if !is_there(number) && !(Some(number) == first && (number..whole.frames.len()).any(is_there)) {
+            return Err(format!("frame {number} is another one"));
+        }
+    }
+    for event in &found.events {
+        let same = whole.events.iter().find(|truth| truth.frame.abs_diff(event.frame) < 5);
+        let Some(truth) = same else { return Err(format!("an event at frame {} that never was", event.frame)) };
+        let (speed, of_truth) = (event.speed.map(|speed| speed.mm_s), truth.speed.map(|speed| speed.mm_s));
+        let lost_before = found.frames.iter().zip(&whole.frames).take(event.frame as usize + 70);
+        if lost_before.into_iter().all(|(found, whole)| found == whole) && event != truth {
+            return Err(format!("nothing is lost, and {event:?} is not {truth:?}"));
+        }
+        // A speed has its standard deviation, which is larger where frames were filled.
+        let (Ok(speed), Ok(of_truth), true) = (speed, of_truth, event.reliable) else { continue };
+        let sd = event.speed.ok().and_then(|speed| speed.sd).unwrap_or(0.0);
+        if (speed - of_truth).abs() > (4.0 * sd).max(0.01 * of_truth) {
+            return Err(format!("{speed} ± {sd} mm/s, expected {of_truth}"));
+        }
+    }
+    Ok(())
+}
+
+/// Damages bytes in one of several ways.
+fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut damaged = bytes.to_vec();
+    let at = random.below(bytes.len() as u64) as usize;
+    let length = (random.below(1 << (4 + random.below(14))) as usize).min(bytes.len() - at);
+    match random.below(6) {
+        0 => damaged[at] ^= 1 << random.below(8),
+        1 => damaged[at..at + length].fill(0),
+        2 => damaged[at..at + length].copy_from_slice(&random.bytes(length)),
+        3 => drop(damaged.drain(at..at + length)),
+        4 => {
+            let again = damaged[at..at + length].to_vec();
+            drop(damaged.splice(at..at, again));
+        }
+        _ => {
+            // Cut off, and damaged before.
+            damaged.truncate(at.max(1000));
+            let place = random.below(damaged.len() as u64) as usize;
+            damaged[place] ^= 0x55;
+        }
+    }
+    damaged
+}
+
+#[test]
+fn every_answer_of_every_sensor_is_right_or_absent() {
+    let count = std::env::var("WSTAC_LONG_DAMAGE").map_or(60, |count| count.parse().unwrap());
+    let folder = Folder::new("recording-several-damage");
+    let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let (mut random, mut whole_ones, mut lost_ones, mut events) = (Random::new(31), 0, 0, 0);
+    for options in [&[][..], &["--features-only"], &["--compress", "zstd"]] {
+        let bytes = recorded(&folder, options);
+        let truth = SENSORS.map(|(name, ..)| stream(&folder.0.join("whole.mcap"), name).unwrap());
+        assert!(truth.iter().all(|stream| stream.events.len() == 1 && stream.frames.len() > 100));
+        assert!(truth[0].frames.iter().any(Option::is_none), "the simulated driver lost frames");
+        for number in 0..count {
+            fs::write(&old, damaged(&bytes, &mut random)).unwrap();
+            let done = run(&["recover", old.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+            let code = done.status.code();
+            assert!(matches!(code, Some(0 | 1)), "{options:?} {number}: {}", said(&done));
+            for ((name, ..), truth) in SENSORS.iter().zip(&truth) {
+                let Some(found) = stream(&new, name) else {
+                    assert_eq!(code, Some(1), "{options:?} {number}: {}", said(&done));
+                    continue;
+                };
+                let context = || format!("{options:?} {number}, {name}: {}", said(&done));
+                check(&found, truth).unwrap_or_else(|why| panic!("{why}: {}", context()));
+                // Nothing is missing in silence.
+                let is_whole = code == Some(0) && said(&done).contains("was finished properly");
+                assert!(!is_whole || found.frames.len() == truth.frames.len(), "{}", context());
+                whole_ones += usize::from(is_whole);
+                lost_ones += usize::from(found.frames != truth.frames);
+                events += found.events.len();
+            }
+            let _ = fs::remove_file(&new);
+        }
+    }
+    println!("{whole_ones} streams whole, {lost_ones} with losses, {events} events");
+    assert!(whole_ones > 3 * count && lost_ones > count && events > 3 * count, "{whole_ones} {lost_ones} {events}");
+}
+
+#[test]
+fn a_recovery_of_a_recovery_changes_nothing() {
+    let folder = Folder::new("recording-several-again");
+    let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.0.join(name));
+    let mut bytes = recorded(&folder, &[]);
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 20_000].fill(7);
+    fs::write(&old, bytes).unwrap();
+    let [old, new, again] = [&old, &new, &again].map(|path| path.to_str().unwrap());
+    good(&["recover", old, "-o", new]);
+    good(&["recover", new, "-o", again]);
+    assert!(fs::read(new).unwrap() == fs::read(again).unwrap());
+    for (name, ..) in SENSORS {
+        // Each has lost frames of its own.
+        let lines = run(&["run", new, "--sensor", name]);
+        assert!(said(&lines).contains("lost: damaged in the recording"), "{name}: {}", said(&lines));
+    }
+}
+
+/// A file that does not tell the sensors apart is read, and recovered as far as nothing is missing.
+#[test]
+fn a_file_of_before_is_recovered_up_to_the_first_damage() {
+    let folder = Folder::new("recording-several-before");
+    let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let [old_name, new_name] = [&old, &new].map(|path| path.to_str().unwrap());
+    let bytes = fs::read(BEFORE).unwrap();
+    let truth = ["left", "right"].map(|name| stream(Path::new(BEFORE), name).unwrap());
+    assert_eq!(truth.each_ref().map(|stream| (stream.frames.len(), stream.events.len())), [(140, 1), (137, 1)]);
+    // Whole, it has the same frames with counts of each.
+    good(&["recover", BEFORE, "-o", new_name]);
+    for (name, truth) in ["left", "right"].iter().zip(&truth) {
+        let found = stream(&new, name).unwrap();
+        assert!(found.frames == truth.frames && found.events == truth.events, "{name}");
+    }
+    let (mut random, mut is_cut) = (Random::new(5), 0);
+    for number in 0..40 {
+        fs::write(&old, damaged(&bytes, &mut random)).unwrap();
+        let done = run(&["recover", old_name, "-o", new_name, "--force"]);
+        for (name, truth) in ["left", "right"].iter().zip(&truth) {
+            let Some(found) = stream(&new, name) else { continue };
+            check(&found, truth).unwrap_or_else(|why| panic!("{number}, {name}: {why}: {}", said(&done)));
+        }
+        is_cut += u32::from(said(&done).contains("nothing says of which sensor"));
+        let _ = fs::remove_file(&new);
+    }
+    assert!(is_cut > 10, "{is_cut}");
+}

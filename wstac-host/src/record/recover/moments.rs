@@ -1,0 +1,160 @@
+//! The moments whose checksums are right, and the frames of each sensor that are missing before them.
+
+use std::collections::BTreeMap;
+
+use super::{Failure, Recovery};
+use crate::record::file::Topic;
+use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
+use crate::record::recorder::lost_frames;
+use crate::record::sums::{Counts, Sum, UNCOVERED};
+use crate::record::walk::{MessageBody, Span};
+
+/// Bytes of a message's record before its data.
+const MESSAGE_START: u64 = 31;
+/// Most bytes of the data of a checksum's message.
+const MOST_SUM: usize = 1 << 11;
+
+/// The frames of a sensor that are missing before a moment.
+#[derive(Clone, Copy, Debug)]
+struct Missing {
+    /// Lost frames that stood before its first frame.
+    leading: u64,
+    /// Frames behind its first one, or in place of it.
+    gap: u64,
+    /// Whether none of its frames was found yet, and this moment has none either.
+    is_early: bool,
+}
+
+impl Recovery<'_> {
+    /// Takes a checksum, which ends a moment.
+    pub(super) fn sum(&mut self, span: Span) -> Result<(), Failure> {
+        let start = self.walk.start_of(span, MOST_SUM)?;
+        let data = start.get((MESSAGE_START - 9) as usize..).unwrap_or_default();
+        let Some(sum) = Sum::parse(data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else { return self.flush() };
+        let from = span.at.saturating_sub(sum.bytes);
+        let covered = span.end().saturating_sub(UNCOVERED);
+        let is_right = sum.bytes <= span.at && sum.crc() == Some(self.walk.hash(from, covered)?);
+        if !is_right {
+            return self.flush();
+        }
+        // Messages before the moment have lost their own checksum.
+        let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
+        self.pending.retain(|pending| pending.at < from);
+        self.flush()?;
+        match moment {
+            Some(moment) => self.sound_moment(&moment, sum),
+            None => Ok(()),
+        }
+    }
+
+    /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
+    fn sound_moment(&mut self, moment: &[Span], sum: Sum) -> Result<(), Failure> {
+        let own = self.frames_of(moment)?;
+        (self.is_suspect, self.suspects) = (false, 0);
+        let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
+            return self.moment_of_any(moment, &own, sum);
+        };
+        if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
+            self.known = Some(known.clone());
+        }
+        let mut gaps = Vec::new();
+        for (&sensor, &of_moment) in &own {
+            let Some(missing) = self.missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
+                // The moment is there already, or it stands behind one that came later.
+                return self.leave_out(&own);
+            };
+            if missing.is_early {
+                // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
+                return Ok(());
+            }
+            gaps.push((sensor, missing));
+        }
+        if own.keys().any(|sensor| self.last_sums.get(sensor) == Some(&sum)) {
+            return self.leave_out(&own);
+        }
+        for &(sensor, Missing { leading, .. }) in &gaps {
+            self.enter_lost(sensor, leading, moment.first().copied())?;
+            self.last_sums.insert(sensor, sum.clone());
+        }
+        let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
+        self.copy_after_gaps(moment, &gaps)
+    }
+
+    /// Copies a moment of a recording of several sensors that counts the frames of all together.
+    ///
+    /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
+    fn moment_of_any(&mut self, moment: &[Span], own: &BTreeMap<u8, Counts>, sum: Sum) -> Result<(), Failure> {
+        let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
+        let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
+        if before < there || self.last_sums.values().any(|last| *last == sum) {
+            return self.leave_out(own);
+        }
+        self.is_over |= before > there;
+        if self.is_over {
+            return Ok(());
+        }
+        self.last_sums.insert(0, sum);
+        self.copy(moment)
+    }
+
+    /// Counts frames of a moment that is not copied.
+    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) -> Result<(), Failure> {
+        let frames = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.frames));
+        self.found.repeated = self.found.repeated.saturating_add(frames);
+        Ok(())
+    }
+
+    /// Returns the frames of a moment, found and lost, of each sensor that it is of.
+    fn frames_of(&mut self, moment: &[Span]) -> Result<BTreeMap<u8, Counts>, Failure> {
+        let mut found = BTreeMap::<u8, Counts>::new();
+        for &span in moment {
+            let Some((sensor, topic)) = self.channel_of(span).map(|channel| self.own(channel))? else { continue };
+            let counts = found.entry(sensor).or_default();
+            if topic.is_frame() {
+                counts.frames += 1;
+            } else if topic == Topic::FaultsJson {
+                self.walk.body(span, &mut self.body)?;
+                let message = MessageBody::parse(&self.body);
+                counts.lost = counts.lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
+            }
+        }
+        if found.is_empty() {
+            found.insert(0, Counts::default());
+        }
+        Ok(found)
+    }
+
+    /// Returns the frames of a sensor that are missing before a moment; `None` if it stands behind a later one.
+    ///
+    /// `known` is what the sensor had with the moment, and `there` is what it has in the new file.
+    fn missing_before(&self, of_moment: Counts, known: Counts, there: Counts) -> Option<Missing> {
+        let Counts { frames, lost, .. } = of_moment;
+        let all_before = known.all().saturating_sub(of_moment.all());
+        if all_before < there.all() {
+            return None;
+        }
+        let frames_before = known.frames.saturating_sub(frames).saturating_sub(there.frames);
+        let is_early = there.frames == 0 && frames_before > 0 && frames == 0;
+        let before = known.place.saturating_sub(frames.saturating_add(if known.frames == 0 { 0 } else { lost }));
+        let gap = before.saturating_sub(there.place);
+        let leading = if there.frames == 0 { all_before.saturating_sub(there.all()).saturating_sub(gap) } else { 0 };
+        Some(Missing { leading, gap, is_early })
+    }
+
+    /// Copies a moment before which frames of sensors are missing.
+    ///
+    /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
+    /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
+    pub(super) fn copy_after_gaps(&mut self, moment: &[Span], gaps: &[(u8, u64)]) -> Result<(), Failure> {
+        let has_started = |of: &Self, sensor| of.out.tally().of(sensor).frames > 0;
+        let (before, behind): (Vec<_>, Vec<_>) = gaps.iter().partition(|(sensor, _)| has_started(self, *sensor));
+        for (sensor, gap) in before {
+            self.enter_lost(sensor, gap, None)?;
+        }
+        self.copy(moment)?;
+        for (sensor, gap) in behind {
+            self.enter_lost(sensor, gap, None)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,105 @@
+//! The end of a recovery: frames that are missing behind the last sound moment, and whether all are accounted for.
+
+use std::collections::BTreeMap;
+
+use super::{Failure, Recovery};
+use crate::record::sums::{Stated, Tally};
+
+impl Recovery<'_> {
+    /// Enters frames that are missing at the end, and checks that all are accounted for.
+    pub(super) fn settle(&mut self, stated: &Stated) -> Result<(), Failure> {
+        if let Some(end) = &stated.end {
+            return self.settle_by(end);
+        }
+        let is_unread = self.found.unread.is_some_and(|unread| unread.damaged);
+        if !self.is_own() {
+            if self.is_suspect || is_unread {
+                self.doubt.get_or_insert_with(|| "is damaged".to_owned());
+            }
+            return Ok(());
+        }
+        let recorded = self.walk.summary().and_then(|summary| summary.messages.clone());
+        if self.has_sums && self.found.whole && !stated.is_ended && (recorded.is_none() || !is_unread) {
+            let what = "was finished, and lacks the record of how many frames it had";
+            self.doubt.get_or_insert_with(|| what.to_owned());
+        }
+        let Some(recorded) = recorded else {
+            let is_any = self.found.damaged > 0 || self.found.unread.is_some();
+            if self.is_suspect || (self.found.whole && is_any) {
+                let what = "is damaged, and nothing says how many frames it had";
+                self.doubt.get_or_insert_with(|| what.to_owned());
+            }
+            return self.settle_unfinished();
+        };
+        let mut frames = BTreeMap::<u8, u64>::new();
+        for (channel, count) in recorded {
+            if let Some((sensor, topic)) = self.own(channel)
+                && topic.is_frame()
+            {
+                let of_sensor = frames.entry(sensor).or_default();
+                *of_sensor = of_sensor.saturating_add(count);
+            }
+        }
+        for sensor in self.sensors.places() {
+            let (there, recorded) = (self.out.tally().of(sensor).frames, frames.get(&sensor).copied().unwrap_or(0));
+            if there > recorded {
+                self.doubt.get_or_insert_with(|| format!("has {there} frames, expected {recorded}"));
+            }
+            // Lost frames that were entered may be among those that the recording had lost itself.
+            let entered = self.entered.get(&sensor).copied().unwrap_or(0);
+            self.enter_lost(sensor, recorded.saturating_sub(there).saturating_sub(entered), None)?;
+        }
+        Ok(())
+    }
+
+    /// Enters what is missing of a recording whose end says how many frames it had.
+    fn settle_by(&mut self, end: &Tally) -> Result<(), Failure> {
+        let Some(end) = end.clone().told_apart(self.sensors.count()) else {
+            let (found, recorded) = (self.out.tally().all.all(), end.all.all());
+            return self.lost_of_any(found, recorded);
+        };
+        for sensor in self.sensors.places() {
+            let (found, recorded) = (self.out.tally().of(sensor).all(), end.of(sensor).all());
+            if found > recorded {
+                self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
+            }
+            self.enter_lost(sensor, recorded.saturating_sub(found), None)?;
+        }
+        Ok(())
+    }
+
+    /// Enters what is missing of a recording that nothing counts: that was never finished, or lost its end.
+    fn settle_unfinished(&mut self) -> Result<(), Failure> {
+        let suspects = self.suspects;
+        if self.sensors.count() == 1 {
+            return self.enter_lost(0, suspects, None);
+        }
+        if let Some(known) = self.known.take() {
+            for sensor in self.sensors.places() {
+                let missing = known.of(sensor).all().saturating_sub(self.out.tally().of(sensor).all());
+                self.enter_lost(sensor, missing, None)?;
+            }
+        }
+        let found = self.out.tally().all.all();
+        // If everything behind a damaged place was left out, some frames are missing, however many.
+        let missing = suspects.max(self.is_over.into());
+        self.lost_of_any(found, found.saturating_add(missing))
+    }
+
+    /// Enters frames that are missing at the end, if nothing says of which sensor: for each of them as many as are missing
+    /// of all, so that no answer spans the place.
+    fn lost_of_any(&mut self, found: u64, recorded: u64) -> Result<(), Failure> {
+        if found > recorded {
+            self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
+        }
+        let missing = recorded.saturating_sub(found);
+        if missing > 0 {
+            let what = "misses frames, and nothing says of which sensor: what is behind them is left out";
+            self.doubt.get_or_insert_with(|| what.to_owned());
+        }
+        for sensor in self.sensors.places() {
+            self.enter_lost(sensor, missing, None)?;
+        }
+        Ok(())
+    }
+}
