@@ -1,6 +1,8 @@
 //! Tests that nothing from outside reaches a terminal as it is: no escape sequence, no forged line, no endless message.
 
-use std::fs;
+use std::convert::Infallible;
+use std::fs::{self, File};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use wstac_core::green::any::PixelFormat;
@@ -8,6 +10,12 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::{Fault, Hello, Message, Text};
+use wstac_host::config::Config;
+use wstac_host::output::OutputOptions;
+use wstac_host::record::Recorder;
+use wstac_host::session::Processor;
+use wstac_host::source::Source;
+use wstac_host::source::mcap::McapSource;
 use wstac_tests::command::wstac;
 use wstac_tests::folder::Folder;
 
@@ -49,6 +57,27 @@ fn faults(done: &Output, expected: &str) -> Vec<String> {
         faults.push(format!("{expected:?} is missing"));
     }
     faults
+}
+
+/// Copies a recording with a label that `wstac record` refuses. Files of other programs, or of before, may have any.
+fn copy_with_label(from: &Path, to: &Path, label: &str) {
+    let mut source = McapSource::open(from, None).unwrap();
+    let mut about = source.about().clone();
+    about.labels.insert(label.to_owned(), label.to_owned());
+    let config = Config::parse(&about.configuration).unwrap();
+    let mut processor = Processor::new(source.info(), &config, OutputOptions::default()).unwrap();
+    let mut recorder = Recorder::new(File::create_new(to).unwrap(), to, &about, &processor).unwrap();
+    let mut goes_on = true;
+    while goes_on {
+        let event = source.next_event().unwrap();
+        recorder.source_event(&event);
+        let processed = processor.process(&event, |output| {
+            recorder.output(&output, label);
+            Ok::<(), Infallible>(())
+        });
+        goes_on = processed.unwrap() && recorder.processed(&event, &processor);
+    }
+    recorder.finish().unwrap();
 }
 
 /// Encodes a string for ONNX: a field of a length.
@@ -173,7 +202,10 @@ fn names_and_contents_of_files_never_control_the_terminal() {
     check(&["run", "scene:Saw3@150", "--model", &format!("{FORGED}.wsm")], "event at frame");
     let label = format!("{FORGED}={FORGED}");
     let _ = fs::remove_file(folder.0.join("a.mcap"));
-    check(&["record", "scene:Saw3@150", "-o", "a.mcap", "--label", &label], "a.mcap: 140 frames");
+    let refused = "expected plain text (found the character U+001B)";
+    check(&["record", "scene:Saw3@150", "-o", "a.mcap", "--label", &label], refused);
+    check(&["record", "scene:Saw3@150", "-o", "plain.mcap"], "plain.mcap: 140 frames");
+    copy_with_label(&folder.0.join("plain.mcap"), &folder.0.join("a.mcap"), FORGED);
     check(&["run", "a.mcap"], ESCAPED);
     check(&["run", "a.mcap", "--json"], r#""kind":"end""#);
     check(&["recover", "a.mcap", "-o", "b.mcap"], "b.mcap");

@@ -59,9 +59,10 @@ impl Recovery<'_> {
         }
         let mut gaps = Vec::new();
         for (&sensor, &of_moment) in &own {
-            let Some(missing) = self.missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
+            let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
                 // The moment is there already, or it stands behind one that came later.
-                return self.leave_out(&own);
+                self.leave_out(&own);
+                return Ok(());
             };
             if missing.is_early {
                 // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
@@ -70,7 +71,8 @@ impl Recovery<'_> {
             gaps.push((sensor, missing));
         }
         if own.keys().any(|sensor| self.last_sums.get(sensor) == Some(&sum)) {
-            return self.leave_out(&own);
+            self.leave_out(&own);
+            return Ok(());
         }
         for &(sensor, Missing { leading, .. }) in &gaps {
             self.enter_lost(sensor, leading, moment.first().copied())?;
@@ -87,7 +89,8 @@ impl Recovery<'_> {
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
         if before < there || self.last_sums.values().any(|last| *last == sum) {
-            return self.leave_out(own);
+            self.leave_out(own);
+            return Ok(());
         }
         self.is_over |= before > there;
         if self.is_over {
@@ -98,10 +101,9 @@ impl Recovery<'_> {
     }
 
     /// Counts frames of a moment that is not copied.
-    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) -> Result<(), Failure> {
+    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) {
         let frames = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.frames));
         self.found.repeated = self.found.repeated.saturating_add(frames);
-        Ok(())
     }
 
     /// Returns the frames of a moment, found and lost, of each sensor that it is of.
@@ -124,23 +126,6 @@ impl Recovery<'_> {
         Ok(found)
     }
 
-    /// Returns the frames of a sensor that are missing before a moment; `None` if it stands behind a later one.
-    ///
-    /// `known` is what the sensor had with the moment, and `there` is what it has in the new file.
-    fn missing_before(&self, of_moment: Counts, known: Counts, there: Counts) -> Option<Missing> {
-        let Counts { frames, lost, .. } = of_moment;
-        let all_before = known.all().saturating_sub(of_moment.all());
-        if all_before < there.all() {
-            return None;
-        }
-        let frames_before = known.frames.saturating_sub(frames).saturating_sub(there.frames);
-        let is_early = there.frames == 0 && frames_before > 0 && frames == 0;
-        let before = known.place.saturating_sub(frames.saturating_add(if known.frames == 0 { 0 } else { lost }));
-        let gap = before.saturating_sub(there.place);
-        let leading = if there.frames == 0 { all_before.saturating_sub(there.all()).saturating_sub(gap) } else { 0 };
-        Some(Missing { leading, gap, is_early })
-    }
-
     /// Copies a moment before which frames of sensors are missing.
     ///
     /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
@@ -157,4 +142,21 @@ impl Recovery<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns the frames of a sensor that are missing before a moment; `None` if it stands behind a later one.
+///
+/// `known` is what the sensor had with the moment, and `there` is what it has in the new file.
+fn missing_before(of_moment: Counts, known: Counts, there: Counts) -> Option<Missing> {
+    let Counts { frames, lost, .. } = of_moment;
+    let all_before = known.all().saturating_sub(of_moment.all());
+    if all_before < there.all() {
+        return None;
+    }
+    let frames_before = known.frames.saturating_sub(frames).saturating_sub(there.frames);
+    let is_early = there.frames == 0 && frames_before > 0 && frames == 0;
+    let before = known.place.saturating_sub(frames.saturating_add(if known.frames == 0 { 0 } else { lost }));
+    let gap = before.saturating_sub(there.place);
+    let leading = if there.frames == 0 { all_before.saturating_sub(there.all()).saturating_sub(gap) } else { 0 };
+    Some(Missing { leading, gap, is_early })
 }
