@@ -98,6 +98,28 @@ def check_messages(fourcc, file, scene, lines):
     return statistics.message_count
 
 
+def check_two(folder):
+    """Checks a recording of two sensors: topics, messages, and what the schema and the layout of one sensor say of them."""
+    file, sensors = folder / "both.mcap", {"left": "GREY", "right": "YUYV"}
+    sources = [f"cam:{name}=scene:{folder / f'{fourcc}.toml'}" for name, fourcc in sensors.items()]
+    lines = [json.loads(line) for line in wstac("record", *sources, "-o", str(file), "--json")]
+    topics, metadata, statistics = decoded(file)
+    assert json.loads(metadata["wstac.sensors"]["json"]) == list(sensors), metadata.keys()
+    kinds = ("camera", "taxels", "features", "events", "events/json", "faults", "faults/json")
+    assert set(topics) == {f"/{name}/{kind}" for name in sensors for kind in kinds} | {"/sums/json"}, set(topics)
+    for name, fourcc in sensors.items():
+        said = [said for _, said in topics[f"/{name}/events/json"]]
+        own = [{key: value for key, value in line.items() if key != "sensor"} for line in lines if line["sensor"] == name]
+        assert said == own and said[-1]["kind"] == "end", (said, own)
+        frames = topics[f"/{name}/camera"]
+        assert len(frames) == len(topics[f"/{name}/taxels"]) == said[-1]["frames"] - said[-1]["dropped"]
+        assert {image.encoding for _, image in frames} == {FORMATS[fourcc][0]}
+        panels = schemas.check_layout(file, f"/{name}")
+    assert statistics.message_count == sum(map(len, topics.values()))
+    valid = schemas.check_recording(file)
+    print(f"ok: two sensors in one file: {valid} messages of JSON are valid, and {panels} panels show topics of each")
+
+
 def check_rerun(fourcc, file, folder):
     """Checks what Rerun's viewer would show."""
     shown = folder / f"{fourcc}.rrd"
@@ -164,6 +186,7 @@ def main():
             assert 40 < frames < 100, frames
             check_rerun(fourcc, whole, folder)
             print(f"ok: {fourcc}: half of the file, recovered: {frames} frames")
+        check_two(folder)
         print(f"ok: the layout for Foxglove: {schemas.check_layout(file)} panels of topics that are there")
         kinds = schemas.check_lines(file, other_lines(folder))
         assert set(kinds) >= {"contact_end", "end", "event", "features", "incomplete", "motion", "texture"}, kinds

@@ -93,10 +93,12 @@ def check_lines(file, outputs):
     return sorted(kinds)
 
 
-def check_layout(file):
-    """Checks that the layout shows the topics of a recording, in panels that can, with the names of the features."""
+def check_layout(file, sensor=""):
+    """Checks that the layout shows the topics of a recording, in panels that can, with the names of the features. For a
+    sensor, such as /left, its topics are replaced as the page says.
+    """
     schemas, _, messages = json_messages(file)
-    layout = json.loads(LAYOUT.read_text())
+    layout = json.loads(LAYOUT.read_text().replace('"/', f'"{sensor}/'))
     panels = layout["configById"]
 
     def placed(part):
@@ -114,10 +116,11 @@ def check_layout(file):
         }[kind](panel)
         for path in topics:
             topic = path.split(".")[0]
+            assert topic in schemas, f"{file} has no {topic}, which {name} shows"
             assert schemas[topic] in PANELS[kind], (name, path, schemas)
             shown.add(topic)
         if kind == "Plot":
             names += [(path["label"], path["value"]) for path in panel["paths"]]
-    assert names == [(name, f"/features.data[{number}]") for number, name in enumerate(NAMES)], names
-    assert {"/camera", "/taxels", "/features", "/events", "/events/json", "/faults"} == shown, shown
+    assert names == [(name, f"{sensor}/features.data[{number}]") for number, name in enumerate(NAMES)], names
+    assert {f"{sensor}/{topic}" for topic in ("camera", "taxels", "features", "events", "events/json", "faults")} == shown, shown
     return len(panels)

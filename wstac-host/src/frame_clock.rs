@@ -12,6 +12,12 @@ const END_OF_YEARS_S: u64 = 253_402_300_800;
 const KEPT: usize = 256;
 /// Nanoseconds of a second.
 const SECOND: i128 = 1_000_000_000;
+/// The most that a camera is off its frame rate before it is known how fast it runs, in millionths.
+const MOST_UNKNOWN_OFF: i128 = 20_000;
+/// The least by which its rate is taken to be off, in millionths.
+const LEAST_OFF: i128 = 1000;
+/// The frames with times of their own that show how fast it runs.
+const RATE_FRAMES: usize = 8;
 
 /// The clock of a stream's times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
@@ -70,11 +76,18 @@ impl Elapsed {
     }
 }
 
+/// Returns whether a wall-clock time is of the years 1970 to 9999, so that it can be written as text.
+///
+/// A clock that was never set starts in 1970, and a frame may be before that. A damaged recording may have any time.
+pub(crate) fn can_be_written(time: SystemTime) -> bool {
+    time.duration_since(SystemTime::UNIX_EPOCH).is_ok_and(|since| since.as_secs() < END_OF_YEARS_S)
+}
+
 /// Turns numbers of feature frames into times.
 ///
 /// A frame has the driver's time of the first of its camera frames that arrived. Where all were lost, the frames around
-/// it give the time, and the frame rate does before the first and after the last frame. The wall-clock time of the
-/// frame that arrived last gives that of frames shortly before it.
+/// it give the time, and the frame rate does before the first and after the last frame. The wall-clock time of one frame
+/// gives that of the others: a camera's is that of the frame that arrived last, a board's is a second old at most.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameClock {
     /// The duration of a feature frame in nanoseconds: numerator and denominator.
@@ -200,11 +213,38 @@ impl FrameClock {
     /// Returns the wall-clock time of a frame, in the years 1970 to 9999; `None` if the source knows none.
     pub(crate) fn stamp(&self, frame: u64) -> Option<Stamp> {
         let (last, Stamp { time, within }) = self.last?;
-        let before = self.time(last).saturating_sub(self.time(frame.min(last)));
-        let time = time.checked_sub(Duration::from_nanos(u64::try_from(before).ok()?))?;
-        // A clock that was never set starts in 1970, and a frame before that has no time that can be written.
-        let since_1970 = time.duration_since(SystemTime::UNIX_EPOCH).ok()?;
-        (since_1970.as_secs() < END_OF_YEARS_S).then_some(Stamp { time, within })
+        let since = self.time(frame).saturating_sub(self.time(last));
+        let distance = Duration::from_nanos(u64::try_from(since.unsigned_abs()).ok()?);
+        let time = if since < 0 { time.checked_sub(distance)? } else { time.checked_add(distance)? };
+        let within = within.saturating_add(self.unsure(frame, last));
+        can_be_written(time).then_some(Stamp { time, within })
+    }
+
+    /// Returns by how much the time between two frames may be wrong, because the frame rate gives a part of it and a camera
+    /// runs a little faster or slower. Both may be any frames; `last` is the one whose wall-clock time is known.
+    fn unsure(&self, frame: u64, last: u64) -> Duration {
+        let frames = match (self.taken.front(), self.taken.back()) {
+            (Some((from, _)), Some((to, _))) => {
+                let outside = |frame: u64| from.saturating_sub(frame).max(frame.saturating_sub(*to));
+                outside(frame).saturating_add(outside(last))
+            }
+            _ => frame.abs_diff(last),
+        };
+        let wrong = self.span(frames).saturating_mul(self.off_rate()) / 1_000_000;
+        Duration::from_nanos(u64::try_from(wrong).unwrap_or(u64::MAX))
+    }
+
+    /// Returns how far the camera may be off its frame rate in millionths: twice what the last frames with times of their
+    /// own show.
+    fn off_rate(&self) -> i128 {
+        let first = self.taken.len().saturating_sub(RATE_FRAMES);
+        match (self.taken.get(first), self.taken.back()) {
+            (Some((first, from)), Some((last, to))) if first < last => {
+                let expected = self.span(last - first).max(1);
+                ((to - from - expected).abs().saturating_mul(2_000_000) / expected).max(LEAST_OFF)
+            }
+            _ => MOST_UNKNOWN_OFF,
+        }
     }
 
     /// Returns the time of so many frames by the frame rate, in nanoseconds.
@@ -345,7 +385,11 @@ mod tests {
         let time = SystemTime::UNIX_EPOCH + Duration::from_secs(1000);
         clock.wall_clock(105, Some(at(time)));
         assert_eq!(clock.stamp(105), Some(at(time)));
-        assert_eq!(clock.stamp(45), Some(at(time - Duration::from_secs(2))));
+        // The rate gives the time between, and the camera may be 2 % off it.
+        let unsure = |distance: Duration| Duration::from_micros(500) + distance / 50;
+        let far = Duration::from_secs(2);
+        assert_eq!(clock.stamp(45), Some(Stamp { time: time - far, within: unsure(far) }));
+        assert_eq!(clock.stamp(165), Some(Stamp { time: time + far, within: unsure(far) }));
         // The touch was two seconds before, and the clock started one second before; or it is far ahead.
         clock.wall_clock(105, Some(at(SystemTime::UNIX_EPOCH + Duration::from_secs(1))));
         assert_eq!(clock.stamp(45), None);
@@ -359,5 +403,13 @@ mod tests {
         let mut clock = with(&[(0, 0), (1, 40)]);
         clock.frame_arrives(2, Some(Duration::from_millis(90)), Some(at(time)));
         assert_eq!(clock.stamp(0), Some(at(time - Duration::from_millis(90))));
+        // A frame to come is a period later, and these took 45 ms each instead of 33.
+        let next = clock.stamp(3).unwrap();
+        assert_eq!(next.time, time + Duration::from_nanos(33_333_333));
+        assert!(next.within.abs_diff(Duration::from_micros(500 + 2 * 11_667)) < Duration::from_micros(10), "{next:?}");
+        assert_eq!(clock.nanoseconds(3), Some(90 * MS + 33_333_333));
+        // The end of all times, and of all frames.
+        clock.frame_arrives(4, Some(Duration::MAX), Some(at(time)));
+        assert!(clock.stamp(u64::MAX).is_none() && clock.stamp(0).is_none());
     }
 }

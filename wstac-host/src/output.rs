@@ -325,7 +325,7 @@ pub struct FaultReport {
     /// The time of that frame in nanoseconds, by the frame before it and the frame rate ([`StreamSummary::clock`]);
     /// `None` before the first frame.
     pub time_ns: Option<u64>,
-    /// The wall-clock time of the frame before it; `None` where the source knows none.
+    /// The wall-clock time of [`Self::time_ns`]; `None` where the source knows none.
     pub stamp: Option<Stamp>,
     /// The fault itself.
     pub fault: Fault,

@@ -1,10 +1,22 @@
 //! Tests that several sensors are recorded to one file, and that it is read like its sensors.
 
+use std::fs::{self, File};
 use std::path::Path;
+use std::time::Duration;
 
 use serde_json::Value;
+use wstac_core::green::any::PixelFormat;
+use wstac_host::config::Config;
+use wstac_host::output::OutputOptions;
+use wstac_host::record::about::About;
+use wstac_host::record::{Compression, RecordedSensor, SharedRecording};
+use wstac_host::session::Processor;
+use wstac_host::source::mcap::McapSource;
+use wstac_host::source::{LossReason, Source, StreamInfo};
 use wstac_tests::command::{good, run};
 use wstac_tests::folder::Folder;
+
+use super::stream::{Owned, info, record};
 
 /// Two scenes of 30 and 25 frames per second, whose frames share a time line.
 const SCENES: [(&str, &str); 2] = [("left", "fps = 30"), ("right", "fps = 25")];
@@ -17,7 +29,7 @@ fn recorded(folder: &Folder) -> (Vec<String>, String) {
         let file = folder.0.join(format!("{name}.toml"));
         let sensor = format!("[sensor]\nsize = [80, 80]\n{rate}\n");
         let slide = format!("specimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n");
-        std::fs::write(&file, slide + &sensor).unwrap();
+        fs::write(&file, slide + &sensor).unwrap();
         sources.push(format!("cam:{name}=scene:{}", file.display()));
     }
     let file = folder.0.join("both.mcap").display().to_string();
@@ -42,7 +54,7 @@ fn of(lines: &str, name: &str) -> Vec<Value> {
 fn frames_of_all_sensors_are_in_the_order_of_their_times() {
     let folder = Folder::new("recording-several-order");
     let (_, file) = recorded(&folder);
-    let bytes = std::fs::read(&file).unwrap();
+    let bytes = fs::read(&file).unwrap();
     let (mut times, mut topics) = (Vec::new(), std::collections::BTreeMap::<String, usize>::new());
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
@@ -84,12 +96,39 @@ fn each_sensor_replays_as_it_was_and_all_at_once() {
     let times: Vec<_> = replayed.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()).collect();
     let features = times.iter().filter(|line| line["kind"] == "features");
     let times: Vec<_> = features.map(|line| line["time_ns"].as_u64().unwrap()).collect();
-    let frame = 1_000_000_000 / 20;
-    assert!(times.windows(2).all(|pair| pair[1] + frame >= pair[0]), "{times:?}");
+    assert!(times.is_sorted(), "{times:?}");
     assert_eq!(good(&["run", &file, "--json", "--features"]), replayed);
     let whole = folder.0.join("whole.mcap");
     good(&["recover", &file, "-o", whole.to_str().unwrap()]);
     assert_eq!(of(&good(&["run", whole.to_str().unwrap(), "--json"]), "right").len(), 3);
+}
+
+/// Lost frames have times once the next frame has come. The other sensor waits for it.
+#[test]
+fn records_are_in_the_order_of_their_times_if_one_sensor_loses_frames() {
+    let folder = Folder::new("recording-several-losses");
+    let sources = [("left", "dropped = 0.75\nseed = 3"), ("right", "dropped = 0\nseed = 4")].map(|(name, lines)| {
+        let (file, [drops, seed]) =
+            (folder.0.join(format!("{name}.toml")), lines.split_once('\n').map(<[_; 2]>::from).unwrap());
+        let text = format!("specimen = \"Saw3\"\nspeed = 150\n{seed}\n[sensor]\nsize = [80, 80]\n{drops}\n");
+        fs::write(&file, text).unwrap();
+        format!("cam:{name}=scene:{}", file.display())
+    });
+    let file = folder.0.join("both.mcap").display().to_string();
+    good(&["record", &sources[0], &sources[1], "-o", &file]);
+    let asked = ["--json", "--features", "--motion"];
+    let printed = good(&[&["run", &file], &asked[..]].concat());
+    let lines: Vec<Value> = printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let live = lines.iter().filter(|line| line["kind"] == "features" || line["kind"] == "motion");
+    let times: Vec<_> = live.map(|line| (line["time_ns"].as_u64().unwrap(), line["sensor"].clone())).collect();
+    let back = times.windows(2).filter(|pair| pair[1].0 < pair[0].0).collect::<Vec<_>>();
+    assert!(back.is_empty() && times.len() > 160, "{back:?}");
+    let lost = of(&printed, "left").last().unwrap()["dropped"].as_u64().unwrap();
+    assert!(lost > 60 && of(&printed, "right").last().unwrap()["dropped"] == 0, "{lost}");
+    for name in ["left", "right"] {
+        let alone = good(&[&["run", &file, "--sensor", name], &asked[..]].concat());
+        assert_eq!(of(&printed, name).len(), alone.lines().count());
+    }
 }
 
 /// A recording that was cut off keeps every frame that was written, of all sensors.
@@ -97,8 +136,8 @@ fn each_sensor_replays_as_it_was_and_all_at_once() {
 fn a_recording_that_was_cut_off_is_recovered() {
     let folder = Folder::new("recording-several-cut");
     let (_, file) = recorded(&folder);
-    let bytes = std::fs::read(&file).unwrap();
-    std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    let bytes = fs::read(&file).unwrap();
+    fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
     let cut = run(&["run", &file]);
     assert_eq!(cut.status.code(), Some(1));
     assert!(String::from_utf8(cut.stderr).unwrap().contains("was not finished"));
@@ -135,6 +174,10 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
     let unnamed = said(&["record", &sources[0], "scene:Saw3@150", "-o", &again]);
     assert!(unnamed.contains("expected a name for each"), "{unnamed}");
     assert!(!Path::new(&again).exists());
+    let picture = folder.0.join("both.png").display().to_string();
+    let ending = said(&["record", &sources[0], &sources[1], "-o", &picture]);
+    assert!(ending.contains("both.png: its name ends in .png, expected .mcap"), "{ending}");
+    assert!(!Path::new(&picture).exists());
 }
 
 #[test]
@@ -155,7 +198,7 @@ fn a_data_set_has_the_samples_of_all_sensors() {
     });
     let merged = folder.0.join("merged.npz").display().to_string();
     good(&["dataset", "merge", &shards[0], &shards[1], "-o", &merged]);
-    assert!(std::fs::read(&set).unwrap() == std::fs::read(&merged).unwrap());
+    assert!(fs::read(&set).unwrap() == fs::read(&merged).unwrap());
 }
 
 #[test]
@@ -166,4 +209,66 @@ fn sensors_whose_rates_differ_are_no_data_set() {
     let done = run(&["dataset", &file, "-o", &set]);
     let said = String::from_utf8(done.stderr).unwrap();
     assert!(said.contains("both.mcap:right: its rate of frames differs from that of"), "{said}");
+}
+
+/// Makes recordings of a camera that begin at these seconds of its driver's clock.
+fn of_camera<const N: usize>(folder: &Folder, starts_s: [u64; N]) -> [String; N] {
+    starts_s.map(|start| {
+        let time = |frame: u64| Some(Duration::from_secs(start) + Duration::from_millis(33 * frame));
+        let frames = (0..40).map(|frame| Owned::Frame(vec![1; 64 * 48], time(frame), Some(frame as u32), None));
+        let items: Vec<_> = frames.chain([Owned::Lost(1, LossReason::Dropped), Owned::End]).collect();
+        let (path, _) = record(folder, &info(PixelFormat::Gray, 64), &items);
+        let named = folder.0.join(format!("{start}.mcap"));
+        fs::rename(path, &named).unwrap();
+        named.display().to_string()
+    })
+}
+
+/// Times of the monotonic clock can be compared only as long as the machine runs.
+#[test]
+fn recordings_of_different_starts_of_a_machine_share_no_file() {
+    let folder = Folder::new("recording-several-starts");
+    // Somebody sets the wall clock by 10 s between the first two.
+    let [first, later, other] = of_camera(&folder, [8000, 8010, 100_000]);
+    let both = folder.0.join("both.mcap").display().to_string();
+    let record = |right: &str| {
+        ["record", &format!("cam:left={first}"), &format!("cam:right={right}"), "-o", &both].map(str::to_owned)
+    };
+    let wrong = record(&other);
+    let wrong = said(&wrong.each_ref().map(String::as_str));
+    let expected = "both.mcap: the clocks of left and right started 10000000 s apart, expected recordings of one machine that was not";
+    assert!(wrong.contains(expected) && !Path::new(&both).exists(), "{wrong}");
+    good(&record(&later).each_ref().map(String::as_str));
+    let frames = |name| of(&good(&["run", &both, "--json"]), name).last().unwrap()["frames"].clone();
+    assert_eq!(["left", "right"].map(frames), [41, 41]);
+}
+
+#[test]
+fn a_camera_and_a_recording_share_no_file() {
+    let folder = Folder::new("recording-several-live");
+    let [file] = of_camera(&folder, [8000]);
+    let (live, config) = (info(PixelFormat::Gray, 64), Config::default());
+    let recorded = McapSource::open(Path::new(&file), None).unwrap().info().clone();
+    let path = folder.0.join("both.mcap");
+    let start = |infos: [&StreamInfo; 2]| {
+        let sensors = infos.map(|info| {
+            let about = About::new(info, &config, [].into(), Vec::new()).unwrap();
+            (about, Processor::new(info, &config, OutputOptions::default()).unwrap())
+        });
+        let sensors: Vec<_> = ["left", "right"]
+            .iter()
+            .zip(&sensors)
+            .map(|(name, (about, processor))| RecordedSensor { name, about, processor, wall_zero: None })
+            .collect();
+        let file = File::create_new(&path).unwrap();
+        let started = SharedRecording::start(file, &path, &sensors, Compression::None);
+        started.map(drop).map_err(|error| error.to_string())
+    };
+    let error = start([&recorded, &live]).unwrap_err();
+    let expected = "right is read now, and left was recorded, expected cameras together, or recordings together";
+    assert!(error.ends_with(expected) && !path.exists(), "{error}");
+    for infos in [[&live; 2], [&recorded; 2]] {
+        start(infos).unwrap();
+        fs::remove_file(&path).unwrap();
+    }
 }

@@ -57,9 +57,14 @@ impl Owned {
     }
 }
 
-/// Returns the wall-clock time of a driver's time: somebody sets the clock at 8003 s.
+/// Returns the wall-clock time of a driver's time: somebody sets the clock at 8003 s. Times from 100,000 s on are of a
+/// machine that was started earlier.
 pub(super) fn wall(timestamp: Duration) -> Stamp {
-    let zero = if timestamp < Duration::from_secs(8003) { 1_790_000_000 } else { 1_790_000_010 };
+    let zero = match timestamp.as_secs() {
+        0..8003 => 1_790_000_000,
+        8003..100_000 => 1_790_000_010,
+        _ => 1_780_000_000,
+    };
     let time = SystemTime::UNIX_EPOCH + Duration::new(zero, 123_456_789) + timestamp;
     Stamp { time, within: Duration::from_micros(500) }
 }

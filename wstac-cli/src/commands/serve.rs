@@ -187,10 +187,8 @@ fn check_folder(folder: Option<&Path>) -> Result<(), Error> {
     match folder.filter(|folder| !folder.is_dir()) {
         None => Ok(()),
         Some(folder) => {
-            let (kind, what) = match folder.exists() {
-                true => (ErrorKind::Io, "is no folder"),
-                false => (ErrorKind::NotFound, "does not exist"),
-            };
+            let (kind, what) =
+                if folder.exists() { (ErrorKind::Io, "is no folder") } else { (ErrorKind::NotFound, "does not exist") };
             let message = format_args!("{what}, expected a folder for the recordings of --record-to");
             Err(Error::new(kind, folder.display(), message))
         }

@@ -165,6 +165,11 @@ impl SourceArguments {
         if self.sensor.is_none() { recorded_sensors(source) } else { Ok(Vec::new()) }
     }
 
+    /// Returns the sensor to read of a recording of several.
+    pub(super) fn sensor(&self) -> Option<&str> {
+        self.sensor.as_deref()
+    }
+
     /// Returns the same arguments for a sensor of a recording of several.
     pub(super) fn of_sensor(&self, sensor: &str) -> Self {
         Self { sensor: Some(sensor.to_owned()), ..self.clone() }

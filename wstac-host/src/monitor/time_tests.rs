@@ -73,6 +73,10 @@ fn times_are_this_machines_once_the_clocks_are_matched() {
     live.state(60, 10_000_000);
     let record = live.record(30);
     assert_eq!(record.time_ns, Some(90_000_000_000 - 1_001_000_000));
+    // A second before the only time that is known, which the rate alone gives: the camera may be 2 % off it.
+    let early = record.stamp.unwrap().within.as_micros();
+    assert!((21_000..22_100).contains(&early), "{early} us");
+    let record = live.record(60);
     let stamp = record.stamp.unwrap();
     let since = stamp.time.duration_since(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000)).unwrap();
     assert_eq!(since.as_nanos(), u128::from(record.time_ns.unwrap()));
@@ -84,6 +88,39 @@ fn times_are_this_machines_once_the_clocks_are_matched() {
     live.set(91_002);
     live.state(80, 11_000_000);
     assert_eq!(live.record(70).time_ns, Some(90_500_000_000));
+}
+
+/// The board says once per second when its last frame was taken. Those behind it are later by the same time on both clocks.
+#[test]
+fn frames_behind_the_last_state_have_stamps_of_their_own() {
+    let mut live = Live::new();
+    let Some(Request::Time { host_us }) = live.set(90_000) else { panic!("the board is asked") };
+    live.send(&hello(0));
+    live.set(90_002);
+    live.send(&Message::Time { host_us, board_us: 10_001_000 });
+    live.state(60, 10_000_000);
+    let wall = SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000);
+    let known = live.record(60).stamp.unwrap();
+    let mut before = Duration::ZERO;
+    for frame in 61..=90 {
+        let (record, since) = (live.record(frame), Duration::from_nanos((frame - 60) * 1_001_000_000 / 30));
+        let stamp = record.stamp.unwrap();
+        assert_eq!(stamp.time.duration_since(known.time).unwrap(), since);
+        assert_eq!(stamp.time, wall + Duration::from_nanos(record.time_ns.unwrap()));
+        // The camera may be 2 % off its rate.
+        assert!(stamp.within > known.within + since / 51 && stamp.within > before, "{stamp:?} at {frame}");
+        before = stamp.within;
+    }
+    // It is 1 % slow: its frame 90 was taken 10 ms later than the rate says. From then on its rate is known.
+    let told = live.record(90).stamp.unwrap();
+    live.set(91_014);
+    live.state(90, 11_011_010);
+    let [last, next] = [90, 120].map(|frame| live.record(frame).stamp.unwrap());
+    let wrong = last.time.duration_since(told.time).unwrap();
+    assert!(wrong.abs_diff(Duration::from_micros(10_010)) < Duration::from_micros(2) && told.within > wrong);
+    assert_eq!(next.time.duration_since(last.time).unwrap(), Duration::from_millis(1001));
+    let widened = next.within.checked_sub(last.within).unwrap();
+    assert!(widened.abs_diff(Duration::from_micros(20_020)) < Duration::from_micros(10), "{widened:?}");
 }
 
 #[test]

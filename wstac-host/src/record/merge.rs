@@ -1,10 +1,10 @@
 //! Brings the moments of several sensors into the order of their times.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::file::Message;
 
@@ -28,17 +28,24 @@ impl Input {
         Self { queue, waiting, head: None, has_ended: false, is_late: false }
     }
 
-    /// Takes the next moment, and waits for it as long as `patience` says.
-    fn fill(&mut self, patience: Option<Duration>) {
+    /// Takes the next moment, and waits for it: until then, or without an end. `is_waiting` is set meanwhile.
+    fn fill(&mut self, until: Option<Instant>, is_waiting: &AtomicBool) {
         if self.head.is_some() || self.has_ended {
             return;
         }
-        let next = match patience {
-            None => self.queue.recv().map_err(|_| true),
-            Some(_) if self.is_late => self.queue.try_recv().map_err(|error| error == TryRecvError::Disconnected),
-            Some(patience) => {
-                self.queue.recv_timeout(patience).map_err(|error| error == RecvTimeoutError::Disconnected)
+        let next = match self.queue.try_recv() {
+            Err(TryRecvError::Empty) if until.is_none() || !self.is_late => {
+                is_waiting.store(true, Ordering::Relaxed);
+                let next = match until.map(|until| until.saturating_duration_since(Instant::now())) {
+                    None => self.queue.recv().map_err(|_| true),
+                    Some(rest) => {
+                        self.queue.recv_timeout(rest).map_err(|error| error == RecvTimeoutError::Disconnected)
+                    }
+                };
+                is_waiting.store(false, Ordering::Relaxed);
+                next
             }
+            next => next.map_err(|error| error == TryRecvError::Disconnected),
         };
         match next {
             Ok(moment) => {
@@ -59,13 +66,14 @@ impl Input {
 pub(super) struct Merge {
     inputs: Vec<Input>,
     patience: Option<Duration>,
+    is_waiting: Arc<AtomicBool>,
 }
 
 impl Merge {
-    /// Creates the merger of these queues. `patience` is how long a sensor that gives nothing holds up the others; `None`
-    /// if they wait for it until it ends.
-    pub(super) fn new(inputs: Vec<Input>, patience: Option<Duration>) -> Self {
-        Self { inputs, patience }
+    /// Creates the merger of these queues. `patience` is how long all sensors that give nothing hold up the others
+    /// together; `None` if they wait for them until they end. `is_waiting` is set while it waits: then no disk is slow.
+    pub(super) fn new(inputs: Vec<Input>, patience: Option<Duration>, is_waiting: Arc<AtomicBool>) -> Self {
+        Self { inputs, patience, is_waiting }
     }
 }
 
@@ -74,8 +82,9 @@ impl Iterator for Merge {
 
     fn next(&mut self) -> Option<Vec<Message>> {
         loop {
+            let until = self.patience.map(|patience| Instant::now() + patience);
             for input in &mut self.inputs {
-                input.fill(self.patience);
+                input.fill(until, &self.is_waiting);
             }
             // Of those with the same time, the first sensor comes first.
             let next = self.inputs.iter_mut().filter(|input| input.head.is_some()).min_by_key(|input| input.time());
@@ -108,7 +117,7 @@ mod tests {
                 (sender, Input::new(queue, Arc::new(AtomicU64::new(100))))
             })
             .unzip();
-        (senders, Merge::new(inputs, patience))
+        (senders, Merge::new(inputs, patience, Arc::default()))
     }
 
     fn of(moment: &[Message]) -> (u8, u64) {
@@ -142,5 +151,30 @@ mod tests {
         assert_eq!([1, 2].map(|_| of(&merge.next().unwrap())), [(1, 15), (0, 30)]);
         drop(senders);
         assert!(merge.next().is_none());
+    }
+
+    /// A hub that loses its power takes all of its cameras away at once.
+    #[test]
+    fn all_sensors_that_are_silent_are_waited_for_together() {
+        let patience = Duration::from_millis(300);
+        let (senders, mut merge) = queues(11, Some(patience));
+        for time in [10, 20, 30] {
+            senders[10].send(moment(10, time)).unwrap();
+        }
+        let (is_waiting, started) = (Arc::clone(&merge.is_waiting), Instant::now());
+        let watching = std::thread::spawn(move || {
+            while !is_waiting.load(Ordering::Relaxed) && started.elapsed() < Duration::from_secs(60) {
+                sleep(Duration::from_millis(1));
+            }
+            started.elapsed()
+        });
+        for time in [10, 20, 30] {
+            assert_eq!(of(&merge.next().unwrap()), (10, time));
+        }
+        let took = started.elapsed();
+        assert!(took >= patience && took < 5 * patience, "{took:?}");
+        assert!(watching.join().unwrap() < took, "it is seen that the merge waits");
+        assert!(!merge.is_waiting.load(Ordering::Relaxed));
+        drop(senders);
     }
 }

@@ -16,6 +16,7 @@ use super::picture;
 use super::turns::Turn;
 use super::writer::{self, Order, Outbox, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
+use crate::frame_clock::can_be_written;
 use crate::json::{JsonLine, real};
 use crate::output::Output;
 use crate::plural::counted;
@@ -206,8 +207,9 @@ impl TimeLine {
         if zero.is_none() || zero == self.wall {
             return None;
         }
-        // Times before 1970 cannot be written.
-        time.duration_since(SystemTime::UNIX_EPOCH).ok()?;
+        if !can_be_written(time) {
+            return None;
+        }
         self.wall = zero;
         let stamp = humantime::format_rfc3339_nanos(time).to_string();
         Some(ClockLine { time_ns: taken, stamp, within_ns: within.as_nanos() as u64 })
@@ -450,5 +452,28 @@ impl Recorder {
         self.number = self.number.wrapping_add(1);
         let (sensor, sequence) = (self.sensor, self.number);
         self.messages.push(Message { sensor, topic, time, taken: time, sequence, data });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A recording may claim any time: each frame is as much later by the wall clock as it is by the driver's.
+    #[test]
+    fn a_wall_clock_time_that_cannot_be_written_is_left_out() {
+        let period = (1_000_000_000, 30);
+        let mut line = TimeLine { frames: 0, period, driver_times: true, now: None, last: None, wall: None };
+        let of_year_9999 = humantime::parse_rfc3339("9999-12-31T23:59:59Z").unwrap();
+        let stamp = |time| Some(Stamp { time, within: Duration::ZERO });
+        for (after_s, is_written) in [(2, false), (1, false), (0, true)] {
+            let time = of_year_9999 + Duration::from_secs(after_s);
+            assert_eq!(line.clock_line(5_000_000_000, stamp(time)).is_some(), is_written, "{after_s} s");
+        }
+        let before = SystemTime::UNIX_EPOCH - Duration::from_secs(1);
+        assert!(line.clock_line(0, stamp(before)).is_none());
+        // What could not be written is not taken for written.
+        let line = line.clock_line(0, stamp(SystemTime::UNIX_EPOCH)).unwrap();
+        assert_eq!(line.stamp, "1970-01-01T00:00:00.000000000Z");
     }
 }

@@ -2,18 +2,24 @@
 
 use std::fs::File;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
+
+use wstac_core::rate::FrameRate;
 
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
 use super::recorder::{Recorder, description, stored_bytes};
 use super::turns::turns;
-use super::writer::{self, Order, Writing, Written, discard};
+use super::writer::{self, Order, Patience, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
 
-/// How long a camera that gives no frames holds up the others.
+/// The longest that cameras that give no frames hold up the others.
 const PATIENCE: Duration = Duration::from_secs(1);
+
+/// The most by which somebody sets the wall clock while a machine runs. Where the monotonic clocks of two recordings show
+/// more, the machine was started in between, or there were two.
+const MOST_APART: Duration = Duration::from_secs(60);
 
 /// A sensor of a recording of several.
 #[derive(Clone, Copy)]
@@ -24,6 +30,10 @@ pub struct RecordedSensor<'a> {
     pub about: &'a About,
     /// What reads its stream.
     pub processor: &'a Processor,
+    /// If its source is a recording with wall-clock times: the time when the driver's clock showed 0
+    /// ([`McapSource::wall_zero`](crate::source::mcap::McapSource::wall_zero)). Recordings of different starts of a machine
+    /// are refused by it.
+    pub wall_zero: Option<SystemTime>,
 }
 
 /// A recording of several sensors.
@@ -31,8 +41,9 @@ pub struct RecordedSensor<'a> {
 /// Frames are in the order of their times, whatever sensor they are of.
 ///
 /// Sensors of files and scenes take turns ([`Recorder::wait_for_turn`]). Then the same sources make the same recording, and
-/// one that ends for all of them ([`Recorder::end_all`]) ends at the same place. Cameras do not wait for each other: one that
-/// gives no frames holds up the file for at most a second, and then its own come later.
+/// one that ends for all of them ([`Recorder::end_all`]) ends at the same place. Cameras do not wait for each other: those
+/// that give no frames hold up the file for at most a second, and then their own come later. The time is shorter if memory
+/// has no room for the frames of two seconds.
 pub struct SharedRecording {
     writing: Writing,
 }
@@ -47,7 +58,8 @@ impl SharedRecording {
     /// A file whose recording cannot be started is removed.
     ///
     /// # Errors
-    /// The recording cannot be started, there are too many sensors, or their times are not of one clock.
+    /// The recording cannot be started, there are too many sensors, or their times are not of one clock: some are of a
+    /// driver and some are counted, some are of now and some were recorded, or their clocks started at different times.
     pub fn start(
         file: File,
         path: &Path,
@@ -69,13 +81,13 @@ impl SharedRecording {
         let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name).collect();
         let names = of_sensors(&names).map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
         let mut metadata = vec![names];
-        for RecordedSensor { name, about, processor } in sensors {
+        for RecordedSensor { name, about, processor, .. } in sensors {
             metadata.extend(description(path, about, processor, Some(name))?);
         }
         let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
-        // A file or a scene is waited for, so that the same sources make the same recording.
         let is_any_live = sensors.iter().any(|sensor| sensor.about.info.is_live());
-        let order = if is_any_live { Order::Time(PATIENCE) } else { Order::Given };
+        let frame = sensors.iter().map(|sensor| period(sensor.about.info.rate)).min().unwrap_or_default();
+        let order = if is_any_live { Order::Time(Patience { most: PATIENCE, frame }) } else { Order::Given };
         let (outboxes, writing) = writer::start(file, path, metadata, (&frame_bytes, order), compression)?;
         let mut turns = if is_any_live { Vec::new() } else { turns(sensors.len()) }.into_iter();
         let recorders = sensors.iter().zip(outboxes).zip(0_u8..);
@@ -94,6 +106,11 @@ impl SharedRecording {
     }
 }
 
+/// Returns the time between two frames.
+fn period(rate: FrameRate) -> Duration {
+    Duration::from_secs_f64(f64::from(rate.denominator()) / f64::from(rate.numerator()))
+}
+
 /// Refuses sensors that cannot share a recording.
 fn check(path: &Path, sensors: &[RecordedSensor<'_>]) -> Result<(), Error> {
     let refused = |message: std::fmt::Arguments<'_>| Err(Error::new(ErrorKind::Usage, path.display(), message));
@@ -108,5 +125,23 @@ fn check(path: &Path, sensors: &[RecordedSensor<'_>]) -> Result<(), Error> {
             with.name, without.name
         ));
     }
-    Ok(())
+    let live = sensors.iter().find(|sensor| sensor.about.info.is_live());
+    let recorded = sensors.iter().find(|sensor| sensor.about.info.recorded.is_some());
+    if let (Some(live), Some(recorded), Some(_)) = (live, recorded, with) {
+        return refused(format_args!(
+            "{} is read now, and {} was recorded, expected cameras together, or recordings together",
+            live.name, recorded.name
+        ));
+    }
+    let mut zeros = sensors.iter().filter_map(|sensor| Some((sensor.name, sensor.wall_zero?)));
+    let Some((first, zero)) = zeros.next() else { return Ok(()) };
+    let apart = |other: SystemTime| other.duration_since(zero).unwrap_or_else(|before| before.duration());
+    match zeros.map(|(name, other)| (name, apart(other))).find(|(_, apart)| *apart > MOST_APART) {
+        Some((name, apart)) => refused(format_args!(
+            "the clocks of {first} and {name} started {} s apart, expected recordings of one machine that was not started \
+             again in between",
+            apart.as_secs()
+        )),
+        None => Ok(()),
+    }
 }

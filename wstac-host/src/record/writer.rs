@@ -41,7 +41,8 @@ pub struct Written {
     pub left_out: u64,
     /// The most frames that waited for the disk.
     pub most_waiting: u64,
-    /// The number of times that the queue was full and the source had to wait for the disk.
+    /// The number of times that the queue was full and the source had to wait for the disk. That it had to wait for
+    /// another sensor is not counted.
     pub waits: u64,
 }
 
@@ -50,8 +51,27 @@ pub(super) struct Outbox {
     queue: Option<SyncSender<Vec<Message>>>,
     waiting: Arc<AtomicU64>,
     full: Arc<AtomicBool>,
+    /// Whether the file waits for another sensor now.
+    is_held_up: Arc<AtomicBool>,
     most_waiting: u64,
     waits: u64,
+}
+
+/// How long sensors that give nothing hold up the others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Patience {
+    /// The most.
+    pub(super) most: Duration,
+    /// The time between two frames of the fastest sensor.
+    pub(super) frame: Duration,
+}
+
+impl Patience {
+    /// Returns how long it is if so many frames may wait: at most half of the queues fill meanwhile, so no sensor that
+    /// gives frames has to wait itself.
+    fn of_queue(self, frames: usize) -> Duration {
+        self.most.min(self.frame.saturating_mul(u32::try_from(frames / 2).unwrap_or(u32::MAX)))
+    }
 }
 
 /// A file that is being written.
@@ -65,8 +85,8 @@ pub(super) struct Writing {
 pub(super) enum Order {
     /// As they are given.
     Given,
-    /// By their times. A sensor that gives nothing holds up the others for at most so long.
-    Time(Duration),
+    /// By their times. Sensors that give nothing hold up the others for at most so long.
+    Time(Patience),
 }
 
 /// Starts to write a file that is empty, and returns a queue for each sensor. `frame_bytes` are the approximate sizes of
@@ -85,7 +105,7 @@ pub(super) fn start(
     while frames > LEAST_FRAMES && !has_memory(all_bytes.saturating_mul(frames + besides)) {
         frames = (frames / 2).max(LEAST_FRAMES);
     }
-    let full = Arc::new(AtomicBool::new(false));
+    let (full, is_held_up) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
     let (mut outboxes, mut inputs) = (Vec::new(), Vec::new());
     // One queue keeps the order of what is given to it.
     let (queues, of_each, patience) = match order {
@@ -100,12 +120,14 @@ pub(super) fn start(
             queue: Some(queue.clone()),
             waiting: Arc::clone(&waiting),
             full: Arc::clone(&full),
+            is_held_up: Arc::clone(&is_held_up),
             most_waiting: 0,
             waits: 0,
         };
         outboxes.extend((0..of_each).map(|_| outbox()));
     }
-    let shared = (Merge::new(inputs, patience), full, path.to_owned());
+    let patience = patience.map(|patience| patience.of_queue(frames));
+    let shared = (Merge::new(inputs, patience, is_held_up), full, path.to_owned());
     let thread = std::thread::Builder::new().name("recording".into()).spawn(move || {
         let (moments, full, path) = shared;
         write(file, &path, (&metadata, compression), moments, &full)
@@ -125,7 +147,7 @@ impl Outbox {
         let sent = match queue.try_send(messages) {
             Ok(()) => true,
             Err(TrySendError::Full(messages)) => {
-                self.waits += 1;
+                self.waits += u64::from(!self.is_held_up.load(Ordering::Relaxed));
                 queue.send(messages).is_ok()
             }
             Err(TrySendError::Disconnected(_)) => false,
@@ -235,4 +257,45 @@ fn write_all(mut file: RecordingFile, path: &Path, moments: Merge, full: &Atomic
         ));
     }
     Ok(written)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    #[test]
+    fn a_queue_that_is_full_because_of_another_sensor_is_not_the_disks_fault() {
+        for (is_held_up, expected) in [(true, 0), (false, 1)] {
+            let (queue, messages) = sync_channel(1);
+            let mut outbox = Outbox {
+                queue: Some(queue),
+                waiting: Arc::default(),
+                full: Arc::default(),
+                is_held_up: Arc::new(AtomicBool::new(is_held_up)),
+                most_waiting: 0,
+                waits: 0,
+            };
+            assert!(outbox.give(Vec::new()));
+            let taken = thread::spawn(move || {
+                thread::sleep(Duration::from_millis(50));
+                messages.iter().count()
+            });
+            assert!(outbox.give(Vec::new()));
+            assert_eq!(outbox.end().waits, expected);
+            assert_eq!(taken.join().unwrap(), 2);
+        }
+    }
+
+    #[test]
+    fn patience_ends_before_the_queues_are_full() {
+        let patience = Patience { most: Duration::from_secs(1), frame: Duration::from_secs(1) / 30 };
+        // 20 cameras of 640 x 480 in YUYV.
+        let frames = QUEUE_BYTES / (20 * 640 * 480 * 2);
+        assert_eq!(frames, 21);
+        assert_eq!(patience.of_queue(frames), patience.frame * 10);
+        assert_eq!(patience.of_queue(QUEUE_FRAMES), Duration::from_secs(1));
+        assert_eq!(patience.of_queue(LEAST_FRAMES), patience.frame);
+    }
 }

@@ -316,6 +316,12 @@ impl Processor {
         self.clock.elapsed()
     }
 
+    /// Returns the time of a feature frame in nanoseconds on the clock of the stream, as records have it; `None` before the
+    /// first frame.
+    pub fn nanoseconds(&self, frame: u64) -> Option<u64> {
+        self.clock.nanoseconds(frame)
+    }
+
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;

@@ -95,6 +95,17 @@ impl McapSource {
         about::sensors(&metadata).map_err(|error| reader.damaged(error))
     }
 
+    /// Returns the wall-clock time when the driver's clock of a recording showed 0, as it was at the first frame; `None` if
+    /// the recording has no such times.
+    ///
+    /// # Errors
+    /// The errors of [`open_sensor`](Self::open_sensor), and if what comes before the second frame is damaged.
+    pub fn wall_zero(path: &Path, sensor: Option<&str>) -> Result<Option<SystemTime>, Error> {
+        let mut source = Self::open_sensor(path, sensor, None)?;
+        while !matches!(source.next_event()?, SourceEvent::Frame(_) | SourceEvent::Taxels(_) | SourceEvent::End) {}
+        Ok(source.wall.map(|(zero, _)| zero))
+    }
+
     /// Opens one sensor of a recording of several, or the only one. `fps` replaces its rate.
     ///
     /// # Errors

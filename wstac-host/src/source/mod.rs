@@ -316,7 +316,7 @@ impl<S: Source + ?Sized> Source for &mut S {
 }
 
 impl StreamInfo {
-    /// Returns whether its frames come from a camera now, whoever reads them or not. Files, scenes and recordings wait.
+    /// Returns whether its frames come from a camera now. Files, scenes and recordings wait for their reader.
     pub fn is_live(&self) -> bool {
         self.camera.is_some() && self.recorded.is_none()
     }

@@ -1,7 +1,10 @@
 //! `wstac record` writes several sensors to one file.
 
+use std::panic::{self, AssertUnwindSafe};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
+use std::time::SystemTime;
 
 use super::super::files::{Outputs, check_ending};
 use super::super::output::{Stop, note};
@@ -16,6 +19,7 @@ use wstac_host::record::about::About;
 use wstac_host::record::{RecordedSensor, Recorder, SharedRecording, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
+use wstac_host::source::mcap::McapSource;
 use wstac_host::source::names::Sensor;
 use wstac_host::source::{FramePolicy, Labels, Lag, SourceEvent};
 use wstac_host::texture::Textures;
@@ -26,6 +30,8 @@ struct Opened<'a> {
     session: Session,
     about: About,
     records: Records<'static>,
+    /// If it is a recording: the wall-clock time when the driver's clock showed 0, as far as it is known.
+    wall_zero: Option<SystemTime>,
 }
 
 /// What all sensors share while they are read.
@@ -43,6 +49,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
         let message = "is for one sensor, expected a plain source";
         return Err(Error::new(ErrorKind::Usage, "--guide", message).into());
     }
+    check_ending(&arguments.output, &["mcap"])?;
     // Before any of them is opened.
     let (found, most) = (sensors.len(), SharedRecording::MOST_SENSORS);
     if found > most {
@@ -73,7 +80,12 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     let both = opened.into_iter().zip(recorders);
     let all = &shared;
     let ended: Vec<_> = thread::scope(|scope| {
-        let threads: Vec<_> = both.map(|(opened, recorder)| scope.spawn(move || read(opened, recorder, all))).collect();
+        let read_all = |(opened, recorder): (Opened<'_>, Recorder)| {
+            let name = opened.name;
+            whatever_happens(name, all, || read(opened, recorder, all))
+        };
+        let threads: Vec<_> = both.map(|both| scope.spawn(move || read_all(both))).collect();
+        // A thread cannot panic: that was caught.
         threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
     });
     let written = recording.finish();
@@ -123,16 +135,20 @@ fn open<'a>(
     if let Some(doubt) = doubts_of_textures(&info, files) {
         records.note(doubt);
     }
-    Ok(Opened { name, session, about, records })
+    let is_recorded = info.recorded.is_some();
+    let wall_zero = is_recorded.then(|| McapSource::wall_zero(Path::new(sensor.source), arguments.options.sensor()));
+    Ok(Opened { name, session, about, records, wall_zero: wall_zero.and_then(Result::ok).flatten() })
 }
 
 impl Opened<'_> {
     fn described(&self) -> RecordedSensor<'_> {
-        RecordedSensor { name: self.name, about: &self.about, processor: self.session.processor() }
+        let Self { name, session, about, wall_zero, .. } = self;
+        RecordedSensor { name, about, processor: session.processor(), wall_zero: *wall_zero }
     }
 }
 
 /// How the recording of a sensor has ended.
+#[derive(Default)]
 struct Ended {
     waited: Written,
     lag: Lag,
@@ -169,6 +185,16 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
     // The file goes on, so this is no error of writing.
     let waited = recorder.finish().unwrap_or_default();
     Ended { waited, lag, failure }
+}
+
+/// Reads a sensor. If that panics, the sensor has failed as by any other error, and the recording of all ends.
+fn whatever_happens(name: &str, shared: &Shared<'_>, read: impl FnOnce() -> Ended) -> Ended {
+    // What it worked with is not used any more.
+    panic::catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        shared.is_over.store(true, Ordering::Relaxed);
+        let failure = Error::new(ErrorKind::Io, name, "its reading ended unexpectedly");
+        Ended { failure: Some(failure), ..Ended::default() }
+    })
 }
 
 impl Shared<'_> {
@@ -233,5 +259,20 @@ impl Observer for OneOfSeveral<'_> {
             self.end_all();
         }
         goes_on
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_whose_reading_panics_has_failed_and_ends_the_others() {
+        let (limit, events, interrupted) = (None, AtomicU64::new(0), &AtomicBool::new(false));
+        let shared = Shared { limit, events, is_over: AtomicBool::new(false), interrupted };
+        assert!(whatever_happens("left", &shared, Ended::default).failure.is_none() && !shared.is_over());
+        let failure = whatever_happens("left", &shared, || panic!("as a test")).failure.unwrap();
+        assert_eq!(failure.to_string(), "left: its reading ended unexpectedly");
+        assert!(shared.is_over());
     }
 }

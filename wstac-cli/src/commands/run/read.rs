@@ -1,12 +1,12 @@
 //! Reads the sources of one run: each to its end in its own thread, or those of a recording in the order of their times.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
 
 use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
@@ -112,18 +112,15 @@ impl<'a> Run<'a> {
             let failed = opened.into_iter().filter(|(sensor, open)| !self.has_read(sensor, open.as_ref().map(drop)));
             return failed.count();
         }
-        let mut readings: Vec<_> =
-            opened.into_iter().filter_map(|(sensor, open)| Some((sensor, Reading::new(open.ok()?)))).collect();
+        let readings = opened.into_iter().filter_map(|(sensor, open)| Some((sensor, Reading::new(open.ok()?))));
+        let mut readings: Vec<_> = readings.collect();
         let mut failures = 0;
-        while let Some(at) = (0..readings.len()).min_by_key(|at| readings[*at].1.printer.time) {
+        while let Some(at) = (0..readings.len()).min_by_key(|at| readings[*at].1.next_ns()) {
             let (sensor, reading) = &mut readings[at];
-            let stepped = reading.step();
-            if matches!(stepped, Ok(Step::GoesOn)) {
-                continue;
+            if let Some(ended) = reading.go_on() {
+                failures += usize::from(!self.has_read(sensor, ended.as_ref().copied()));
+                readings.remove(at);
             }
-            reading.say();
-            failures += usize::from(!self.has_read(sensor, stepped.as_ref().map(drop)));
-            readings.remove(at);
         }
         failures
     }
@@ -177,15 +174,11 @@ impl Opened<'_> {
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
         let mut reading = Reading::new(self);
-        let result = loop {
-            match reading.step() {
-                Ok(Step::GoesOn) => {}
-                Ok(Step::Over) => break Ok(()),
-                Err(stop) => break Err(stop),
+        loop {
+            if let Some(ended) = reading.go_on() {
+                return ended;
             }
-        };
-        reading.say();
-        result
+        }
     }
 }
 
@@ -194,33 +187,61 @@ struct Reading<'a> {
     session: Session,
     printer: Printer<'a>,
     interrupted: &'a AtomicBool,
+    /// The result of reading, once it has ended. Outputs may wait to be printed even then.
+    ended: Option<Result<(), Stop>>,
 }
 
 impl<'a> Reading<'a> {
     fn new(opened: Opened<'a>) -> Self {
         let Opened { session, records, raw, range, interrupted } = opened;
         let (losses, no_event) = (LossReport::default(), NoEvent::default());
-        let printer = Printer { records, raw, range, losses, no_event, outputs: Vec::new(), time: Duration::ZERO };
-        Self { session, printer, interrupted }
+        let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
+        let printer = Printer { records, raw, range, losses, no_event, outputs, read_ns, printed_ns };
+        Self { session, printer, interrupted, ended: None }
     }
 
-    /// Reads the next item of the source, and prints what follows from it.
-    fn step(&mut self) -> Result<Step, Stop> {
-        let Self { session, printer, interrupted } = self;
+    /// Returns the time of what it does next: of the output that it prints, or up to which it has read. No output that
+    /// follows is about an earlier frame, apart from answers about a touch that is over.
+    fn next_ns(&self) -> u64 {
+        let Printer { outputs, read_ns, printed_ns, .. } = &self.printer;
+        outputs.front().map_or(*read_ns, |output| output.time_ns().map_or(*printed_ns, |time| time.max(*printed_ns)))
+    }
+
+    /// Prints the next output, or reads the next item of the source if all are printed. Returns the result once
+    /// everything is read and printed.
+    fn go_on(&mut self) -> Option<Result<(), Stop>> {
+        self.printer.printed_ns = self.next_ns();
+        let printed = self.printer.print_next(self.session.processor());
+        match (printed, &mut self.ended) {
+            (Ok(true), _) => return None,
+            (Ok(false), None) => {
+                self.ended = self.read_next();
+                return None;
+            }
+            // That the source fails, or that the file of --save-raw cannot be written, matters more than the output.
+            (Err(_), Some(Err(Stop::Failed(_)))) | (Ok(false), Some(_)) => {}
+            (Err(stop), ended) => *ended = Some(Err(stop)),
+        }
+        self.say();
+        self.ended.take()
+    }
+
+    /// Reads the next item of the source. Returns the result if it was the last one.
+    fn read_next(&mut self) -> Option<Result<(), Stop>> {
+        let Self { session, printer, interrupted, .. } = self;
         let stepped = if interrupted.load(Ordering::Relaxed) || printer.range.is_over(session.processor()) {
             session.finish(printer).map(|()| Step::Over)
         } else {
             session.step(printer)
         };
-        let printed = printer.print(session.processor());
-        match (stepped, printed) {
-            (Ok(step), Ok(())) => Ok(step),
-            // The source fails, or the file of --save-raw cannot be written. That matters more than the output.
-            (Err(Stop::Failed(error)), _) => {
-                let _ = session.finish(printer).and_then(|()| printer.print(session.processor()));
-                Err(error.into())
+        match stepped {
+            Ok(Step::GoesOn) => None,
+            Ok(Step::Over) => Some(Ok(())),
+            Err(stop) => {
+                // The end is printed whatever happens.
+                let _ = session.finish(printer);
+                Some(Err(stop))
             }
-            (Err(stop), _) | (_, Err(stop)) => Err(stop),
         }
     }
 
@@ -246,23 +267,24 @@ struct Printer<'a> {
     records: Records<'a>,
     raw: Option<RawFile>,
     range: Range,
-    /// The outputs of this step.
-    outputs: Vec<Output>,
+    /// The outputs that are not printed yet.
+    outputs: VecDeque<Output>,
     losses: LossReport,
     no_event: NoEvent,
-    /// The time up to which the source was read: the driver's, or else by the number of frames.
-    time: Duration,
+    /// The time of the last frame that was read, in nanoseconds.
+    read_ns: u64,
+    /// The latest time of what was printed.
+    printed_ns: u64,
 }
 
 impl Printer<'_> {
-    /// Writes the outputs of a step, as far as they are in the range.
-    fn print(&mut self, processor: &Processor) -> Result<(), Stop> {
-        for output in self.outputs.drain(..) {
-            if let Some((output, time_s)) = self.range.select(output, processor) {
-                self.records.write_at(&output, time_s)?;
-            }
+    /// Prints the next output if it is in the range. Returns whether there was one.
+    fn print_next(&mut self, processor: &Processor) -> Result<bool, Stop> {
+        let Some(output) = self.outputs.pop_front() else { return Ok(false) };
+        if let Some((output, time_s)) = self.range.select(output, processor) {
+            self.records.write_at(&output, time_s)?;
         }
-        Ok(())
+        Ok(true)
     }
 }
 
@@ -284,19 +306,17 @@ impl Observer for Printer<'_> {
 
     fn output(&mut self, output: Output) -> Result<(), Stop> {
         self.no_event.output(&output);
-        self.outputs.push(output);
+        self.outputs.push_back(output);
         Ok(())
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
         self.no_event.processed(processor);
-        let stated = match event {
-            SourceEvent::Frame(frame) => frame.timestamp,
-            SourceEvent::Taxels(frame) => frame.timestamp,
-            _ => return true,
-        };
-        let counted = || Duration::from_secs_f64(processor.seconds(processor.pipeline().next_frame()));
-        self.time = stated.unwrap_or_else(counted);
+        // Lost frames have times of their own only once the next frame has come.
+        if matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) {
+            let last = processor.pipeline().next_frame().saturating_sub(1);
+            self.read_ns = processor.nanoseconds(last).map_or(self.read_ns, |time| time.max(self.read_ns));
+        }
         true
     }
 }
