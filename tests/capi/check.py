@@ -141,6 +141,8 @@ def record_of(line):
         "direction_confidence": direction.get("confidence"),
         "why_no_speed": why.get("speed"),
         "why_no_direction": why.get("direction"),
+        "why_not_reliable": why.get("reliable"),
+        "why_texture": why.get("texture"),
         **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm", "confidence")},
         "known": {None: -1, False: 0, True: 1}[texture.get("known")],
         "other": texture.get("class"),

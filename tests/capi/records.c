@@ -41,6 +41,8 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     truth("reliable", event->reliable);
     text("why_no_speed", event->why_no_speed);
     text("why_no_direction", event->why_no_direction);
+    text("why_not_reliable", event->why_not_reliable);
+    text("why_texture", event->why_texture);
     text("contact", event->contact);
     number("speed_sd_mm_s", event->speed_sd_mm_s);
     number("direction_sd_deg", event->direction_sd_deg);

@@ -1,5 +1,6 @@
 //! Tests of several crates together, without the command: golden vectors, properties, extremes, error bounds.
 
+mod doubts;
 mod drift;
 mod early;
 mod error_bounds;

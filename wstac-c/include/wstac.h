@@ -212,6 +212,11 @@ typedef struct WstacEvent {
   const char *stamp;
   /// Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
   int64_t completed_ns;
+  // Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
+  // not say.
+  const char *why_not_reliable;
+  // Why there is no texture, or why it is unknown or may be wrong; null otherwise.
+  const char *why_texture;
 } WstacEvent;
 
 /// Answer of the texture models. Strings are UTF-8, and null if no model tells.

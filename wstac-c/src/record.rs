@@ -4,7 +4,7 @@ use std::ffi::{CString, c_char};
 use std::ptr;
 
 use wstac_core::direction::Unclear;
-use wstac_core::motion::Contact;
+use wstac_core::motion::{Contact, Doubt};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::NoSpeed;
 use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
@@ -117,6 +117,11 @@ pub struct WstacEvent {
     pub stamp: *const c_char,
     /// Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
     pub completed_ns: i64,
+    /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
+    /// not say.
+    pub why_not_reliable: *const c_char,
+    /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
+    pub why_texture: *const c_char,
 }
 
 /// How a stream ended.
@@ -196,6 +201,8 @@ const EMPTY: WstacRecord = WstacRecord {
         completed_s: f64::NAN,
         stamp: ptr::null(),
         completed_ns: -1,
+        why_not_reliable: ptr::null(),
+        why_texture: ptr::null(),
     },
     texture: NO_TEXTURE,
     frames: 0,
@@ -315,7 +322,7 @@ impl Given {
     }
 
     fn event(&mut self, event: TactileEvent) -> WstacEvent {
-        let direction = event.direction;
+        let (direction, why_texture) = (event.direction, event.why_texture());
         self.sample = event.sample;
         WstacEvent {
             speed_mm_s: event.speed.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
@@ -338,6 +345,8 @@ impl Given {
             completed_s: event.time.map_or(f64::NAN, |time| seconds(time.completed_s)),
             stamp: self.keep_any(event.time.and(event.stamp).map(|stamp| in_utc(stamp.time)).as_deref()),
             completed_ns: event.completed_ns.map_or(-1, signed),
+            why_not_reliable: self.keep_any(event.doubt.map(Doubt::as_str)),
+            why_texture: self.keep_any(why_texture.as_deref()),
         }
     }
 

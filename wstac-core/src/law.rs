@@ -4,7 +4,7 @@
 //! with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
 
 use crate::direction::{self, Direction, Unclear};
-use crate::motion::{self, Contact, Motion, MotionConfig, Velocity};
+use crate::motion::{self, Contact, Doubt, Motion, MotionConfig, Velocity};
 use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
 use crate::trigger::Event;
 
@@ -156,6 +156,18 @@ impl EventLaw for AnyLaw {
             Self::Coherence(law) => law.is_per_touch(),
             Self::Edges(law) => law.is_per_touch(),
             Self::Duration(law) => law.is_per_touch(),
+        }
+    }
+}
+
+impl AnyLaw {
+    /// Returns why the touch of an event is unclear, or why its answers are not reliable; `None` if they are, and by a law
+    /// of durations.
+    pub fn doubt(&self, event: &Event<'_>) -> Option<Doubt> {
+        match self {
+            Self::Coherence(law) => motion::doubt_by_coherence(event, law.0),
+            Self::Edges(law) => motion::doubt_by_edges(event, law.0),
+            Self::Duration(_) => None,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::time::SystemTime;
 use serde::Serialize;
 use wstac_core::direction::{Direction, Unclear};
 use wstac_core::features::Features;
-use wstac_core::motion::Contact;
+use wstac_core::motion::{Contact, Doubt};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_core::trigger::InterruptedSample;
@@ -265,7 +265,8 @@ impl<'a> EventLine<'a> {
             why: WhyField {
                 speed: event.speed.err().map(NoSpeed::as_str),
                 direction: direction.degrees.err().map(Unclear::as_str),
-                texture: event.texture.as_ref().err().map(|reason| reason.as_str()),
+                texture: event.why_texture(),
+                reliable: event.doubt.map(Doubt::as_str),
             },
             sample: event.sample.as_deref().map(over_time),
         }
@@ -384,7 +385,9 @@ struct WhyField {
     #[serde(skip_serializing_if = "Option::is_none")]
     direction: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    texture: Option<&'static str>,
+    texture: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reliable: Option<&'static str>,
 }
 
 impl WhyField {

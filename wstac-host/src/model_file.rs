@@ -13,6 +13,7 @@ use wstac_core::model::file::ModelError;
 use crate::builtin_models::MODELS;
 use crate::error::{Error, ErrorKind};
 use crate::files;
+use crate::texture::KnownSpeeds;
 
 /// Size of the largest model file that is read, in bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
@@ -138,6 +139,18 @@ impl ModelFile {
     /// Returns the file's name for messages.
     pub fn about(&self) -> &str {
         &self.about
+    }
+
+    /// Returns the speeds at which a model that comes with the program was trained; `None` for other files, which do not
+    /// say so, and for those that learn textures.
+    pub fn speeds(&self) -> Option<KnownSpeeds> {
+        let name = self.about.strip_prefix(BUILT_IN)?;
+        let (least, most) = match name {
+            "embedding" | "taxel-embedding" => return None,
+            _ if name.starts_with("path-") || name.starts_with("taxel-path-") => (50, 300),
+            _ => (100, 200),
+        };
+        Some(KnownSpeeds { least, most })
     }
 
     /// Returns all of the file as 32-bit words, which [`Model::from_words`] takes. They are little-endian in the file.

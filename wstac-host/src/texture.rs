@@ -119,10 +119,33 @@ fn rank(task: Task) -> u8 {
     }
 }
 
+/// The speeds at which a model was trained, as a reason why it does not know a slide at another speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KnownSpeeds {
+    /// The slowest, in mm/s.
+    pub least: u16,
+    /// The fastest, in mm/s.
+    pub most: u16,
+}
+
+impl KnownSpeeds {
+    fn has(self, mm_s: f32) -> bool {
+        (f32::from(self.least)..=f32::from(self.most)).contains(&mm_s)
+    }
+}
+
+impl fmt::Display for KnownSpeeds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the speed is outside of those that the model knows: {} to {} mm/s", self.least, self.most)
+    }
+}
+
 /// Texture models, each of another task. Clones share the models.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     models: Vec<Arc<OwnedModel>>,
+    /// The speeds that all models know which say so.
+    speeds: Option<KnownSpeeds>,
 }
 
 impl Textures {
@@ -150,7 +173,12 @@ impl Textures {
             models.push((model, file));
         }
         models.sort_by_key(|(model, _)| rank(model.get().task()));
-        Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
+        let narrower = |one: KnownSpeeds, other: KnownSpeeds| KnownSpeeds {
+            least: one.least.max(other.least),
+            most: one.most.min(other.most),
+        };
+        let speeds = files.iter().filter_map(ModelFile::speeds).reduce(narrower);
+        Ok(Self { models: models.into_iter().map(|(model, _)| model).collect(), speeds })
     }
 
     /// Returns whether a model takes 25 taxels. Then the pipeline must keep them
@@ -195,12 +223,23 @@ impl Textures {
                     velocity.and_then(|velocity| PathSample::of_taxels(taxels, &velocity, config, frames))
                 }
             };
+            if velocity.is_none() {
+                return Err(NoTexture::NoSpeed);
+            }
             let path = path.filter(|path| path.covers(frames)).ok_or(NoTexture::TooShort)?;
             Ok(named(model, path.numbers()))
         };
         let answers: Vec<_> = self.models.iter().map(|model| answer_of(model.get())).collect();
         let reason = answers.iter().find_map(|answer| answer.as_ref().err().copied());
         Texture::merged(answers.into_iter().flatten()).ok_or(reason.unwrap_or(NoTexture::TooShort))
+    }
+
+    /// Returns the speeds that the models know, if the speed of this answer is none of them. `None` if the touch is
+    /// known, and by a law of durations, whose speeds are of another kind.
+    pub(crate) fn doubt(&self, texture: &Result<Texture, NoTexture>, answer: &Answer) -> Option<KnownSpeeds> {
+        answer.contact?;
+        let (texture, speed) = (texture.as_ref().ok()?, answer.speed.ok()?);
+        self.speeds.filter(|speeds| texture.known != Some(true) && !speeds.has(speed.mm_s))
     }
 
     /// Returns the answers of the models for which enough of the sample under way has just arrived.
@@ -226,7 +265,9 @@ pub enum NoTexture {
     NoModel,
     /// The touch is no slide.
     NoSlide,
-    /// The sample shows too little of the path for the models: the slide is too slow, or its velocity is not known.
+    /// The model needs the speed, which is not known.
+    NoSpeed,
+    /// The sample shows too little of the path for the models: the slide is too slow.
     TooShort,
     /// Frames of the sample were lost, and the model takes 25 taxels, which are not filled.
     LostFrames,
@@ -240,6 +281,7 @@ impl NoTexture {
         match self {
             Self::NoModel => "no model was given",
             Self::NoSlide => "the touch is not a slide",
+            Self::NoSpeed => "the speed is not known, and the model needs it",
             Self::TooShort => "the sample shows too little of the path for the model",
             Self::LostFrames => "frames of the sample were lost, and the model needs the taxels of all",
             Self::Unanswered => "the board's model has no answer: too little of the path, or lost frames",

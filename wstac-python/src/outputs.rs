@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyModule};
 use wstac_core::direction::{Direction, Heading, Unclear};
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::motion::Contact;
+use wstac_core::motion::{Contact, Doubt};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::speed::{NoSpeed, Speed};
 use wstac_host::error::Error;
@@ -241,12 +241,13 @@ impl<'py> Classes<'py> {
 
     fn event(&self, event: TactileEvent) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
-        let why = PyDict::new(py);
+        let (why, why_texture) = (PyDict::new(py), event.why_texture());
         let (direction, paths) = (event.direction, event.paths.as_deref());
         let missing = [
             ("speed", event.speed.err().map(NoSpeed::as_str)),
             ("direction", direction.degrees.err().map(Unclear::as_str)),
-            ("texture", event.texture.as_ref().err().map(|reason| reason.as_str())),
+            ("texture", why_texture.as_deref()),
+            ("reliable", event.doubt.map(Doubt::as_str)),
         ];
         for (answer, reason) in missing {
             if let Some(reason) = reason {

@@ -131,7 +131,10 @@ class Event:
     By arrival times also: speed and direction hold within their standard deviations, and the kind of the touch is clear.
     """
     why: dict[str, str]
-    """Reasons of missing answers, by answer: "speed", "direction", "texture"."""
+    """Reasons of missing answers, by answer: "speed", "direction", "texture"; and "reliable", if the answers are not.
+
+    "texture" is also there for a texture that is unknown because of its speed, as far as the model says which it knows.
+    """
     sample: NDArray[np.int16] = field(repr=False, compare=False)
     """The sample over time: int16 (10, 70), five rows and five columns over 70 frames, in units of 1/2048 of a natural logarithm.
 
@@ -149,8 +152,8 @@ class Event:
     def to_dict(self) -> dict[str, Any]:
         """Returns the answers as one flat row, such as `pandas.DataFrame` takes: numbers, names and times, None where one is missing.
 
-        Units are in the names, and the reasons of missing answers are `why_speed`, `why_direction` and `why_texture`. The samples
-        are left out.
+        Units are in the names, and the reasons of missing answers are `why_speed`, `why_direction` and `why_texture`.
+        `why_reliable` is that of answers that are not reliable. The samples are left out.
 
         >>> import wstac
         >>> [event] = wstac.open("scene:Saw3@150,90deg")
@@ -179,7 +182,7 @@ class Event:
             "texture_known": texture.known,
             "frames_filled": self.frames_filled,
             "reliable": self.reliable,
-            **{f"why_{answer}": self.why.get(answer) for answer in ("speed", "direction", "texture")},
+            **{f"why_{answer}": self.why.get(answer) for answer in ("speed", "direction", "texture", "reliable")},
         }
 
     @property

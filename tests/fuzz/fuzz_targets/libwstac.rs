@@ -145,6 +145,8 @@ fn check(record: &WstacRecord) {
         record.message,
         record.event.why_no_speed,
         record.event.why_no_direction,
+        record.event.why_not_reliable,
+        record.event.why_texture,
     ];
     for text in texts.into_iter().filter(|text| !text.is_null()) {
         // SAFETY: a string of the library, which is valid until the next call.

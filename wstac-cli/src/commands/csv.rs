@@ -51,6 +51,7 @@ const EVENTS: &[&str] = &[
     "why/speed",
     "why/direction",
     "why/texture",
+    "why/reliable",
 ];
 
 /// The columns of features.

@@ -201,6 +201,9 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     }
     if !event.reliable {
         line.write_str(", not reliable")?;
+        if let Some(doubt) = event.doubt {
+            write!(line, ": {doubt}")?;
+        }
     }
     Ok(())
 }

@@ -262,7 +262,11 @@ fn line(event: &TactileEvent) -> String {
     });
     let texture = texture.collect::<Vec<_>>().join(" ");
     let lit = event.lit_frames.map_or(String::new(), |frames| format!("lit {frames:>2}"));
-    let doubt = if event.reliable { "" } else { "  not reliable" };
+    let doubt = match event.doubt {
+        _ if event.reliable => String::new(),
+        Some(doubt) => format!("  not reliable: {doubt}"),
+        None => "  not reliable".to_owned(),
+    };
     let text = format!("{:>7}  {speed:<10} {direction:<7} {trust:<4}  {lit:<6}  {texture}{doubt}", event.frame);
     text.trim_end().to_owned()
 }

@@ -8,6 +8,7 @@
 //! A straight edge that is not at right angles to its motion gives only the motion across the edge.
 
 mod axis;
+mod doubt;
 mod edges;
 mod live;
 mod shape;
@@ -21,6 +22,7 @@ use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 use axis::Axis;
+pub use doubt::{Doubt, doubt_by_coherence, doubt_by_edges};
 pub use live::{LiveContact, LiveMotion};
 use sqrt::sqrt;
 
@@ -269,16 +271,25 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
     // Each filled frame repeats the one before it, which moves edges.
     let least = length(deviations.least, FILLED * sqrt(f32::from(event.touch_filled)));
     let velocity = velocity(rows, columns, slowness, config, &Deviations { least, ..*deviations });
-    let farthest = rows.farthest.max(columns.farthest);
-    let in_line = farthest <= FARTHEST[0] * slowness + FARTHEST[1];
-    let steady = rows.change.max(columns.change) <= CHANGE[0] * slowness + CHANGE[1];
-    let sure = in_line
-        && steady
+    let sure = is_in_line(rows, columns, slowness)
+        && is_steady(rows, columns, slowness)
         && rows.is_crossed
         && columns.is_crossed
         && coherence >= RELIABLE
         && velocity.mm_s_sd < deviations.most * velocity.mm_s;
     Motion { contact, velocity: Some(velocity), coherence, reliable: event.reliable && sure }
+}
+
+/// Returns whether all lines light up in the order of a straight line, as far as a reliable velocity needs it.
+#[inline(always)]
+fn is_in_line(rows: Axis, columns: Axis, slowness: f32) -> bool {
+    rows.farthest.max(columns.farthest) <= FARTHEST[0] * slowness + FARTHEST[1]
+}
+
+/// Returns whether the slowness changes so little within the touch as a reliable velocity needs it.
+#[inline(always)]
+fn is_steady(rows: Axis, columns: Axis, slowness: f32) -> bool {
+    rows.change.max(columns.change) <= CHANGE[0] * slowness + CHANGE[1]
 }
 
 /// Returns speed and direction of a slowness above 0, in frames per pitch.

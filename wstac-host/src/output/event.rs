@@ -2,7 +2,7 @@
 
 use wstac_core::direction::Direction;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
-use wstac_core::motion::{self, Contact, MotionConfig};
+use wstac_core::motion::{self, Contact, Doubt, MotionConfig};
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
@@ -10,7 +10,7 @@ use wstac_core::trigger::Event;
 
 use super::{RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};
-use crate::texture::{NoTexture, Texture, Textures};
+use crate::texture::{KnownSpeeds, NoTexture, Texture, Textures};
 
 /// A tactile event and its answers.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,10 +49,16 @@ pub struct TactileEvent {
     pub direction: Direction,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
+    /// The speeds that the model knows, if the speed of the slide is none of them and so it is no wonder that the texture
+    /// is unknown, or may be wrong.
+    pub texture_doubt: Option<KnownSpeeds>,
     /// Frames of the sample that were lost and filled, 0 to 70.
     pub frames_filled: u8,
     /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable).
     pub reliable: bool,
+    /// The reason why the touch is unclear, or why the answers are not reliable; `None` if they are, by a law of durations,
+    /// and if a board does not say.
+    pub doubt: Option<Doubt>,
     /// Whether the sample is reliable, whatever its answers are: the baseline was quiet and at most a tenth of the sample
     /// was filled. A board says only [`Self::reliable`].
     pub sample_reliable: bool,
@@ -78,6 +84,7 @@ impl TactileEvent {
         let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
         let answer = answering.law.answer(event);
         let texture = answering.textures.of_event(event, taxels, &answer, answering.motion);
+        let texture_doubt = answering.textures.doubt(&texture, &answer);
         let begin = event.touch_frame.unwrap_or(event.frame);
         let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(begin, Some(answering.clock));
         let completed_ns = answering.clock.nanoseconds(last_frame(event.frame));
@@ -96,8 +103,10 @@ impl TactileEvent {
             speed_at_most: bound(answer.speed, |mm_s| answering.durations.marked(mm_s)),
             direction: answer.direction,
             texture,
+            texture_doubt,
             frames_filled: event.frames_filled,
             reliable: answer.reliable,
+            doubt: if answer.reliable { None } else { answering.law.doubt(event) },
             sample_reliable: event.reliable,
             sample: sample.copied().map(Box::new),
             paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, taxels, &answer, answering.motion))),
@@ -138,18 +147,33 @@ impl TactileEvent {
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
             texture: texture.ok_or(no_texture),
+            texture_doubt: None,
             frames_filled: answers.frames_filled,
             reliable: answers.reliable,
+            doubt: doubt_of_board(answers),
             sample_reliable: answers.reliable,
             sample: sample.copied().map(Box::new),
             paths: None,
         }
     }
 
+    /// Returns the reason why there is no texture, or why it is unknown or may be wrong.
+    pub fn why_texture(&self) -> Option<String> {
+        let none = self.texture.as_ref().err().map(|reason| reason.as_str().to_owned());
+        none.or_else(|| self.texture_doubt.map(|speeds| speeds.to_string()))
+    }
+
     /// Returns whether the sample starts or ends in the light, so that the slide lasted longer than was seen.
     pub fn is_cut_off(&self) -> bool {
         matches!(self.speed, Err(NoSpeed::CutOff { .. }))
     }
+}
+
+/// Returns why answers of a board by arrival times are not reliable, if their numbers say so: a board does not.
+#[cfg(feature = "board")]
+fn doubt_of_board(answers: &wstac_core::wire::Answers<'_>) -> Option<Doubt> {
+    let has_lost = u32::from(answers.frames_filled) > wstac_core::params::LONGEST_FILLED_GAP;
+    (answers.contact.is_some() && !answers.reliable && has_lost).then_some(Doubt::LostFrames)
 }
 
 impl Paths {

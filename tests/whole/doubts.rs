@@ -1,0 +1,127 @@
+//! Tests that unclear touches, unreliable answers and unknown textures name their cause.
+
+use wstac_core::motion::{Contact, Doubt};
+use wstac_core::params::TAXELS;
+use wstac_host::config::Config;
+use wstac_host::json::JsonLine;
+use wstac_host::model_file::ModelFile;
+use wstac_host::output::{Output, OutputOptions, TactileEvent};
+use wstac_host::session::Processor;
+use wstac_host::source::{LossReason, Source, SourceEvent, SummedFrame};
+use wstac_host::texture::{KnownSpeeds, NoTexture, Textures};
+use wstac_scene::SceneConfig;
+use wstac_scene::sensor::Fidelity;
+use wstac_scene::source::SceneSource;
+
+/// What is left of a frame.
+type Altered = Option<[u32; TAXELS]>;
+
+/// Returns the first event of a scene, `Saw3@150` or TOML, with these keys of the configuration and this model. `alter`
+/// gets all frames, and changes or loses some.
+fn event(scene: &str, keys: &str, model: &str, alter: impl Fn(&mut Vec<Altered>)) -> TactileEvent {
+    let is_short = scene.contains('@');
+    let script = if is_short { SceneConfig::parse_short(scene) } else { SceneConfig::from_toml("scene", scene) };
+    let mut script = script.unwrap();
+    script.fidelity = Fidelity::Taxel;
+    let mut source = SceneSource::new(&script).unwrap();
+    let mut frames = Vec::new();
+    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
+        frames.push(Some(frame.sums));
+    }
+    alter(&mut frames);
+    let config = Config::parse(keys).unwrap();
+    let files = [ModelFile::open(model.as_ref()).unwrap()];
+    let processor = Processor::new(source.info(), &config, OutputOptions::default()).unwrap();
+    let mut processor = processor.with_textures(Textures::new(&files).unwrap());
+    let mut first = None;
+    for frame in frames {
+        let event = match frame {
+            Some(sums) => SourceEvent::Taxels(SummedFrame::new(sums)),
+            None => SourceEvent::Lost { frames: 1, reason: LossReason::Dropped },
+        };
+        let emit = |output| {
+            if let Output::Event(event) = output {
+                first.get_or_insert(*event);
+            }
+            Ok::<(), ()>(())
+        };
+        processor.process(&event, emit).unwrap();
+    }
+    first.expect("the touch has an event")
+}
+
+fn as_it_is(_: &mut Vec<Altered>) {}
+
+/// Returns the reasons of an event's line of JSON.
+fn why(event: &TactileEvent) -> serde_json::Value {
+    let output = Output::Event(Box::new(event.clone()));
+    let line = serde_json::to_value(JsonLine::new(&output).unwrap()).unwrap();
+    line.get("why").cloned().unwrap_or_default()
+}
+
+#[test]
+fn each_cause_has_its_reason() {
+    let slide = |more: &str| format!("specimen = \"Saw3\"\n{more}");
+    let changing = slide("speed = [[0, 80], [40, 300]]");
+    let narrow = slide("speed = 150\nwidth = 9");
+    let dead = slide("speed = 150\n[light]\ndead = [[2, 3], [4, 1]]");
+    for (scene, contact, doubt) in [
+        ("Saw3@150", Contact::Slide, None),
+        ("Saw3@700", Contact::Slide, None),
+        ("Saw3@6", Contact::Unclear, Some(Doubt::TooSlow)),
+        ("Saw3@900", Contact::Unclear, Some(Doubt::TooFast)),
+        (&changing, Contact::Slide, Some(Doubt::SpeedChanges)),
+        (&narrow, Contact::Slide, Some(Doubt::NotCrossed)),
+        (&dead, Contact::Slide, Some(Doubt::OutOfLine)),
+        ("[[touch]]\nkind = \"press\"", Contact::Press, None),
+    ] {
+        let found = event(scene, "", "builtin:path-svm", as_it_is);
+        assert_eq!((found.contact, found.doubt), (Some(contact), doubt), "{scene}");
+        assert_eq!(found.reliable, doubt.is_none(), "{scene}");
+        assert_eq!(why(&found)["reliable"].as_str(), doubt.map(Doubt::as_str), "{scene}");
+    }
+}
+
+#[test]
+fn lost_frames_and_a_disturbed_baseline_are_reasons() {
+    let whole = event("Saw3@150", "", "builtin:path-svm", as_it_is);
+    let touch = whole.touch_frame.unwrap() as usize;
+    let lost = event("Saw3@150", "", "builtin:path-svm", |frames| {
+        (0..8).for_each(|number| frames[touch + 2 * number] = None);
+    });
+    assert_eq!((lost.frames_filled, lost.reliable, lost.doubt), (8, false, Some(Doubt::LostFrames)));
+    let disturbed = event("Saw3@150", "", "builtin:path-svm", |frames| frames[10] = frames[touch + 8]);
+    assert_eq!((disturbed.reliable, disturbed.doubt), (false, Some(Doubt::Baseline)));
+    // By edges, too.
+    let lost = event("Saw3@150", "[speed]\nestimator = \"edges\"", "builtin:path-svm", |frames| {
+        (0..8).for_each(|number| frames[touch + 2 * number] = None);
+    });
+    assert_eq!(lost.doubt, Some(Doubt::LostFrames));
+}
+
+#[test]
+fn a_speed_that_a_model_does_not_know_is_a_reason() {
+    let [path, over_time] = [(50, 300), (100, 200)].map(|(least, most)| Some(KnownSpeeds { least, most }));
+    for (scene, model, expected) in [
+        ("Saw3@150", "builtin:path-svm", None),
+        ("Saw3@700", "builtin:path-svm", path),
+        ("Saw3@150", "builtin:svm", None),
+        ("Saw3@400", "builtin:svm", over_time),
+    ] {
+        let found = event(scene, "", model, as_it_is);
+        assert!(found.texture.is_ok(), "{scene}");
+        assert_eq!(found.texture_doubt, expected, "{scene} {model}");
+        let text = expected.map(|speeds| speeds.to_string());
+        assert_eq!(why(&found)["texture"].as_str(), text.as_deref(), "{scene} {model}");
+    }
+}
+
+#[test]
+fn laws_of_durations_have_no_doubt_and_models_say_that_they_need_the_speed() {
+    let published = "[speed]\nlaw = \"published\"";
+    let found = event("Saw3@6", published, "builtin:path-svm", as_it_is);
+    assert_eq!((found.contact, found.doubt), (None, None));
+    assert_eq!(found.texture, Err(NoTexture::NoSpeed));
+    assert_eq!(why(&found)["texture"], "the speed is not known, and the model needs it");
+    assert!(why(&found).get("reliable").is_none());
+}
