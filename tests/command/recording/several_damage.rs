@@ -71,7 +71,8 @@ fn check(found: &Stream, whole: &Stream) -> Result<(), String> {
     for (number, frame) in found.frames.iter().enumerate() {
         let Some(frame) = frame else { continue };
         let is_there = |at: usize| whole.frames.get(at).is_some_and(|there| there.as_ref() == Some(frame));
-        if !is_there(number) && !(Some(number) == first && (number..whole.frames.len()).any(is_there)) {
+        let stands_for_start = Some(number) == first && (number..whole.frames.len()).any(is_there);
+        if !is_there(number) && !stands_for_start {
             return Err(format!("frame {number} is another one"));
         }
     }

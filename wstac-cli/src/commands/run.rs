@@ -141,8 +141,8 @@ const HELP: &str = r#"Sources:
                    again, with its own configuration unless --config
                    gives another; textures need --model, and a note
                    says if the recording was made with a model. Of
-                   several sensors all are read; --sensor NAME chooses
-                   one.
+                   several sensors all are read, or the one that
+                   --sensor NAME chooses.
   FOLDER           PNG or JPEG files of one size, 2.png before 10.png, at
                    30 frames per second unless --fps gives another rate.
                    A damaged picture is a lost frame. PNG files beside
