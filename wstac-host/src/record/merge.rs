@@ -163,7 +163,7 @@ mod tests {
         }
         let (is_waiting, started) = (Arc::clone(&merge.is_waiting), Instant::now());
         let watching = std::thread::spawn(move || {
-            while !is_waiting.load(Ordering::Relaxed) && started.elapsed() < Duration::from_secs(60) {
+            while !is_waiting.load(Ordering::Relaxed) && started.elapsed() < Duration::from_mins(1) {
                 sleep(Duration::from_millis(1));
             }
             started.elapsed()

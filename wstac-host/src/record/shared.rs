@@ -19,7 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The most by which somebody sets the wall clock while a machine runs. Where the monotonic clocks of two recordings show
 /// more, the machine was started in between, or there were two.
-const MOST_APART: Duration = Duration::from_secs(60);
+const MOST_APART: Duration = Duration::from_mins(1);
 
 /// A sensor of a recording of several.
 #[derive(Clone, Copy)]

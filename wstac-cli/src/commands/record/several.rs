@@ -49,7 +49,6 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
         let message = "is for one sensor, expected a plain source";
         return Err(Error::new(ErrorKind::Usage, "--guide", message).into());
     }
-    check_ending(&arguments.output, &["mcap"])?;
     // Before any of them is opened.
     let (found, most) = (sensors.len(), SharedRecording::MOST_SENSORS);
     if found > most {

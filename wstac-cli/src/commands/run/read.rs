@@ -196,7 +196,7 @@ impl<'a> Reading<'a> {
         let Opened { session, records, raw, range, interrupted } = opened;
         let (losses, no_event) = (LossReport::default(), NoEvent::default());
         let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
-        let printer = Printer { records, raw, range, losses, no_event, outputs, read_ns, printed_ns };
+        let printer = Printer { records, raw, range, outputs, losses, no_event, read_ns, printed_ns };
         Self { session, printer, interrupted, ended: None }
     }
 
