@@ -293,9 +293,10 @@ Output with --json, one object per line (wrapped here):
               "why" gives the reason. Its "reliable" says why the touch
               is unclear or the answers are not reliable, and its
               "texture" also if the speed is outside of those that a
-              model that comes with wstac knows. Models of other classes answer
-              with "class". "confidence" is the probability that the
-              names are right if the texture is one of the training's.
+              model that comes with wstac knows. Models of other
+              classes answer with "class". "confidence" is the
+              probability that the names are right if the texture is
+              one of the training's.
               "known" is false for a sample that is unlike those of the
               training, by its texture or by its speed: then there are
               no names.

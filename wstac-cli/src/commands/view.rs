@@ -29,7 +29,7 @@ use wstac_linux::source::is_camera;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// The source, as for wstac run, or a board; several as NAME=SOURCE
+    /// Source of wstac run, or board; several as NAME=SOURCE
     ///
     /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent.
     /// All sensors of a recording are shown, or the one of --sensor.
