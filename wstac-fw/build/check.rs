@@ -52,8 +52,8 @@ pub fn rows() -> Result<(), String> {
         let is_built = required.filter_map(toml::Value::as_str).all(has);
         if is_built && !H743.iter().any(|(known, ..)| *known == name) {
             return Err(format!(
-                "wstac-fw/build/link.rs: H743 has no row for the program {name} of Cargo.toml, expected \
-                 (\"{name}\", where its flash begins, its KiB); help: step 2 of docs/BOARDS.md"
+                "wstac-fw/build/link.rs: H743 has no row for the program {name} of Cargo.toml, expected where its flash \
+                 begins, and its KiB; help: step 2 of docs/BOARDS.md"
             ));
         }
     }
