@@ -23,8 +23,7 @@ pub fn source(
     let pixels = Pixels::named(pixels)?;
     let config = match config {
         Some(file) => {
-            let config =
-                Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error}{}", where_from(&file)))?;
+            let config = Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error}{}", where_from(&file)))?;
             check_frame(&config, sizes).map_err(|error| format!("WSTAC_CONFIG={}: {error}", file.display()))?;
             config
         }

@@ -250,9 +250,12 @@ mod tests {
 
     #[test]
     fn an_address_without_a_port_says_what_is_expected() {
-        for name in ["tcp:", "tcp:127.0.0.1", "tcp:nowhere", "tcp:127.0.0.1:", "tcp::7000", "tcp:::1:7000", "tcp:[::1]:70000"] {
+        for name in
+            ["tcp:", "tcp:127.0.0.1", "tcp:nowhere", "tcp:127.0.0.1:", "tcp::7000", "tcp:::1:7000", "tcp:[::1]:70000"]
+        {
             let error = Port::open(name, None).unwrap_err();
-            let expected = format!("{name}: is no address of a board, expected tcp:HOST:PORT, such as tcp:127.0.0.1:7000");
+            let expected =
+                format!("{name}: is no address of a board, expected tcp:HOST:PORT, such as tcp:127.0.0.1:7000");
             assert_eq!(error.to_string(), expected);
         }
         // These are addresses, whether a board listens there or not.
