@@ -1,4 +1,4 @@
-//! Compiles in the files that the environment names, and tells how to link.
+//! Compiles in the files that the environment names, and tells how to link. Refuses a target that is not the chip's.
 //!
 //! | variable | it names |
 //! | --- | --- |
@@ -11,6 +11,8 @@
 // Modules of another crate and of this program.
 #![allow(unreachable_pub)]
 
+#[path = "build/check.rs"]
+mod check;
 #[path = "build/link.rs"]
 mod link;
 #[path = "build/pixels.rs"]
@@ -30,6 +32,9 @@ fn main() {
     println!("cargo:rerun-if-changed=../wstac-host/src/config/speed.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-env=WSTAC_REVISION={}", revision());
+    if let Err(error) = check::target().and_then(|()| check::rows()) {
+        return refuse(&error);
+    }
     link::emulated(&out);
     link::h743(&out);
     link::pico(&out);
@@ -42,11 +47,13 @@ fn main() {
     let (config, model) = (named("WSTAC_CONFIG"), named("WSTAC_MODEL"));
     match setup::source(config, model, pixels.as_deref(), models.as_deref(), &sizes) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
-        Err(error) => {
-            // One line that says what is wrong, instead of the many lines of a panic.
-            println!("cargo::error={}", error.replace('\n', " "));
-        }
+        Err(error) => refuse(&error),
     }
+}
+
+/// Lets the build fail with one line that says what is wrong, instead of the many lines of a panic.
+fn refuse(error: &str) {
+    println!("cargo::error={}", error.replace('\n', " "));
 }
 
 /// Returns the revision of the source; empty if it is not known.

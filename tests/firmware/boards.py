@@ -69,13 +69,18 @@ def command(board, elf, serial):
     return [*qemu, "-serial", serial, *semihosting, "-kernel", str(Path(elf).resolve())]
 
 
-def run(board, elf, where, serial="none", seconds=900):
-    """Runs a program to its end in a folder that has its files. Returns what it wrote to the console."""
+def attempt(board, elf, where, serial="none", seconds=900):
+    """Runs a program to its end in a folder that has its files. Returns its exit code, and what it wrote to the console."""
     how = {"cwd": where, "stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "timeout": seconds}
     done = subprocess.run(command(board, elf, serial), check=False, **how)
-    said = done.stdout + done.stderr
-    if done.returncode:
-        sys.exit(f"{board.core}: {Path(elf).name} failed ({done.returncode}): {said.strip()}")
+    return done.returncode, done.stdout + done.stderr
+
+
+def run(board, elf, where, **how):
+    """Runs a program as `attempt` does, and fails with it. Returns what it wrote to the console."""
+    code, said = attempt(board, elf, where, **how)
+    if code:
+        sys.exit(f"{board.core}: {Path(elf).name} failed ({code}): {said.strip()}")
     return said
 
 

@@ -35,7 +35,7 @@ ROWS = {
     "boosted, flash": "flash that the boosted trees add, bytes",
     "path-svm, flash": "flash that the SVM of ten sums along the path adds, bytes",
     "taxel-path-svm, flash": "flash that the SVM of 25 taxels along the path adds, bytes",
-    "ram": "RAM without a model, with the measured stack, without the stripe, bytes",
+    "ram": "RAM without a model: variables and the deepest stack of the run, the stripe of eight rows not counted, bytes",
     "svm, ram": "RAM with the SVM, bytes",
     "forest, ram": "RAM with the forest, bytes",
     "boosted, ram": "RAM with the boosted trees, bytes",

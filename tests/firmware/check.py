@@ -50,6 +50,14 @@ def clip(wstac, folder):
     return file
 
 
+def without_frames(board, elf):
+    """Checks that a program names the file that it lacks."""
+    with tempfile.TemporaryDirectory() as empty:
+        code, said = boards.attempt(board, elf, empty)
+    if code == 0 or "frames: the board cannot open this file in the folder that the emulator was started in" not in said:
+        sys.exit(f"{board.core}: expected {Path(elf).name} to name the file that it lacks, got {code}: {said!r}")
+
+
 def measure(wstac, folder, models):
     """Builds and runs the firmware with each of these models. Returns numbers by core and program."""
     file = clip(wstac, folder)
@@ -65,7 +73,7 @@ def measure(wstac, folder, models):
         for target in boards.TARGETS:
             programs = boards.build(target, *what, model=model)
             for board in (board for board in BOARDS if board.target == target):
-                boards.run(board, programs / "emulated", folder, "file:serial")
+                boards.run(board, programs / "emulated", folder, serial="file:serial")
                 stack = int.from_bytes((folder / "stack").read_bytes(), "little")
                 same(board, f"events with model {name}", host(wstac, "monitor", folder / "serial", "--json"), events)
                 cost = json.loads(boards.run(board, programs / "cost", folder))
@@ -73,6 +81,7 @@ def measure(wstac, folder, models):
                 size = boards.sizes(programs / "emulated")
                 found = numbers[board.core]
                 if name is None:
+                    without_frames(board, programs / "emulated")
                     print(f"{board.core}: {link.check(board, programs / 'emulated', folder, wstac, everything)}", flush=True)
                     print(f"{board.core}: {golden.check(board, programs, folder)}", flush=True)
                     found |= {key: cost[key] for key in ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "motion", "live") if cost[key]}

@@ -102,7 +102,7 @@ class Counter:
             if not (own / name).exists():
                 (own / name).symlink_to(there)
         what = f"{pixels}, {toml!r}, {model}"
-        boards.run(board, programs / "emulated", own, "file:serial")
+        boards.run(board, programs / "emulated", own, serial="file:serial")
         stack = int.from_bytes((own / "stack").read_bytes(), "little")
         same(board, f"events of {what}", host(self.wstac, "monitor", own / "serial", "--json"), events)
         said = json.loads(boards.run(board, programs / "cost", own))
@@ -119,6 +119,8 @@ class Counter:
         config = self.folder / f"{target}.toml"
         config.write_text(toml)
         programs = ("--bin", "cost", "--bin", "emulated")
+        # A build takes minutes.
+        print(f"builds cost and emulated for {target}: {pixels}, {model.name if model else 'no model'}", file=sys.stderr, flush=True)
         return boards.build(target, *programs, model=model, config=config, pixels=pixels, debug=self.debug)
 
     def setting(self, setting, every_board=False, cores=CORES):

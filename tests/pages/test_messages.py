@@ -27,10 +27,10 @@ def literals(path):
 
 
 def sources():
-    """Yields the source files of all crates, without their tests."""
+    """Yields the source files of all crates, without their tests, and those that check how the firmware is built."""
     for path in sorted(ROOT.glob("wstac-*/**/*.rs")):
         inside = path.relative_to(ROOT).parts
-        if "src" in inside and "target" not in inside and not path.stem.endswith("tests") and "tests" not in inside:
+        if ("src" in inside or inside[:2] == ("wstac-fw", "build")) and "target" not in inside and not path.stem.endswith("tests") and "tests" not in inside:
             yield path
 
 

@@ -27,7 +27,7 @@ pub fn emulated(out: &Path) {
 /// the settings, which begin at 0x08180000. With the feature `models`, it ends in front of the models, at 0x08100000.
 ///
 /// The OpenMV Cam H7 has a bootloader of 128 KiB and a file system of 128 KiB in front of it.
-const H743: &[(&str, u32, u32)] = &[("h743", 0x0800_0000, 1536), ("openmv_cam_h7", 0x0804_0000, 1280)];
+pub const H743: &[(&str, u32, u32)] = &[("h743", 0x0800_0000, 1536), ("openmv_cam_h7", 0x0804_0000, 1280)];
 
 /// Links the programs for boards with an STM32H743. Memory is AXI SRAM, which the DMA reaches and no bootloader uses.
 pub fn h743(out: &Path) {
@@ -45,7 +45,7 @@ pub fn h743(out: &Path) {
         fs::write(folder.join("memory.x"), memory).expect("OUT_DIR can be written");
         println!("cargo:rustc-link-arg-bin={program}=-L{}", folder.display());
     }
-    // Of every program, so that one without a row does not link: it would be empty.
+    // Of every program, so that one without a row does not link: it would be empty. `check.rs` says so before.
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
@@ -72,7 +72,7 @@ const PICO_2: &str = "SECTIONS { .start_block : ALIGN(4) { __start_block_addr = 
     INSERT AFTER .vector_table;
 _stext = ADDR(.start_block) + SIZEOF(.start_block);\n";
 
-/// Links the program for a Raspberry Pi Pico or Pico 2.
+/// Links the programs for boards with an RP2040 or RP2350. They have no rows: the memories are those of the chip.
 pub fn pico(out: &Path) {
     let is_first = env::var_os("CARGO_FEATURE_RP2040").is_some();
     if env::var_os("CARGO_FEATURE_RP").is_none() {
@@ -84,11 +84,12 @@ pub fn pico(out: &Path) {
     let program = if env::var_os("CARGO_FEATURE_MODELS").is_some() { with_models } else { whole };
     let memories = if is_first { pico_memories(program) } else { pico_2_memories(program) };
     fs::write(folder.join("memory.x"), memories).expect("OUT_DIR can be written");
-    println!("cargo:rustc-link-arg-bin=pico=-L{}", folder.display());
+    // Of every program: one that was left out would link, and be empty.
+    println!("cargo:rustc-link-arg-bins=-L{}", folder.display());
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
-        println!("cargo:rustc-link-arg-bin=pico={argument}");
+        println!("cargo:rustc-link-arg-bins={argument}");
     }
     if is_first {
-        println!("cargo:rustc-link-arg-bin=pico=-Tlink-rp.x");
+        println!("cargo:rustc-link-arg-bins=-Tlink-rp.x");
     }
 }

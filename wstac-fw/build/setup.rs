@@ -23,8 +23,7 @@ pub fn source(
     let pixels = Pixels::named(pixels)?;
     let config = match config {
         Some(file) => {
-            let config = Config::read(&file)
-                .map_err(|error| format!("WSTAC_CONFIG={error} (relative names are from wstac-fw)"))?;
+            let config = Config::read(&file).map_err(|error| format!("WSTAC_CONFIG={error}{}", where_from(&file)))?;
             check_frame(&config, sizes).map_err(|error| format!("WSTAC_CONFIG={}: {error}", file.display()))?;
             config
         }
@@ -38,11 +37,16 @@ pub fn source(
     source += &pixels.source(config.green.yuv)?;
     source += &match model {
         Some(file) => texture(&file, &config)
-            .map_err(|error| format!("WSTAC_MODEL={}: {error} (relative names are from wstac-fw)", file.display()))?,
+            .map_err(|error| format!("WSTAC_MODEL={}: {error}{}", file.display(), where_from(&file)))?,
         None => no_texture(models, &config)
             .map_err(|error| format!("WSTAC_MODELS={}: {error}", models.unwrap_or_default()))?,
     };
     Ok(source)
+}
+
+/// Returns what a message adds to the name of a file: where a relative one starts.
+fn where_from(file: &Path) -> &'static str {
+    if file.is_relative() { " (relative names are from wstac-fw)" } else { "" }
 }
 
 /// Refuses a calibration with frames of another size than a board's.

@@ -368,15 +368,19 @@ floor_levels = 0.5      # darkness floor, in gray levels of a taxel;
 [trigger]
 window = 5              # frames per window; the baseline is five
                         # windows long
-multiplier = 1.2        # a window fires this far above the
-                        # baseline, as a factor of the baseline
+multiplier = 1.2        # how far the trigger's threshold is above
+                        # the baseline: this minus 1, times the
+                        # size of the baseline; 1.2 adds 20 %
 backtrack = 10          # frames of an event before the window
                         # that fired
 rule = "signed"         # or "literal": multiplier times baseline,
                         # as it was published; a multiplier
                         # above 1 takes dark frames for lit
-margin = 0.2            # signed: least distance per frame, in
-                        # units of a natural logarithm
+margin = 0.2            # the trigger's threshold is at least this
+                        # far above the baseline, in natural
+                        # logarithms: 0.2 is 22 % more light. A
+                        # lower margin sees weaker touches; only for
+                        # rule "signed"
 follow = 0              # time constant with which the baseline
                         # follows slow drift: 16 to 32768 windows,
                         # a power of two; 0: it is fixed
@@ -392,8 +396,10 @@ law = "arrival"         # arrival times: any speed, length, direction
                         # answers outside are marked as extrapolated
 estimator = "coherence" # of arrival times; or "edges": cheaper, and
                         # less accurate
-threshold = 0.0475      # of durations: a row or column is lit if its
-                        # sum is above this fraction of full scale
+threshold = 0.0475      # not the trigger's threshold: only laws of
+                        # durations use it. A row or column counts as
+                        # lit if the sum of its five taxels is above
+                        # this fraction of full scale
 threshold_on = "absolute"  # or "above_baseline"
 [direction]
 method = "centroid"
@@ -420,6 +426,20 @@ mod tests {
         assert_eq!(default.trigger().unwrap(), TriggerConfig::default().one_event_per_touch());
         let by_coherence = AnyLaw::Coherence(ByCoherence(MotionConfig::published(FrameRate::NOMINAL)));
         assert_eq!(default.law(FrameRate::NOMINAL).unwrap(), by_coherence);
+    }
+
+    #[test]
+    fn the_documentation_says_which_key_is_the_triggers_threshold() {
+        // The comments of a key, as one line.
+        let comment = |key: &str| {
+            let begin = DOCUMENTED.find(&format!("\n{key} = ")).unwrap() + 1;
+            let of_key = |&(k, line): &(usize, &str)| k == 0 || line.trim_start().starts_with('#');
+            let lines = DOCUMENTED[begin..].lines().enumerate().take_while(of_key);
+            lines.map(|(_, line)| line.split_once('#').unwrap().1.trim()).collect::<Vec<_>>().join(" ")
+        };
+        assert!(comment("multiplier").contains("the trigger's threshold is above the baseline"));
+        assert!(comment("margin").contains("the trigger's threshold is at least this far above the baseline"));
+        assert!(comment("threshold").starts_with("not the trigger's threshold: only laws of durations"));
     }
 
     #[test]

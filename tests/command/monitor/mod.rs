@@ -437,7 +437,8 @@ fn what_is_no_board_of_this_version_is_refused() {
         (&["monitor", "-", "--baud", "9600"], 2),
         (&["monitor", "/"], 2),
         (&["monitor", "/no/such/device"], 1),
-        (&["monitor", "tcp:nowhere"], 1),
+        (&["monitor", "tcp:nowhere"], 2),
+        (&["monitor", "tcp:127.0.0.1"], 2),
     ] {
         assert_eq!(run(arguments).status.code(), Some(status), "{arguments:?}");
     }

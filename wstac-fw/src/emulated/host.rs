@@ -27,7 +27,12 @@ impl File {
     fn of(name: &[u8], mode: usize) -> Self {
         // SAFETY: the host reads the name, which lives until the call is over.
         let handle = unsafe { syscall!(OPEN, name.as_ptr() as usize, mode, name.len() - 1) };
-        if handle == usize::MAX { fail("a file of the board cannot be opened\n") } else { Self(handle) }
+        if handle == usize::MAX {
+            // SAFETY: the host reads the name, which ends in a zero byte.
+            unsafe { syscall1(nr::WRITE0, name.as_ptr() as usize) };
+            fail(": the board cannot open this file in the folder that the emulator was started in\n");
+        }
+        Self(handle)
     }
 
     /// Reads until `bytes` is full. Returns false if the file ends before.

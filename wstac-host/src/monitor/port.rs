@@ -79,6 +79,10 @@ impl Port {
         let (file, serial, writable) = if name == "-" {
             (File::from(io::stdin().as_fd().try_clone_to_owned().map_err(about)?), false, false)
         } else if let Some(address) = name.strip_prefix("tcp:") {
+            if !has_port(address) {
+                let what = "is no address of a board, expected tcp:HOST:PORT, such as tcp:127.0.0.1:7000";
+                return Err(Error::new(ErrorKind::Usage, name, what));
+            }
             let stream = connect(address).map_err(about)?;
             // A peer that does not read would otherwise hold a write for ever.
             stream.set_nonblocking(true).map_err(about)?;
@@ -206,6 +210,14 @@ fn wait(file: &File) -> io::Result<bool> {
     Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&longest))? > 0)
 }
 
+/// Returns whether an address is `HOST:PORT`. The host may be an IPv6 address in brackets.
+fn has_port(address: &str) -> bool {
+    address.rsplit_once(':').is_some_and(|(host, port)| {
+        let is_whole = !host.contains(':') || (host.starts_with('[') && host.ends_with(']'));
+        !host.is_empty() && is_whole && port.parse::<u16>().is_ok()
+    })
+}
+
 fn connect(address: &str) -> io::Result<TcpStream> {
     let mut result = Err(io::Error::new(io::ErrorKind::NotFound, "there is no such address"));
     for address in address.to_socket_addrs()? {
@@ -230,4 +242,25 @@ fn set_up(device: &File, baud: u32) -> io::Result<()> {
     settings.control_modes &= !(ControlModes::CSTOPB | ControlModes::CRTSCTS);
     settings.set_speed(baud)?;
     Ok(tcsetattr(device, OptionalActions::Now, &settings)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_without_a_port_says_what_is_expected() {
+        for name in
+            ["tcp:", "tcp:127.0.0.1", "tcp:nowhere", "tcp:127.0.0.1:", "tcp::7000", "tcp:::1:7000", "tcp:[::1]:70000"]
+        {
+            let error = Port::open(name, None).unwrap_err();
+            let expected =
+                format!("{name}: is no address of a board, expected tcp:HOST:PORT, such as tcp:127.0.0.1:7000");
+            assert_eq!(error.to_string(), expected);
+        }
+        // These are addresses, whether a board listens there or not.
+        for address in ["127.0.0.1:7000", "localhost:7000", "[::1]:7000"] {
+            assert!(has_port(address), "{address}");
+        }
+    }
 }
