@@ -10,7 +10,7 @@ use wstac_train::model::learn::learn;
 
 use super::super::dataset::pool;
 use super::super::dataset::recorded::read_all;
-use super::super::files::Outputs;
+use super::super::files::{Outputs, check_ending};
 use super::super::output::{Stop, note};
 use super::super::signals::{Ending, finishing};
 
@@ -53,6 +53,7 @@ fn is_set(path: &Path) -> bool {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let outputs = Outputs::new(arguments.force).reading([&arguments.base]).reading(&arguments.slides);
+    check_ending(output, &["wsm"])?;
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.base)?;
     let model = file.model()?;

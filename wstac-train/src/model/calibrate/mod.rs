@@ -17,7 +17,6 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 
 use super::eval;
-use super::trained::in_file_order;
 use crate::dataset::recordings::Recording;
 pub(super) use factor::Scored;
 pub use lda::Projection;
@@ -89,14 +88,8 @@ impl LabeledSamples {
     pub fn of_recordings(recordings: &[Recording], input: Input) -> Self {
         let mut samples = Self::default();
         for recording in recordings {
-            let found: Vec<[i16; INPUTS]> = match input {
-                Input::Frames => {
-                    let samples =
-                        recording.samples.iter().filter_map(|(_, sample, _)| sample.as_flattened().try_into().ok());
-                    samples.map(in_file_order).collect()
-                }
-                _ => recording.paths.iter().filter_map(|path| path.sample(input)).copied().collect(),
-            };
+            let events = 0..recording.samples.len();
+            let found: Vec<[i16; INPUTS]> = events.filter_map(|event| recording.sample(event, input)).collect();
             let labels = vec![0; found.len()];
             samples.append(Self { numbers: found, labels, names: vec![recording.specimen.clone()] });
         }
