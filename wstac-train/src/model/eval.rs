@@ -154,7 +154,7 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
         }
     }
     let labels = labels_of(model);
-    let first = recordings.first().map_or("", |recording| &recording.name);
+    let first = recordings.first().map_or("", |recording| recording.name.as_str());
     let too_many = || {
         let message = format_args!("and others have more than {MOST_LABELS} different labels, expected fewer");
         Error::new(ErrorKind::Data, first, message)
