@@ -14,6 +14,7 @@ mod monitor;
 mod motion;
 mod names;
 mod outputs;
+mod own_textures;
 mod pictures;
 mod program;
 mod progress;

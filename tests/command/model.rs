@@ -205,6 +205,7 @@ fn what_is_no_model_is_refused_by_field() {
         (b"{L\0", &["UBJSON", "the file ends"]),
         (b"WSM1", &["is a model file already"]),
         (b"something else", &["as ONNX it"]),
+        (b"\x80\x05\x95\x1a\0", &["is a pickle, which only Python can read", "help: write ONNX with skl2onnx"]),
         (&b"[".repeat(1 << 20), &["as ONNX it"]),
         (&b"{\"a\":".repeat(1 << 20), &["JSON: EOF"]),
     ] {
@@ -235,6 +236,31 @@ fn a_model_of_the_first_frames_looks_at_no_others() {
     let data = folder.file("data.npz", npz(&[("X", &header("<i2", "(2, 10, 70)"), samples)]));
     let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
     assert_eq!(found["predictions"], serde_json::json!(["0", "1"]));
+    let of = |inputs: &str| {
+        let early = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", &format!("\"{inputs}\""), 1);
+        folder.file("trained", early.as_bytes())
+    };
+    let said = |inputs: &str, more: &[&str]| {
+        let done = model(&[&["import", text(&of(inputs)), "-o", out, "--force"], more].concat());
+        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+    };
+    let (code, assumed) = said("20", &[]);
+    assert!(
+        code == Some(0) && assumed.contains("20 inputs: taken as the first 2 frames over time; help: "),
+        "{assumed}"
+    );
+    assert!(!said("20", &["--input", "frames"]).1.contains("taken as"));
+    assert!(!said("700", &[]).1.contains("taken as"));
+    // These are as many as shipped models along the path take.
+    for (inputs, option) in [("390", "path"), ("280", "taxel-path")] {
+        let (code, refused) = said(inputs, &[]);
+        assert_eq!(code, Some(2), "{refused}");
+        let expected = format!("expected --input {option} or --input frames");
+        assert!(refused.contains(&expected) && refused.contains(&format!("has {inputs} inputs")), "{refused}");
+        for input in [option, "frames"] {
+            assert_eq!(said(inputs, &["--input", input]).0, Some(0));
+        }
+    }
     for inputs in ["0", "15", "710"] {
         let file = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", &format!("\"{inputs}\""), 1);
         let file = folder.file("refused", file.as_bytes());

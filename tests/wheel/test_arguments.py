@@ -84,6 +84,8 @@ WRONG = [
     (lambda: wstac.read("/dev/null"), wstac.Error, "a camera has no end"),
     (lambda: wstac.read("a\0b"), wstac.Error, "a\\u0000b: file name contained an unexpected NUL byte"),
     (lambda: wstac.dataset({"slides": 0}), wstac.Error, "sweep: slides is 0"),
+    (lambda: wstac.dataset("/"), wstac.Error, "/: is a folder, expected the file of a sweep"),
+    (lambda: wstac.dataset("/", input="path"), wstac.Error, "/: is a folder, expected the file of a sweep"),
     (lambda: wstac.dataset({}, threads=0), wstac.Error, "threads is 0, expected 1 to 1024"),
     (lambda: wstac.dataset({"slides": 1, "scene": {"sensor": {"dropped": 0.9}}}), wstac.Error, "no slide became a sample"),
 ]

@@ -94,7 +94,7 @@ fn a_board_learns_what_a_host_learns() {
             let center = lessons[usize::from(label)].push(base.place(numbers).unwrap());
             centers[usize::from(label)] = center.or(centers[usize::from(label)]);
         }
-        // The bound of a host is one for all textures, and it leaves out one slide of fifty.
+        // Limits are those of each texture, so they do not depend on which others are learned.
         let of_eight = few.labels.iter().map(|label| *label < 8);
         let eight = LabeledSamples {
             numbers: few.numbers.iter().zip(of_eight.clone()).filter(|(_, is_in)| *is_in).map(|(x, _)| *x).collect(),
@@ -126,4 +126,46 @@ fn what_cannot_be_learned_is_refused() {
     let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
     let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
     assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 texture (\"a\"), expected at least 2");
+}
+
+/// The slides of a flat block differ much in the projection. That is no reason to know more of other textures.
+#[test]
+fn a_flat_texture_among_the_learned_ones_leaves_unknown_ones_unknown() {
+    let of = |names: &[&str], seed, count| {
+        let specimens: Vec<Specimen> = names.iter().map(|name| name.parse().unwrap()).collect();
+        let wanted = RandomSlides { specimens, slides: count, seed, sensors: [710_000, 1], ..RandomSlides::default() };
+        wanted.all().unwrap()
+    };
+    for (base, input) in [("builtin:taxel-embedding", Input::TaxelPath), ("builtin:embedding", Input::Path)] {
+        let file = ModelFile::open(base.as_ref()).unwrap();
+        let samples = |names: &[&str], seed, count| {
+            let mut samples = LabeledSamples {
+                names: names.iter().map(|name| (*name).into()).collect(),
+                ..LabeledSamples::default()
+            };
+            for slide in of(names, seed, count) {
+                let pattern = slide.slide.specimen.pattern.name();
+                let label = names.iter().position(|name| name.starts_with(pattern)).unwrap() as u16;
+                if let Some(path) = if input == Input::Path { slide.path } else { slide.taxel_path } {
+                    samples.numbers.push(*path.numbers());
+                    samples.labels.push(label);
+                }
+            }
+            samples
+        };
+        let learned = ["Fla0", "Saw3", "Sin3"];
+        let (few, rest) = five(&samples(&learned, 47, 90));
+        assert_eq!(few.labels.len(), 15);
+        let found = learn(file.words(), &few, "{}").unwrap();
+        let model = Model::from_words(&found.words).unwrap();
+        let known = Quality::of(&model, &rest);
+        assert!(known.accuracy >= 0.85, "{base}: {known:?}");
+        let others = samples(&["Tri2", "Saw2", "Sin2"], 48, 60);
+        let unknown = others.numbers.iter().filter(|numbers| model.classification(numbers).known == Some(false));
+        let (unknown, all) = (unknown.count(), others.numbers.len());
+        let least = if input == Input::TaxelPath { 85 } else { 40 };
+        assert!(100 * unknown >= least * all, "{base}: {unknown} of {all} are unknown");
+        // Each texture is unlike the two others.
+        assert!(found.found_unknown.unwrap() > 0.9, "{base}: {:?}", found.found_unknown);
+    }
 }

@@ -2,7 +2,8 @@
 //!
 //! A calibrated model has a projection in which slides of one texture lie close together, also of textures that it was
 //! not trained on. The center of a new texture is the mean of the places of its slides there ([`Center`]). A slide has
-//! the new texture if its place is near that center, and nearer than the mean of the model's answer ([`nearest`]).
+//! the new texture if its place is near that center, and nearer than the mean of the model's answer ([`nearest`]). How
+//! near is near enough is a number of each texture: one whose slides differ much does not widen what is known of others.
 //!
 //! ```
 //! use wstac_core::learned::{Lesson, SLIDES, nearest};
@@ -122,7 +123,7 @@ impl Lesson {
 ///
 /// `centers` are those of all learned textures with any names of theirs. `rival` is the squared distance from the mean of
 /// the model's answer, if that is to be compared. A slide has the texture of the nearest center, if that is nearer than
-/// the rival, and not farther than the slides of the learned textures are.
+/// the rival, and not farther than the slides of that texture are.
 pub fn nearest<'c, T>(
     place: &Place,
     rival: Option<u32>,
@@ -131,9 +132,8 @@ pub fn nearest<'c, T>(
     let (mut best, mut distance, mut far) = (None, u32::MAX, 0);
     for (name, center) in centers {
         let other = place.squared_distance(&center.place);
-        far = far.max(center.far);
         if other < distance {
-            (best, distance) = (Some(name), other);
+            (best, distance, far) = (Some(name), other, center.far);
         }
     }
     best.filter(|_| distance <= far && rival.is_none_or(|rival| distance < rival))
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slide_that_is_far_from_the_others_widens_what_is_known() {
+    fn a_slide_that_is_far_from_the_others_widens_what_is_known_of_its_texture() {
         // The mean of the others is at 0, and that of all at 200.
         let places = [at(&[0]), at(&[0]), at(&[1]), at(&[-1]), at(&[1000])];
         let center = Center::of(&places);
@@ -192,8 +192,11 @@ mod tests {
         let centers = [Center::new(at(&[0, 0]), 100), Center::new(at(&[30, 0]), 225)];
         let of = |numbers, rival| nearest(&at(numbers), rival, centers.iter().enumerate());
         assert_eq!((of(&[9, 0], None), of(&[16, 0], None)), (Some(0), Some(1)));
-        // The lower of two that are equally near; and how far is known is one number for all.
-        assert_eq!((of(&[15, 0], None), of(&[-15, 0], None), of(&[-16, 0], None)), (Some(0), Some(0), None));
+        // Each center has its own limit: that of the other one does not count.
+        assert_eq!((of(&[-10, 0], None), of(&[-11, 0], None)), (Some(0), None));
+        assert_eq!((of(&[45, 0], None), of(&[46, 0], None)), (Some(1), None));
+        // Of two that are equally near it is the first, which is too far here.
+        assert_eq!(of(&[15, 0], None), None);
         assert_eq!((of(&[9, 0], Some(82)), of(&[9, 0], Some(81))), (Some(0), None));
         assert_eq!(nearest::<u8>(&at(&[0, 0]), None, []), None);
     }

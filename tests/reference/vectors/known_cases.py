@@ -12,8 +12,10 @@ from wstac_reference.rng import SplitMix64, seed_of
 from . import SEED
 
 SAMPLES = 8
-SHAPES = [(2, 1, 0), (3, 2, 1), (5, 1, 2), (10, 3, 5), (7, 2, 9), (1, 1, 3), (12, 4, 32)]
+SHAPES = [(2, 1, 0), (3, 2, 1), (5, 1, 2), (10, 3, 5), (7, 2, 9), (1, 1, 3), (12, 4, 32), (6, 2, 4), (3, 1, 7)]
 """Classes, frames, and dimensions of the projection."""
+WITH_LIMITS = {7, 8}
+"""The numbers of the shapes whose classes have limits of their own."""
 
 
 def below(rng: SplitMix64, bound: int, count: int) -> list[int]:
@@ -28,7 +30,7 @@ def rows(rng: SplitMix64, count: int, inputs: int, most_bias: int) -> list[int]:
     return halves + [(weight - 600) & 0xFFFF for weight in below(rng, 1201, count * inputs)]
 
 
-def file_of(rng: SplitMix64, classes: int, frames: int, dimensions: int) -> bytes:
+def file_of(rng: SplitMix64, classes: int, frames: int, dimensions: int, has_limits: bool) -> bytes:
     """A linear model file of random numbers."""
     inputs = 10 * frames
     body = [classes, 0, *rows(rng, classes, inputs, 4_000_000)]
@@ -36,9 +38,11 @@ def file_of(rng: SplitMix64, classes: int, frames: int, dimensions: int) -> byte
     part = [*struct.unpack("<2H", struct.pack("<I", 3_000_000_000)), 1 | 30 << 8, dimensions]
     if dimensions > 0:
         threshold = 9_000_000 * dimensions
-        part += [10, 0, threshold & 0xFFFF, threshold >> 16, *rows(rng, dimensions, inputs, 1_000_000)]
+        part += [10, int(has_limits), threshold & 0xFFFF, threshold >> 16, *rows(rng, dimensions, inputs, 1_000_000)]
         for _ in range(classes):
             part += [(number - 3000) & 0xFFFF for number in below(rng, 6001, dimensions)] + [0] * (dimensions % 2)
+        if has_limits:
+            part += [half for limit in below(rng, 2 * threshold, classes) for half in (limit & 0xFFFF, limit >> 16)]
     part += [end & 0xFFFF, end >> 16]
     labels = end + len(part)
     text = b"".join(bytes([1, ord("a") + k]) for k in range(classes)) + b"\0\0"
@@ -55,7 +59,7 @@ def known_cases() -> list[dict[str, Any]]:
     cases: list[dict[str, Any]] = []
     for number, (classes, frames, dimensions) in enumerate(SHAPES):
         rng = SplitMix64(seed_of(SEED, f"known {number}"))
-        data = file_of(rng, classes, frames, dimensions)
+        data = file_of(rng, classes, frames, dimensions, number in WITH_LIMITS)
         samples = [[x - 4000 for x in below(rng, 8001, 10 * frames)] for _ in range(SAMPLES)]
         answers: list[dict[str, Any]] = []
         for sample in samples:

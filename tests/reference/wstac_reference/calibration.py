@@ -74,9 +74,12 @@ def answer(data: bytes, sample: list[int]) -> Answer:
     probabilities = [weight / sum(weights) for weight in weights]
     if dimensions == 0:
         return Answer(place, probabilities, None, None)
-    shift, threshold = halves[start + 4], long(halves, start + 6)
+    shift, has_limits, threshold = halves[start + 4], halves[start + 5], long(halves, start + 6)
     rows = rows_of(halves, start + 8, dimensions, inputs)
-    means = labels - 2 - classes * (dimensions + dimensions % 2)
+    limits = labels - 2 - 2 * classes * has_limits
+    means = limits - classes * (dimensions + dimensions % 2)
+    if has_limits:
+        threshold = long(halves, limits + 2 * place)
     distance = 0
     for dimension, total in enumerate(sums(rows, sample)):
         mean = signed(halves[means + place * (dimensions + dimensions % 2) + dimension], 16)

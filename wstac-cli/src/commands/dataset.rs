@@ -105,8 +105,8 @@ impl Arguments {
             [] => Ok(Source::Random(None)),
             [one] if !one.is_dir() && !ends(one, "mcap") => {
                 if !ends(one, "toml") {
-                    let message = "is no sweep, expected a .toml file, recordings (.mcap) or a folder of them";
-                    return Err(Error::new(ErrorKind::Usage, one.display(), message));
+                    let expected = "a .toml file, recordings (.mcap) or a folder of them";
+                    return Err(not_a_source(one, "sweep", expected));
                 }
                 Ok(if self.sample() == Sample::Frames { Source::Sweep(one) } else { Source::Random(Some(one)) })
             }
@@ -241,6 +241,28 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Source::Random(file) => random::run(arguments, file),
         Source::Recordings => recorded::run(arguments),
     }
+}
+
+/// The endings of videos, which `wstac record` reads, but which have no labels.
+const VIDEOS: [&str; 6] = ["avi", "mkv", "mov", "mp4", "webm", "y4m"];
+
+/// Returns the error of a path that is none of the sources of slides: it is missing, a video, or something else.
+pub(super) fn not_a_source(path: &Path, what: &str, expected: &str) -> Error {
+    if let Err(error) = path.metadata() {
+        return Error::io(path.display(), error);
+    }
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let name = path.display();
+    let message = if VIDEOS.contains(&ending.as_str()) {
+        let recording = path.with_extension("mcap");
+        format!(
+            "is a video, expected {expected}; help: record it first: wstac record {name} -o {} --label specimen=NAME",
+            recording.display()
+        )
+    } else {
+        format!("is no {what}, expected {expected}")
+    };
+    Error::new(ErrorKind::Usage, name, message)
 }
 
 /// Makes the data set of a sweep.

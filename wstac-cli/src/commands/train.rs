@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::dataset::{pool, random, recorded};
-use super::files::Outputs;
+use super::dataset::{not_a_source, pool, random, recorded};
+use super::files::{Outputs, check_ending};
 use super::model_words::{Classes, Sample};
 use super::output::{Stop, note, stdout};
 use super::signals::{Ending, finishing};
@@ -41,8 +41,8 @@ pub(super) struct Arguments {
 
     /// What the model tells apart
     ///
-    /// The labels are those of the arrays y_specimen, y_pattern and y_depth, or y. Of recordings they are parts of the
-    /// label specimen.
+    /// The labels are those of the array y, or else of y_specimen, y_pattern or y_depth. Of recordings they are parts of
+    /// the label specimen. other takes any names: those of y, or else of y_specimen.
     #[arg(long, value_enum, default_value = "specimen")]
     task: Classes,
 
@@ -98,8 +98,7 @@ From your own recordings:
   Record each texture at least twice, better on more than one sensor
   (--label sensor=NAME). If every recording has the label sensor and
   there are two sensors, sensors are split, otherwise recordings. Other
-  names than those of specimens, such as denim, need --task other in a
-  data set with an array y.
+  names than those of specimens, such as denim, need --task other.
 
 The answer:
   Accuracy is that of the model file on slides that were not trained on,
@@ -108,9 +107,12 @@ The answer:
   to be unknown. It counts as wrong, here and in wstac model eval. The
   accuracy of the slides with an answer is printed beside it. The figure
   has a row for each label, and a column for each answer.
-  If each label has three sensors or recordings to train on, 15 % of
-  them are kept aside for a calibration: then events have a confidence,
-  and unknown textures are said to be unknown.
+  If each texture has three sensors or recordings to train on, and
+  about 40 slides, 15 % of them are kept aside for a calibration: then
+  events have a confidence, and unknown textures are said to be unknown.
+  With fewer slides, wstac model learn makes a better model, which has
+  both from three slides of each texture on.
+  A note warns if guessing would have been right as often.
   The model needs no calibration of its inputs: their means and scales
   are part of its weights, which are int16.
   Exit code: 0, 1 if a set cannot be used or has one group only, 2 for
@@ -122,6 +124,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let confusion = arguments.confusion.clone().unwrap_or_else(|| output.with_extension("confusion.svg"));
     let format = Format::of(&confusion)?;
     let outputs = Outputs::new(arguments.force).reading(&arguments.sets).reading(&arguments.config);
+    check_ending(output, &["wsm"])?;
     outputs.check([output, &confusion])?;
     let options = TrainOptions {
         input: arguments.input.into(),
@@ -161,7 +164,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (path, classes) = (output.display(), trained.labels.len());
     note(format_args!("{path}: {} bytes, {classes} classes, trained on {}", bytes.len(), trained.words()));
     if let Some(why) = &trained.why_uncalibrated {
-        note(format_args!("not calibrated, so the model gives no confidence: {why}"));
+        note(format_args!("not calibrated, so the model gives no confidence, and names unknown textures, too: {why}"));
+        if let Some(command) = learn_command(arguments).filter(|_| !trained.is_simulated) {
+            note(format_args!("help: few slides are enough for {command}"));
+        }
+    }
+    if let Some(trial) = trained.trial.as_ref().filter(|trial| trial.is_guessing()) {
+        let (right, slides, labels) = (trial.right(), counted(trial.slides(), "slide"), trial.labels.len());
+        note(format_args!(
+            "warning: {right} of {slides} right is no better than guessing one of {labels} textures: do not use {path}"
+        ));
     }
     if trained.trial.is_some() {
         note(format_args!("{}: the confusions", confusion.display()));
@@ -169,6 +181,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note("there was no test: nothing is known about the accuracy on other slides");
     }
     Ok(())
+}
+
+/// Returns the command that learns a model of the same sets; `None` if a data set has no samples for it.
+fn learn_command(arguments: &Arguments) -> Option<String> {
+    let is_set = |path: &PathBuf| path.extension().is_some_and(|end| end.eq_ignore_ascii_case("npz"));
+    // A data set has samples of one input only. Of a recording, 25 taxels tell textures apart best.
+    let base = match arguments.input {
+        Sample::Path if arguments.sets.iter().any(is_set) => "builtin:embedding",
+        Sample::Frames if arguments.sets.iter().any(is_set) => return None,
+        _ => "builtin:taxel-embedding",
+    };
+    let sets: Vec<String> = arguments.sets.iter().map(|set| set.display().to_string()).collect();
+    Some(format!("wstac model learn {base} {} -o {}", sets.join(" "), arguments.output.display()))
 }
 
 /// Reads all sets; without any, simulates slides by default.
@@ -196,9 +221,8 @@ fn gathered(arguments: &Arguments, options: &TrainOptions, threads: &rayon::Thre
         } else if path.is_dir() || ends(path, "mcap") {
             recordings.push(path.clone());
         } else {
-            let message =
-                "is no set, expected a data set (.npz), recordings (.mcap), a folder of them, or a sweep (.toml)";
-            return Err(Error::new(ErrorKind::Usage, path.display(), message).into());
+            let expected = "a data set (.npz), recordings (.mcap), a folder of them, or a sweep (.toml)";
+            return Err(not_a_source(path, "set", expected).into());
         }
     }
     if !recordings.is_empty() {

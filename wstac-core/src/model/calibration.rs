@@ -22,14 +22,15 @@
 //! | half | content |
 //! | --- | --- |
 //! | 4 | shift of sums, 1 to 40 |
-//! | 5 | 0 |
+//! | 5 | 1 if every class has a limit of its own, else 0 |
 //! | 6–7 | largest squared distance of a known sample |
 //! | 8– | a row of int16 weights for every dimension, as linear models have them ([`super::linear_svm`]) |
 //! | … | the mean of each class, an int16 for every dimension; 0 behind an odd number |
+//! | … | with limits: for each class, the largest squared distance of a known sample, two halves each |
 //!
 //! A row's sum is shifted right; ties round up. The differences from the mean of the answer's class, limited to ±8191,
-//! are squared and added up. A sample is known if the result is at most the largest squared distance. So a sample that is
-//! near the mean of another class than the answer is unknown, too.
+//! are squared and added up. A sample is known if the result is at most the largest squared distance: that of the
+//! answer's class if there are limits. So a sample that is near the mean of another class than the answer is unknown, too.
 
 use super::dot::Int16;
 use super::file::{Header, INPUTS, ModelError, half, long, part};
@@ -93,11 +94,16 @@ impl<'a> Calibration<'a> {
         }
         let rows = Rows::halves(dimensions, header.inputs(), INT16) / 2;
         let means = header.classes as usize * dimensions.div_ceil(2);
-        if words.len() != ROWS_START / 2 + rows + means {
+        let limits = match half(words, START + 1) {
+            0 => 0,
+            1 => header.classes as usize,
+            _ => return error,
+        };
+        if words.len() != ROWS_START / 2 + rows + means + limits {
             return error;
         }
         let shift = half(words, START);
-        if shift == 0 || shift > 40 || half(words, START + 1) != 0 {
+        if shift == 0 || shift > 40 {
             return error;
         }
         let rows = part(words, ROWS_START / 2, ROWS_START / 2 + rows);
@@ -140,7 +146,7 @@ impl<'a> Calibration<'a> {
             let mean = i64::from(half(self.words, mean.wrapping_add(dimension)) as i16);
             distance = distance.wrapping_add(squared(at.wrapping_sub(mean)));
         });
-        Some(distance <= long(self.words, START + 2))
+        Some(distance <= self.limit(header, class))
     }
 
     /// Returns the place of a sample in the projection; `None` without one.
@@ -166,9 +172,26 @@ impl<'a> Calibration<'a> {
     /// Returns the half at which the mean of a class starts.
     #[inline(always)]
     fn mean(&self, header: &Header, class: u8) -> usize {
+        let classes = usize::from(header.classes);
         let words_of_mean = usize::from(self.dimensions()).div_ceil(2);
-        let means = self.words.len().saturating_sub(usize::from(header.classes).wrapping_mul(words_of_mean));
+        let limits = if self.has_limits() { classes } else { 0 };
+        let behind = classes.wrapping_mul(words_of_mean).wrapping_add(limits);
+        let means = self.words.len().saturating_sub(behind);
         usize::from(class).wrapping_mul(words_of_mean).wrapping_add(means).wrapping_mul(2)
+    }
+
+    /// Returns whether every class has a limit of its own.
+    #[inline(always)]
+    fn has_limits(&self) -> bool {
+        half(self.words, START + 1) == 1
+    }
+
+    /// Returns the largest squared distance of a known sample of a class.
+    #[inline(always)]
+    fn limit(&self, header: &Header, class: u8) -> u32 {
+        let limits = self.words.len().saturating_sub(header.classes.into());
+        let own = self.words.get(limits.wrapping_add(class.into())).filter(|_| self.has_limits());
+        own.copied().unwrap_or_else(|| long(self.words, START + 2))
     }
 
     /// Passes every number of a sample's place to `give`, with its dimension.

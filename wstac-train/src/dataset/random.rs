@@ -85,7 +85,7 @@ impl RandomSweep {
     /// # Errors
     /// The file is not valid; the message names the file, the key, the value found and the values expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = wstac_host::text_file::file_text(path)?;
+        let text = super::sweep::text(path)?;
         Self::parse(&path.display().to_string(), &text)
     }
 

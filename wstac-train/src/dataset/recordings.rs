@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use wstac_core::law::EventLaw;
-use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::motion;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::path_sample::{PathSample, TaxelRing};
@@ -15,6 +15,7 @@ use wstac_core::trigger::Event;
 
 use super::path::frames_of;
 use super::{Facts, Sample, by_feature, session};
+use crate::model::trained::in_file_order;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::Output;
@@ -102,6 +103,23 @@ impl Recording {
     pub fn path_samples(&self, input: Input) -> Vec<Option<&[i16; INPUTS]>> {
         let none = self.samples.iter().skip(self.paths.len()).map(|_| None);
         self.paths.iter().map(|path| path.sample(input)).chain(none).collect()
+    }
+
+    /// Returns the sample of an event that a model of this input takes, frame by frame as it does; `None` without one.
+    pub fn sample(&self, event: usize, input: Input) -> Option<[i16; INPUTS]> {
+        match input {
+            Input::Frames => self.samples.get(event)?.1.as_flattened().try_into().ok().map(in_file_order),
+            _ => self.paths.get(event)?.sample(input).copied(),
+        }
+    }
+
+    /// Returns the label that a model of this task should give to its events. A depth that is not known is empty.
+    pub fn label(&self, task: Task) -> String {
+        match task {
+            Task::Pattern => self.pattern.clone(),
+            Task::Depth => self.depth_mm.map_or_else(String::new, |depth| depth.to_string()),
+            _ => self.specimen.clone(),
+        }
     }
 
     /// Returns the frames per second of its camera.

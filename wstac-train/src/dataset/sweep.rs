@@ -69,13 +69,26 @@ pub struct Sweep {
     slides: u32,
 }
 
+/// Returns the text of a sweep's file.
+///
+/// # Errors
+/// The file cannot be read, or is a folder: then it may be one of recordings.
+pub(super) fn text(path: &Path) -> Result<String, Error> {
+    if path.is_dir() {
+        let message = "is a folder, expected the file of a sweep (.toml); help: the command wstac dataset makes a set of \
+                       a folder of recordings";
+        return Err(Error::new(ErrorKind::Usage, path.display(), message));
+    }
+    wstac_host::text_file::file_text(path)
+}
+
 impl Sweep {
     /// Reads and checks a file.
     ///
     /// # Errors
     /// The file is not valid; the message names the file, the key, the value found and the values expected.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text = wstac_host::text_file::file_text(path)?;
+        let text = text(path)?;
         Self::parse(&path.display().to_string(), &text)
     }
 

@@ -49,6 +49,17 @@ fn short(text: &str) -> SceneConfig {
 }
 
 #[test]
+fn a_folder_in_place_of_a_sweep_is_named() {
+    let folder = scratch("folder");
+    fs::create_dir(&folder).unwrap();
+    for error in [Sweep::read(&folder).unwrap_err(), super::random::RandomSweep::read(&folder).unwrap_err()] {
+        let message = error.to_string();
+        assert!(message.contains(": is a folder, expected the file of a sweep (.toml); help: "), "{message}");
+    }
+    fs::remove_dir(folder).unwrap();
+}
+
+#[test]
 fn what_is_wrong_with_a_sweep_is_named() {
     for (text, parts) in [
         ("speed = [1]", vec!["unknown field `speed`", "speeds"]),

@@ -10,7 +10,8 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
 use super::trained::in_file_order;
-use wstac_host::error::Error;
+use crate::dataset::recordings::Recording;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 
 /// Largest number of samples in a data set whose samples are read one after the other.
@@ -57,6 +58,32 @@ pub struct Truth {
 }
 
 impl Truth {
+    /// Numbers the labels of samples; `right` are those that are right for the classes.
+    fn of(
+        from: &str,
+        right: Vec<String>,
+        samples: impl IntoIterator<Item = Result<String, Error>>,
+        too_many: impl Fn() -> Error,
+    ) -> Result<Self, Error> {
+        let (mut labels, mut known) = (Vec::new(), HashMap::new());
+        let mut number = |label: String| {
+            *known.entry(label).or_insert_with_key(|label| {
+                labels.push(label.clone());
+                labels.len() as u16 - 1
+            })
+        };
+        let of_class = right.into_iter().map(&mut number).collect();
+        let mut numbers = Vec::new();
+        for label in samples {
+            let this = number(label?);
+            if usize::from(this) >= MOST_LABELS {
+                return Err(too_many());
+            }
+            numbers.push(this);
+        }
+        Ok(Self { from: from.to_owned(), labels, numbers, of_class })
+    }
+
     /// Returns the labels of samples that are right for no class, and the number of those samples.
     pub fn of_no_class(&self) -> (Vec<&str>, usize) {
         let mut counts = vec![0; self.labels.len()];
@@ -106,6 +133,37 @@ pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let confidences = found.iter().map(|answer| answer.confidence).collect();
     let known = found.iter().zip(&has_sample).map(|(answer, has)| answer.known.map(|known| known && *has)).collect();
     Ok(Answers { labels, predictions, confidences, known, has_sample, truth })
+}
+
+/// Computes a model's answers for all events of recordings, whose truth is their label specimen.
+///
+/// The recordings have their samples along the path ([`crate::dataset::recordings::read_paths`]) if the model takes
+/// these. An event without such a sample is a row without one.
+///
+/// # Errors
+/// The recordings have more different labels than can be counted.
+pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<Answers, Error> {
+    let task = model.task();
+    let (mut found, mut has_sample, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+    for recording in recordings {
+        for number in 0..recording.samples.len() {
+            let sample = recording.sample(number, model.input());
+            found.push(model.classification(&sample.unwrap_or([0; INPUTS])));
+            has_sample.push(sample.is_some());
+            truth.push(Ok(recording.label(task)));
+        }
+    }
+    let labels = labels_of(model);
+    let first = recordings.first().map_or("", |recording| recording.name.as_str());
+    let too_many = || {
+        let message = format_args!("and others have more than {MOST_LABELS} different labels, expected fewer");
+        Error::new(ErrorKind::Data, first, message)
+    };
+    let truth = Truth::of("the label specimen", labels.clone(), truth, too_many)?;
+    let predictions = found.iter().map(|answer| answer.class).collect();
+    let confidences = found.iter().map(|answer| answer.confidence).collect();
+    let known = found.iter().zip(&has_sample).map(|(answer, has)| answer.known.map(|known| known && *has)).collect();
+    Ok(Answers { labels, predictions, confidences, known, has_sample, truth: Some(truth) })
 }
 
 /// Returns the name of the array that holds the samples for a model.
@@ -186,8 +244,22 @@ pub(crate) fn each_sample(
     Ok(())
 }
 
+/// Returns the value of `wstac dataset --input` that makes an array of samples.
+fn input_of(array: &str) -> &'static str {
+    match array {
+        "X_path" => "path",
+        "X_taxel_path" => "taxel-path",
+        _ => "frames",
+    }
+}
+
 /// Opens an array of samples, and returns their number, too.
 fn opened(npz: &Npz, name: &str, expected: &RangeInclusive<u64>) -> Result<(Array, u64), Error> {
+    if !npz.names().any(|found| found == name) {
+        let found = npz.names().collect::<Vec<_>>().join(", ");
+        let help = format_args!("help: wstac dataset --input {} makes a set with it", input_of(name));
+        return Err(npz.error(name, format_args!("is missing, found {found}; {help}")));
+    }
     let array = npz.array(name)?;
     let n = match array.shape[..] {
         [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
@@ -247,7 +319,8 @@ pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
         Task::Specimen => &["y", "y_specimen"],
         Task::Pattern => &["y", "y_pattern"],
         Task::Depth => &["y", "y_depth"],
-        _ => &["y"],
+        // Names of one's own are those of recordings.
+        _ => &["y", "y_specimen"],
     }
 }
 
@@ -255,7 +328,10 @@ pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
 fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
     let has = |array: &str| npz.names().any(|name| name == array);
     if let Some(array) = label_arrays(task).iter().find(|array| has(array)) {
-        return compare(npz, array, classes.to_vec(), n).map(Some);
+        let truth = compare(npz, array, classes.to_vec(), n)?;
+        // Specimens are no truth about classes of other names, such as those of patterns that a trainer numbered.
+        let is_of_classes = truth.numbers.iter().any(|number| truth.of_class.contains(number));
+        return Ok(Some(truth).filter(|_| task != Task::Other || *array == "y" || is_of_classes));
     }
     if task == Task::Specimen && has("y_pattern") {
         let patterns = classes.iter().map(|label| pattern_and_depth(label).0.to_owned()).collect();
@@ -279,28 +355,16 @@ fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth,
     if array.shape != [n as u64] {
         return Err(npz.error(name, format_args!("shape {:?}, expected ({n},) as of X", array.shape)));
     }
-    let (mut labels, mut known) = (Vec::new(), HashMap::new());
-    let mut number = |label: String| {
-        *known.entry(label).or_insert_with_key(|label| {
-            labels.push(label.clone());
-            labels.len() as u16 - 1
-        })
-    };
-    let of_class = right.into_iter().map(&mut number).collect();
     let text = Text::of(&array).ok_or_else(|| {
         npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
     })?;
     let mut bytes = vec![0; text.bytes()];
-    let mut numbers = Vec::new();
-    for _ in 0..n {
+    let each = (0..n).map(|_| {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        let this = number(text.read(&bytes).map_err(|error| npz.error(name, error))?);
-        if usize::from(this) >= MOST_LABELS {
-            return Err(npz.error(name, format_args!("expected at most {MOST_LABELS} different labels")));
-        }
-        numbers.push(this);
-    }
-    Ok(Truth { from: name.to_owned(), labels, numbers, of_class })
+        text.read(&bytes).map_err(|error| npz.error(name, error))
+    });
+    let too_many = || npz.error(name, format_args!("expected at most {MOST_LABELS} different labels"));
+    Truth::of(name, right, each, too_many)
 }
 
 /// Reads an array with a text for each sample of another array; `None` if there is none.

@@ -6,12 +6,12 @@
 //!
 //! Places, means and distances are those of [`wstac_core::learned`], with which a board learns.
 
-use wstac_core::learned::expected_far;
+use wstac_core::learned::{Center, expected_far, nearest};
 use wstac_core::model::Model;
 use wstac_core::model::file::INPUTS;
 use wstac_core::model::place::{PLACE_ONE, Place};
 
-use super::calibrate::{self, LabeledSamples, Projection, Scored};
+use super::calibrate::{self, Known, LabeledSamples, Limits, Projection, Scored};
 use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task};
 use super::write::{Options, write};
 use wstac_host::plural::counted;
@@ -28,6 +28,9 @@ pub struct Learned {
     pub slides: Vec<usize>,
     /// The fraction of slides that are named correctly by the other slides; `None` if a texture has only one.
     pub left_out: Option<f64>,
+    /// The fraction of slides that are called unknown by a model of all textures but their own; `None` if the model does
+    /// not tell. It is that of these textures: unknown ones that are more alike are found less often.
+    pub found_unknown: Option<f64>,
     /// Whether the model says how sure an answer is.
     pub is_calibrated: bool,
 }
@@ -76,13 +79,16 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
     let left = LeftOut::of(&places, &means);
     let left_out = (fewest > 1).then(|| left.right as f64 / left.scored.truth.len() as f64);
     if fewest < FEWEST_SLIDES {
-        return Ok(Learned { words: plain, slides: counts, left_out, is_calibrated: false });
+        return Ok(Learned { words: plain, slides: counts, left_out, found_unknown: None, is_calibrated: false });
     }
-    let threshold = f64::from(left.far(projection.biases.len(), fewest)) / f64::from(PLACE_ONE).powi(2);
+    let limits: Vec<u32> = left.distances.iter().map(|own| limit(own, projection.biases.len())).collect();
+    let found_unknown = Some(found_unknown(&places, &limits));
     let factor = left.scored.factor()? * unit(&plain, &base, &means, &slides.numbers)?;
-    let part = calibrate::part(factor, Some((&projection, &means, threshold)));
+    // A texture whose slides differ much must not widen what is known of the others.
+    let known = Known { projection: &projection, means: &means, limits: Limits::Own(limits) };
+    let part = calibrate::part(factor, Some(&known));
     let words = calibrate::with_part(&plain, &part)?;
-    Ok(Learned { words, slides: counts, left_out, is_calibrated: true })
+    Ok(Learned { words, slides: counts, left_out, found_unknown, is_calibrated: true })
 }
 
 /// Returns the numbers of a place in standard deviations.
@@ -114,17 +120,17 @@ const UNITS: f64 = 65_536.0;
 struct LeftOut {
     scored: Scored,
     right: usize,
-    /// The squared distances from the mean of the slide's own texture.
-    distances: Vec<u32>,
+    /// For each texture, the squared distances of its slides from the mean of its others.
+    distances: Vec<Vec<u32>>,
 }
 
 impl LeftOut {
     fn of(places: &[Vec<Place>], means: &[Vec<f64>]) -> Self {
-        let mut all = Self { scored: Scored::default(), right: 0, distances: Vec::new() };
+        let mut all = Self { scored: Scored::default(), right: 0, distances: vec![Vec::new(); places.len()] };
         for (truth, own) in places.iter().enumerate() {
             for (number, place) in own.iter().enumerate().filter(|_| own.len() > 1) {
                 let mean_of_others = Place::mean(own, Some(number));
-                all.distances.push(place.squared_distance(&mean_of_others));
+                all.distances[truth].push(place.squared_distance(&mean_of_others));
                 let (place, others) = (reals(place), reals(&mean_of_others));
                 let scores: Vec<f64> = means
                     .iter()
@@ -139,15 +145,31 @@ impl LeftOut {
         }
         all
     }
+}
 
-    /// Returns the largest squared distance of a known slide: that within which 49 of 50 slides are, or should be.
-    fn far(&self, dimensions: usize, slides: usize) -> u32 {
-        let expected = expected_far(dimensions, slides);
-        let mut sorted = self.distances.clone();
-        sorted.sort_unstable();
-        let place = (0.98 * sorted.len() as f64).ceil() as usize;
-        sorted.get(place.saturating_sub(1)).map_or(expected, |&far| far.max(expected))
+/// Returns the largest squared distance of a known slide of a texture: that within which 49 of 50 of its slides are, or
+/// should be. Of fewer than 50 slides it is that of [`wstac_core::learned::Center::of`].
+fn limit(distances: &[u32], dimensions: usize) -> u32 {
+    let expected = expected_far(dimensions, distances.len());
+    let mut sorted = distances.to_vec();
+    sorted.sort_unstable();
+    let place = (0.98 * sorted.len() as f64).ceil() as usize;
+    sorted.get(place.saturating_sub(1)).map_or(expected, |&far| far.max(expected))
+}
+
+/// Returns the fraction of slides that the textures other than their own do not know.
+fn found_unknown(places: &[Vec<Place>], limits: &[u32]) -> f64 {
+    let centers = places.iter().zip(limits).map(|(own, &limit)| Center::new(Place::mean(own, None), limit));
+    let centers: Vec<(usize, Center)> = centers.enumerate().collect();
+    let (mut found, mut all) = (0, 0);
+    for (texture, own) in places.iter().enumerate() {
+        for place in own {
+            let others = centers.iter().filter(|(number, _)| *number != texture);
+            found += usize::from(nearest(place, None, others.map(|(number, center)| (number, center))).is_none());
+            all += 1;
+        }
     }
+    found as f64 / all.max(1) as f64
 }
 
 /// Returns the size of a unit of the model's scores in units of those that are left out.

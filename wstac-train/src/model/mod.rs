@@ -102,7 +102,10 @@ pub(crate) fn check_labels(model: &Trained) -> Result<(), String> {
             return Err(format!("label {label:?} stands twice, expected a name of its own for each class"));
         }
         let (expected, is_good) = match model.task {
-            Task::Specimen => ("a specimen, such as Saw3", label == "Sphere" || pattern_and_depth(label).1.is_some()),
+            Task::Specimen => (
+                "a specimen, such as Saw3 (other names need --task other)",
+                label == "Sphere" || pattern_and_depth(label).1.is_some(),
+            ),
             Task::Depth => ("a depth in mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
             _ => ("", true),
         };
@@ -131,6 +134,13 @@ fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), 
     let start = bytes.trim_ascii_start();
     match start {
         [] => Err("is empty, expected a model".into()),
+        // The first bytes of Python's pickles from protocol 2 on, and of those of joblib.
+        [0x80, 2..=5, ..] => {
+            Err("is a pickle, which only Python can read, expected ONNX, or JSON or UBJSON of XGBoost; \
+                                  help: write ONNX with skl2onnx.to_onnx(model, X), or model.save_model(\"my.json\") \
+                                  for XGBoost"
+                .into())
+        }
         [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),
         // A UBJSON object starts with the length of a key, a JSON object with a quotation mark.
         [b'{', b'i' | b'U' | b'I' | b'l' | b'L' | b'#' | b'$' | b'N', ..] => {

@@ -76,6 +76,8 @@ pub struct TrainedModel {
     pub calibration: Option<Quality>,
     /// Why it has no calibration.
     pub why_uncalibrated: Option<String>,
+    /// Whether all slides were simulated for the training.
+    pub is_simulated: bool,
     /// Its test; `None` if no slide is for tests.
     pub trial: Option<Trial>,
 }
@@ -118,6 +120,11 @@ impl Trial {
     pub fn without_answer(&self) -> u32 {
         self.counts.iter().filter_map(|answers| answers.last()).sum()
     }
+
+    /// Returns whether guessing would have been right as often.
+    pub fn is_guessing(&self) -> bool {
+        u64::from(self.right()) * self.labels.len() as u64 <= self.slides().into()
+    }
 }
 
 /// Returns Wilson's interval of 95 % of a fraction: that of `right` of `of`.
@@ -140,8 +147,8 @@ pub fn wilson(right: u32, of: u32) -> [f64; 2] {
 
 /// Trains a linear model on the slides of some groups, and tests its file on those of the others.
 ///
-/// If every label has three groups for training or more, some are kept aside for the calibration: then the model says
-/// how sure it is, and what it does not know.
+/// If every label has three groups for training or more, and about 40 slides, some are kept aside for the calibration:
+/// then the model says how sure it is, and what it does not know.
 ///
 /// The same slides give the same file, with any number of threads.
 ///
@@ -169,7 +176,8 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
             format!("label {label} has no slide with a sample to train on, expected at least 1: {}", set.more_slides());
         return Err(wrong(&subject, message));
     }
-    let kept = split::aside(&usable, ASIDE);
+    let aside = split::aside(&usable, ASIDE);
+    let kept = aside.clone().unwrap_or_default();
     let (kept, fitted): (Vec<_>, Vec<_>) = usable.iter().copied().partition(|slide| kept.contains(&slide.group));
     // A set holds feature after feature, of 70 frames each. The model reads the first frames of each.
     let numbers = |sample: &[i16; INPUTS]| -> Vec<f32> {
@@ -193,7 +201,9 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     };
     crate::model::check_names(&trained).map_err(|message| wrong(&subject, message))?;
     let draft = write::write(&trained, "", write::Options::default()).map_err(|message| wrong(&subject, message))?;
-    let calibrated = calibrated(&draft.words, &of_file(&fitted, &labels), &of_file(&kept, &labels));
+    let calibrated = aside.and_then(|_| {
+        calibrate(&draft.words, &of_file(&fitted, &labels), &of_file(&kept, &labels), Settings::default())
+    });
     // The test is of the file's integers; the facts about it are not known before, and do not change an answer.
     let words = calibrated.as_ref().map_or(&draft.words, |calibrated| &calibrated.words);
     let trial = (!tests.is_empty()).then(|| trial(words, &tests, &labels, class_of, split::groups(&tests)));
@@ -214,6 +224,7 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     if let Some(note) = &options.note {
         facts["note"] = note.as_str().into();
     }
+    let is_simulated = set.is_simulated();
     let mut written = write::write(&trained, &facts.to_string(), write::Options::default())
         .map_err(|message| wrong(&subject, message))?;
     let (calibration, why_uncalibrated) = match calibrated {
@@ -232,18 +243,9 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         left_out: trains.len() - usable.len(),
         calibration,
         why_uncalibrated,
+        is_simulated,
         trial,
     })
-}
-
-/// Calibrates a model file by the slides that were kept aside.
-fn calibrated(words: &[u32], fitted: &LabeledSamples, kept: &LabeledSamples) -> Result<Calibrated, String> {
-    if kept.numbers.is_empty() {
-        return Err(
-            "too few slides to keep some aside, expected 3 groups of each texture and about 35 slides of it".into()
-        );
-    }
-    calibrate(words, fitted, kept, Settings::default())
 }
 
 /// Returns slides as a model file takes them.

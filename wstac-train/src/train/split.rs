@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use wstac_host::plural::counted;
+
 use super::{LabeledSlide, TrainingSet};
 use crate::dataset::recordings::share_of;
 
@@ -29,21 +31,39 @@ fn chosen(of_label: &BTreeMap<&str, BTreeSet<&str>>, fraction: f64) -> BTreeSet<
 /// Slides of each label, on average, without which nothing is calibrated.
 const LEAST_ASIDE: usize = 5;
 
-/// Returns the groups that are kept aside for the calibration: none if a label has fewer than three for training, or if
-/// they have too few slides.
-pub(super) fn aside(slides: &[&LabeledSlide], fraction: f64) -> BTreeSet<String> {
+/// Groups of each label without which nothing is calibrated.
+const LEAST_GROUPS: usize = 3;
+
+/// Returns the groups that are kept aside for the calibration.
+///
+/// # Errors
+/// A label has fewer than three groups for training, or those that would be kept aside have too few slides.
+pub(super) fn aside(slides: &[&LabeledSlide], fraction: f64) -> Result<BTreeSet<String>, String> {
     let mut of_label: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for slide in slides.iter().filter(|slide| slide.numbers.is_some()) {
         of_label.entry(&slide.label).or_default().insert(&slide.group);
     }
-    if of_label.values().any(|groups| groups.len() < 3) {
-        return BTreeSet::new();
+    if let Some((label, groups)) = of_label.iter().find(|(_, groups)| groups.len() < LEAST_GROUPS) {
+        let found = groups.len();
+        return Err(format!(
+            "{label} has {found} sensors or recordings to train on, expected at least {LEAST_GROUPS} of each texture"
+        ));
     }
     let chosen = chosen(&of_label, fraction);
     // Groups that were chosen for one label may be all of another.
     let all_train = of_label.values().all(|groups| groups.iter().any(|group| !chosen.contains(*group)));
+    if !all_train {
+        return Err("too few sensors to keep some of each texture aside, expected each texture on more of them".into());
+    }
     let kept = slides.iter().filter(|slide| chosen.contains(&slide.group)).count();
-    if all_train && kept >= LEAST_ASIDE * of_label.len() { chosen } else { BTreeSet::new() }
+    let least = LEAST_ASIDE * of_label.len();
+    if kept < least {
+        return Err(format!(
+            "{} can be kept aside for it, expected at least {least}: about 40 slides of each texture",
+            counted(kept, "slide")
+        ));
+    }
+    Ok(chosen)
 }
 
 /// Decides for every slide whether it is for tests.

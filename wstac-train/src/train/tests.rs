@@ -33,7 +33,9 @@ fn recordings_are_never_split() {
     );
     assert_eq!((trial.groups, trial.slides(), trial.right()), (2, 8, 8));
     assert_eq!((trial.of_class(0), trial.without_answer()), ([4, 4], 0));
-    assert!(trained.calibration.is_none() && trained.why_uncalibrated.is_some());
+    assert!(trained.calibration.is_none() && !trial.is_guessing());
+    let why = trained.why_uncalibrated.unwrap();
+    assert_eq!(why, "8 slides can be kept aside for it, expected at least 10: about 40 slides of each texture");
     let facts = Model::from_words(&trained.written.words).unwrap().labels().training().to_string();
     let facts: serde_json::Value = serde_json::from_str(&facts).unwrap();
     assert_eq!((facts["slides"].as_u64(), facts["test"]["right"].as_u64()), (Some(32), Some(8)));
@@ -152,4 +154,27 @@ fn a_data_set_gives_what_its_slides_give() {
         assert!(error.contains(&format!("--input {}", input.name().replace('_', "-"))), "{error}");
         std::fs::remove_file(path).unwrap();
     }
+}
+
+#[test]
+fn it_is_said_why_nothing_is_calibrated() {
+    // Two of three recordings are to train on.
+    let trained = train(recorded(3), &TrainOptions::default()).unwrap();
+    let why = trained.why_uncalibrated.unwrap();
+    assert_eq!(why, "Fla0 has 2 sensors or recordings to train on, expected at least 3 of each texture");
+    // 40 slides of each texture are enough, as the message says.
+    let trained = train(recorded(10), &TrainOptions::default()).unwrap();
+    assert_eq!((trained.why_uncalibrated, trained.calibration.unwrap().samples), (None, 8 * 2));
+}
+
+#[test]
+fn a_test_that_guessing_would_pass_is_recognized() {
+    let trial = |counts: [[u32; 3]; 2]| Trial {
+        labels: vec!["a".into(), "b".into()],
+        counts: counts.iter().map(|row| row.to_vec()).collect(),
+        groups: 2,
+    };
+    assert!(trial([[0, 2, 0], [1, 0, 0]]).is_guessing());
+    assert!(trial([[1, 1, 0], [1, 1, 0]]).is_guessing());
+    assert!(!trial([[2, 0, 0], [1, 1, 0]]).is_guessing());
 }

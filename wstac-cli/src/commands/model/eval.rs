@@ -3,19 +3,24 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use super::super::dataset::pool;
+use super::super::dataset::recorded::read_all;
 use super::super::output::{Stop, note};
+use super::super::signals::{Ending, finishing};
 use wstac_host::model_file::ModelFile;
 use wstac_host::plural::counted;
 use wstac_host::texture::confidence_of;
 use wstac_host::visible::OneLine;
-use wstac_train::model::eval::{Answers, Truth, answers};
+use wstac_train::model::eval::{Answers, Truth, answers, answers_of_recordings};
 
-/// Print a model's answers for a data set, and its accuracy
+/// Print a model's answers for a data set or recordings, and its accuracy
 ///
 /// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. A model of
 /// the path of a touch takes X_path or X_taxel_path instead. Accuracy and confusions need the true labels: the array
-/// y, or y_specimen, y_pattern or y_depth by the model's task. If a data set has only patterns or depths, those of the
-/// answered specimen are compared.
+/// y, or y_specimen, y_pattern or y_depth by the model's task. For a model of other names it is y, or a y_specimen that
+/// has some of these names. If a data set has only patterns or depths, those of the answered specimen are compared.
+///
+/// Recordings need the label specimen, as for wstac train. Every event is a sample.
 ///
 /// A sample has no answer if it is all zeros (such as a slide without a velocity), or if the model says that it is
 /// unknown. It counts as wrong, as in wstac train.
@@ -25,8 +30,8 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE.wsm")]
     model: PathBuf,
 
-    /// The data set
-    #[arg(value_name = "DATA.npz")]
+    /// The data set (.npz), a recording (.mcap), or a folder of recordings
+    #[arg(value_name = "DATA")]
     data: PathBuf,
 
     /// Print one JSON object instead of text
@@ -44,7 +49,15 @@ const NONE: &str = "none";
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
-    let answers = answers(&model, &arguments.data)?;
+    let data = &arguments.data;
+    let is_recorded = data.is_dir() || data.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap"));
+    let answers = if is_recorded {
+        let recordings = read_all(std::slice::from_ref(data), None, model.input(), &pool(None)?)?;
+        finishing(Ending::AtOnce);
+        answers_of_recordings(&model, &recordings)?
+    } else {
+        answers(&model, data)?
+    };
     let n = answers.predictions.len();
     let (right, answered) = (answers.right(), answers.answered());
     let accuracy = right.filter(|_| n > 0).map(|right| right as f64 / n as f64);

@@ -5,7 +5,11 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use clap::error::ErrorKind;
+use clap::error::ErrorKind as ArgumentErrorKind;
+use wstac_core::model::file::Input;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_host::error::{Error, ErrorKind};
+use wstac_train::dataset::path::frames_of;
 
 use super::super::files::{Outputs, check_ending};
 use super::super::model_words::{Classes, Sample};
@@ -51,7 +55,8 @@ pub(super) struct Arguments {
     /// The sample that the model was trained on: frames by default
     ///
     /// path and taxel-path are light along the path of a touch, of ten sums and of 25 taxels: the arrays X_path and
-    /// X_taxel_path of a data set.
+    /// X_taxel_path of a data set. A model with as many inputs as those of path (390) or taxel-path (280) needs this
+    /// option.
     #[arg(long, value_enum)]
     input: Option<Sample>,
 
@@ -123,12 +128,38 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         (model, written.bytes(), written.exactness)
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
+    let assumed = arguments.input.is_none().then(|| assumed(&arguments.file, model.inputs)).transpose()?;
     outputs.write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
     note(format_args!("{path}: {} {what}, {classes}, task {task}; {}", bytes.len(), exactness));
+    if let Some(assumed) = assumed.flatten() {
+        note(assumed);
+    }
     Ok(())
+}
+
+/// Returns what the number of inputs is taken for without --input; `None` for a whole sample over time.
+///
+/// # Errors
+/// A model along the path has as many inputs.
+fn assumed(file: &Path, inputs: usize) -> Result<Option<String>, Error> {
+    let frames = inputs / FEATURES;
+    let along = [(Input::Path, "path", "X_path"), (Input::TaxelPath, "taxel-path", "X_taxel_path")];
+    if let Some((_, option, array)) = along.into_iter().find(|(input, ..)| usize::from(frames_of(*input)) == frames) {
+        let message = format_args!(
+            "has {inputs} inputs: those of {array}, or of the first {frames} frames over time, expected --input {option} \
+             or --input frames"
+        );
+        return Err(Error::new(ErrorKind::Usage, file.display(), message));
+    }
+    Ok((frames < SAMPLE_FRAMES).then(|| {
+        format!(
+            "{inputs} inputs: taken as the first {frames} frames over time; help: give --input path or taxel-path if it was \
+             trained on X_path or X_taxel_path"
+        )
+    }))
 }
 
 /// Returns the kind of output, by the option or by the name of the output. They must not contradict each other.
@@ -173,5 +204,5 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
 }
 
 fn conflict(message: impl Display) -> clap::Error {
-    wrong_arguments(ErrorKind::ArgumentConflict, message)
+    wrong_arguments(ArgumentErrorKind::ArgumentConflict, message)
 }

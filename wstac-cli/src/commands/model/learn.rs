@@ -10,7 +10,7 @@ use wstac_train::model::learn::learn;
 
 use super::super::dataset::pool;
 use super::super::dataset::recorded::read_all;
-use super::super::files::Outputs;
+use super::super::files::{Outputs, check_ending};
 use super::super::output::{Stop, note};
 use super::super::signals::{Ending, finishing};
 
@@ -18,7 +18,8 @@ use super::super::signals::{Ending, finishing};
 ///
 /// Five slides of each texture are enough with a base that was trained on many textures: builtin:embedding (ten sums)
 /// or builtin:taxel-embedding (25 taxels, which tells textures apart better). The model names only the new textures.
-/// From three slides of each on, it also says how sure an answer is and what is unknown.
+/// From three slides of each on, it also says how sure an answer is and what is unknown. Then learn prints how many
+/// slides are called unknown by a model of all textures but their own.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The calibrated model to start from: builtin:embedding, builtin:taxel-embedding or a file
@@ -52,6 +53,7 @@ fn is_set(path: &Path) -> bool {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let outputs = Outputs::new(arguments.force).reading([&arguments.base]).reading(&arguments.slides);
+    check_ending(output, &["wsm"])?;
     outputs.check([output])?;
     let file = ModelFile::open(&arguments.base)?;
     let model = file.model()?;
@@ -91,5 +93,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         bytes.len(),
         counted(learned.slides.len(), "texture")
     ));
+    if let Some(found) = learned.found_unknown {
+        note(format_args!(
+            "without its own texture, {:.0} % of the slides are called unknown; textures more alike are found less often",
+            100.0 * found
+        ));
+    }
     Ok(())
 }

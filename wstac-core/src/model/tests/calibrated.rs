@@ -46,6 +46,8 @@ fn factor(factor: u32, before: u16, behind: u16) -> [u16; 4] {
 struct Projection {
     shift: u16,
     threshold: u32,
+    /// The limit of each class, if they have their own.
+    limits: Option<Vec<u32>>,
     biases: Vec<i64>,
     /// For each dimension, the weights of all inputs.
     weights: Vec<Vec<i16>>,
@@ -60,6 +62,7 @@ impl Projection {
         Self {
             shift: 12,
             threshold: 200_000_000,
+            limits: None,
             biases: biases.iter().map(|&bias| i64::from(bias) << 16).collect(),
             weights: (0..dimensions)
                 .map(|_| -> Vec<i16> { numbers(maker, inputs) })
@@ -70,7 +73,8 @@ impl Projection {
     }
 
     fn halves(&self) -> Vec<u16> {
-        let mut halves = vec![self.shift, 0, self.threshold as u16, (self.threshold >> 16) as u16];
+        let has_limits = u16::from(self.limits.is_some());
+        let mut halves = vec![self.shift, has_limits, self.threshold as u16, (self.threshold >> 16) as u16];
         for bias in &self.biases {
             halves.extend((0..4).map(|half| (bias >> (16 * half)) as u16));
         }
@@ -83,7 +87,12 @@ impl Projection {
             halves.extend(mean.iter().map(|&number| number as u16));
             halves.resize(halves.len().next_multiple_of(2), 0);
         }
+        halves.extend(self.limits.iter().flatten().flat_map(|limit| [*limit as u16, (limit >> 16) as u16]));
         halves
+    }
+
+    fn limit(&self, class: u8) -> u64 {
+        self.limits.as_ref().map_or(self.threshold, |limits| limits[usize::from(class)]).into()
     }
 
     fn distance(&self, sample: &[i16; INPUTS], class: usize) -> u64 {
@@ -127,7 +136,9 @@ fn every_kind_says_how_sure_it_is() {
                 [(1 << 20, 0, 0), (3 << 28, 20, 31), (u32::MAX, 31, 63), (77, 0, 3)][seed as usize % 4];
             let mut halves = factor(number, before, behind).to_vec();
             let dimensions = [0, 1, 9, MOST_DIMENSIONS][seed as usize / 4 % 4];
-            let projection = Projection::random(&mut maker, inputs, classes, dimensions);
+            let mut projection = Projection::random(&mut maker, inputs, classes, dimensions);
+            // Every third file has a limit for each class.
+            projection.limits = seed.is_multiple_of(3).then(|| (1..=classes as u32).map(|k| k * 40_000_000).collect());
             if dimensions > 0 {
                 halves[3] = dimensions as u16;
                 halves.extend(projection.halves());
@@ -164,7 +175,7 @@ fn every_kind_says_how_sure_it_is() {
                 }
                 assert!(probabilities[classes..].iter().all(|&rest| rest == 0));
                 let is_known = (dimensions > 0)
-                    .then(|| projection.distance(&sample, found.class.into()) <= u64::from(projection.threshold));
+                    .then(|| projection.distance(&sample, found.class.into()) <= projection.limit(found.class));
                 assert_eq!(found.known, is_known, "{kind} {seed}");
                 if let Some(is_known) = is_known {
                     known[usize::from(is_known)] += 1;
@@ -206,7 +217,11 @@ fn a_calibration_that_is_not_valid_is_refused() {
     assert_eq!(projected(33, 1, 0, 0, 0), refused);
     assert_eq!(projected(2, 0, 0, 0, 0), refused);
     assert_eq!(projected(2, 41, 0, 0, 0), refused);
-    assert_eq!(projected(2, 1, 1, 0, 0), refused);
+    // Limits are there if the flag says so, and only then: two halves for each of three classes.
+    assert_eq!(projected(2, 1, 1, 0, 6), Ok(true));
+    for (flag, more) in [(1, 0), (1, 4), (2, 6), (0, 6)] {
+        assert_eq!(projected(2, 1, flag, 0, more), refused, "{flag} {more}");
+    }
     assert_eq!(projected(2, 1, 0, 0, 2), refused);
     assert_eq!(projected(2, 40, 0, 0x4001, 0), Err(ModelError::Overflow));
     // Where the kind's part ends.

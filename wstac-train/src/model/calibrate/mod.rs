@@ -17,7 +17,6 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 
 use super::eval;
-use super::trained::in_file_order;
 use crate::dataset::recordings::Recording;
 pub(super) use factor::Scored;
 pub use lda::Projection;
@@ -89,14 +88,8 @@ impl LabeledSamples {
     pub fn of_recordings(recordings: &[Recording], input: Input) -> Self {
         let mut samples = Self::default();
         for recording in recordings {
-            let found: Vec<[i16; INPUTS]> = match input {
-                Input::Frames => {
-                    let samples =
-                        recording.samples.iter().filter_map(|(_, sample, _)| sample.as_flattened().try_into().ok());
-                    samples.map(in_file_order).collect()
-                }
-                _ => recording.paths.iter().filter_map(|path| path.sample(input)).copied().collect(),
-            };
+            let events = 0..recording.samples.len();
+            let found: Vec<[i16; INPUTS]> = events.filter_map(|event| recording.sample(event, input)).collect();
             let labels = vec![0; found.len()];
             samples.append(Self { numbers: found, labels, names: vec![recording.specimen.clone()] });
         }
@@ -298,7 +291,9 @@ pub fn calibrate_with(
     let place = ((1.0 - settings.rejected) * distances.len() as f64).ceil() as usize;
     let threshold = distances[place.clamp(1, distances.len()) - 1];
     let dimensions = projection.biases.len();
-    finished(&plain, part(factor, Some((projection, &means, threshold))), dimensions, &held_out)
+    let limits = Limits::Common((threshold * UNIT * UNIT).ceil().min(f64::from(u32::MAX)) as u32);
+    let known = Known { projection, means: &means, limits };
+    finished(&plain, part(factor, Some(&known)), dimensions, &held_out)
 }
 
 /// Returns a file with this calibration, and its quality.
@@ -347,13 +342,37 @@ pub fn inputs_of(model: &Model) -> usize {
     usize::from(model.frames()) * wstac_core::params::FEATURES
 }
 
-/// A projection, the classes' places in it, and the largest squared distance of a known sample.
-pub(super) type Known<'a> = (&'a Projection, &'a [Vec<f64>], f64);
+/// What tells a known sample from an unknown one.
+pub(super) struct Known<'a> {
+    pub(super) projection: &'a Projection,
+    /// The classes' places in it.
+    pub(super) means: &'a [Vec<f64>],
+    /// The largest squared distance of a known sample, in units of a file.
+    pub(super) limits: Limits,
+}
+
+/// The largest squared distance of a known sample, in units of a file.
+pub(super) enum Limits {
+    /// One for all classes.
+    Common(u32),
+    /// One for each class.
+    Own(Vec<u32>),
+}
+
+impl Limits {
+    /// Returns the largest one.
+    fn most(&self) -> u32 {
+        match self {
+            Self::Common(limit) => *limit,
+            Self::Own(limits) => limits.iter().copied().max().unwrap_or(0),
+        }
+    }
+}
 
 /// Returns the halves of a calibration.
-pub(super) fn part(factor: f64, known: Option<Known<'_>>) -> Vec<u16> {
+pub(super) fn part(factor: f64, known: Option<&Known<'_>>) -> Vec<u16> {
     let mut halves = factor::halves(factor).to_vec();
-    let Some((projection, means, threshold)) = known else {
+    let Some(Known { projection, means, limits }) = known else {
         halves.push(0);
         return halves;
     };
@@ -363,9 +382,10 @@ pub(super) fn part(factor: f64, known: Option<Known<'_>>) -> Vec<u16> {
     let whole = UNIT / f64::from(FEATURE_ONE);
     let shift = (f64::from(i16::MAX) / (largest * whole)).log2().floor().clamp(1.0, 40.0);
     let fixed = |x: f64| (x * shift.exp2()).round();
-    halves.extend([dimensions as u16, shift as u16, 0]);
-    let threshold = (threshold * UNIT * UNIT).ceil().min(f64::from(u32::MAX)) as u32;
-    halves.extend([threshold as u16, (threshold >> 16) as u16]);
+    let halves_of = |limit: u32| [limit as u16, (limit >> 16) as u16];
+    let has_own = u16::from(matches!(limits, Limits::Own(_)));
+    halves.extend([dimensions as u16, shift as u16, has_own]);
+    halves.extend(halves_of(limits.most()));
     for bias in &projection.biases {
         let bias = fixed(bias * UNIT) as i64;
         halves.extend((0..4).map(|half| (bias >> (16 * half)) as u16));
@@ -376,9 +396,12 @@ pub(super) fn part(factor: f64, known: Option<Known<'_>>) -> Vec<u16> {
             halves.extend(block.iter().flat_map(|row| [weight(row, 2 * pair), weight(row, 2 * pair + 1)]));
         }
     }
-    for mean in means {
+    for mean in *means {
         halves.extend(mean.iter().map(|place| ((place * UNIT).round() as i16).cast_unsigned()));
         halves.resize(halves.len().next_multiple_of(2), 0);
+    }
+    if let Limits::Own(limits) = limits {
+        halves.extend(limits.iter().flat_map(|limit| halves_of(*limit)));
     }
     halves
 }
