@@ -6,7 +6,9 @@ import threading
 import time
 from pathlib import Path
 
-from common import Listener, fail, free_port, of_kind, same, until
+import zenoh
+
+from common import PATIENCE, Listener, fail, free_port, of_kind, same, until
 from ros import DOMAIN, Client
 
 # Enough quiet frames at the start to begin a recording, whose baseline they are.
@@ -14,6 +16,8 @@ QUIET = 'lead_in = 150\ngap = 110\nseed = 9\nfidelity = "taxel"\n' + "".join(
     f'[[slide]]\nspecimen = "{name}"\nspeed = {speed}\ndirection = {way}\n'
     for name, speed, way in (("Saw3", 150, 90), ("Sin2", 170, 180), ("Tri4", 130, 300), ("Saw3", 160, 200))
 )
+# A message without fields, of which rosidl makes one byte.
+EMPTY = b"\0\1\0\0\0"
 SENSORS = ("left", "right", "deaf", "idle")
 MODELS = Path(__file__).parents[2] / "wstac-host" / "models" / "path"
 OF_NODE = {
@@ -59,6 +63,7 @@ def check_services(programs):
         start = client.call("/wstac/left/start_recording", file="slide.mcap", features_only=True)
         done(start, "start of a recording")
         same(start.recorded, str(folder / "slide.mcap"), "file of the recording")
+        strangers(client)
         refused(client.call("/wstac/left/start_recording"), "in progress", "a second recording")
         refused(client.call("/wstac/left/load_model", file="path-svm.wsm"), "in progress", "a model in a recording")
         refused(client.call("/wstac/left/restart_baseline"), "in progress", "a new baseline in a recording")
@@ -70,7 +75,7 @@ def check_services(programs):
         refused(client.call("/wstac/right/load_configuration", file="wrong.toml"), "no_such", "a wrong configuration")
         refused(client.call("/wstac/right/load_model", file="none.wsm"), "none.wsm", "a file that is no model")
         refused(client.call("/wstac/right/load_model", file="/etc/passwd"), "without folders", "a file elsewhere")
-        rogue(client)
+        rogue(client, node)
 
         # A sensor whose baseline is always new has no event.
         over = threading.Event()
@@ -129,18 +134,44 @@ def check_recording(recorded, events):
             same(one[field], other[field], f"{field} of a recorded event")
 
 
-def rogue(client):
+def strangers(client):
+    """Requests that ask for everything, and those that are no empty message: no recording ends, and no baseline begins."""
+    end = "/wstac/left/stop_recording"
+    everything = ("**", "*/**", f"{DOMAIN}/**", f"{DOMAIN}/wstac/*/stop_recording/**", f"{DOMAIN}/*/left/restart_baseline/**")
+    for key in everything:
+        for target in (zenoh.QueryTarget.BEST_MATCHING, zenoh.QueryTarget.ALL):
+            replies = list(client.session.get(key, payload=EMPTY, target=target, consolidation=zenoh.ConsolidationMode.NONE, timeout=PATIENCE))
+            answers = [str(reply.ok.key_expr) for reply in replies if reply.ok and str(reply.ok.key_expr).startswith(f"{DOMAIN}/")]
+            same(answers, [], f"answers of services to {key}")
+            errors = {reply.err.payload.to_string() for reply in replies if reply.err}
+            same(errors, {"the key has wildcards, expected that of one service"}, f"errors for {key}")
+    for payload in (None, b"", b"\0\1\0", b"\0\0\0\0\0", EMPTY + b"\0", bytes(100)):
+        same([reply.ok is None for reply in client.ask(end, payload, None)], [True], f"answers of {end} to {payload}")
+
+
+def rogue(client, node):
     """Requests that are no messages: an error, no answer that looks like one, and nothing changes."""
     for service, payload in (
         ("/wstac_node/set_parameters", b""),
         ("/wstac_node/get_parameters", b"\0\1\0\0\xff\xff\xff\xff"),
-        ("/wstac_node/list_parameters", bytes(10_000_000)),
+        ("/wstac_node/list_parameters", bytes(100_000)),
         ("/wstac/right/load_model", b"\0\1\0\0\xff\xff\xff\x7fa\0"),
         ("/wstac/right/start_recording", b"\0\1\0\0"),
     ):
-        for attachment in (None, b"", bytes(40)):
+        for attachment in (None, b"", bytes(40), bytes(100_000)):
             replies = client.ask(service, payload, attachment)
             same([reply.ok is None for reply in replies], [True], f"answers of {service} to {payload[:20]!r}")
+    # What is far too long is not even gathered.
+    before = most_memory(node)
+    replies = client.ask("/wstac_node/list_parameters", bytes(60_000_000), None, timeout=5)
+    same([reply.err.payload.to_string() for reply in replies], ["Timeout"], "answers to 60 MB")
+    same(most_memory(node) - before < 20_000, True, f"kB of memory for a request of 60 MB: {most_memory(node)} instead of {before}")
+
+
+def most_memory(node):
+    """Returns the most memory that the node ever had, in kB."""
+    status = Path(f"/proc/{node.pid}/status").read_text()
+    return int(re.search(r"VmHWM:\s*(\d+)", status)[1])
 
 
 def check_parameters(programs):

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use wstac_host::error::{Error, ErrorKind};
+use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
@@ -18,7 +19,7 @@ use crate::orders::{Action, Control, Order, path_in};
 
 /// The requests that wait at most. Further ones have no answer.
 const MOST_WAITING: usize = 64;
-/// The longest request.
+/// The longest request, with all that comes along.
 const MOST_BYTES: usize = 1 << 16;
 
 /// A service of the node or of a sensor.
@@ -70,7 +71,7 @@ impl Service {
 /// The services, while they can be called.
 pub(crate) struct Services {
     /// They end with this.
-    _declared: Vec<(Queryable<()>, LivelinessToken)>,
+    declared: Vec<(Queryable<()>, LivelinessToken)>,
     own: Sender<Work>,
 }
 
@@ -85,6 +86,8 @@ pub(crate) struct Clerk {
 enum Work {
     /// A request to a service, of the sensor with this place.
     Asked(Service, usize, Request),
+    /// A request that no service takes, and why.
+    Refused(&'static str, Request),
     /// What a sensor has done.
     Done(Service, Request, Result<String, Error>),
     /// The services are gone.
@@ -94,7 +97,7 @@ enum Work {
 /// A request that has no answer yet.
 struct Request {
     query: Query,
-    /// The key of the service. The request may have one with wildcards.
+    /// The key of the service.
     key: Arc<str>,
     /// It counts until it is answered or given up.
     _waits: Waits,
@@ -134,11 +137,16 @@ impl Services {
             let kind = service.named().1;
             let key: Arc<str> = kind.key(arguments.domain, &name).into();
             let answered = Arc::clone(&key);
-            let take = move |query| {
+            let take = move |mut query: Query| {
+                let refusal = refusal(&mut query, &answered);
                 if waiting.fetch_add(1, Ordering::Relaxed) < MOST_WAITING {
                     let request = Request { query, key: Arc::clone(&answered), _waits: Waits(Arc::clone(&waiting)) };
+                    let work = match refusal {
+                        Some(why) => Work::Refused(why, request),
+                        None => Work::Asked(service, place, request),
+                    };
                     // The clerk is gone only at the end.
-                    let _ = own.send(Work::Asked(service, place, request));
+                    let _ = own.send(work);
                 } else {
                     waiting.fetch_sub(1, Ordering::Relaxed);
                 }
@@ -156,12 +164,35 @@ impl Services {
             controls: controls.to_vec(),
         };
         let clerk = Clerk { parameters, folder: arguments.files.clone(), arriving, own: own.clone() };
-        Ok((Self { _declared: declared.map_err(refused)?, own }, clerk))
+        Ok((Self { declared: declared.map_err(refused)?, own }, clerk))
     }
+}
+
+/// Returns why no service takes a request with this key; `None` if one does. What waits for its refusal is short.
+fn refusal(query: &mut Query, key: &str) -> Option<&'static str> {
+    let length = |part: Option<&ZBytes>| part.map_or(0, ZBytes::len);
+    let parameters = query.parameters().as_str().len();
+    let why = if query.key_expr().as_str() != key {
+        // It is meant for whatever has such a key. A service changes things, so it is called by its name.
+        "the key has wildcards, expected that of one service"
+    } else if length(query.payload()) + length(query.attachment()) + parameters > MOST_BYTES {
+        "the request is too long"
+    } else {
+        return None;
+    };
+    if let Some(payload) = query.payload_mut() {
+        *payload = ZBytes::new();
+    }
+    if let Some(attachment) = query.attachment_mut() {
+        *attachment = ZBytes::new();
+    }
+    Some(why)
 }
 
 impl Drop for Services {
     fn drop(&mut self) {
+        // Requests from now on find no service, and those before them are answered.
+        self.declared.clear();
         // The clerk may be gone.
         let _ = self.own.send(Work::Over);
     }
@@ -173,6 +204,7 @@ impl Clerk {
         for work in &self.arriving {
             match work {
                 Work::Asked(service, place, request) => self.asked(service, place, request),
+                Work::Refused(why, request) => request.refuse(why),
                 Work::Done(service, request, result) => request.answer(&answer(service, result)),
                 Work::Over => break,
             }
@@ -182,10 +214,6 @@ impl Clerk {
     /// Answers a request about parameters, and hands any other one to its sensor.
     fn asked(&self, service: Service, place: usize, request: Request) {
         let payload = request.query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
-        if payload.len() > MOST_BYTES {
-            request.refuse("the request is too long");
-            return;
-        }
         let of_node = match service {
             Service::DescribeParameters => self.parameters.describe(&payload),
             Service::GetParameters => self.parameters.get_all(&payload),
@@ -213,9 +241,13 @@ impl Clerk {
         let folder = self.folder.as_deref();
         let mut reader = CdrReader::new(payload);
         Some(Ok(match service {
-            // An empty message, of which rosidl makes one byte.
-            Service::RestartBaseline => Action::RestartBaseline,
-            Service::StopRecording => Action::StopRecording,
+            Service::RestartBaseline | Service::StopRecording => {
+                // An empty message, of which rosidl makes one byte.
+                if reader?.left() > 1 {
+                    return None;
+                }
+                if service == Service::StopRecording { Action::StopRecording } else { Action::RestartBaseline }
+            }
             Service::StartRecording => {
                 let (file, features_only) = (reader.as_mut()?.text()?, reader.as_mut()?.bool()?);
                 // Without a name the sensor finds one.
