@@ -133,9 +133,11 @@ async function record(browser, scene) {
 
 /** Records one of two sensors: the one that was clicked last. */
 async function choose(browser, scene) {
-  mkdirSync('chosen');
+  // The name of the folder turns the direction of writing. The page shows it with that character escaped.
+  const recordings = 'cho\u202esen';
+  mkdirSync(recordings);
   const sources = ['left', 'right'].map((name) => `cam:${name}=${scene}`);
-  const server = await serve(...sources, '--listen', '127.0.0.1:0', '--record-to', 'chosen');
+  const server = await serve(...sources, '--listen', '127.0.0.1:0', '--record-to', recordings);
   const seen = await open(browser, server.address, 1440, 900, 'dark');
   const { page } = seen;
   const problems = [];
@@ -152,7 +154,11 @@ async function choose(browser, scene) {
   if (await sections.nth(0).locator('.refused').isVisible()) problems.push('a baseline of the other sensor is refused');
   await page.keyboard.press('r');
   await busy.waitFor({ state: 'hidden', timeout: LIMIT_MS });
-  const files = readdirSync('chosen').join(' ');
+  const where = await sections.nth(1).locator('.record .where').textContent();
+  if (!where.includes('the folder cho\\u202esen on')) problems.push(`the page says ${where}`);
+  const isTurned = await page.evaluate(() => /[\u0080-\u009f\u202a-\u202e\u2066-\u2069]/.test(document.documentElement.outerHTML));
+  if (isTurned) problems.push('a character turns the direction of writing');
+  const files = readdirSync(recordings).join(' ');
   if (files !== 'right-1.mcap') problems.push(`the folder has ${files}`);
   say('keys are for the chosen sensor', [...problems, ...quiet(seen)]);
   await server.stop();

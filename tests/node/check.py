@@ -164,11 +164,19 @@ def check_arguments(programs):
             (["scene:Saw3@150", "--namespace", "a/*"], 2, "expected letters, digits"),
             (["scene:Saw3@150", "--listen", f"tcp/127.0.0.1:{port}"], 2, f"127.0.0.1:{port}"),
             (["no-such-file.y4m"], 1, "no-such-file.y4m"),
+            (["scene:Saw3@150", "--ros", "--files", "no-such-folder"], 2, "no-such-folder: does not exist, expected a folder"),
+            (["scene:Saw3@150", "--listen", "tcp/no host:1"], 2, "no host"),
+            (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, "udp/127.0.0.1:1"),
+            (["--", "-left=scene:Saw3@150"], 2, "no - in front"),
+            (["scene:Saw3@150", "--no\x1b[31m\u202esuch"], 2, "--no\\u001b[31m\\u202esuch"),
+            (["scene:Saw3\x1b[31m@\u202e150"], 2, "\\u001b[31m@\\u202e150"),
         ):
             done = subprocess.run([programs.command, *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False)
             same(done.returncode, code, f"exit code of {arguments}, which says {done.stderr!r}")
-            if text not in done.stderr:
+            if text not in done.stderr or "\x1b" in done.stderr or "\u202e" in done.stderr:
                 fail(f"{arguments}: {done.stderr!r}, expected {text!r}")
+            if re.search(r"\.rs\b|\.cargo", done.stderr):
+                fail(f"{arguments}: {done.stderr!r}, expected no place in source code")
     with programs.node(programs.scene("sensor", 5), "--listen", f"tcp/127.0.0.1:{port}") as node:
         listener = Listener(f"tcp/127.0.0.1:{port}")
         until(lambda: listener.lines("wstac/sensor/features"), "features")
@@ -178,6 +186,71 @@ def check_arguments(programs):
         same(re.findall(r"ended by a signal|error|panick", node.said()), ["ended by a signal"], "notes after SIGINT")
         listener.close()
     print("wrong arguments, an address in use, and a signal: told")
+
+
+# A decoder of videos that gives a frame, says that this was all, and does not end.
+DECODER = """#!/bin/sh
+printf 'YUV4MPEG2 W400 H400 F30:1 Cmono\\nFRAME\\n'
+head -c 160000 /dev/zero
+exec sleep 60 >&-
+"""
+PROBE = "#!/bin/sh\necho pix_fmt=gray\necho avg_frame_rate=30/1\n"
+
+
+def check_hang(programs):
+    """A sensor that waits forever for its source: a signal ends the node nevertheless, which says for which sensor."""
+    folder, video, other = programs.folder / "bin", programs.folder / "clip.mp4", programs.scene("sensor", 5)
+    folder.mkdir()
+    video.write_bytes(b"a video")
+    for name, text in (("ffmpeg", DECODER), ("ffprobe", PROBE)):
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+    before, endpoint = os.environ["PATH"], f"tcp/127.0.0.1:{free_port()}"
+    os.environ["PATH"] = f"{folder}:{before}"
+    try:
+        with programs.node(f"stuck={video}", f"other={other}", "--listen", endpoint) as node:
+            listener = Listener(endpoint)
+            # A second later it waits for its decoder.
+            until(lambda: [state["frames"] for state in listener.lines("wstac/stuck/state")].count(1) > 1, "the only frame")
+            begun = time.monotonic()
+            node.send_signal(signal.SIGTERM)
+            until(lambda: listener.lines("wstac/other/end"), "the end of the other sensor")
+            same(node.wait(PATIENCE), 1, "exit code of a node with a sensor that does not end")
+            same(time.monotonic() - begun > 9, True, f"{time.monotonic() - begun:.1f} s from the signal to the end")
+            note = "ended by a signal; not ended after 10 s: of the sensors: stuck\n"
+            same(node.said().endswith(note), True, f"{node.said()!r} ends in {note!r}")
+            listener.close()
+    finally:
+        os.environ["PATH"] = before
+    print("a sensor that waits forever: SIGTERM ends the node after 10 s")
+
+
+def check_several(programs):
+    """A recording of several sensors: all are published by their names, or those that are named."""
+    both = programs.folder / "both.mcap"
+    sources = {name: programs.scene(name, seed) for name, seed in (("left", 1), ("right", 2))}
+    command = [programs.wstac, "record", *(f"cam:{name}={source}" for name, source in sources.items()), "--features-only", "-o", both]
+    subprocess.run(command, capture_output=True, check=True, timeout=PATIENCE)
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    for given, names in (([both], ["left", "right"]), ([f"right={both}"], ["right"])):
+        with programs.node(*given, "--listen", endpoint) as node:
+            listener = Listener(endpoint)
+            alive = [str(reply.ok.key_expr) for reply in listener.session.liveliness().get("wstac/*", timeout=PATIENCE)]
+            same(sorted(alive), [f"wstac/{name}" for name in names], f"sensors of {given}")
+            same(node.wait(PATIENCE), 0, "exit code")
+            until(lambda: all(listener.lines(f"wstac/{name}/end") for name in names), "the ends")
+        for name in names:
+            expected = of_kind(programs.run(sources[name]), "event")
+            same(of_kind(listener.lines(f"wstac/{name}/event"), "event"), expected, f"events of {name} of {given}")
+        listener.close()
+    for given, part in (
+        ([f"thumb={both}"], "has no sensor thumb, expected one of left, right before ="),
+        ([both, "right=scene:Saw3@150"], "the name right is taken"),
+        ([both, "scene:Saw3@150"], "several sources need names"),
+    ):
+        done = subprocess.run([programs.command, *map(str, given)], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        same((done.returncode, part in done.stderr, "--sensor" in done.stderr), (2, True, False), f"{given}: {done.stderr!r}")
+    print("a recording of several sensors: all are published, or one of them")
 
 
 def check_boards(programs):
@@ -288,13 +361,13 @@ def check_ros(programs):
         until(lambda: any("diagnostics" in key for key in listener.messages), "diagnostics")
         time.sleep(0.5)
     kinds = sorted(token.split("/")[5] for token in tokens)
-    same(kinds, ["MP"] * 7 + ["NN"] + ["SS"] * 11, "tokens for discovery")
-    same(len({token.split("/")[4] for token in tokens}), 19, "numbers of the node, its publishers and its services")
-    quality = {token.rsplit("/", 1)[1] for token in tokens if "/NN/" not in token}
-    same(quality, {"::,10:,:,:,,"}, "quality of service in the tokens")
+    same(kinds, ["MP"] * 8 + ["NN"] + ["SS"] * 11, "tokens for discovery")
+    same(len({token.split("/")[4] for token in tokens}), 20, "numbers of the node, its publishers and its services")
+    quality = {(token.rsplit("/", 1)[1], "%parameter_events" in token) for token in tokens if "/NN/" not in token}
+    same(quality, {("::,10:,:,:,,", False), ("::,1000:,:,:,,", True)}, "quality of service in the tokens")
     described = {tuple(token.split("/")[9:12]) for token in tokens if "/MP/" in token}
     heard = {("%" + key.split("/", 1)[1].rsplit("/", 2)[0].replace("/", "%"), *key.split("/")[-2:]) for key in listener.messages}
-    same(heard <= described and len(described) == 7, True, f"topics {heard} that tokens describe: {described}")
+    same(heard <= described and len(described) == 8, True, f"topics {heard} that tokens describe: {described}")
     found = in_ros(types, listener.messages, "left")
     same(set(found), {"event", "contact_end", "motion", "features", "taxels", "diagnostics", "picture"}, "topics")
 
@@ -337,7 +410,7 @@ def check_ros(programs):
     same((last.name, counts["events"], counts["frames"]), ("wstac: left", len(events), expected[-1]["frames"]), "diagnostics")
     listener.close()
     count = sum(map(len, found.values()))
-    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 19 tokens for discovery")
+    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 20 tokens for discovery")
 
 
 def check_page(programs):
@@ -356,7 +429,7 @@ def check_page(programs):
 
 
 CHECKS = {check.__name__.removeprefix("check_"): check for check in (
-    check_arguments, check_messages, check_router, check_strangers, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_parameters, check_packages, check_page,
+    check_arguments, check_messages, check_several, check_hang, check_router, check_strangers, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_parameters, check_packages, check_page,
 )}
 
 

@@ -1,5 +1,6 @@
 """Checks the services and parameters of wstac-node as a client of ROS 2 calls them over rmw_zenoh's keys."""
 
+import os
 import re
 import shutil
 import threading
@@ -8,8 +9,8 @@ from pathlib import Path
 
 import zenoh
 
-from common import PATIENCE, Listener, fail, free_port, of_kind, same, until
-from ros import DOMAIN, Client
+from common import PATIENCE, Listener, fail, free_port, near, of_kind, same, until
+from ros import DOMAIN, Client, in_ros
 
 # Enough quiet frames at the start to begin a recording, whose baseline they are.
 QUIET = 'lead_in = 150\ngap = 110\nseed = 9\nfidelity = "taxel"\n' + "".join(
@@ -53,6 +54,9 @@ def check_services(programs):
     (folder / "deaf.toml").write_text("[trigger]\nmargin = 30.0\n")
     (folder / "taken.mcap").write_bytes(b"kept")
     (folder / "none.wsm").write_bytes(b"no model")
+    for name in ("pipe.toml", "pipe.wsm", "pipe.mcap"):
+        os.mkfifo(folder / name)
+    (folder / "device.toml").symlink_to("/dev/zero")
     shutil.copy(MODELS / "path-svm.wsm", folder / "path-svm.wsm")
     sensors = [f"{name}=scene:{scene}" for name in SENSORS]
     with programs.node(*sensors, "--ros", "--zenoh", "--domain", DOMAIN, "--files", folder, "--listen", endpoint) as node:
@@ -75,6 +79,12 @@ def check_services(programs):
         refused(client.call("/wstac/right/load_configuration", file="wrong.toml"), "no_such", "a wrong configuration")
         refused(client.call("/wstac/right/load_model", file="none.wsm"), "none.wsm", "a file that is no model")
         refused(client.call("/wstac/right/load_model", file="/etc/passwd"), "without folders", "a file elsewhere")
+        # What could be waited for forever is refused, and the sensor goes on.
+        for service, file in (("load_configuration", "pipe.toml"), ("load_model", "pipe.wsm"), ("load_configuration", "device.toml")):
+            refused(client.call(f"/wstac/right/{service}", file=file), "is a device or a pipe, expected a file", file)
+        refused(client.call("/wstac/right/start_recording", file="pipe.mcap", features_only=True), "File exists", "a recording to a pipe")
+        before = len(listener.lines("wstac/right/features"))
+        until(lambda: len(listener.lines("wstac/right/features")) > before + 10, "features after refusals")
         rogue(client, node)
 
         # A sensor whose baseline is always new has no event.
@@ -111,6 +121,10 @@ def check_services(programs):
     whole = programs.run(folder / "idle-1.mcap")[-1]
     same((whole["kind"], whole["frames"] > 300, whole["dropped"]), ("end", True, 0), "a recording that the source ended")
     check_recording(recorded, of_kind(listener.lines("wstac/left/event"), "event"))
+    for name in ("left", "right"):
+        # A recording, and one that was refused, leave the times of what is published as they are.
+        for record in listener.lines(f"wstac/{name}/features"):
+            near(record["time_ns"] / 1e9, record["frame"] / 30, 1e-6, f"time of frame {record['frame']} of {name}")
     named = [event["texture"]["specimen"] for event in listener.lines("wstac/right/event")]
     same(len(named), 4, "events of a sensor whose model was loaded")
     same(all(named), True, f"textures by a model that was loaded: {named}")
@@ -202,6 +216,7 @@ def check_parameters(programs):
         wrong = [
             (parameter("left.source", 4, string_value="x"), "read-only"), (parameter("left.picture", 4, string_value="x"), "type"),
             (parameter("none", 1, bool_value=True), "no such"), (parameter("left.frame_id", 4, string_value=""), "expected 1 to 255"),
+            (parameter("left.frame_id", 4, string_value="a\u202eb"), "expected 1 to 255 visible"),
             (parameter("left.frame_id", 8, double_array_value=[0.5, 1.5]), "type"),
         ]
         results = client.call("/hand/set_parameters", parameters=[one for one, _ in wrong]).results
@@ -214,6 +229,15 @@ def check_parameters(programs):
         same([key for key in listener.messages if key.startswith(pictures)], [], "pictures that are off")
         same([result.successful for result in client.call("/hand/set_parameters", parameters=[frame, picture]).results], [True, True], "changes")
         until(lambda: any(key.startswith(pictures) for key in listener.messages), "pictures that are on")
+
+        # The changes were published, each with its value and the name of the node.
+        (events,) = (all_ for key, all_ in list(listener.messages.items()) if key.startswith(f"{DOMAIN}/parameter_events/"))
+        until(lambda: len(events) == 2, "two changes of parameters")
+        found = in_ros(client.types, {key: all_ for key, all_ in listener.messages.items() if "/parameter_events/" in key}, "left")["parameter_events"]
+        same([(event.node, event.new_parameters, event.deleted_parameters) for event in found], [("/hand", [], [])] * 2, "changes of parameters")
+        changed = [[(one.name, one.value.type, one.value.string_value or one.value.bool_value) for one in event.changed_parameters] for event in found]
+        same(changed, [[("left.frame_id", 4, "finger")], [("left.picture", 1, True)]], "changes of parameters")
+        same(all(abs(event.stamp.sec - time.time()) < 60 for event in found), True, "times of the changes")
 
         def frames(kind):
             """Returns the coordinate frame of the last message."""

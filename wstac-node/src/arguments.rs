@@ -3,10 +3,16 @@
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::names;
+use wstac_host::source::open::recorded_sensors;
+use wstac_host::visible;
+
+/// Most bytes of an argument in a message about it, which may have it twice.
+const LONGEST_ARGUMENT: usize = 150;
 
 /// Publish tactile sensors on a Zenoh network
 ///
@@ -18,7 +24,8 @@ pub(crate) struct Arguments {
     /// Camera, board, recording or scene; several as NAME=SOURCE
     ///
     /// Sources are those of wstac run (/dev/videoN, scene:Saw3@150, FILE.y4m, FILE.mcap, a folder of PNG or JPEG files)
-    /// and the boards of wstac monitor (/dev/ttyACM0, tcp:HOST:PORT). One source without a name is called sensor.
+    /// and the boards of wstac monitor (/dev/ttyACM0, tcp:HOST:PORT). One source without a name is called sensor. Of a
+    /// recording of several sensors, all are published under their own names; NAME=FILE.mcap is the one of this name.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -133,7 +140,8 @@ Network:
   is the only transport that is built in.
 
 Exit code: 1 if a source or file cannot be used or a source failed, 2
-for wrong arguments, otherwise 0. SIGINT, SIGTERM and SIGHUP end it.
+for wrong arguments, otherwise 0. SIGINT, SIGTERM and SIGHUP end it: at
+the latest after 10 s, with 1 if a sensor is still waited for.
 ";
 
 impl Arguments {
@@ -147,23 +155,105 @@ impl Arguments {
         self.has_records() && self.zenoh_encoding == Form::Cdr
     }
 
-    /// Returns the name and the source of each sensor.
+    /// Refuses a folder for services that is none.
     ///
     /// # Errors
-    /// A name is invalid or taken, or one of several sources has none.
-    pub(crate) fn sensors(&self) -> Result<Vec<(String, OsString)>, Error> {
-        let with_prefix: Vec<OsString> = self.sources.iter().map(|source| prefixed(source)).collect();
-        let sensors = names::sensors(&with_prefix)?;
-        if let Some(nameless) = sensors.iter().find(|sensor| sensor.name.is_none() && sensors.len() > 1) {
-            return Err(Error::new(
-                ErrorKind::Usage,
-                format_args!("SOURCE is {:?}", nameless.source.to_string_lossy()),
-                "several sources need names, expected NAME=SOURCE, such as left=/dev/video0",
-            ));
+    /// There is no such folder.
+    pub(crate) fn check_files(&self) -> Result<(), Error> {
+        match self.files.as_deref().filter(|folder| !folder.is_dir()) {
+            None => Ok(()),
+            Some(folder) => {
+                let what = if folder.exists() { "is no folder" } else { "does not exist" };
+                let message = format_args!("{what}, expected a folder for the files of services (--files)");
+                Err(Error::new(ErrorKind::Usage, folder.display(), message))
+            }
         }
-        let owned = |sensor: &names::Sensor<'_>| (sensor.name.unwrap_or("sensor").to_owned(), sensor.source.to_owned());
-        Ok(sensors.iter().map(owned).collect())
     }
+
+    /// Returns all sensors: of a recording of several, each one.
+    ///
+    /// # Errors
+    /// A name is invalid or taken, one of several sources has none, or a recording cannot be read.
+    pub(crate) fn sensors(&self) -> Result<Vec<NamedSource>, Error> {
+        let with_prefix: Vec<OsString> = self.sources.iter().map(|source| prefixed(source)).collect();
+        let given = names::sensors(&with_prefix)?;
+        let mut all = Vec::new();
+        for &names::Sensor { name, source } in &given {
+            let refused = |message: &str| {
+                let subject = format_args!("SOURCE is {:?}", source.to_string_lossy());
+                Err(Error::new(ErrorKind::Usage, subject, message))
+            };
+            let recorded = recorded_sensors(source)?;
+            let of = |name: &str, recorded: Option<&str>| NamedSource {
+                name: name.to_owned(),
+                source: source.to_owned(),
+                recorded: recorded.map(str::to_owned),
+            };
+            match name {
+                Some(name) if recorded.is_empty() => all.push(of(name, None)),
+                None if recorded.is_empty() && given.len() == 1 => all.push(of("sensor", None)),
+                None if recorded.is_empty() => {
+                    return refused("several sources need names, expected NAME=SOURCE, such as left=/dev/video0");
+                }
+                Some(name) if recorded.iter().any(|known| known == name) => all.push(of(name, Some(name))),
+                Some(name) => {
+                    let known = recorded.join(", ");
+                    return refused(&format!("the recording has no sensor {name}, expected one of {known} before ="));
+                }
+                None => {
+                    if let Some(wrong) = recorded.iter().find(|name| !is_name_of_sensor(name)) {
+                        let message =
+                            format!("the recording has a sensor {wrong:?}, whose name cannot be that of keys");
+                        return refused(&message);
+                    }
+                    all.extend(recorded.iter().map(|name| of(name, Some(name))));
+                }
+            }
+        }
+        match all.iter().enumerate().find(|(at, named)| all[..*at].iter().any(|other| other.name == named.name)) {
+            None => Ok(all),
+            Some((_, NamedSource { name, source, .. })) => {
+                let message = format_args!("the name {name} is taken, expected another for each sensor");
+                Err(Error::new(ErrorKind::Usage, format_args!("SOURCE is {:?}", source.to_string_lossy()), message))
+            }
+        }
+    }
+}
+
+/// A sensor with its name, and where it is read from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct NamedSource {
+    pub(crate) name: String,
+    pub(crate) source: OsString,
+    /// The sensor of a recording of several.
+    pub(crate) recorded: Option<String>,
+}
+
+/// Parses the arguments of the program, or prints help, or what is wrong with them.
+///
+/// # Errors
+/// The exit code, if the program ends here.
+pub(crate) fn parse() -> Result<Arguments, ExitCode> {
+    let error = match Arguments::try_parse() {
+        Ok(arguments) => return Ok(arguments),
+        Err(error) => error,
+    };
+    if !error.use_stderr() {
+        return Err(if error.print().is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
+    }
+    // The message is about the arguments as they can be shown: without characters that control a terminal, and short.
+    let shown =
+        |given: OsString| visible::shortened(&visible::line(&given.to_string_lossy()), LONGEST_ARGUMENT).into_owned();
+    let error = Arguments::try_parse_from(std::env::args_os().map(shown)).err().unwrap_or(error);
+    // Nobody may read it; the exit code still reports the failure.
+    let _ = error.print();
+    Err(ExitCode::from(2))
+}
+
+/// Returns whether a sensor of a recording has a name that can be a part of keys.
+fn is_name_of_sensor(name: &str) -> bool {
+    let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
+    !name.is_empty() && !name.starts_with('-') && name.bytes().all(is_of_name)
 }
 
 /// Writes `left=/dev/video0` as other programs of WSTac do: `cam:left=/dev/video0`. A file whose name has `=` can be given
@@ -202,7 +292,7 @@ mod tests {
     fn sensors(sources: &[&str]) -> Result<Vec<(String, String)>, String> {
         let arguments = ["wstac-node"].iter().chain(sources);
         let found = Arguments::try_parse_from(arguments).unwrap().sensors().map_err(|error| error.to_string())?;
-        Ok(found.into_iter().map(|(name, source)| (name, source.into_string().unwrap())).collect())
+        Ok(found.into_iter().map(|named| (named.name, named.source.into_string().unwrap())).collect())
     }
 
     #[test]
@@ -220,10 +310,22 @@ mod tests {
             (&["a=1.y4m", "a=2.y4m"][..], "the name is taken"),
             (&["a=1.y4m", "2.y4m"], "several sources need names"),
             (&["left="], "nothing after ="),
+            (&["--", "-left=1.y4m"], "no - in front"),
         ] {
             let said = sensors(sources).unwrap_err();
             assert!(said.contains(part), "{said}");
         }
+    }
+
+    #[test]
+    fn services_have_a_folder_that_is_there() {
+        let check = |folder: &str| {
+            let arguments = Arguments::try_parse_from(["wstac-node", "a=1.y4m", "--ros", "--files", folder]).unwrap();
+            arguments.check_files().map_err(|error| error.to_string())
+        };
+        assert_eq!(check("."), Ok(()));
+        assert!(check("no-such-folder").unwrap_err().contains("no-such-folder: does not exist, expected a folder"));
+        assert!(check("Cargo.toml").unwrap_err().contains("Cargo.toml: is no folder, expected a folder"));
     }
 
     #[test]

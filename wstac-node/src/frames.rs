@@ -1,6 +1,5 @@
 //! Reads one source of frames: a camera, a file or a scene.
 
-use std::ffi::OsStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::thread;
@@ -9,7 +8,7 @@ use std::time::{Duration, SystemTime};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::output::{InterruptedReport, Output, OutputOptions};
+use wstac_host::output::{Elapsed, InterruptedReport, Output, OutputOptions};
 use wstac_host::record::Excerpt;
 use wstac_host::record::about::About;
 use wstac_host::session::{Observer, Processor, Session, Step};
@@ -19,7 +18,7 @@ use wstac_host::source::{FramePolicy, Labels, SourceEvent, StreamInfo, config_of
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, NamedSource};
 use crate::note;
 use crate::orders::{Action, Order, replace, shown};
 use crate::outlet::Outlet;
@@ -56,13 +55,10 @@ impl Frames {
     ///
     /// # Errors
     /// The source, the configuration or a model cannot be used.
-    pub(crate) fn open(
-        name: &str,
-        source_name: &OsStr,
-        arguments: &Arguments,
-        models: &[ModelFile],
-    ) -> Result<Self, Error> {
-        let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
+    pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
+        let NamedSource { name, source: source_name, recorded } = named;
+        let sensor = recorded.clone();
+        let options = OpenOptions { delivery: FramePolicy::Newest, sensor, ..OpenOptions::default() };
         let source = open(source_name, &options, KINDS)?;
         let info = source.info().clone();
         let given = arguments.config.as_deref().map(Config::read).transpose()?;
@@ -86,7 +82,8 @@ impl Frames {
             // A frame of a file may last for hours.
             thread::sleep(Duration::from_secs_f64((share / session.info().rate.per_second()).min(1.0)));
         }
-        let mut reader = Reader { outlet, pace, picture, passed: 0, stamp: SystemTime::now(), recording: None };
+        let (stamp, elapsed) = (SystemTime::now(), Elapsed::default());
+        let mut reader = Reader { outlet, pace, picture, passed: 0, stamp, elapsed, recording: None };
         if let Some(pace) = &mut reader.pace {
             pace.restart();
         }
@@ -146,17 +143,19 @@ impl Configured {
                 Ok("the baseline is gathered; leave the sensor untouched for 25 frames".to_owned())
             }
             Action::LoadConfig(path) => {
-                let config = Config::read(&path)?;
+                // A pipe would be waited for, and the sensor with it.
+                let config = Config::read_stored(&path)?;
                 let processor = Processor::new(&self.info, &config, wanted())?;
                 // What the old one was capturing ends here.
                 reader.interrupt(session.processor_mut().restart())?;
                 *session.processor_mut() = processor.with_textures(self.textures.clone());
+                reader.elapsed = Elapsed::default();
                 self.config = config;
                 replace(&reader.outlet.settings().config, shown(&path));
                 Ok(format!("{} is used", path.display()))
             }
             Action::LoadModel(path) => {
-                let file = ModelFile::open(&path)?;
+                let file = ModelFile::open_stored(&path)?;
                 let about = file.about().to_owned();
                 self.textures = Textures::new(&[file])?;
                 session.processor_mut().set_textures(self.textures.clone());
@@ -172,12 +171,13 @@ impl Configured {
                     return state("has taxel sums and no frames, expected features_only");
                 }
                 let about = About::new(&kept, &self.config, Labels::new(), self.models.clone())?;
-                // Its replay begins with a new baseline, too.
-                reader.interrupt(session.processor_mut().restart())?;
                 let recording = recording::start(&folder, &file, name, &about, session.processor())?;
                 let path = recording.path().display().to_string();
+                // Its replay begins with a new baseline, too. The sample that this ends is not part of it.
+                let interrupted = reader.interrupt(session.processor_mut().restart());
+                reader.elapsed = session.processor().elapsed();
                 reader.recording = Some(recording);
-                Ok(path)
+                interrupted.map(|()| path)
             }
         }
     }
@@ -193,6 +193,8 @@ struct Reader {
     passed: u64,
     /// The wall-clock time of the last frame: the driver's, or else when it was read.
     stamp: SystemTime,
+    /// The time up to the last restart, from which the times of outputs count. Those that are published go on.
+    elapsed: Elapsed,
     recording: Option<Excerpt>,
 }
 
@@ -249,10 +251,12 @@ impl Observer for Reader {
         if let Some(recording) = &mut self.recording {
             recording.output(&output, recording::json);
         }
-        self.outlet.output(&output, self.stamp)
+        self.outlet.output(&output.after(self.elapsed), self.stamp)
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
+        // By a driver's clock it is known from the first frame on.
+        self.elapsed = processor.elapsed();
         let is_frame = matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
         if let Some(sums) = processor.taxel_sums().filter(|_| is_frame) {
             self.outlet.taxels(&sums, self.stamp);

@@ -2,11 +2,12 @@
 //!
 //! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher` sends
 //! what was found. `outlet` makes messages between them. A full queue makes it skip messages, so that a slow network never
-//! holds up a sensor. `orders` are what services ask of a sensor, and `recording` is one that they start. `network` opens
-//! the session of Zenoh, `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes of ROS 2.
+//! holds up a sensor. `ending` ends all of it after a signal. `orders` are what services ask of a sensor, and `recording` is one that they start. `network` opens
+//! the session of Zenoh, `refused` has what it refuses in words, `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes of ROS 2.
 
 mod arguments;
 mod board;
+mod ending;
 mod frames;
 mod message;
 mod network;
@@ -15,22 +16,22 @@ mod outlet;
 mod publisher;
 mod recording;
 mod records;
+mod refused;
 mod ros;
 mod sensor;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread;
 
-use clap::Parser;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::visible::OneLine;
 
 use self::arguments::Arguments;
+use self::ending::Ending;
 use self::orders::Control;
 use self::outlet::Outlet;
 use self::publisher::Publisher;
@@ -39,7 +40,11 @@ use self::ros::services::Services;
 use self::sensor::Sensor;
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    let arguments = match arguments::parse() {
+        Ok(arguments) => arguments,
+        Err(code) => return code,
+    };
+    match run(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -59,28 +64,23 @@ fn note(message: impl std::fmt::Display) {
 /// # Errors
 /// A source, a file or the network cannot be used. Nothing was published.
 fn run(arguments: &Arguments) -> Result<bool, Error> {
-    let ends = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        // A second signal ends the program at once.
-        let handlers = signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&ends))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&ends)));
-        handlers.map_err(|error| Error::io("signals", error))?;
-    }
+    let ending = &Ending::of_program()?;
+    arguments.check_files()?;
     let models = ModelFile::open_all(&arguments.models)?;
     let sources = arguments.sensors()?;
     let mut sensors = Vec::new();
-    for (name, source) in &sources {
-        sensors.push(Sensor::open(name, source, arguments, &models)?);
+    for named in &sources {
+        sensors.push(Sensor::open(named, arguments, &models)?);
     }
     let (network, about_network) = network::open(arguments)?;
     note(about_network);
     let mut publishers = Vec::new();
-    for (place, (name, _)) in sources.iter().enumerate() {
-        publishers.push(Publisher::new(&network, arguments, name, place)?);
+    for (place, named) in sources.iter().enumerate() {
+        publishers.push(Publisher::new(&network, arguments, &named.name, place)?);
     }
     let _node = arguments.ros.then(|| network::node_token(&network, arguments)).transpose()?;
     let (controls, orders): (Vec<_>, Vec<_>) =
-        sources.iter().map(|(name, source)| Control::new(name, &source.to_string_lossy(), arguments)).unzip();
+        sources.iter().map(|named| Control::new(&named.name, &named.source.to_string_lossy(), arguments)).unzip();
     let first = RosPublishers::after(sources.len());
     let services = arguments.ros.then(|| Services::new(&network, arguments, &controls, first)).transpose()?;
     let (services, clerk) = services.unzip();
@@ -95,9 +95,12 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
             .enumerate()
             .map(|(place, ((sensor, publisher), (control, orders)))| {
                 let outlet = Outlet::new(publisher.queue(), Arc::clone(&control.settings), arguments);
-                let (share, ends) = (place as f64 / sources.len() as f64, &ends);
+                let share = place as f64 / sources.len() as f64;
                 scope.spawn(move || publisher.run());
-                scope.spawn(move || sensor.run(outlet, &orders, share, ends))
+                scope.spawn(move || {
+                    let _reading = ending.reading(&control.name);
+                    sensor.run(outlet, &orders, share, ending.flag())
+                })
             })
             .collect();
         let failures = threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded);
@@ -107,7 +110,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
         failures
     });
     network::close(&network)?;
-    if ends.load(Ordering::Relaxed) {
+    if ending.flag().load(Ordering::Relaxed) {
         note("ended by a signal");
     }
     Ok(failures == 0)

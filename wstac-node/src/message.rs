@@ -107,7 +107,7 @@ impl Message {
             Type::TwistStamped => Topic::Motion,
             Type::Features => Topic::Features,
             Type::Taxels => Topic::Taxels,
-            Type::DiagnosticArray | Type::Image => return None,
+            Type::DiagnosticArray | Type::Image | Type::ParameterEvent => return None,
         };
         Some(Self { topic, payload: message.payload.clone(), kind: Some(message.kind) })
     }

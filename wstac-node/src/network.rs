@@ -4,10 +4,12 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::text_file::file_text;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::{Config, Session, Wait};
 
 use crate::arguments::Arguments;
+use crate::refused::refused;
 use crate::ros::names;
 
 /// The address of a program that connects to no other one, and the one at which nodes of ROS 2 meet.
@@ -20,7 +22,8 @@ const LOCAL: &str = "tcp/127.0.0.1:7447";
 pub(crate) fn open(arguments: &Arguments) -> Result<(Session, String), Error> {
     let config = config(arguments)?;
     let (listens, connects) = (addresses(&config, "listen"), addresses(&config, "connect"));
-    let about = |error| Error::new(ErrorKind::Usage, format_args!("the network {listens:?} {connects:?}"), error);
+    let all = [&listens[..], &connects[..]].concat().join(" ");
+    let about = |error| refused(ErrorKind::Usage, format_args!("the network {all}"), &error);
     let session = zenoh::open(config).wait().map_err(about)?;
     let connected = if connects.is_empty() { String::new() } else { format!(", connects to {}", connects.join(" ")) };
     let listens = if listens.is_empty() { "at no address".to_owned() } else { format!("at {}", listens.join(" ")) };
@@ -33,7 +36,7 @@ pub(crate) fn open(arguments: &Arguments) -> Result<(Session, String), Error> {
 /// # Errors
 /// The session did not end as it should.
 pub(crate) fn close(session: &Session) -> Result<(), Error> {
-    session.close().wait().map_err(|error| Error::new(ErrorKind::Io, "the network", error))
+    session.close().wait().map_err(|error| refused(ErrorKind::Io, "the network", &error))
 }
 
 /// Returns the addresses that the session listens at or connects to, in any mode.
@@ -56,8 +59,8 @@ fn addresses(config: &Config, kind: &str) -> Vec<String> {
 /// The network refuses it.
 pub(crate) fn node_token(session: &Session, arguments: &Arguments) -> Result<LivelinessToken, Error> {
     let token = names::node_token(arguments.domain, &session.zid().to_string(), &arguments.node_name);
-    let refused = |error| Error::new(ErrorKind::Usage, "the node's token", error);
-    session.liveliness().declare_token(token).wait().map_err(refused)
+    let about = |error| refused(ErrorKind::Usage, "the node's token", &error);
+    session.liveliness().declare_token(token).wait().map_err(about)
 }
 
 /// Returns the settings of the session: safe ones, over which go those of the file, and then those of the arguments.
@@ -79,9 +82,8 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
         // Of what arrives, only requests are read, and the longest of them has 64 kB.
         "transport": {"link": {"tx": {"queue": {"size": {"data": 16}}}, "rx": {"max_message_size": 1 << 20}}},
     });
-    let wrong = |error| Error::new(ErrorKind::Config, "the network's safe settings", error);
-    let mut settings =
-        serde_json::from_str(&Config::default().to_string()).map_err(|error| wrong(error.to_string()))?;
+    let wrong = |error| Error::with_cause(ErrorKind::Config, "the network's safe settings", error);
+    let mut settings: Value = serde_json::from_str(&Config::default().to_string()).map_err(wrong)?;
     merge(&mut settings, safe);
     merge(&mut settings, file);
     for (kind, endpoints) in [("listen", &arguments.listen), ("connect", &arguments.connect)] {
@@ -90,15 +92,15 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
         }
     }
     let about = |error: zenoh::Error| match path {
-        Some(path) => Error::new(ErrorKind::Config, path.display(), error),
-        None => wrong(error.to_string()),
+        Some(path) => refused(ErrorKind::Config, path.display(), &error),
+        None => refused(ErrorKind::Config, "the network's safe settings", &error),
     };
     Config::from_json5(&settings.to_string()).map_err(about)
 }
 
 /// Reads a file of settings.
 fn read(path: &Path) -> Result<Value, Error> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(path.display(), error))?;
+    let text = file_text(path)?;
     let wrong = |message: String| Error::new(ErrorKind::Config, path.display(), message);
     let settings: Value = json5::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     if settings.is_object() { Ok(settings) } else { Err(wrong("has no settings, expected {…}".to_owned())) }

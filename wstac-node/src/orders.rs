@@ -6,6 +6,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::visible;
 
 use crate::arguments::Arguments;
 
@@ -104,13 +105,13 @@ pub(crate) fn path_in(folder: Option<&Path>, file: &str) -> Result<PathBuf, Erro
         return Err(Error::new(ErrorKind::Usage, "the node", "has no folder for files, expected --files FOLDER"));
     };
     let is_name =
-        !file.is_empty() && !file.starts_with('.') && !file.contains(['/', '\\']) && !file.contains(char::is_control);
+        !file.is_empty() && !file.starts_with('.') && !file.contains(['/', '\\']) && visible::line(file) == file;
     if is_name {
         Ok(folder.join(file))
     } else {
         Err(Error::new(
             ErrorKind::Usage,
-            format_args!("file is {file:?}"),
+            format_args!("file is \"{file}\""),
             "expected the name of a file without folders",
         ))
     }
@@ -124,7 +125,7 @@ mod tests {
     fn a_name_stays_in_its_folder() {
         let folder = Some(Path::new("files"));
         assert_eq!(path_in(folder, "a b.wsm").unwrap(), Path::new("files/a b.wsm"));
-        for name in ["", ".", "..", "../a", "a/b", "/etc/passwd", "a\\b", "a\0", ".hidden", "a\n"] {
+        for name in ["", ".", "..", "../a", "a/b", "/etc/passwd", "a\\b", "a\0", ".hidden", "a\n", "a\u{202e}"] {
             assert!(path_in(folder, name).is_err(), "{name:?}");
         }
         assert!(path_in(None, "a").unwrap_err().to_string().contains("--files"));

@@ -12,6 +12,7 @@ use crate::arguments::Arguments;
 use crate::message::{Message, Topic};
 use crate::note;
 use crate::records::{Events, RecordPublishers, locked};
+use crate::refused::in_words;
 use crate::ros::messages::{Health, RosMessage};
 use crate::ros::names::Type;
 use crate::ros::publishers::RosPublishers;
@@ -129,7 +130,7 @@ impl Publisher {
             let ros = found.ros.zip(ros.as_mut()).map(|(message, to)| to.put(message));
             for error in [record, ros].into_iter().flatten().filter_map(Result::err) {
                 if refused == 0 {
-                    note(format_args!("{name}: a message was not published: {error}"));
+                    note(format_args!("{name}: a message was not published: {}", in_words(&error.to_string())));
                 }
                 refused += 1;
             }

@@ -8,16 +8,16 @@ use wstac_host::json::JsonLine;
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::{Excerpt, first_free_file, new_file};
+use wstac_host::record::{Excerpt, check_room, first_free_file, new_file};
 use wstac_host::session::Processor;
 
 use crate::orders::path_in;
 
-/// Starts a recording in a new file: of this name in the folder, or of the first that is free; `processor` was just
-/// restarted.
+/// Starts a recording in a new file: of this name in the folder, or of the first that is free; `processor` is restarted
+/// before its next frame.
 ///
 /// # Errors
-/// The file exists or cannot be written, or its name is invalid.
+/// The file exists or cannot be written, the disk is full, or its name is invalid.
 pub(crate) fn start(
     folder: &Path,
     file: &str,
@@ -26,6 +26,7 @@ pub(crate) fn start(
     processor: &Processor,
 ) -> Result<Excerpt, Error> {
     let (file, path) = file_of(folder, file, sensor)?;
+    check_room(&file, &path, &about.info)?;
     Excerpt::start(file, &path, about, processor)
 }
 

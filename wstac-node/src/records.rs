@@ -13,6 +13,7 @@ use zenoh::{Session, Wait};
 
 use crate::arguments::Arguments;
 use crate::message::{Message, Topic};
+use crate::refused::refused;
 use crate::ros::names::Type;
 
 /// The events that are kept for those who ask.
@@ -34,7 +35,7 @@ impl RecordPublishers {
     /// # Errors
     /// The network refuses a key.
     pub(crate) fn new(session: &Session, sensor: &str, arguments: &Arguments) -> Result<Self, Error> {
-        let refused = |error| Error::new(ErrorKind::Usage, format_args!("the keys {sensor}"), error);
+        let refused = |error| refused(ErrorKind::Usage, format_args!("the keys {sensor}"), &error);
         let declare = |topic: Topic| {
             let (control, priority) = if topic.is_stream() {
                 (CongestionControl::Drop, Priority::Data)

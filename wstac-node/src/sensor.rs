@@ -1,13 +1,12 @@
 //! Reads one sensor: a camera, a file or a scene here, or a board, which finds its events itself.
 
-use std::ffi::OsStr;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::Receiver;
 
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, NamedSource};
 use crate::board::{Board, PortKind};
 use crate::frames::Frames;
 use crate::orders::Order;
@@ -26,13 +25,14 @@ impl Sensor {
     ///
     /// # Errors
     /// The source, the configuration or a model cannot be used.
-    pub(crate) fn open(name: &str, source: &OsStr, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
+    pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
+        let (name, source) = (&named.name, &*named.source);
         match PortKind::of(source) {
             Some(PortKind::Serial) => {
                 Board::open(name, source, arguments.baud).map(|board| Self::Board(Box::new(board)))
             }
             Some(PortKind::Tcp) => Board::open(name, source, None).map(|board| Self::Board(Box::new(board))),
-            None => Frames::open(name, source, arguments, models).map(|frames| Self::Frames(Box::new(frames))),
+            None => Frames::open(named, arguments, models).map(|frames| Self::Frames(Box::new(frames))),
         }
     }
 

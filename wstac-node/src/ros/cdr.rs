@@ -69,11 +69,16 @@ impl Cdr {
         cdr
     }
 
-    /// Writes `std_msgs/Header`. Seconds are those of `builtin_interfaces/Time`, which end in 2038.
-    pub(super) fn header(self, stamp: SystemTime, frame_id: &str) -> Self {
-        let since = stamp.duration_since(UNIX_EPOCH).unwrap_or_default();
+    /// Writes `builtin_interfaces/Time`, whose seconds end in 2038.
+    pub(super) fn time(self, time: SystemTime) -> Self {
+        let since = time.duration_since(UNIX_EPOCH).unwrap_or_default();
         let seconds = i32::try_from(since.as_secs()).unwrap_or(i32::MAX);
-        self.aligned(seconds.to_le_bytes()).u32(since.subsec_nanos()).text(frame_id)
+        self.aligned(seconds.to_le_bytes()).u32(since.subsec_nanos())
+    }
+
+    /// Writes `std_msgs/Header`.
+    pub(super) fn header(self, stamp: SystemTime, frame_id: &str) -> Self {
+        self.time(stamp).text(frame_id)
     }
 }
 

@@ -14,11 +14,13 @@ pub(crate) enum Type {
     Taxels,
     DiagnosticArray,
     Image,
+    /// It is of the node, not of a sensor.
+    ParameterEvent,
 }
 
 impl Type {
-    /// All types, in the order of their declaration.
-    pub(crate) const ALL: [Self; 7] = [
+    /// The types of a sensor's topics, in the order of their declaration.
+    pub(crate) const OF_SENSOR: [Self; 7] = [
         Self::Event,
         Self::ContactEnd,
         Self::TwistStamped,
@@ -38,6 +40,7 @@ impl Type {
             Self::Taxels => ("wstac_msgs", "Taxels"),
             Self::DiagnosticArray => ("diagnostic_msgs", "DiagnosticArray"),
             Self::Image => ("sensor_msgs", "Image"),
+            Self::ParameterEvent => ("rcl_interfaces", "ParameterEvent"),
         }
     }
 
@@ -51,6 +54,7 @@ impl Type {
             Self::Taxels => "RIHS01_06c894c5e4cada9ef7e285ac9ee320a313890a2afd055d6af180d8a6e927b02f",
             Self::DiagnosticArray => "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
             Self::Image => "RIHS01_d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47",
+            Self::ParameterEvent => "RIHS01_043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204",
         }
     }
 
@@ -63,8 +67,9 @@ impl Type {
             Self::Features => "features",
             Self::Taxels => "taxels",
             Self::Image => "picture",
-            // Every node's diagnostics have one topic.
+            // Every node's diagnostics have one topic, and so have the changes of its parameters.
             Self::DiagnosticArray => return "diagnostics".to_owned(),
+            Self::ParameterEvent => return "parameter_events".to_owned(),
         };
         format!("{sensor}/{last}")
     }
@@ -78,7 +83,7 @@ impl Type {
     /// Returns what happens to a message if a subscriber is slow: of streams, a newer one makes an older one worthless.
     pub(crate) fn control(self) -> CongestionControl {
         match self {
-            Self::Event | Self::ContactEnd => CongestionControl::Block,
+            Self::Event | Self::ContactEnd | Self::ParameterEvent => CongestionControl::Block,
             _ => CongestionControl::Drop,
         }
     }
@@ -102,8 +107,9 @@ impl Type {
     /// Returns the token that tells other nodes of a publisher. Publishers of a session have different numbers.
     pub(crate) fn token(self, domain: u32, session: &str, number: usize, node: &str, sensor: &str) -> String {
         let topic = format!("/{}", self.topic(sensor)).replace('/', "%");
-        // Reliable, volatile, the last ten: the default quality of service.
-        format!("@ros2_lv/{domain}/{session}/0/{number}/MP/%/%/{node}/{topic}/{}/::,10:,:,:,,", self.typed())
+        // Reliable and volatile: the default quality of service has the last ten, and that of parameters the last thousand.
+        let depth = if self == Self::ParameterEvent { 1000 } else { 10 };
+        format!("@ros2_lv/{domain}/{session}/0/{number}/MP/%/%/{node}/{topic}/{}/::,{depth}:,:,:,,", self.typed())
     }
 }
 
@@ -223,7 +229,12 @@ mod tests {
             "{token}"
         );
         assert!(token.ends_with("/::,10:,:,:,,"), "{token}");
-        assert!(Type::ALL.iter().enumerate().all(|(number, kind)| *kind as usize == number));
+        let of_node = Type::ParameterEvent;
+        assert!(
+            of_node.key(3, "").starts_with("3/parameter_events/rcl_interfaces::msg::dds_::ParameterEvent_/RIHS01_")
+        );
+        assert!(of_node.token(3, "abc", 7, "wstac_node", "").ends_with("/::,1000:,:,:,,"));
+        assert!(Type::OF_SENSOR.iter().enumerate().all(|(number, kind)| *kind as usize == number));
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! The parameters of the node, as the services of `rcl_interfaces` read and change them.
 
 use std::sync::atomic::Ordering;
+use std::time::SystemTime;
+
+use wstac_host::visible;
 
 use super::cdr::{Cdr, CdrReader};
 use crate::orders::{Control, copy_of, replace};
@@ -67,8 +70,13 @@ impl Value {
     }
 }
 
+/// Parameters that have changed at once, with their values.
+pub(super) type Changes = Vec<(String, Value)>;
+
 /// The parameters of the node and its sensors.
 pub(super) struct Parameters {
+    /// The name of the node, with the slash in front.
+    pub(super) node: String,
     pub(super) namespace: String,
     pub(super) domain: u32,
     pub(super) controls: Vec<Control>,
@@ -127,7 +135,7 @@ impl Parameters {
         if let Some((control, last)) = self.of_sensor(name) {
             match (last, value) {
                 ("frame_id", Value::Text(text)) => {
-                    if text.is_empty() || text.len() > MOST_FRAME_ID || text.contains(char::is_control) {
+                    if text.is_empty() || text.len() > MOST_FRAME_ID || visible::line(text) != *text {
                         return Err(format!("{name}: expected 1 to {MOST_FRAME_ID} visible characters"));
                     }
                     if !is_check {
@@ -198,18 +206,45 @@ impl Parameters {
         Some(prefixes.iter().fold(cdr.u32(prefixes.len() as u32), |cdr, prefix| cdr.text(prefix)))
     }
 
-    /// Answers `SetParameters`: each one is changed or not.
-    pub(super) fn set_all(&self, request: &[u8]) -> Option<Cdr> {
+    /// Answers `SetParameters`: each one is changed or not. The changes go to `changed`, each of its own.
+    pub(super) fn set_all(&self, request: &[u8], changed: &mut Vec<Changes>) -> Option<Cdr> {
         let wanted = read_parameters(request)?;
-        let write = |cdr: Cdr, (name, value): &(&str, Value)| result(cdr, &self.set(name, value, false));
-        Some(wanted.iter().fold(Cdr::new().u32(wanted.len() as u32), write))
+        let mut cdr = Cdr::new().u32(wanted.len() as u32);
+        for (name, value) in wanted {
+            let set = self.set(name, &value, false);
+            cdr = result(cdr, &set);
+            if set.is_ok() {
+                changed.push(vec![(name.to_owned(), value)]);
+            }
+        }
+        Some(cdr)
     }
 
-    /// Answers `SetParametersAtomically`: all are changed, or none.
-    pub(super) fn set_atomically(&self, request: &[u8]) -> Option<Cdr> {
+    /// Answers `SetParametersAtomically`: all are changed, or none. The changes go to `changed`, all at once.
+    pub(super) fn set_atomically(&self, request: &[u8], changed: &mut Vec<Changes>) -> Option<Cdr> {
         let wanted = read_parameters(request)?;
         let set = |is_check| wanted.iter().try_for_each(|(name, value)| self.set(name, value, is_check));
-        Some(result(Cdr::new(), &set(true).and_then(|()| set(false))))
+        let set = set(true).and_then(|()| set(false));
+        let cdr = result(Cdr::new(), &set);
+        if set.is_ok() && !wanted.is_empty() {
+            changed.push(wanted.into_iter().map(|(name, value)| (name.to_owned(), value)).collect());
+        }
+        Some(cdr)
+    }
+
+    /// Returns the change of a sensor's parameter that a service has made.
+    pub(super) fn changed(&self, sensor: &Control, last: &str) -> Changes {
+        let name = format!("{}.{last}", sensor.name);
+        let value = self.get(&name);
+        vec![(name, value)]
+    }
+
+    /// Returns `rcl_interfaces/ParameterEvent` of changes.
+    pub(super) fn event(&self, changed: &Changes) -> Vec<u8> {
+        let cdr = Cdr::new().time(SystemTime::now()).text(&self.node);
+        // None is new, and none is gone.
+        let cdr = cdr.u32(0).u32(changed.len() as u32);
+        changed.iter().fold(cdr, |cdr, (name, value)| value.write(cdr.text(name))).u32(0).finish()
     }
 }
 

@@ -12,10 +12,13 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::cdr::{Cdr, CdrReader};
-use super::names::{ServiceType, attached, attachment};
-use super::parameters::Parameters;
+use super::names::{ServiceType, Type, attached, attachment};
+use super::parameters::{Changes, Parameters};
+use super::publishers::RosPublisher;
 use crate::arguments::Arguments;
+use crate::note;
 use crate::orders::{Action, Control, Order, path_in};
+use crate::refused::{in_words, refused};
 
 /// The requests that wait at most. Further ones have no answer.
 const MOST_WAITING: usize = 64;
@@ -78,6 +81,8 @@ pub(crate) struct Services {
 /// Answers the requests. It is for a thread of its own: who asked may be slow to take an answer.
 pub(crate) struct Clerk {
     parameters: Parameters,
+    /// The topic of parameters that have changed.
+    events: RosPublisher,
     folder: Option<PathBuf>,
     arriving: Receiver<Work>,
     own: Sender<Work>,
@@ -88,8 +93,8 @@ enum Work {
     Asked(Service, usize, Request),
     /// A request that no service takes, and why.
     Refused(&'static str, Request),
-    /// What a sensor has done.
-    Done(Service, Request, Result<String, Error>),
+    /// What the sensor with this place has done.
+    Done(Service, usize, Request, Result<String, Error>),
     /// The services are gone.
     Over,
 }
@@ -113,7 +118,8 @@ impl Drop for Waits {
 }
 
 impl Services {
-    /// Declares the services of the node and its sensors. `first` is the number of the first one among all entities.
+    /// Declares the services of the node and its sensors, and the topic of its parameters' changes. `first` is the number of
+    /// the first one among all entities.
     ///
     /// # Errors
     /// The network refuses a key.
@@ -131,6 +137,8 @@ impl Services {
             let prefix = format!("{}/{}", arguments.namespace, control.name);
             Service::OF_SENSORS.map(|service| (service, place, format!("{prefix}/{}", service.named().0)))
         });
+        let refused = |error: zenoh::Error| refused(ErrorKind::Usage, "the services", &error);
+        let events = RosPublisher::new(session, arguments, Type::ParameterEvent, "", first).map_err(refused)?;
         let id = session.zid().to_string();
         let declare = |(number, (service, place, name)): (usize, (Service, usize, String))| {
             let (own, waiting) = (own.clone(), Arc::clone(&waiting));
@@ -153,17 +161,17 @@ impl Services {
             };
             // Nodes of ROS 2 ask those alone that answer every request under their key.
             let queryable = session.declare_queryable(&*key).complete(true).callback(take).wait()?;
-            let token = kind.token(arguments.domain, &id, first + number, node, &name);
+            let token = kind.token(arguments.domain, &id, first + 1 + number, node, &name);
             Ok((queryable, session.liveliness().declare_token(token).wait()?))
         };
         let declared: zenoh::Result<_> = of_node.into_iter().chain(of_sensors).enumerate().map(declare).collect();
-        let refused = |error| Error::new(ErrorKind::Usage, "the services", error);
         let parameters = Parameters {
+            node: format!("/{node}"),
             namespace: arguments.namespace.clone(),
             domain: arguments.domain,
             controls: controls.to_vec(),
         };
-        let clerk = Clerk { parameters, folder: arguments.files.clone(), arriving, own: own.clone() };
+        let clerk = Clerk { parameters, events, folder: arguments.files.clone(), arriving, own: own.clone() };
         Ok((Self { declared: declared.map_err(refused)?, own }, clerk))
     }
 }
@@ -200,27 +208,50 @@ impl Drop for Services {
 
 impl Clerk {
     /// Answers until the services are gone.
-    pub(crate) fn run(self) {
-        for work in &self.arriving {
+    pub(crate) fn run(mut self) {
+        while let Ok(work) = self.arriving.recv() {
             match work {
                 Work::Asked(service, place, request) => self.asked(service, place, request),
                 Work::Refused(why, request) => request.refuse(why),
-                Work::Done(service, request, result) => request.answer(&answer(service, result)),
+                Work::Done(service, place, request, result) => self.done(service, place, &request, result),
                 Work::Over => break,
             }
         }
     }
 
+    /// Answers with what a sensor has done, and publishes the parameter that has changed with it.
+    fn done(&mut self, service: Service, place: usize, request: &Request, result: Result<String, Error>) {
+        let is_done = result.is_ok();
+        request.answer(&answer(service, result));
+        let last = match service {
+            Service::LoadConfig => "configuration",
+            Service::LoadModel => "models",
+            _ => return,
+        };
+        if let Some(control) = self.parameters.controls.get(place).filter(|_| is_done) {
+            let changed = self.parameters.changed(control, last);
+            self.publish(&changed);
+        }
+    }
+
+    /// Publishes changes of parameters.
+    fn publish(&mut self, changed: &Changes) {
+        if let Err(error) = self.events.put(self.parameters.event(changed)) {
+            note(format_args!("a change of parameters was not published: {}", in_words(&error.to_string())));
+        }
+    }
+
     /// Answers a request about parameters, and hands any other one to its sensor.
-    fn asked(&self, service: Service, place: usize, request: Request) {
+    fn asked(&mut self, service: Service, place: usize, request: Request) {
         let payload = request.query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
+        let mut changed = Vec::new();
         let of_node = match service {
             Service::DescribeParameters => self.parameters.describe(&payload),
             Service::GetParameters => self.parameters.get_all(&payload),
             Service::GetParameterTypes => self.parameters.types(&payload),
             Service::ListParameters => self.parameters.list(&payload),
-            Service::SetParameters => self.parameters.set_all(&payload),
-            Service::SetParametersAtomically => self.parameters.set_atomically(&payload),
+            Service::SetParameters => self.parameters.set_all(&payload, &mut changed),
+            Service::SetParametersAtomically => self.parameters.set_atomically(&payload, &mut changed),
             of_sensor => {
                 match self.action(of_sensor, &payload) {
                     Some(Ok(action)) => self.order(of_sensor, place, action, request),
@@ -233,6 +264,9 @@ impl Clerk {
         match of_node {
             Some(cdr) => request.answer(&cdr.finish()),
             None => request.refuse("the request is no message of the service"),
+        }
+        for changes in changed {
+            self.publish(&changes);
         }
     }
 
@@ -273,7 +307,7 @@ impl Clerk {
         let back = self.own.clone();
         let answer = move |result| {
             // The clerk may be gone, and with it who would answer.
-            let _ = back.send(Work::Done(service, request, result));
+            let _ = back.send(Work::Done(service, place, request, result));
         };
         control.order(Order { action, answer: Box::new(answer) });
     }

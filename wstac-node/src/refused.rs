@@ -1,0 +1,65 @@
+//! What Zenoh says when it refuses something, for people.
+
+use wstac_host::error::{Error, ErrorKind};
+
+/// Returns the error about something that Zenoh refuses.
+pub(crate) fn refused(kind: ErrorKind, subject: impl std::fmt::Display, error: &zenoh::Error) -> Error {
+    Error::new(kind, subject, in_words(&error.to_string()))
+}
+
+/// Returns a message of Zenoh without the places in its source code: they are those of the machine that built this program,
+/// and tell a user nothing.
+pub(crate) fn in_words(message: &str) -> String {
+    let mut rest = message;
+    let mut words = String::with_capacity(message.len());
+    while let Some(at) = rest.find(" at ") {
+        let (before, behind) = (&rest[..at], &rest[at + 4..]);
+        words.push_str(before);
+        rest = match place(behind) {
+            Some(length) => &behind[length..],
+            None => {
+                words.push_str(" at ");
+                behind
+            }
+        };
+    }
+    words + rest
+}
+
+/// Returns the length of a place in source code at the start of a text, such as `/src/a.rs:12` or `a.rs:12:5`.
+fn place(text: &str) -> Option<usize> {
+    let file = text.find(".rs:")?;
+    if text[..file].contains(char::is_whitespace) {
+        return None;
+    }
+    let number = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
+    let line = file + ".rs:".len();
+    let mut end = line + number(line);
+    let column = end + 1;
+    if text[end..].starts_with(':') && number(column) > 0 {
+        end = column + number(column);
+    }
+    (end > line).then_some(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_in_source_code_are_left_out() {
+        for (message, words) in [
+            ("cannot listen at /root/.cargo/zenoh-1.10.2/src/net.rs:123.", "cannot listen."),
+            (
+                "a at /x/y.rs:1. - Caused by b at c.rs:22:5. - Caused by Address in use (os error 98)",
+                "a. - Caused by b. - Caused by Address in use (os error 98)",
+            ),
+            ("nobody is at tcp/127.0.0.1:7447 at home", "nobody is at tcp/127.0.0.1:7447 at home"),
+            ("at /a b.rs:1", "at /a b.rs:1"),
+            ("key at é.rs:", "key at é.rs:"),
+            ("", ""),
+        ] {
+            assert_eq!(in_words(message), words);
+        }
+    }
+}
