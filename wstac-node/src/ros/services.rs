@@ -1,6 +1,6 @@
 //! The services of the node, which nodes of ROS 2 call, and any program that speaks Zenoh.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -11,13 +11,14 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
-use super::cdr::{Cdr, CdrReader};
+use super::cdr::Cdr;
 use super::names::{ServiceType, Type, attached, attachment};
 use super::parameters::{Changes, Parameters};
 use super::publishers::RosPublisher;
+use super::requests::action;
 use crate::arguments::Arguments;
 use crate::note;
-use crate::orders::{Action, Control, Order, path_in};
+use crate::orders::{Action, Control};
 use crate::refused::{in_words, refused};
 
 /// The requests that wait at most. Further ones have no answer.
@@ -27,7 +28,7 @@ const MOST_BYTES: usize = 1 << 16;
 
 /// A service of the node or of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Service {
+pub(super) enum Service {
     RestartBaseline,
     LoadConfig,
     LoadModel,
@@ -253,7 +254,7 @@ impl Clerk {
             Service::SetParameters => self.parameters.set_all(&payload, &mut changed),
             Service::SetParametersAtomically => self.parameters.set_atomically(&payload, &mut changed),
             of_sensor => {
-                match self.action(of_sensor, &payload) {
+                match action(of_sensor, self.folder.as_deref(), &payload) {
                     Some(Ok(action)) => self.order(of_sensor, place, action, request),
                     Some(Err(error)) => request.answer(&answer(of_sensor, Err(error))),
                     None => request.refuse("the request is no message of the service"),
@@ -270,38 +271,6 @@ impl Clerk {
         }
     }
 
-    /// Returns what a request asks of a sensor; `None` if it is no message of the service.
-    fn action(&self, service: Service, payload: &[u8]) -> Option<Result<Action, Error>> {
-        let folder = self.folder.as_deref();
-        let mut reader = CdrReader::new(payload);
-        Some(Ok(match service {
-            Service::RestartBaseline | Service::StopRecording => {
-                // An empty message, of which rosidl makes one byte.
-                if reader?.left() > 1 {
-                    return None;
-                }
-                if service == Service::StopRecording { Action::StopRecording } else { Action::RestartBaseline }
-            }
-            Service::StartRecording => {
-                let (file, features_only) = (reader.as_mut()?.text()?, reader.as_mut()?.bool()?);
-                // Without a name the sensor finds one.
-                let name = if file.is_empty() { "recording" } else { file };
-                match path_in(folder, name) {
-                    Ok(path) => {
-                        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-                        Action::StartRecording { folder, file: file.to_owned(), features_only }
-                    }
-                    Err(error) => return Some(Err(error)),
-                }
-            }
-            load => match path_in(folder, reader.as_mut()?.text()?) {
-                Ok(path) if load == Service::LoadModel => Action::LoadModel(path),
-                Ok(path) => Action::LoadConfig(path),
-                Err(error) => return Some(Err(error)),
-            },
-        }))
-    }
-
     fn order(&self, service: Service, place: usize, action: Action, request: Request) {
         let Some(control) = self.parameters.controls.get(place) else { return };
         let back = self.own.clone();
@@ -309,7 +278,7 @@ impl Clerk {
             // The clerk may be gone, and with it who would answer.
             let _ = back.send(Work::Done(service, place, request, result));
         };
-        control.order(Order { action, answer: Box::new(answer) });
+        control.order(action, Box::new(answer));
     }
 }
 
