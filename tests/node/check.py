@@ -220,7 +220,7 @@ def check_hang(programs):
             until(lambda: listener.lines("wstac/other/end"), "the end of the other sensor")
             same(node.wait(PATIENCE), 1, "exit code of a node with a sensor that does not end")
             same(time.monotonic() - begun > 9, True, f"{time.monotonic() - begun:.1f} s from the signal to the end")
-            note = "ended by a signal; not ended after 10 s: of the sensors: stuck\n"
+            note = "ended by a signal; after 10 s it no longer waits for the sensors: stuck\n"
             same(node.said().endswith(note), True, f"{node.said()!r} ends in {note!r}")
             listener.close()
     finally:

@@ -64,6 +64,7 @@ def check_services(programs):
     sensors = [f"{name}=scene:{scene}" for name in SENSORS]
     with programs.node(*sensors, "--ros", "--zenoh", "--domain", DOMAIN, "--files", folder, "--listen", endpoint) as node:
         client, listener = Client(endpoint, DOMAIN), Listener(endpoint)
+        changes = Listener(endpoint, f"{DOMAIN}/parameter_events/**", raw=True)
         expected = {f"/wstac/{name}/{service}": kind for name in SENSORS for service, kind in OF_SENSOR.items()}
         same({name: kind for name, (kind, _) in client.services().items()}, expected | OF_NODE, "services that tokens describe")
 
@@ -107,6 +108,11 @@ def check_services(programs):
         loaded = client.call("/wstac_node/get_parameters", names=["idle.configuration", "right.models", "left.models"]).values
         found = (loaded[0].string_value, loaded[1].string_array_value, loaded[2].string_array_value)
         same(found, (str(folder / "deaf.toml"), [str(folder / "path-svm.wsm")], []), "parameters after files were loaded")
+        until(lambda: changes.messages and len(*changes.messages.values()) == 2, "two changes of parameters by services")
+        (right, idle) = in_ros(client.types, changes.messages, "left")["parameter_events"]
+        found = [[(one.name, one.value.string_value or one.value.string_array_value) for one in event.changed_parameters] for event in (right, idle)]
+        same(found, [[("right.models", [str(folder / "path-svm.wsm")])], [("idle.configuration", str(folder / "deaf.toml"))]], "changes of parameters by services")
+        changes.close()
         # Nobody ends this one: the end of the source does. It has the first name that is free.
         unnamed = client.call("/wstac/idle/start_recording", features_only=True)
         same(unnamed.recorded, str(folder / "idle-1.mcap"), "file of a recording without a name")

@@ -24,7 +24,8 @@ pub(crate) struct Ending {
 }
 
 impl Ending {
-    /// Waits for a signal from now on. The program ends at the latest 10 seconds after it, or at once with a second one.
+    /// Waits for a signal from now on. The program ends at the latest 10 seconds after it, or at once with a second
+    /// one.
     ///
     /// # Errors
     /// The system refuses a handler or a thread.
@@ -66,8 +67,8 @@ impl Ending {
         }
         thread::sleep(PATIENCE);
         let names = self.names(|names| names.join(", "));
-        let what = if names.is_empty() { "the network".to_owned() } else { format!("of the sensors: {names}") };
-        note(format_args!("ended by a signal; not ended after {} s: {what}", PATIENCE.as_secs()));
+        let what = if names.is_empty() { "a file or the network".to_owned() } else { format!("the sensors: {names}") };
+        note(format_args!("ended by a signal; after {} s it no longer waits for {what}", PATIENCE.as_secs()));
         std::process::exit(1);
     }
 }

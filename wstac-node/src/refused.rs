@@ -7,8 +7,8 @@ pub(crate) fn refused(kind: ErrorKind, subject: impl std::fmt::Display, error: &
     Error::new(kind, subject, in_words(&error.to_string()))
 }
 
-/// Returns a message of Zenoh without the places in its source code: they are those of the machine that built this program,
-/// and tell a user nothing.
+/// Returns a message of Zenoh without the places in its source code: they are those of the machine that built this
+/// program, and tell a user nothing.
 pub(crate) fn in_words(message: &str) -> String {
     let mut rest = message;
     let mut words = String::with_capacity(message.len());

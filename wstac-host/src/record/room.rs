@@ -16,7 +16,8 @@ const BESIDES: u64 = 1 << 20;
 /// Frames that a recording has room for when it starts: a second of a camera's.
 const FRAMES: u64 = 30;
 
-/// Checks that a new file has room for the start of a recording, so that a full disk refuses it before anything has changed.
+/// Checks that a new file has room for the start of a recording, so that a full disk refuses it before anything has
+/// changed.
 ///
 /// The room stays reserved for the file, which is removed if there is none.
 ///

@@ -32,8 +32,8 @@ pub(super) struct Progress {
 }
 
 impl Recording {
-    /// Starts a recording in a new file NAME-1.mcap, NAME-2.mcap or so on in a folder; `processor` is restarted before its
-    /// next frame.
+    /// Starts a recording in a new file NAME-1.mcap, NAME-2.mcap or so on in a folder; `processor` is restarted before
+    /// its next frame.
     pub(super) fn start(
         folder: &Path,
         name: &str,
