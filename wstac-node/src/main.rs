@@ -47,7 +47,8 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(code) => return code,
     };
-    match run(&arguments) {
+    let arguments = arguments.with_domain(std::env::var_os(arguments::DOMAIN).as_deref());
+    match arguments.and_then(|arguments| run(&arguments)) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -71,6 +72,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     arguments.check_files()?;
     let models = ModelFile::open_all(&arguments.models)?;
     let sources = arguments.sensors()?;
+    arguments.check_names(&sources)?;
     let mut sensors = Vec::new();
     for named in &sources {
         sensors.push(Sensor::open(named, arguments, &models)?);
