@@ -27,8 +27,8 @@ use wstac_serve::{CalibrationFile, ExaminedCamera, Opened, Server, Token, Tools}
 
 /// The address without --listen.
 const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8025);
-/// Most sensors of a page.
-const MOST_SENSORS: usize = 16;
+/// Most sensors of a page: as many as a recording takes.
+const MOST_SENSORS: usize = 20;
 
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
@@ -41,7 +41,7 @@ const MOST_SENSORS: usize = 16;
 pub(super) struct Arguments {
     /// Camera, recording or scene, or several as cam:NAME=SOURCE
     ///
-    /// The sources are those of wstac run.
+    /// The sources are those of wstac run. There are at most 20.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
