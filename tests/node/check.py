@@ -170,7 +170,6 @@ def check_arguments(programs):
             (["left-1=scene:Saw3@150", "--ros"], 2, "help: left_1"),
             (["scene:Saw3@150", "--ros", "--namespace", "hand/2b"], 2, 'the namespace: has "2b"'),
             (["scene:Saw3@150", "--ros"], 2, 'ROS_DOMAIN_ID: is "abc", expected a number'),
-            (["no-such-file.y4m"], 1, "no-such-file.y4m: No such file"),
             (["scene:Saw3@150", "--ros", "--files", "no-such-folder"], 2, "no-such-folder: does not exist, expected a folder"),
             (["scene:Saw3@150", "--listen", "tcp/no host:1"], 2, "no host"),
             (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, "udp/127.0.0.1:1"),

@@ -317,12 +317,12 @@ mod tests {
     }
 
     /// Gives an order that notes the next frame and gives another one: there is always one that waits.
-    fn ask(orders: SyncSender<Order>, count: u64, done: Arc<dyn Fn(u64) + Send + Sync>) {
+    fn ask(orders: &SyncSender<Order>, count: u64, done: Arc<dyn Fn(u64) + Send + Sync>) {
         let again = orders.clone();
         let answer = move |_| {
             done(count);
             if count < 9 {
-                ask(again, count + 1, done);
+                ask(&again, count + 1, done);
             }
         };
         orders.send(Order::new("sensor", Action::StopRecording, Box::new(answer))).unwrap();
@@ -345,7 +345,7 @@ mod tests {
             seen.send(counts.frames.load(Ordering::Relaxed)).unwrap();
             stop.store(count == 9, Ordering::Relaxed);
         };
-        ask(orders, 0, Arc::new(done));
+        ask(&orders, 0, Arc::new(done));
         assert!(frames.run(outlet, &arriving, 0.0, &ends));
         // One order for each frame.
         assert_eq!(frames_seen.try_iter().collect::<Vec<_>>(), (0..10).collect::<Vec<_>>());

@@ -50,9 +50,13 @@ mod tests {
         let mut sums = FrameSums::new(FrameRate::new(120, 1).unwrap());
         let of = |sum: u32| [sum; TAXELS];
         assert_eq!(sums.complete(), None);
-        (1..=4).for_each(|sum| sums.add(&of(sum)));
+        for sum in 1..=4 {
+            sums.add(&of(sum));
+        }
         assert_eq!(sums.complete(), Some(of(10)));
-        [7, 8, 8].iter().for_each(|sum| sums.add(&of(*sum)));
+        for sum in [7, 8, 8] {
+            sums.add(&of(sum));
+        }
         assert_eq!(sums.complete(), Some(of(31)), "4 * 23 / 3, rounded");
         sums.add(&of(u32::MAX));
         assert_eq!(sums.complete(), Some(of(u32::MAX)));
