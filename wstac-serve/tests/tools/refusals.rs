@@ -40,7 +40,7 @@ fn an_address_that_other_machines_reach_has_a_random_token() {
     let (own, foreign) = (token(&server), token(&other));
     assert!(own.len() >= 16 && own != foreign, "{own} {foreign}");
     let served = Served::of(None, &Config::default(), Tools::default(), server);
-    for query in ["".to_owned(), format!("?token={foreign}")] {
+    for query in [String::new(), format!("?token={foreign}")] {
         assert_eq!(served.request_with(&query, "").map(drop), Err("403".to_owned()), "{query}");
     }
     assert!(served.request_with(&format!("?token={own}"), "").is_ok());
