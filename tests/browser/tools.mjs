@@ -146,6 +146,9 @@ async function choose(browser, scene) {
   await page.keyboard.press('r');
   const busy = sections.nth(1).locator('.busy');
   await busy.filter({ hasText: 'recording' }).waitFor({ timeout: LIMIT_MS });
+  // What a screen reader says is what the button does now.
+  const spoken = (name) => sections.nth(1).getByRole('button', { name, exact: true }).waitFor({ timeout: LIMIT_MS });
+  await spoken('End recording: right');
   if ((await sections.nth(1).getAttribute('aria-current')) !== 'true') problems.push('the chosen sensor is not marked');
   // A key for the other one leaves it alone, and its own baseline is refused meanwhile.
   await page.keyboard.press('1');
@@ -154,6 +157,7 @@ async function choose(browser, scene) {
   if (await sections.nth(0).locator('.refused').isVisible()) problems.push('a baseline of the other sensor is refused');
   await page.keyboard.press('r');
   await busy.waitFor({ state: 'hidden', timeout: LIMIT_MS });
+  await spoken('Start recording: right');
   const where = await sections.nth(1).locator('.record .where').textContent();
   if (!where.includes('the folder cho\\u202esen on')) problems.push(`the page says ${where}`);
   const isTurned = await page.evaluate(() => /[\u0080-\u009f\u202a-\u202e\u2066-\u2069]/.test(document.documentElement.outerHTML));
@@ -161,6 +165,28 @@ async function choose(browser, scene) {
   const files = readdirSync(recordings).join(' ');
   if (files !== 'right-1.mcap') problems.push(`the folder has ${files}`);
   say('keys are for the chosen sensor', [...problems, ...quiet(seen)]);
+  await server.stop();
+}
+
+/** A page whose server comes back with another token says why it does not connect, and does with the old one. */
+async function token(browser, scene) {
+  const tokens = ['first', 'second'].map((name) => `${name}-token-of-a-page`);
+  tokens.forEach((token) => writeFileSync(token, token));
+  const at = (token, port) => serve(scene, '--listen', `127.0.0.1:${port}`, '--token-file', token);
+  let server = await at(tokens[0], 0);
+  const { page } = await open(browser, server.address, 360, 740, 'light');
+  const { port } = new URL(server.address);
+  const says = (words) => page.locator('#connection').filter({ hasText: words }).waitFor({ timeout: LIMIT_MS });
+  await says('connected');
+  await server.stop();
+  await says('no connection: trying again');
+  server = await at(tokens[1], port);
+  await says('the address has a new token; open the address that wstac serve has printed');
+  await server.stop();
+  server = await at(tokens[0], port);
+  await says(/^connected$/);
+  say('a page whose token is an old one says so', []);
+  await page.close();
   await server.stop();
 }
 
@@ -265,6 +291,7 @@ export async function tools(browser) {
     const [slides, leaky] = [file('slides.toml', SLIDES), file('leaky.toml', LEAKY)];
     await record(browser, slides);
     await choose(browser, slides);
+    await token(browser, slides);
     await calibrate(browser, slides);
     await download(browser, slides);
     await doctor(browser, leaky);

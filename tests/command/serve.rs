@@ -24,6 +24,22 @@ fn recordings_need_a_folder() {
     assert!(message.contains("a.mcap: is no folder, expected a folder"), "{message}");
 }
 
+/// A page takes as many sensors as a recording: a hand has twenty.
+#[test]
+fn a_page_takes_twenty_sensors() {
+    let refused = |count: usize| {
+        let sources: Vec<String> = (0..count).map(|number| format!("cam:s{number}={SCENE}")).collect();
+        let options = ["--listen", "127.0.0.1:0", "--record-to", "missing"];
+        let arguments: Vec<&str> =
+            [&["serve"], &*sources.iter().map(String::as_str).collect::<Vec<_>>(), &options].concat();
+        refusal(&arguments)
+    };
+    let message = refused(21);
+    assert!(message.contains("found 21 sources, expected at most 20"), "{message}");
+    let message = refused(20);
+    assert!(message.contains("missing: does not exist"), "{message}");
+}
+
 #[test]
 fn a_calibration_goes_to_a_new_file() {
     let folder = Folder::new("serve-file");

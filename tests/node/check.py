@@ -23,7 +23,7 @@ from pathlib import Path
 from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, same, session, sockets, timeless, until
 from packages import check_packages
 from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
-from services import check_parameters, check_services
+from services import check_ends, check_parameters, check_services
 from tls import check_tls
 
 
@@ -55,8 +55,11 @@ def check_messages(programs):
         frames = [record["frame"] for record in listener.lines(f"wstac/{name}/features")]
         same([record["frame"] for record in taxels][-len(frames) :], frames[-len(taxels) :], f"frames with taxels of {name}")
         same({len(record["sums"]) for record in taxels}, {25}, "taxels")
+        times = {record["frame"]: record["time_ns"] for record in listener.lines(f"wstac/{name}/features")}
+        same([record["time_ns"] for record in taxels if record["frame"] in times], [times[record["frame"]] for record in taxels if record["frame"] in times], f"times of taxels of {name}")
         state = listener.lines(f"wstac/{name}/state")
         same((state[-1]["frames"], state[-1]["events"], state[-1]["skipped"]), (expected[-1]["frames"], 3, 0), f"the last state of {name}")
+        same(state[-1]["time_ns"], max(times.values()), f"time of the last state of {name}")
         same([part[1:] for part in listener.messages[f"wstac/{name}/event"]], [(str(k), "application/json") for k in range(3)], "event numbers")
         events = of_kind(expected, "event")
         for key, event in kept[name].items():
@@ -164,6 +167,9 @@ def check_arguments(programs):
             (["scene:Saw3@150", "--namespace", "a/*"], 2, "expected letters, digits"),
             (["scene:Saw3@150", "--listen", f"tcp/127.0.0.1:{port}"], 2, f"127.0.0.1:{port}"),
             (["no-such-file.y4m"], 1, "no-such-file.y4m"),
+            (["left-1=scene:Saw3@150", "--ros"], 2, "help: left_1"),
+            (["scene:Saw3@150", "--ros", "--namespace", "hand/2b"], 2, 'the namespace: has "2b"'),
+            (["scene:Saw3@150", "--ros"], 2, 'ROS_DOMAIN_ID: is "abc", expected a number'),
             (["scene:Saw3@150", "--ros", "--files", "no-such-folder"], 2, "no-such-folder: does not exist, expected a folder"),
             (["scene:Saw3@150", "--listen", "tcp/no host:1"], 2, "no host"),
             (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, "udp/127.0.0.1:1"),
@@ -171,7 +177,10 @@ def check_arguments(programs):
             (["scene:Saw3@150", "--no\x1b[31m\u202esuch"], 2, "--no\\u001b[31m\\u202esuch"),
             (["scene:Saw3\x1b[31m@\u202e150"], 2, "\\u001b[31m@\\u202e150"),
         ):
-            done = subprocess.run([programs.command, *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False)
+            # A domain that is none matters only to topics of ROS 2.
+            has_none = "--ros" not in arguments or "ROS_DOMAIN_ID" in text
+            environment = os.environ | {"ROS_DOMAIN_ID": "abc" if has_none else ""}
+            done = subprocess.run([programs.command, *arguments], env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False)
             same(done.returncode, code, f"exit code of {arguments}, which says {done.stderr!r}")
             if text not in done.stderr or "\x1b" in done.stderr or "\u202e" in done.stderr:
                 fail(f"{arguments}: {done.stderr!r}, expected {text!r}")
@@ -253,14 +262,43 @@ def check_several(programs):
     print("a recording of several sensors: all are published, or one of them")
 
 
+def check_rates(programs):
+    """Of frames that are added up, taxels are the sums that features are made of, once for each feature frame."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    for fps, added in ((30, 1), (60, 2), (120, 4)):
+        scene = programs.folder / f"fps-{fps}.toml"
+        slide = '[[slide]]\nspecimen = "Saw3"\nspeed = 150\ndirection = 90\n'
+        scene.write_text(f'lead_in = {30 * added}\ngap = {60 * added}\nseed = 2\nfidelity = "taxel"\n[sensor]\nfps = {fps}\n{slide}')
+        with programs.node(f"scene:{scene}", "--listen", endpoint) as node:
+            listener = Listener(endpoint)
+            same(node.wait(PATIENCE), 0, "exit code")
+            until(lambda: listener.lines("wstac/sensor/end"), "the end")
+        features = {record["frame"]: record for record in listener.lines("wstac/sensor/features")}
+        frames = [record["frame"] for record in listener.lines("wstac/sensor/taxels")]
+        listener.close()
+        # Those on both sides of the connection's begin are left out.
+        same(frames[1:], list(features)[-len(frames) :][1:], f"frames of taxels at {fps} frames per second")
+        same(len(frames) > 100, True, f"{len(frames)} taxels at {fps} frames per second")
+        # f = ln R - ln(G A): what is left of f and the sums is the same everywhere but in the dark.
+        left, dark = [], min(min(record["f"]) for record in features.values())
+        for record in listener.lines("wstac/sensor/taxels")[1:]:
+            rows = [record["sums"][5 * k : 5 * k + 5] for k in range(5)]
+            lines = [sum(row) for row in rows] + [sum(column) for column in zip(*rows, strict=True)]
+            lit = [(f, line) for f, line in zip(features[record["frame"]]["f"], lines, strict=True) if f > dark + 0.1]
+            left += [f - math.log(line) for f, line in lit]
+        same(len(left) > 200, True, f"{len(left)} lit rows and columns")
+        near(max(left), min(left), 0.002, f"features and the sums they are made of, at {fps} frames per second")
+    print("taxels at 30, 60 and 120 frames per second: the sums that the features of this frame are made of")
+
+
 def check_boards(programs):
     """Boards behind TCP and a serial line: their records are those of `wstac run` of the same frames."""
     scene, endpoint = programs.scene("board", 8), f"tcp/127.0.0.1:{free_port()}"
     expected, peer = programs.run(scene), BoardPeer(programs, scene)
     left, right = f"left=tcp:127.0.0.1:{peer.tcp.getsockname()[1]}", f"right={peer.device}"
-    with programs.node(left, right, "--baud", 230400, "--listen", endpoint, "--ros", "--zenoh") as node:
+    with programs.node(left, right, "--baud", 230400, "--listen", endpoint, "--ros", "--zenoh", "--picture") as node:
         listener, ros = Listener(endpoint), Listener(endpoint, "0/**", raw=True)
-        same([line for line in ("left: a board at tcp:", "right: a board at ") if line not in node.said()], [], "notes")
+        same([line for line in ("left: a board at tcp:", "right: a board at ", "left: a board has no pictures") if line not in node.said()], [], "notes")
         connection, _ = peer.tcp.accept()
         over_tcp = threading.Thread(target=peer.play, args=(connection.sendall,))
         over_tcp.start()
@@ -429,7 +467,7 @@ def check_page(programs):
 
 
 CHECKS = {check.__name__.removeprefix("check_"): check for check in (
-    check_arguments, check_messages, check_several, check_hang, check_router, check_strangers, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_parameters, check_packages, check_page,
+    check_arguments, check_messages, check_rates, check_several, check_hang, check_router, check_strangers, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_ends, check_parameters, check_packages, check_page,
 )}
 
 

@@ -75,6 +75,8 @@ class Listener:
         self.messages, self.lock = {}, threading.Lock()
         self.session = session("client", connect=endpoint)
         self.subscriber = self.session.declare_subscriber(keys, self.take)
+        # The other side answers in the order of what it is told: when it has answered, it knows the subscriber.
+        list(self.session.liveliness().get("wstac/*", timeout=PATIENCE))
 
     def take(self, sample):
         attachment = sample.attachment and (sample.attachment.to_bytes() if self.raw else sample.attachment.to_string())

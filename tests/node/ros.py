@@ -141,12 +141,12 @@ class Client:
 
         return self.types.types[name](**{field: value(field) for field in kinds})
 
-    def ask(self, service, payload, attachment):
+    def ask(self, service, payload, attachment, timeout=PATIENCE):
         """Sends bytes to a service. Returns its replies."""
         kind, digest = self.services()[service]
         key = f"{self.domain}/{service.removeprefix('/')}/{kind}/{digest}"
         replies = self.session.get(
-            key, payload=payload, attachment=attachment, timeout=PATIENCE,
+            key, payload=payload, attachment=attachment, timeout=timeout,
             target=zenoh.QueryTarget.ALL_COMPLETE, consolidation=zenoh.ConsolidationMode.NONE,
         )
         return list(replies)

@@ -3,11 +3,15 @@
 import os
 import re
 import shutil
+import signal
+import subprocess
 import threading
 import time
 from pathlib import Path
 
-from common import Listener, fail, free_port, near, of_kind, same, until
+import zenoh
+
+from common import PATIENCE, Listener, fail, free_port, near, of_kind, same, until
 from ros import DOMAIN, Client, in_ros
 
 # Enough quiet frames at the start to begin a recording, whose baseline they are.
@@ -15,6 +19,9 @@ QUIET = 'lead_in = 150\ngap = 110\nseed = 9\nfidelity = "taxel"\n' + "".join(
     f'[[slide]]\nspecimen = "{name}"\nspeed = {speed}\ndirection = {way}\n'
     for name, speed, way in (("Saw3", 150, 90), ("Sin2", 170, 180), ("Tri4", 130, 300), ("Saw3", 160, 200))
 )
+# A message without fields, of which rosidl makes one byte.
+EMPTY = b"\0\1\0\0\0"
+LABELS = ["specimen=Saw3", "speed=150", "direction=90"]
 SENSORS = ("left", "right", "deaf", "idle")
 MODELS = Path(__file__).parents[2] / "wstac-host" / "models" / "path"
 OF_NODE = {
@@ -61,15 +68,19 @@ def check_services(programs):
         expected = {f"/wstac/{name}/{service}": kind for name in SENSORS for service, kind in OF_SENSOR.items()}
         same({name: kind for name, (kind, _) in client.services().items()}, expected | OF_NODE, "services that tokens describe")
 
-        start = client.call("/wstac/left/start_recording", file="slide.mcap", features_only=True)
+        start = client.call("/wstac/left/start_recording", file="slide.mcap", features_only=True, labels=LABELS)
         done(start, "start of a recording")
         same(start.recorded, str(folder / "slide.mcap"), "file of the recording")
+        strangers(client)
         refused(client.call("/wstac/left/start_recording"), "in progress", "a second recording")
         refused(client.call("/wstac/left/load_model", file="path-svm.wsm"), "in progress", "a model in a recording")
         refused(client.call("/wstac/left/restart_baseline"), "in progress", "a new baseline in a recording")
         for file, part in (("../slide.mcap", "without folders"), ("taken.mcap", "taken.mcap")):
             refused(client.call("/wstac/right/start_recording", file=file, features_only=True), part, f"a recording {file}")
         refused(client.call("/wstac/right/start_recording", file="a.mcap"), "features_only", "pictures of a sensor without any")
+        for labels, part in ((["Saw3"], "NAME=VALUE"), (["speed=fast"], "expected mm/s"), (["note=a\x1b"], "control characters")):
+            refused(client.call("/wstac/right/start_recording", file="a.mcap", features_only=True, labels=labels), part, f"labels {labels}")
+        same((folder / "a.mcap").exists(), False, "a file of a recording that was refused")
         refused(client.call("/wstac/right/stop_recording"), "no recording", "the end of no recording")
         same((folder / "taken.mcap").read_bytes(), b"kept", "a file that was there")
         refused(client.call("/wstac/right/load_configuration", file="wrong.toml"), "no_such", "a wrong configuration")
@@ -81,8 +92,6 @@ def check_services(programs):
         refused(client.call("/wstac/right/start_recording", file="pipe.mcap", features_only=True), "File exists", "a recording to a pipe")
         before = len(listener.lines("wstac/right/features"))
         until(lambda: len(listener.lines("wstac/right/features")) > before + 10, "features after refusals")
-        rogue(client)
-
         # A sensor whose baseline is always new has no event.
         over = threading.Event()
 
@@ -107,6 +116,7 @@ def check_services(programs):
         # Nobody ends this one: the end of the source does. It has the first name that is free.
         unnamed = client.call("/wstac/idle/start_recording", features_only=True)
         same(unnamed.recorded, str(folder / "idle-1.mcap"), "file of a recording without a name")
+        rogue(client, node)
         until(lambda: len(listener.lines("wstac/left/event")) == 2, "two events")
         time.sleep(1)
         stop = client.call("/wstac/left/stop_recording")
@@ -114,6 +124,7 @@ def check_services(programs):
         if not re.search(r"slide\.mcap: \d+ frames recorded", stop.message):
             fail(f"the end of a recording says {stop.message!r}")
         recorded = of_kind(programs.run(folder / "slide.mcap"), "event")
+        check_labels(programs, folder / "slide.mcap")
         until(lambda: listener.lines("wstac/left/end") and listener.lines("wstac/right/end"), "the ends")
         over.set()
         restarts.join()
@@ -122,8 +133,10 @@ def check_services(programs):
     whole = programs.run(folder / "idle-1.mcap")[-1]
     same((whole["kind"], whole["frames"] > 300, whole["dropped"]), ("end", True, 0), "a recording that the source ended")
     check_recording(recorded, of_kind(listener.lines("wstac/left/event"), "event"))
-    for name in ("left", "right"):
-        # A recording, and one that was refused, leave the times of what is published as they are.
+    for name in ("left", "right", "idle"):
+        # A recording, one that was refused and a configuration leave the times of what is published as they are.
+        frames = [record["frame"] for record in listener.lines(f"wstac/{name}/features")]
+        same(frames, sorted(set(frames)), f"frames of {name}")
         for record in listener.lines(f"wstac/{name}/features"):
             near(record["time_ns"] / 1e9, record["frame"] / 30, 1e-6, f"time of frame {record['frame']} of {name}")
     named = [event["texture"]["specimen"] for event in listener.lines("wstac/right/event")]
@@ -138,6 +151,14 @@ def check_services(programs):
     print(f"services: {len(expected) + len(OF_NODE)} found by tokens; a recording, a model and baselines; what cannot be done is refused")
 
 
+def check_labels(programs, file):
+    """A recording has its labels, by which it is part of a data set, and its events are words."""
+    done = subprocess.run([programs.wstac, "dataset", file, "-o", file.with_suffix(".npz")], capture_output=True, text=True, timeout=PATIENCE, check=False)
+    same(done.returncode, 0, f"exit code of a data set of the recording: {done.stderr!r}")
+    if not re.search(rb"event at frame \d+: slide, speed", file.read_bytes()):
+        fail(f"{file.name}: no event in words")
+
+
 def check_recording(recorded, events):
     """A recording replays to the events of its time."""
     same(len(recorded), 2, "events of the recording")
@@ -149,18 +170,77 @@ def check_recording(recorded, events):
             same(one[field], other[field], f"{field} of a recorded event")
 
 
-def rogue(client):
+def strangers(client):
+    """Requests that ask for everything, and those that are no empty message: no recording ends, and no baseline begins."""
+    end = "/wstac/left/stop_recording"
+    everything = ("**", "*/**", f"{DOMAIN}/**", f"{DOMAIN}/wstac/*/stop_recording/**", f"{DOMAIN}/*/left/restart_baseline/**")
+    for key in everything:
+        for target in (zenoh.QueryTarget.BEST_MATCHING, zenoh.QueryTarget.ALL):
+            replies = list(client.session.get(key, payload=EMPTY, target=target, consolidation=zenoh.ConsolidationMode.NONE, timeout=PATIENCE))
+            answers = [str(reply.ok.key_expr) for reply in replies if reply.ok and str(reply.ok.key_expr).startswith(f"{DOMAIN}/")]
+            same(answers, [], f"answers of services to {key}")
+            errors = {reply.err.payload.to_string() for reply in replies if reply.err}
+            same(errors, {"the key has wildcards, expected that of one service"}, f"errors for {key}")
+    for payload in (None, b"", b"\0\1\0", b"\0\0\0\0\0", EMPTY + b"\0", bytes(100)):
+        same([reply.ok is None for reply in client.ask(end, payload, None)], [True], f"answers of {end} to {payload}")
+
+
+def rogue(client, node):
     """Requests that are no messages: an error, no answer that looks like one, and nothing changes."""
     for service, payload in (
         ("/wstac_node/set_parameters", b""),
         ("/wstac_node/get_parameters", b"\0\1\0\0\xff\xff\xff\xff"),
-        ("/wstac_node/list_parameters", bytes(10_000_000)),
+        ("/wstac_node/list_parameters", bytes(100_000)),
         ("/wstac/right/load_model", b"\0\1\0\0\xff\xff\xff\x7fa\0"),
         ("/wstac/right/start_recording", b"\0\1\0\0"),
     ):
-        for attachment in (None, b"", bytes(40)):
+        for attachment in (None, b"", bytes(40), bytes(100_000)):
             replies = client.ask(service, payload, attachment)
             same([reply.ok is None for reply in replies], [True], f"answers of {service} to {payload[:20]!r}")
+    # What is far too long is not even gathered.
+    before = most_memory(node)
+    replies = client.ask("/wstac_node/list_parameters", bytes(60_000_000), None, timeout=3)
+    same([reply.err.payload.to_string() for reply in replies], ["Timeout"], "answers to 60 MB")
+    same(most_memory(node) - before < 20_000, True, f"kB of memory for a request of 60 MB: {most_memory(node)} instead of {before}")
+
+
+def most_memory(node):
+    """Returns the most memory that the node ever had, in kB."""
+    status = Path(f"/proc/{node.pid}/status").read_text()
+    return int(re.search(r"VmHWM:\s*(\d+)", status)[1])
+
+
+def check_ends(programs):
+    """Whoever asks without end does not hold up a sensor, and every request is answered, also at the sensor's end."""
+    endpoint, count = f"tcp/127.0.0.1:{free_port()}", 8
+    scenes = {"brief": "lead_in = 120", "long": "lead_in = 400"}
+    for name, lead_in in scenes.items():
+        slide = '[[slide]]\nspecimen = "Saw3"\nspeed = 150\ndirection = 0\n'
+        (programs.folder / f"{name}.toml").write_text(f'{lead_in}\ngap = 30\nseed = 3\nfidelity = "taxel"\n{slide}')
+    sensors = [f"{name}=scene:{programs.folder}/{name}.toml" for name in scenes]
+    with programs.node(*sensors, "--ros", "--zenoh", "--domain", DOMAIN, "--listen", endpoint) as node:
+        listener = Listener(endpoint)
+        answers = [[] for _ in range(count)]
+
+        def ask(own):
+            client = Client(endpoint, DOMAIN)
+            while not own or own[-1].success:
+                own.append(client.call("/wstac/brief/restart_baseline"))
+            client.close()
+
+        threads = [threading.Thread(target=ask, args=(own,)) for own in answers]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        same(listener.lines("wstac/long/end"), [], "the end of the sensor that goes on")
+        until(lambda: listener.lines("wstac/brief/end"), "the end")
+        node.send_signal(signal.SIGINT)
+        same(node.wait(PATIENCE), 0, "exit code")
+    same([own[-1].message for own in answers], ["brief: has ended"] * count, "the last answers")
+    given = sum(len(own) for own in answers) - count
+    frames = listener.lines("wstac/brief/end")[0]["frames"]
+    same(count < given <= frames, True, f"{given} requests that were followed in {frames} frames")
+    listener.close()
+    print(f"ends: {given} requests without a pause, and all {count} that waited at the end are answered")
 
 
 def check_parameters(programs):

@@ -201,7 +201,8 @@ pub struct StampFields {
 }
 
 impl StampFields {
-    fn new(stamp: Option<Stamp>) -> Self {
+    /// Creates the fields of a wall-clock time, if there is one.
+    pub fn new(stamp: Option<Stamp>) -> Self {
         Self { stamp: stamp.map(|stamp| in_utc(stamp.time)), stamp_within_ms: stamp.map(within_ms) }
     }
 }

@@ -5,6 +5,7 @@
 //! | [`source`] | frames: the trait, and Y4M; with features folders of pictures and recordings |
 //! | [`session`] | a source read through `wstac-core` |
 //! | [`output`], [`json`] | the outputs of a session: typed, and as lines of JSON |
+//! | [`text`] | the outputs as lines of text for a person |
 //! | [`config`] | the configuration file |
 //! | [`model_file`], [`texture`] | texture models, and their answers |
 //! | `record` | recordings: written, planned and recovered (feature `mcap`) |
@@ -36,6 +37,7 @@ pub mod record;
 pub mod session;
 pub mod source;
 pub mod statistics;
+pub mod text;
 pub mod text_file;
 pub mod texture;
 pub mod visible;

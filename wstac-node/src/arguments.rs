@@ -10,6 +10,8 @@ use wstac_host::source::names;
 use wstac_host::source::open::recorded_sensors;
 use wstac_host::visible;
 
+/// The variable of the environment that has the domain of ROS 2.
+pub(crate) const DOMAIN: &str = "ROS_DOMAIN_ID";
 /// Most bytes of an argument in a message about it, which may have it twice.
 const LONGEST_ARGUMENT: usize = 150;
 
@@ -61,8 +63,12 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "ros")]
     pub(crate) picture: bool,
 
-    /// The domain of ROS 2, as in ROS_DOMAIN_ID
-    #[arg(long, value_name = "N", env = "ROS_DOMAIN_ID", default_value_t = 0)]
+    /// The domain of ROS 2; by default that of ROS_DOMAIN_ID, or else 0
+    #[arg(long = "domain", value_name = "N")]
+    given_domain: Option<u32>,
+
+    /// That of the argument or of the environment.
+    #[arg(skip)]
     pub(crate) domain: u32,
 
     /// The name of the node in ROS 2; each program of a domain needs its own
@@ -96,6 +102,8 @@ pub(crate) struct Arguments {
     pub(crate) zenoh_config: Option<PathBuf>,
 
     /// Begin all keys with this name instead of wstac
+    ///
+    /// With --ros, the namespace and the names of sensors have letters, digits and _, and no digit in front.
     #[arg(long, value_name = "NAME", default_value = "wstac", value_parser = namespace)]
     pub(crate) namespace: String,
 }
@@ -152,6 +160,45 @@ impl Arguments {
     /// Returns whether payloads that ROS 2 has a message for are such messages, under the keys of JSON.
     pub(crate) fn has_cdr_records(&self) -> bool {
         self.has_records() && self.zenoh_encoding == Form::Cdr
+    }
+
+    /// Takes the domain of the argument, or with --ros that of the environment. One that is empty is none, as in ROS 2.
+    ///
+    /// # Errors
+    /// The environment has a domain that is no number.
+    pub(crate) fn with_domain(mut self, environment: Option<&OsStr>) -> Result<Self, Error> {
+        let environment = environment.filter(|text| self.ros && !text.is_empty());
+        self.domain = match (self.given_domain, environment) {
+            (Some(domain), _) => domain,
+            (None, None) => 0,
+            (None, Some(text)) => text.to_str().and_then(|text| text.parse().ok()).ok_or_else(|| {
+                let message = format_args!("is {:?}, expected a number, or --domain N", text.to_string_lossy());
+                Error::new(ErrorKind::Usage, DOMAIN, message)
+            })?,
+        };
+        Ok(self)
+    }
+
+    /// Refuses names that ROS 2 does not know as such, if there are topics of ROS 2.
+    ///
+    /// # Errors
+    /// The namespace or the name of a sensor has other characters than a name of ROS 2.
+    pub(crate) fn check_names(&self, sensors: &[NamedSource]) -> Result<(), Error> {
+        let parts = self.namespace.split('/').map(|part| ("the namespace", part));
+        let mut names = parts.chain(sensors.iter().map(|sensor| ("the name of a sensor", &*sensor.name)));
+        match names.find(|(_, name)| self.ros && !is_name_of_ros(name)) {
+            None => Ok(()),
+            Some((what, name)) => {
+                let instead: String =
+                    name.chars().map(|part| if part.is_ascii_alphanumeric() { part } else { '_' }).collect();
+                let instead = if is_name_of_ros(&instead) { instead } else { format!("s{instead}") };
+                let message = format!(
+                    "has {name:?}, expected letters, digits and _, and no digit in front, as topics of ROS 2 have them; \
+                     help: {instead}"
+                );
+                Err(Error::new(ErrorKind::Usage, what, message))
+            }
+        }
     }
 
     /// Refuses a folder for services that is none.
@@ -262,9 +309,17 @@ fn namespace(text: &str) -> Result<String, String> {
 
 /// Checks the name of a node of ROS 2.
 fn node_name(text: &str) -> Result<String, String> {
-    let is_name = text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
-        && text.bytes().next().is_some_and(|first| !first.is_ascii_digit());
-    if is_name { Ok(text.to_owned()) } else { Err("expected letters, digits and _, and no digit in front".to_owned()) }
+    if is_name_of_ros(text) {
+        Ok(text.to_owned())
+    } else {
+        Err("expected letters, digits and _, and no digit in front".to_owned())
+    }
+}
+
+/// Returns whether a name can be a part of those of ROS 2.
+fn is_name_of_ros(text: &str) -> bool {
+    text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+        && text.bytes().next().is_some_and(|first| !first.is_ascii_digit())
 }
 
 #[cfg(test)]
@@ -298,6 +353,42 @@ mod tests {
             let said = sensors(sources).unwrap_err();
             assert!(said.contains(part), "{said}");
         }
+    }
+
+    #[test]
+    fn names_are_those_of_ros() {
+        let check = |arguments: &[&str]| {
+            let arguments = Arguments::try_parse_from(["wstac-node"].iter().chain(arguments)).unwrap();
+            arguments.check_names(&arguments.sensors().unwrap()).map_err(|error| error.to_string())
+        };
+        assert_eq!(check(&["left-1=a.y4m", "--namespace", "hand/2-b"]), Ok(()));
+        assert_eq!(check(&["left_1=a.y4m", "--ros", "--namespace", "hand/b2"]), Ok(()));
+        for (arguments, part) in [
+            (&["left-1=a.y4m", "--ros"][..], "the name of a sensor: has \"left-1\", expected letters, digits and _"),
+            (&["left-1=a.y4m", "--ros"], "help: left_1"),
+            (&["1=a.y4m", "--ros"], "help: s1"),
+            (&["a.y4m", "--ros", "--namespace", "hand/left-2"], "the namespace: has \"left-2\""),
+        ] {
+            let said = check(arguments).unwrap_err();
+            assert!(said.contains(part), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_domain_of_the_environment_is_for_ros() {
+        let domain = |more: &[&str], environment: Option<&str>| {
+            let arguments = Arguments::try_parse_from(["wstac-node", "a.y4m"].iter().chain(more)).unwrap();
+            let arguments = arguments.with_domain(environment.map(OsStr::new));
+            arguments.map(|arguments| arguments.domain).map_err(|error| error.to_string())
+        };
+        for wrong in ["abc", "-1", " 3"] {
+            assert_eq!(domain(&[], Some(wrong)), Ok(0));
+            assert_eq!(domain(&["--ros", "--domain", "4"], Some(wrong)), Ok(4));
+            let said = domain(&["--ros"], Some(wrong)).unwrap_err();
+            assert_eq!(said, format!("ROS_DOMAIN_ID: is {wrong:?}, expected a number, or --domain N"));
+        }
+        assert_eq!([domain(&["--ros"], None), domain(&["--ros"], Some(""))], [Ok(0), Ok(0)]);
+        assert_eq!(domain(&["--ros"], Some("7")), Ok(7));
     }
 
     #[test]

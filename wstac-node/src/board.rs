@@ -17,7 +17,7 @@ use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 
 use crate::note;
-use crate::orders::Order;
+use crate::orders::{MOST_WAITING, Order};
 use crate::outlet::Outlet;
 
 /// A board whose port is open.
@@ -93,9 +93,10 @@ impl Board {
         let mut room = [0; 4096];
         let mut waits = 0_u32;
         while !ends.load(Ordering::Relaxed) {
-            for order in orders.try_iter() {
+            // No more than wait now: whoever asks without end holds up nobody.
+            for order in orders.try_iter().take(MOST_WAITING) {
                 let why = "is a board, which finds its events itself; wstac board changes its settings";
-                (order.answer)(Err(Error::new(ErrorKind::Unsupported, &self.name, why)));
+                order.refuse(ErrorKind::Unsupported, why);
             }
             self.requests.extend(self.monitor.set_now(now()));
             if let Some(reading) = self.requests.send(&mut self.port) {

@@ -8,13 +8,14 @@ use std::time::{Duration, SystemTime};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::output::{Elapsed, InterruptedReport, Output, OutputOptions};
+use wstac_host::output::{Elapsed, FrameFeatures, InterruptedReport, Output, OutputOptions};
 use wstac_host::record::Excerpt;
 use wstac_host::record::about::About;
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::open::{OpenOptions, SourceKind, open};
 use wstac_host::source::pace::Pace;
-use wstac_host::source::{FramePolicy, Labels, SourceEvent, StreamInfo, config_of};
+use wstac_host::source::{FramePolicy, SourceEvent, StreamInfo, config_of};
+use wstac_host::text::text_of;
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -24,6 +25,7 @@ use crate::orders::{Action, Order, replace, shown};
 use crate::outlet::Outlet;
 use crate::recording;
 use crate::ros::picture::Shape;
+use crate::sums::FrameSums;
 
 /// The kinds of sources besides files.
 const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
@@ -45,7 +47,6 @@ pub(crate) struct Frames {
 struct Configured {
     info: StreamInfo,
     config: Config,
-    textures: Textures,
     /// What the models say about themselves.
     models: Vec<String>,
 }
@@ -58,12 +59,12 @@ impl Frames {
     pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
         let NamedSource { name, source: source_name, recorded } = named;
         let sensor = recorded.clone();
-        let options = OpenOptions { delivery: FramePolicy::Newest, sensor, ..OpenOptions::default() };
+        let options = OpenOptions { delivery: delivery(arguments), sensor, ..OpenOptions::default() };
         let source = open(source_name, &options, KINDS)?;
         let info = source.info().clone();
         let given = arguments.config.as_deref().map(Config::read).transpose()?;
         let (config, textures) = (config_of(&info, given)?, Textures::new(models)?);
-        let session = Session::builder(source).outputs(wanted()).textures(textures.clone()).config(config.clone());
+        let session = Session::builder(source).outputs(wanted()).textures(textures).config(config.clone());
         let pace = (!is_camera(source_name)).then(|| Pace::new(info.rate));
         note(format_args!("{name}: {}", info.about));
         let picture = Shape::of(&info);
@@ -71,7 +72,7 @@ impl Frames {
             note(format_args!("{name}: its frames are no pictures of ROS 2; they are not published"));
         }
         let models = models.iter().map(|model| model.about().to_owned()).collect();
-        let configured = Configured { info, config, textures, models };
+        let configured = Configured { info, config, models };
         Ok(Self { name: name.to_owned(), session: session.build()?, pace, picture, configured })
     }
 
@@ -83,7 +84,9 @@ impl Frames {
             thread::sleep(Duration::from_secs_f64((share / session.info().rate.per_second()).min(1.0)));
         }
         let (stamp, elapsed) = (SystemTime::now(), Elapsed::default());
-        let mut reader = Reader { outlet, pace, picture, passed: 0, stamp, elapsed, recording: None };
+        let sums = FrameSums::new(session.info().rate);
+        let mut reader =
+            Reader { outlet, pace, picture, passed: 0, stamp, elapsed, completed: None, sums, recording: None };
         if let Some(pace) = &mut reader.pace {
             pace.restart();
         }
@@ -91,8 +94,9 @@ impl Frames {
             if ends.load(Ordering::Relaxed) {
                 break session.finish(&mut reader);
             }
-            for Order { action, answer } in orders.try_iter() {
-                answer(configured.follow(action, &name, &mut session, &mut reader));
+            // One for each frame: whoever asks without end does not hold up the sensor.
+            if let Ok(order) = orders.try_recv() {
+                order.answer(|action| configured.follow(action, &name, &mut session, &mut reader));
             }
             match session.step(&mut reader) {
                 Ok(Step::GoesOn) => reader.wait(ends),
@@ -109,6 +113,12 @@ impl Frames {
         }
         read.is_ok() && recorded.is_ok()
     }
+}
+
+/// Returns which frames of a camera are read: all, if they can be recorded. Otherwise the newest one is worth more than
+/// those before it.
+fn delivery(arguments: &Arguments) -> FramePolicy {
+    if arguments.files.is_some() { FramePolicy::Every } else { FramePolicy::Newest }
 }
 
 /// Returns the outputs that are published.
@@ -142,40 +152,33 @@ impl Configured {
                 reader.interrupt(session.processor_mut().rezero())?;
                 Ok("the baseline is gathered; leave the sensor untouched for 25 frames".to_owned())
             }
-            Action::LoadConfig(path) => {
-                // A pipe would be waited for, and the sensor with it.
-                let config = Config::read_stored(&path)?;
-                let processor = Processor::new(&self.info, &config, wanted())?;
-                // What the old one was capturing ends here.
-                reader.interrupt(session.processor_mut().restart())?;
-                *session.processor_mut() = processor.with_textures(self.textures.clone());
-                reader.elapsed = Elapsed::default();
-                self.config = config;
-                replace(&reader.outlet.settings().config, shown(&path));
-                Ok(format!("{} is used", path.display()))
+            Action::UseConfig { config, file } => {
+                // What was being captured ends here. Numbers and times of frames go on.
+                let interrupted = session.processor_mut().reconfigure(&self.info, &config)?;
+                let interrupted = reader.restarted(interrupted, session.processor());
+                self.config = *config;
+                replace(&reader.outlet.settings().config, shown(&file));
+                interrupted.map(|()| format!("{} is used", file.display()))
             }
-            Action::LoadModel(path) => {
-                let file = ModelFile::open_stored(&path)?;
-                let about = file.about().to_owned();
-                self.textures = Textures::new(&[file])?;
-                session.processor_mut().set_textures(self.textures.clone());
+            Action::UseModel { textures, about, file } => {
+                session.processor_mut().set_textures(textures);
                 self.models = vec![about];
-                replace(&reader.outlet.settings().models, vec![shown(&path)]);
-                Ok(format!("{} is used", path.display()))
+                replace(&reader.outlet.settings().models, vec![shown(&file)]);
+                Ok(format!("{} is used", file.display()))
             }
-            Action::StartRecording { folder, file, features_only } => {
+            Action::StartRecording { folder, file, features_only, labels } => {
                 let mut kept = self.info.clone();
                 if features_only {
                     (kept.taxels_only, kept.crop) = (true, None);
                 } else if kept.taxels_only {
                     return state("has taxel sums and no frames, expected features_only");
                 }
-                let about = About::new(&kept, &self.config, Labels::new(), self.models.clone())?;
+                let about = About::new(&kept, &self.config, labels, self.models.clone())?;
                 let recording = recording::start(&folder, &file, name, &about, session.processor())?;
                 let path = recording.path().display().to_string();
                 // Its replay begins with a new baseline, too. The sample that this ends is not part of it.
-                let interrupted = reader.interrupt(session.processor_mut().restart());
-                reader.elapsed = session.processor().elapsed();
+                let interrupted = session.processor_mut().restart();
+                let interrupted = reader.restarted(interrupted, session.processor());
                 reader.recording = Some(recording);
                 interrupted.map(|()| path)
             }
@@ -195,6 +198,10 @@ struct Reader {
     stamp: SystemTime,
     /// The time up to the last restart, from which the times of outputs count. Those that are published go on.
     elapsed: Elapsed,
+    /// The features that the last event of the source has completed.
+    completed: Option<FrameFeatures>,
+    /// The taxel sums that the next features are made of.
+    sums: FrameSums,
     recording: Option<Excerpt>,
 }
 
@@ -202,6 +209,15 @@ impl Reader {
     /// Publishes a sample that ends early.
     fn interrupt(&mut self, sample: Option<InterruptedReport>) -> Result<(), Error> {
         sample.map_or(Ok(()), |sample| self.output(Output::Interrupted(sample)))
+    }
+
+    /// Goes on behind a restart of the processor, which ended this sample.
+    fn restarted(&mut self, sample: Option<InterruptedReport>, processor: &Processor) -> Result<(), Error> {
+        // Its times are those before the restart.
+        let interrupted = self.interrupt(sample);
+        self.elapsed = processor.elapsed();
+        self.sums.restart();
+        interrupted
     }
 
     /// Ends the recording in progress, if there is one. Returns a line about it.
@@ -249,9 +265,13 @@ impl Observer for Reader {
 
     fn output(&mut self, output: Output) -> Result<(), Error> {
         if let Some(recording) = &mut self.recording {
-            recording.output(&output, recording::json);
+            recording.output(&output, text_of);
         }
-        self.outlet.output(&output.after(self.elapsed), self.stamp)
+        let output = output.after(self.elapsed);
+        if let Output::Features(features) = &output {
+            self.completed = Some(*features);
+        }
+        self.outlet.output(&output, self.stamp)
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
@@ -259,7 +279,12 @@ impl Observer for Reader {
         self.elapsed = processor.elapsed();
         let is_frame = matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
         if let Some(sums) = processor.taxel_sums().filter(|_| is_frame) {
-            self.outlet.taxels(&sums, self.stamp);
+            self.sums.add(&sums);
+        }
+        if let Some(features) = self.completed.take()
+            && let Some(sums) = self.sums.complete()
+        {
+            self.outlet.taxels(&features, &sums, self.stamp);
         }
         if self.recording.as_mut().is_some_and(|recording| !recording.processed(event, processor)) {
             // The disk is full. The sensor goes on without it.
@@ -267,5 +292,62 @@ impl Observer for Reader {
             note(ended);
         }
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::mpsc::{SyncSender, channel, sync_channel};
+
+    use clap::Parser;
+
+    use super::*;
+    use crate::orders::Control;
+    use crate::publisher::Queue;
+
+    fn arguments(more: &[&str]) -> Arguments {
+        Arguments::try_parse_from(["wstac-node", "scene:Saw3@150"].iter().chain(more)).unwrap()
+    }
+
+    #[test]
+    fn every_frame_is_read_if_it_can_be_recorded() {
+        assert_eq!(delivery(&arguments(&[])), FramePolicy::Newest);
+        assert_eq!(delivery(&arguments(&["--ros", "--files", "."])), FramePolicy::Every);
+    }
+
+    /// Gives an order that notes the next frame and gives another one: there is always one that waits.
+    fn ask(orders: &SyncSender<Order>, count: u64, done: Arc<dyn Fn(u64) + Send + Sync>) {
+        let again = orders.clone();
+        let answer = move |_| {
+            done(count);
+            if count < 9 {
+                ask(&again, count + 1, done);
+            }
+        };
+        orders.send(Order::new("sensor", Action::StopRecording, Box::new(answer))).unwrap();
+    }
+
+    #[test]
+    fn whoever_asks_without_end_does_not_hold_up_a_sensor() {
+        let arguments = arguments(&[]);
+        let named = arguments.sensors().unwrap().remove(0);
+        let frames = Frames::open(&named, &arguments, &[]).unwrap();
+        let (control, _) = Control::new(&named.name, "", &arguments);
+        let (queue, _found) = Queue::of_test();
+        let counts = Arc::clone(&queue.counts);
+        let outlet = Outlet::new(queue, Arc::clone(&control.settings), &arguments);
+        let ends = Arc::new(AtomicBool::new(false));
+        let (seen, frames_seen) = channel();
+        let (orders, arriving) = sync_channel(1);
+        let stop = Arc::clone(&ends);
+        let done = move |count| {
+            seen.send(counts.frames.load(Ordering::Relaxed)).unwrap();
+            stop.store(count == 9, Ordering::Relaxed);
+        };
+        ask(&orders, 0, Arc::new(done));
+        assert!(frames.run(outlet, &arriving, 0.0, &ends));
+        // One order for each frame.
+        assert_eq!(frames_seen.try_iter().collect::<Vec<_>>(), (0..10).collect::<Vec<_>>());
     }
 }

@@ -1,10 +1,11 @@
 //! `wstac-node` publishes tactile sensors on a Zenoh network.
 //!
 //! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher`
-//! sends what was found. `outlet` makes messages between them. A full queue makes it skip messages, so that a slow
-//! network never holds up a sensor. `orders` are what services ask of a sensor, and `recording` is one that they start.
-//! `ending` ends all of it after a signal. `network` opens the session of Zenoh, and `refused` has in words what that
-//! refuses. `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes of ROS 2.
+//! sends what was found. `outlet` makes messages between them, and `sums` those of taxels. A full queue makes it skip
+//! messages, so that a slow network never holds up a sensor. `orders` are what services ask of a sensor, and `recording`
+//! is one that they start. `ending` ends all of it after a signal. `network` opens the session of Zenoh, and `refused`
+//! has in words what that refuses. `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes
+//! of ROS 2.
 
 mod arguments;
 mod board;
@@ -20,6 +21,7 @@ mod records;
 mod refused;
 mod ros;
 mod sensor;
+mod sums;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -45,7 +47,8 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(code) => return code,
     };
-    match run(&arguments) {
+    let arguments = arguments.with_domain(std::env::var_os(arguments::DOMAIN).as_deref());
+    match arguments.and_then(|arguments| run(&arguments)) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -69,6 +72,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     arguments.check_files()?;
     let models = ModelFile::open_all(&arguments.models)?;
     let sources = arguments.sensors()?;
+    arguments.check_names(&sources)?;
     let mut sensors = Vec::new();
     for named in &sources {
         sensors.push(Sensor::open(named, arguments, &models)?);

@@ -1,12 +1,10 @@
 //! Messages of a sensor: their topics and payloads.
 
-use std::iter;
-
 use serde_json::json;
 use wstac_core::params::TAXELS;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::JsonLine;
-use wstac_host::output::Output;
+use wstac_host::json::{JsonLine, StampFields};
+use wstac_host::output::{FrameFeatures, Output, Stamp};
 
 use crate::ros::messages::RosMessage;
 use crate::ros::names::Type;
@@ -112,23 +110,49 @@ impl Message {
         Some(Self { topic, payload: message.payload.clone(), kind: Some(message.kind) })
     }
 
-    /// Returns the message about a sensor's state: names and counts.
-    pub(crate) fn of_state(counts: &[(&str, u64)]) -> Self {
-        let counts = counts.iter().map(|(name, count)| ((*name).to_owned(), (*count).into()));
-        let kind = ("kind".to_owned(), Topic::State.name().into());
-        let payload: serde_json::Map<String, serde_json::Value> = iter::once(kind).chain(counts).collect();
-        Self { topic: Topic::State, payload: json!(payload).to_string().into_bytes(), kind: None }
+    /// Returns the message about a sensor's state: names and counts, and the times of the last frame.
+    pub(crate) fn of_state(counts: &[(&str, u64)], times: &Times) -> Self {
+        let counts = counts.iter().map(|(name, count)| ((*name).to_owned(), json!(count)));
+        Self::timed(Topic::State, times, counts.collect())
     }
 
-    /// Returns the message of a frame's taxel sums.
-    pub(crate) fn of_taxels(frame: u64, sums: &[u32; TAXELS]) -> Self {
-        let payload = json!({"kind": Topic::Taxels.name(), "frame": frame, "sums": sums});
-        Self { topic: Topic::Taxels, payload: payload.to_string().into_bytes(), kind: None }
+    /// Returns the message of the taxel sums that features are made of.
+    pub(crate) fn of_taxels(features: &FrameFeatures, sums: &[u32; TAXELS]) -> Self {
+        let fields = [("frame", json!(features.frame)), ("sums", json!(sums))];
+        let fields = fields.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
+        Self::timed(Topic::Taxels, &Times::of(features), fields)
+    }
+
+    /// Returns a message of this program's own kinds.
+    fn timed(topic: Topic, times: &Times, fields: serde_json::Map<String, serde_json::Value>) -> Self {
+        let StampFields { stamp, stamp_within_ms } = StampFields::new(times.stamp);
+        let mut payload = fields;
+        payload.insert("kind".to_owned(), topic.name().into());
+        payload.insert("time_ns".to_owned(), times.time_ns.into());
+        let stamps = [("stamp", stamp.map(Into::into)), ("stamp_within_ms", stamp_within_ms.map(Into::into))];
+        payload.extend(stamps.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?))));
+        Self { topic, payload: json!(payload).to_string().into_bytes(), kind: None }
+    }
+}
+
+/// The times of a frame, as its features have them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Times {
+    time_ns: Option<u64>,
+    stamp: Option<Stamp>,
+}
+
+impl Times {
+    /// Returns the times of the frame of features.
+    pub(crate) fn of(features: &FrameFeatures) -> Self {
+        Self { time_ns: features.time_ns, stamp: features.stamp }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::{Duration, UNIX_EPOCH};
+
     use super::*;
     use wstac_host::output::OutputOptions;
     use wstac_host::session::Session;
@@ -140,9 +164,13 @@ mod tests {
         let mut wanted = OutputOptions::default();
         (wanted.features, wanted.motion) = (true, true);
         let session = Session::builder(source).outputs(wanted).build().unwrap();
-        let mut seen = Vec::new();
+        let (mut seen, mut last) = (Vec::new(), None);
         for output in session {
-            let Some(message) = Message::of(&output.unwrap()).unwrap() else { continue };
+            let output = output.unwrap();
+            if let Output::Features(features) = &output {
+                last = Some(*features);
+            }
+            let Some(message) = Message::of(&output).unwrap() else { continue };
             let payload: serde_json::Value = serde_json::from_slice(&message.payload).unwrap();
             assert_eq!(payload["kind"], message.topic.name());
             if !seen.contains(&message.topic) {
@@ -151,7 +179,24 @@ mod tests {
         }
         let expected = [Topic::Features, Topic::Motion, Topic::Event, Topic::ContactEnd, Topic::End];
         assert!(expected.iter().all(|topic| seen.contains(topic)) && seen.len() == expected.len(), "{seen:?}");
-        let taxels: serde_json::Value = serde_json::from_slice(&Message::of_taxels(7, &[3; TAXELS]).payload).unwrap();
-        assert_eq!(taxels, json!({"kind": "taxels", "frame": 7, "sums": vec![3; 25]}));
+        // They have the times of the features that they belong to.
+        let mut features = last.unwrap();
+        features.stamp = Some(Stamp { time: UNIX_EPOCH, within: Duration::from_millis(2) });
+        let read = |message: Message| serde_json::from_slice::<serde_json::Value>(&message.payload).unwrap();
+        let times = json!({"time_ns": features.time_ns, "stamp": "1970-01-01T00:00:00.000Z", "stamp_within_ms": 2.0});
+        assert!(times["time_ns"].is_u64());
+        for (message, fields) in [
+            (
+                Message::of_taxels(&features, &[3; TAXELS]),
+                json!({"kind": "taxels", "frame": features.frame, "sums": vec![3; 25]}),
+            ),
+            (Message::of_state(&[("frames", 9)], &Times::of(&features)), json!({"kind": "state", "frames": 9})),
+        ] {
+            let mut expected = fields.as_object().unwrap().clone();
+            expected.extend(times.as_object().unwrap().clone());
+            assert_eq!(read(message), json!(expected));
+        }
+        let early = read(Message::of_state(&[], &Times::default()));
+        assert_eq!(early, json!({"kind": "state", "time_ns": null}), "before the first frame");
     }
 }

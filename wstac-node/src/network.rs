@@ -79,7 +79,8 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
         // Without addresses, Zenoh would listen to the whole network.
         "listen": {"exit_on_failure": true, "endpoints": local(!arguments.ros)},
         // A subscriber that is late for half a second misses nothing of 100 sensors: 16 batches of 64 kB, the most there is.
-        "transport": {"link": {"tx": {"queue": {"size": {"data": 16}}}}},
+        // Of what arrives, only requests are read, and the longest of them has 64 kB.
+        "transport": {"link": {"tx": {"queue": {"size": {"data": 16}}}, "rx": {"max_message_size": 1 << 20}}},
     });
     let wrong = |error| Error::with_cause(ErrorKind::Config, "the network's safe settings", error);
     let mut settings: Value = serde_json::from_str(&Config::default().to_string()).map_err(wrong)?;

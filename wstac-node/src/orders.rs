@@ -5,33 +5,73 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::source::Labels;
+use wstac_host::texture::Textures;
 use wstac_host::visible;
 
 use crate::arguments::Arguments;
 
 /// The orders that wait for a sensor at most.
-const MOST_WAITING: usize = 16;
+pub(crate) const MOST_WAITING: usize = 16;
 
-/// What a service asks a sensor to do.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// What a service asks a sensor to do. Files were read before: a sensor waits for none.
+#[derive(Debug)]
 pub(crate) enum Action {
     /// Gather a new baseline.
     RestartBaseline,
-    /// Use the configuration of this file.
-    LoadConfig(PathBuf),
-    /// Name textures with the model of this file, in place of all others.
-    LoadModel(PathBuf),
+    /// Use the configuration that this file has.
+    UseConfig { config: Box<Config>, file: PathBuf },
+    /// Name textures with the model that this file has, in place of all others; `about` is what it says about itself.
+    UseModel { textures: Textures, about: String, file: PathBuf },
     /// Record to a new file: of this name in the folder, or of the first that is free.
-    StartRecording { folder: PathBuf, file: String, features_only: bool },
+    StartRecording { folder: PathBuf, file: String, features_only: bool, labels: Labels },
     /// End the recording.
     StopRecording,
 }
 
 /// An action, and the way of its result: a text for people.
+///
+/// Whatever becomes of an order, it is answered: one that is dropped says that its sensor has ended.
 pub(crate) struct Order {
-    pub(crate) action: Action,
-    pub(crate) answer: Box<dyn FnOnce(Result<String, Error>) + Send>,
+    sensor: String,
+    /// They are there until the order is answered.
+    content: Option<(Action, Answer)>,
+}
+
+/// Takes the result of an order.
+pub(crate) type Answer = Box<dyn FnOnce(Result<String, Error>) + Send>;
+
+impl Order {
+    /// Creates an order for the sensor of this name.
+    pub(crate) fn new(sensor: &str, action: Action, answer: Answer) -> Self {
+        Self { sensor: sensor.to_owned(), content: Some((action, answer)) }
+    }
+
+    /// Does what is asked, and answers with the result.
+    pub(crate) fn answer(mut self, follow: impl FnOnce(Action) -> Result<String, Error>) {
+        if let Some((action, answer)) = self.content.take() {
+            answer(follow(action));
+        }
+    }
+
+    /// Answers that the sensor does not do it.
+    pub(crate) fn refuse(mut self, kind: ErrorKind, why: &str) {
+        self.end(kind, why);
+    }
+
+    fn end(&mut self, kind: ErrorKind, why: &str) {
+        if let Some((_, answer)) = self.content.take() {
+            answer(Err(Error::new(kind, &self.sensor, why)));
+        }
+    }
+}
+
+impl Drop for Order {
+    fn drop(&mut self) {
+        self.end(ErrorKind::Usage, "has ended");
+    }
 }
 
 /// The way to a sensor.
@@ -56,14 +96,13 @@ impl Control {
         (Self { name: name.to_owned(), orders, settings: Arc::new(settings) }, arriving)
     }
 
-    /// Hands an order over. It is answered at once if the sensor takes none.
-    pub(crate) fn order(&self, order: Order) {
-        let (order, why) = match self.orders.try_send(order) {
-            Ok(()) => return,
-            Err(TrySendError::Full(order)) => (order, "has too many requests that wait"),
-            Err(TrySendError::Disconnected(order)) => (order, "has ended"),
-        };
-        (order.answer)(Err(Error::new(ErrorKind::Usage, &self.name, why)));
+    /// Hands an action over. It is answered at once if the sensor takes none.
+    pub(crate) fn order(&self, action: Action, answer: Answer) {
+        match self.orders.try_send(Order::new(&self.name, action, answer)) {
+            Err(TrySendError::Full(order)) => order.refuse(ErrorKind::Usage, "has too many requests that wait"),
+            // One that a sensor at its end does not take is answered when it is dropped.
+            Ok(()) | Err(TrySendError::Disconnected(_)) => {}
+        }
     }
 }
 
@@ -120,6 +159,30 @@ pub(crate) fn path_in(folder: Option<&Path>, file: &str) -> Result<PathBuf, Erro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Parser;
+
+    #[test]
+    fn an_order_is_answered_whatever_becomes_of_it() {
+        let arguments = Arguments::try_parse_from(["wstac-node", "a.y4m"]).unwrap();
+        let (control, orders) = Control::new("left", "a.y4m", &arguments);
+        let (answers, answered) = std::sync::mpsc::channel();
+        let ask = || {
+            let answers = answers.clone();
+            let answer =
+                move |result: Result<String, Error>| answers.send(result.map_err(|error| error.to_string())).unwrap();
+            control.order(Action::RestartBaseline, Box::new(answer));
+        };
+        let ended = Err("left: has ended".to_owned());
+        (0..=MOST_WAITING).for_each(|_| ask());
+        assert_eq!(answered.try_iter().collect::<Vec<_>>(), [Err("left: has too many requests that wait".to_owned())]);
+        orders.recv().unwrap().answer(|_| Ok("done".to_owned()));
+        assert_eq!(answered.try_iter().collect::<Vec<_>>(), [Ok("done".to_owned())]);
+        // The sensor ends while orders wait.
+        drop(orders);
+        assert_eq!(answered.try_iter().collect::<Vec<_>>(), vec![ended.clone(); MOST_WAITING - 1]);
+        ask();
+        assert_eq!(answered.try_iter().collect::<Vec<_>>(), [ended]);
+    }
 
     #[test]
     fn a_name_stays_in_its_folder() {

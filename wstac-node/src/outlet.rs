@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use wstac_core::params::TAXELS;
 use wstac_host::error::Error;
-use wstac_host::output::Output;
+use wstac_host::output::{FrameFeatures, Output};
 
 use crate::arguments::Arguments;
 use crate::message::Message;
@@ -48,7 +48,7 @@ impl Outlet {
     pub(crate) fn output(&self, output: &Output, stamp: SystemTime) -> Result<(), Error> {
         let counts = self.counts();
         match output {
-            Output::Features(features) => counts.frames.store(features.frame + 1, Ordering::Relaxed),
+            Output::Features(features) => counts.take_frame(features),
             Output::Event(_) => _ = counts.events.fetch_add(1, Ordering::Relaxed),
             Output::End(_) => counts.has_ended.store(true, Ordering::Relaxed),
             _ => {}
@@ -63,12 +63,13 @@ impl Outlet {
         Ok(())
     }
 
-    /// Publishes the taxel sums of the last frame.
-    pub(crate) fn taxels(&self, sums: &[u32; TAXELS], stamp: SystemTime) {
-        let frame = self.counts().frames.load(Ordering::Relaxed).saturating_sub(1);
-        let ros = self.with_header(stamp, |header| RosMessage::of_taxels(frame, sums, header));
+    /// Publishes the taxel sums that features are made of. `stamp` is the wall-clock time of the last frame, for features
+    /// without their own.
+    pub(crate) fn taxels(&self, features: &FrameFeatures, sums: &[u32; TAXELS], stamp: SystemTime) {
+        let stamp = features.stamp.map_or(stamp, |stamp| stamp.time);
+        let ros = self.with_header(stamp, |header| RosMessage::of_taxels(features.frame, sums, header));
         let record = self.cdr_record(ros.as_ref());
-        let record = record.or_else(|| self.has_records.then(|| Message::of_taxels(frame, sums)));
+        let record = record.or_else(|| self.has_records.then(|| Message::of_taxels(features, sums)));
         self.queue.push(Found::new(record, ros.filter(|_| self.has_ros)));
     }
 

@@ -6,11 +6,13 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use wstac_host::error::Error;
+use wstac_host::output::FrameFeatures;
 use zenoh::Session;
 
 use crate::arguments::Arguments;
-use crate::message::{Message, Topic};
+use crate::message::{Message, Times, Topic};
 use crate::note;
+use crate::orders::{copy_of, replace};
 use crate::records::{Events, RecordPublishers, locked};
 use crate::refused::in_words;
 use crate::ros::messages::{Health, RosMessage};
@@ -60,6 +62,8 @@ impl Found {
 pub(crate) struct Counts {
     /// Feature frames on the time line.
     pub(crate) frames: AtomicU64,
+    /// The times of the last frame.
+    times: Mutex<Times>,
     /// Camera frames that were lost.
     pub(crate) lost: AtomicU64,
     /// Events.
@@ -75,6 +79,13 @@ pub(crate) struct Counts {
 }
 
 impl Queue {
+    /// Creates a queue without a network, and its other end.
+    #[cfg(test)]
+    pub(crate) fn of_test() -> (Self, Receiver<Found>) {
+        let (sender, arriving) = sync_channel(MOST_WAITING);
+        (Self { sender, counts: Arc::default(), events: None }, arriving)
+    }
+
     /// Hands a picture over that `make` makes. It is left out if the network is behind.
     pub(crate) fn push_picture(&self, make: impl FnOnce() -> Option<RosMessage>) {
         if self.counts.pictures.load(Ordering::Relaxed) < MOST_PICTURES
@@ -156,6 +167,12 @@ impl Publisher {
 }
 
 impl Counts {
+    /// Counts the frame of features, which is the last one now.
+    pub(crate) fn take_frame(&self, features: &FrameFeatures) {
+        self.frames.store(features.frame + 1, Ordering::Relaxed);
+        replace(&self.times, Times::of(features));
+    }
+
     /// Returns the state of a sensor. `before` are its frames and its losses when it was asked for last.
     fn state(&self, sensor: &str, before: &mut [u64; 2]) -> Found {
         let [frames, dropped, events, lost_events, skipped] =
@@ -176,7 +193,10 @@ impl Counts {
             [frames, _] if frames == frames_before => Health::Silent,
             _ => Health::Well,
         };
-        Found::new(Some(Message::of_state(&counts)), Some(RosMessage::of_state(sensor, health, &counts)))
+        Found::new(
+            Some(Message::of_state(&counts, &copy_of(&self.times))),
+            Some(RosMessage::of_state(sensor, health, &counts)),
+        )
     }
 }
 

@@ -4,8 +4,6 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use wstac_host::error::Error;
-use wstac_host::json::JsonLine;
-use wstac_host::output::Output;
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::record::{Excerpt, check_room, first_free_file, new_file};
@@ -28,11 +26,6 @@ pub(crate) fn start(
     let (file, path) = file_of(folder, file, sensor)?;
     check_room(&file, &path, &about.info)?;
     Excerpt::start(file, &path, about, processor)
-}
-
-/// Returns the JSON of an output, which a recording keeps as its text.
-pub(crate) fn json(output: &Output) -> String {
-    JsonLine::new(output).and_then(|line| serde_json::to_string(&line).ok()).unwrap_or_default()
 }
 
 /// Ends a recording and its file. Returns a line about it.

@@ -15,12 +15,11 @@ pub(crate) fn in_words(message: &str) -> String {
     while let Some(at) = rest.find(" at ") {
         let (before, behind) = (&rest[..at], &rest[at + 4..]);
         words.push_str(before);
-        rest = match place(behind) {
-            Some(length) => &behind[length..],
-            None => {
-                words.push_str(" at ");
-                behind
-            }
+        rest = if let Some(length) = place(behind) {
+            &behind[length..]
+        } else {
+            words.push_str(" at ");
+            behind
         };
     }
     words + rest

@@ -9,6 +9,7 @@ use wstac_host::model_file::ModelFile;
 use crate::arguments::{Arguments, NamedSource};
 use crate::board::{Board, PortKind};
 use crate::frames::Frames;
+use crate::note;
 use crate::orders::Order;
 use crate::outlet::Outlet;
 
@@ -27,7 +28,11 @@ impl Sensor {
     /// The source, the configuration or a model cannot be used.
     pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
         let (name, source) = (&named.name, &*named.source);
-        match PortKind::of(source) {
+        let kind = PortKind::of(source);
+        if kind.is_some() && arguments.picture {
+            note(format_args!("{name}: a board has no pictures; none are published"));
+        }
+        match kind {
             Some(PortKind::Serial) => {
                 Board::open(name, source, arguments.baud).map(|board| Self::Board(Box::new(board)))
             }

@@ -470,8 +470,16 @@ function connect() {
     if (socket !== own) return;
     say("no connection: trying again", true);
     socket = null;
-    setTimeout(connect, AGAIN);
+    sayIfRefused().finally(() => setTimeout(connect, AGAIN));
   };
+}
+
+// A server that is there and does not know this page's token refuses the page itself, too.
+async function sayIfRefused() {
+  const answer = await fetch(location.href, { cache: "no-store", signal: AbortSignal.timeout(SILENT) }).catch(() => null);
+  if (answer && answer.status === 403) {
+    say("refused: the address has a new token; open the address that wstac serve has printed", true);
+  }
 }
 
 setInterval(() => {

@@ -19,10 +19,8 @@ class Tools {
     this.form = root.querySelector("form");
     this.form.setAttribute("aria-label", "Labels of a recording of " + title);
     this.form.addEventListener("submit", (event) => { event.preventDefault(); this.record(); });
-    for (const button of root.querySelectorAll(".tools button")) {
-      // A screen reader says which of several sensors it is.
-      if (about.name) button.setAttribute("aria-label", `${button.firstChild.textContent.trim()}: ${title}`);
-    }
+    this.title = title;
+    for (const button of root.querySelectorAll(".tools button")) this.name(button, button.firstChild.textContent.trim());
     this.form.hidden = !about.record_to;
     this.set("record", "where", about.record_to
       ? `Files go to the folder ${about.record_to} on the server, as ${about.name || "wstac"}-1.mcap and so on.`
@@ -33,6 +31,13 @@ class Tools {
   set(tool, part, text) {
     const element = this.tool(tool).querySelector("." + part);
     if (element.textContent !== text) element.textContent = text;
+  }
+
+  // Says what a button does now. A screen reader says of which of several sensors, too.
+  name(button, text) {
+    if (button.firstChild.textContent.trim() !== text) button.firstChild.textContent = text + " ";
+    const label = `${text}: ${this.title}`;
+    if (this.about.name && button.getAttribute("aria-label") !== label) button.setAttribute("aria-label", label);
   }
 
   labels() {
@@ -114,7 +119,7 @@ class Tools {
     const runs = this.is("recording");
     const button = this.form.querySelector("button");
     button.setAttribute("aria-pressed", String(runs));
-    button.firstChild.textContent = runs ? "End recording " : "Start recording ";
+    this.name(button, runs ? "End recording" : "Start recording");
     for (const name of LABELS) this.form.elements[name].disabled = runs;
     const last = jobs.recorded;
     const ended = last ? (last.is_error ? "Failed: " : "Recorded: ") + last.text : "";
@@ -144,7 +149,7 @@ class Tools {
       : "");
     progressOf(this.tool("calibrate"), runs && !proposal && job.frames);
     const [start, use, cancel] = ["start", "use", "cancel"].map((name) => this.root.querySelector("." + name));
-    start.firstChild.textContent = runs ? "Find the whiskers " : "Calibrate ";
+    this.name(start, runs ? "Find the whiskers" : "Calibrate");
     start.disabled = runs && !job.is_ready;
     start.hidden = Boolean(proposal);
     use.hidden = !proposal;
@@ -173,7 +178,7 @@ class Tools {
     this.set("doctor", "step", step);
     this.tool("doctor").querySelector(".step").classList.toggle("bad", !runs && Boolean(last && last.error));
     progressOf(this.tool("doctor"), runs && job.seconds);
-    this.root.querySelector(".examine").firstChild.textContent = runs ? "Stop " : "Examine ";
+    this.name(this.root.querySelector(".examine"), runs ? "Stop" : "Examine");
     const verdict = runs || !last ? [] : last.verdict;
     const list = this.tool("doctor").querySelector(".verdict");
     const text = JSON.stringify(verdict);

@@ -21,7 +21,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
-use wstac_host::record::labels::{NAMES, check};
+use wstac_host::record::labels::{self, NAMES, by_name};
 use wstac_host::record::{Compression, Recorder, Written};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::Labels;
@@ -57,7 +57,7 @@ pub(super) struct Arguments {
     /// A label of the recording, such as specimen=Saw3
     ///
     /// wstac dataset reads specimen, speed, direction and sensor.
-    #[arg(long = "label", value_name = "NAME=VALUE", value_parser = label)]
+    #[arg(long = "label", value_name = "NAME=VALUE", value_parser = labels::parse)]
     labels: Vec<(String, String)>,
 
     /// Compress the file
@@ -431,26 +431,9 @@ fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64, is_live: b
     }
 }
 
-/// Parses `name=value`.
-fn label(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
-            Ok((name.trim().into(), value.trim().into()))
-        }
-        _ => Err(format!("{text:?} is no label, expected NAME=VALUE such as specimen=Saw3")),
-    }
-}
-
 /// Returns labels by name, each once.
 fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
-    let mut labels = Labels::new();
-    for (name, value) in given {
-        if let Some(other) = labels.insert(name.clone(), value.clone()) {
-            let message = format_args!("{name} is {other:?} and {value:?}, expected one value");
-            return Err(Error::new(ErrorKind::Usage, "--label", message));
-        }
-    }
-    check(&labels).map_err(|message| Error::new(ErrorKind::Usage, "--label", message))?;
+    let labels = by_name(given.to_vec()).map_err(|message| Error::new(ErrorKind::Usage, "--label", message))?;
     for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str())) {
         note(format_args!("label {name} is kept; wstac dataset reads only {}", NAMES.join(", ")));
     }

@@ -28,8 +28,8 @@ use wstac_serve::{CalibrationFile, ExaminedCamera, Opened, Server, Token, Tools}
 
 /// The address without --listen.
 const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8025);
-/// Most sensors of a page.
-const MOST_SENSORS: usize = 16;
+/// Most sensors of a page: as many as a recording takes.
+const MOST_SENSORS: usize = 20;
 
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
@@ -42,7 +42,7 @@ const MOST_SENSORS: usize = 16;
 pub(super) struct Arguments {
     /// Camera, recording or scene, or several as NAME=SOURCE
     ///
-    /// The sources are those of wstac run. Of a recording of several sensors, all are shown.
+    /// The sources are those of wstac run, at most 20. Of a recording of several sensors, all are shown.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 

@@ -6,6 +6,51 @@ use crate::visible::is_plain;
 /// Names of the labels that a data set uses.
 pub const NAMES: [&str; 4] = ["specimen", "speed", "direction", "sensor"];
 
+/// Parses a label as a person writes it: NAME=VALUE.
+///
+/// ```
+/// use wstac_host::record::labels::parse;
+///
+/// assert_eq!(parse("specimen=Saw3"), Ok(("specimen".to_owned(), "Saw3".to_owned())));
+/// assert!(parse("Saw3").unwrap_err().contains("expected NAME=VALUE"));
+/// ```
+///
+/// # Errors
+/// The text has no name or no value.
+pub fn parse(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().into(), value.trim().into()))
+        }
+        _ => Err(format!("{text:?} is no label, expected NAME=VALUE such as specimen=Saw3")),
+    }
+}
+
+/// Returns labels by name, each once, and checks those that a data set uses.
+///
+/// ```
+/// use wstac_host::record::labels::by_name;
+///
+/// let label = |name: &str, value: &str| (name.to_owned(), value.to_owned());
+/// assert_eq!(by_name([label("speed", "150"), label("specimen", "Saw3")]).unwrap()["speed"], "150");
+/// assert!(by_name([label("speed", "150"), label("speed", "9")]).unwrap_err().contains("expected one value"));
+/// assert!(by_name([label("speed", "fast")]).unwrap_err().contains("expected mm/s"));
+/// ```
+///
+/// # Errors
+/// A name is given twice, or a label is not valid.
+pub fn by_name(given: impl IntoIterator<Item = (String, String)>) -> Result<Labels, String> {
+    let mut labels = Labels::new();
+    for (name, value) in given {
+        if let Some(other) = labels.get(&name) {
+            return Err(format!("{name} is {other:?} and {value:?}, expected one value"));
+        }
+        labels.insert(name, value);
+    }
+    check(&labels)?;
+    Ok(labels)
+}
+
 /// Checks that labels are plain text, and those that a data set uses. Returns the speed in mm/s and the direction in
 /// degrees, if present.
 ///

@@ -8,7 +8,7 @@ use wstac_core::rate::FrameRate;
 /// Speeds scale with the rate, so that a wrong one gives wrong speeds that look right.
 pub(super) fn remark(own: Option<FrameRate>, given: Option<FrameRate>) -> String {
     match (own, given) {
-        (Some(own), Some(given)) if own.per_second() != given.per_second() => {
+        (Some(own), Some(given)) if own.per_second().total_cmp(&given.per_second()).is_ne() => {
             format!(" as --fps says; the file says {}:{}", own.numerator(), own.denominator())
         }
         _ => String::new(),

@@ -91,9 +91,16 @@ pub(super) struct CdrReader<'b> {
 }
 
 impl<'b> CdrReader<'b> {
-    /// Starts behind the header; `None` if it is another one than this program writes.
+    /// Starts behind the header; `None` if it names another encoding than this program writes. Its options are for bytes
+    /// that were added at the end.
     pub(super) fn new(payload: &'b [u8]) -> Option<Self> {
-        Some(Self { bytes: payload.strip_prefix(&HEADER)?, at: 0 })
+        let [first, second, _, _, bytes @ ..] = payload else { return None };
+        ([*first, *second] == HEADER[..2]).then_some(Self { bytes, at: 0 })
+    }
+
+    /// Returns the number of bytes behind those that were read.
+    pub(super) fn left(&self) -> usize {
+        self.bytes.len().saturating_sub(self.at)
     }
 
     fn take(&mut self, count: usize) -> Option<&'b [u8]> {
@@ -180,7 +187,15 @@ mod tests {
         assert_eq!(CdrReader::new(&of(&[u32::MAX])).unwrap().text(), None);
         assert_eq!(CdrReader::new(&of(&[0])).unwrap().text(), None);
         assert_eq!(CdrReader::new(&of(&[u32::MAX])).unwrap().skip_list(8), None);
-        assert_eq!(CdrReader::new(&[0, 0, 0, 0]).map(|_| ()), None);
+    }
+
+    #[test]
+    fn a_header_names_the_encoding_and_has_any_options() {
+        assert_eq!(CdrReader::new(&[0, 1, 0, 3, 7, 0, 0, 0]).and_then(|mut reader| reader.u8()), Some(7));
+        // Big endian, the later forms of CDR, and headers that are cut off.
+        for header in [&[0, 0, 0, 0][..], &[0, 3, 0, 0], &[0, 7, 0, 0], &[1, 1, 0, 0], &[0, 1, 0], &[]] {
+            assert_eq!(CdrReader::new(header).map(|_| ()), None, "{header:?}");
+        }
     }
 
     #[test]

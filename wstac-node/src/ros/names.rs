@@ -141,7 +141,7 @@ impl ServiceType {
             Self::StartRecording => (
                 "wstac_msgs",
                 "StartRecording",
-                "RIHS01_e62ba986e546fb4acb08f8e9513324df9ae205a4bbed21427b2f7eac0a73f425",
+                "RIHS01_23c4988b917980d780083b1d62353b5d2cccf931d96e0879aee412e583f1d9b8",
             ),
             Self::DescribeParameters => (
                 of_parameters,

@@ -1,32 +1,34 @@
 //! The services of the node, which nodes of ROS 2 call, and any program that speaks Zenoh.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use wstac_host::error::{Error, ErrorKind};
+use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
-use super::cdr::{Cdr, CdrReader};
+use super::cdr::Cdr;
 use super::names::{ServiceType, Type, attached, attachment};
 use super::parameters::{Changes, Parameters};
 use super::publishers::RosPublisher;
+use super::requests::action;
 use crate::arguments::Arguments;
 use crate::note;
-use crate::orders::{Action, Control, Order, path_in};
+use crate::orders::{Action, Control};
 use crate::refused::{in_words, refused};
 
 /// The requests that wait at most. Further ones have no answer.
 const MOST_WAITING: usize = 64;
-/// The longest request.
+/// The longest request, with all that comes along.
 const MOST_BYTES: usize = 1 << 16;
 
 /// A service of the node or of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Service {
+pub(super) enum Service {
     RestartBaseline,
     LoadConfig,
     LoadModel,
@@ -73,7 +75,7 @@ impl Service {
 /// The services, while they can be called.
 pub(crate) struct Services {
     /// They end with this.
-    _declared: Vec<(Queryable<()>, LivelinessToken)>,
+    declared: Vec<(Queryable<()>, LivelinessToken)>,
     own: Sender<Work>,
 }
 
@@ -90,6 +92,8 @@ pub(crate) struct Clerk {
 enum Work {
     /// A request to a service, of the sensor with this place.
     Asked(Service, usize, Request),
+    /// A request that no service takes, and why.
+    Refused(&'static str, Request),
     /// What the sensor with this place has done.
     Done(Service, usize, Request, Result<String, Error>),
     /// The services are gone.
@@ -99,7 +103,7 @@ enum Work {
 /// A request that has no answer yet.
 struct Request {
     query: Query,
-    /// The key of the service. The request may have one with wildcards.
+    /// The key of the service.
     key: Arc<str>,
     /// It counts until it is answered or given up.
     _waits: Waits,
@@ -142,11 +146,16 @@ impl Services {
             let kind = service.named().1;
             let key: Arc<str> = kind.key(arguments.domain, &name).into();
             let answered = Arc::clone(&key);
-            let take = move |query| {
+            let take = move |mut query: Query| {
+                let refusal = refusal(&mut query, &answered);
                 if waiting.fetch_add(1, Ordering::Relaxed) < MOST_WAITING {
                     let request = Request { query, key: Arc::clone(&answered), _waits: Waits(Arc::clone(&waiting)) };
+                    let work = match refusal {
+                        Some(why) => Work::Refused(why, request),
+                        None => Work::Asked(service, place, request),
+                    };
                     // The clerk is gone only at the end.
-                    let _ = own.send(Work::Asked(service, place, request));
+                    let _ = own.send(work);
                 } else {
                     waiting.fetch_sub(1, Ordering::Relaxed);
                 }
@@ -164,12 +173,35 @@ impl Services {
             controls: controls.to_vec(),
         };
         let clerk = Clerk { parameters, events, folder: arguments.files.clone(), arriving, own: own.clone() };
-        Ok((Self { _declared: declared.map_err(refused)?, own }, clerk))
+        Ok((Self { declared: declared.map_err(refused)?, own }, clerk))
     }
+}
+
+/// Returns why no service takes a request with this key; `None` if one does. What waits for its refusal is short.
+fn refusal(query: &mut Query, key: &str) -> Option<&'static str> {
+    let length = |part: Option<&ZBytes>| part.map_or(0, ZBytes::len);
+    let parameters = query.parameters().as_str().len();
+    let why = if query.key_expr().as_str() != key {
+        // It is meant for whatever has such a key. A service changes things, so it is called by its name.
+        "the key has wildcards, expected that of one service"
+    } else if length(query.payload()) + length(query.attachment()) + parameters > MOST_BYTES {
+        "the request is too long"
+    } else {
+        return None;
+    };
+    if let Some(payload) = query.payload_mut() {
+        *payload = ZBytes::new();
+    }
+    if let Some(attachment) = query.attachment_mut() {
+        *attachment = ZBytes::new();
+    }
+    Some(why)
 }
 
 impl Drop for Services {
     fn drop(&mut self) {
+        // Requests from now on find no service, and those before them are answered.
+        self.declared.clear();
         // The clerk may be gone.
         let _ = self.own.send(Work::Over);
     }
@@ -181,6 +213,7 @@ impl Clerk {
         while let Ok(work) = self.arriving.recv() {
             match work {
                 Work::Asked(service, place, request) => self.asked(service, place, request),
+                Work::Refused(why, request) => request.refuse(why),
                 Work::Done(service, place, request, result) => self.done(service, place, &request, result),
                 Work::Over => break,
             }
@@ -212,10 +245,6 @@ impl Clerk {
     /// Answers a request about parameters, and hands any other one to its sensor.
     fn asked(&mut self, service: Service, place: usize, request: Request) {
         let payload = request.query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
-        if payload.len() > MOST_BYTES {
-            request.refuse("the request is too long");
-            return;
-        }
         let mut changed = Vec::new();
         let of_node = match service {
             Service::DescribeParameters => self.parameters.describe(&payload),
@@ -225,7 +254,7 @@ impl Clerk {
             Service::SetParameters => self.parameters.set_all(&payload, &mut changed),
             Service::SetParametersAtomically => self.parameters.set_atomically(&payload, &mut changed),
             of_sensor => {
-                match self.action(of_sensor, &payload) {
+                match action(of_sensor, self.folder.as_deref(), &payload) {
                     Some(Ok(action)) => self.order(of_sensor, place, action, request),
                     Some(Err(error)) => request.answer(&answer(of_sensor, Err(error))),
                     None => request.refuse("the request is no message of the service"),
@@ -242,34 +271,6 @@ impl Clerk {
         }
     }
 
-    /// Returns what a request asks of a sensor; `None` if it is no message of the service.
-    fn action(&self, service: Service, payload: &[u8]) -> Option<Result<Action, Error>> {
-        let folder = self.folder.as_deref();
-        let mut reader = CdrReader::new(payload);
-        Some(Ok(match service {
-            // An empty message, of which rosidl makes one byte.
-            Service::RestartBaseline => Action::RestartBaseline,
-            Service::StopRecording => Action::StopRecording,
-            Service::StartRecording => {
-                let (file, features_only) = (reader.as_mut()?.text()?, reader.as_mut()?.bool()?);
-                // Without a name the sensor finds one.
-                let name = if file.is_empty() { "recording" } else { file };
-                match path_in(folder, name) {
-                    Ok(path) => {
-                        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-                        Action::StartRecording { folder, file: file.to_owned(), features_only }
-                    }
-                    Err(error) => return Some(Err(error)),
-                }
-            }
-            load => match path_in(folder, reader.as_mut()?.text()?) {
-                Ok(path) if load == Service::LoadModel => Action::LoadModel(path),
-                Ok(path) => Action::LoadConfig(path),
-                Err(error) => return Some(Err(error)),
-            },
-        }))
-    }
-
     fn order(&self, service: Service, place: usize, action: Action, request: Request) {
         let Some(control) = self.parameters.controls.get(place) else { return };
         let back = self.own.clone();
@@ -277,7 +278,7 @@ impl Clerk {
             // The clerk may be gone, and with it who would answer.
             let _ = back.send(Work::Done(service, place, request, result));
         };
-        control.order(Order { action, answer: Box::new(answer) });
+        control.order(action, Box::new(answer));
     }
 }
 

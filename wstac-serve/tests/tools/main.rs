@@ -7,3 +7,4 @@ mod examination;
 mod page;
 mod recording;
 mod refusals;
+mod slow;

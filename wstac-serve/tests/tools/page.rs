@@ -68,14 +68,19 @@ impl Served {
     }
 
     pub(crate) fn with_token(name: Option<&str>, config: &Config, tools: Tools, token: Option<Token>) -> Self {
+        Self::of(name, config, tools, Server::bind("127.0.0.1:0".parse().unwrap(), token).unwrap())
+    }
+
+    /// Serves at an address that was bound. Requests go to it by 127.0.0.1.
+    pub(crate) fn of(name: Option<&str>, config: &Config, tools: Tools, server: Server) -> Self {
         let allowed = Arc::new(AtomicU64::new(0));
         let source = Gated { inner: source(SCENE), given: 0, allowed: Arc::clone(&allowed) };
         let info = source.info().clone();
         let (config, textures, pace) = (config.clone(), Textures::default(), None);
         let opened = Opened { source: Box::new(source), info, config, textures, pace };
         let sensor = Sensor::new(name, opened, tools).unwrap();
-        let server = Server::bind("127.0.0.1:0".parse().unwrap(), token).unwrap();
-        let host = server.address().split('/').nth(2).unwrap().to_owned();
+        let port = server.address().split('/').nth(2).unwrap().rsplit(':').next().unwrap().to_owned();
+        let host = format!("127.0.0.1:{port}");
         let (stop, told) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(Vec::new())));
         let (stops, lines) = (Arc::clone(&stop), Arc::clone(&told));
         let thread = spawn(move || {

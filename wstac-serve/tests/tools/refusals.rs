@@ -5,7 +5,7 @@ use tempfile::tempdir;
 use tungstenite::Message;
 use tungstenite::protocol::frame::coding::CloseCode;
 use wstac_host::config::Config;
-use wstac_serve::{Token, Tools};
+use wstac_serve::{Server, Token, Tools};
 
 use super::page::Served;
 
@@ -26,6 +26,24 @@ fn orders_need_the_token_if_there_is_one() {
         assert_eq!(served.request_with(query, "").map(drop), Err("403".to_owned()), "{query}");
     }
     assert!(served.request_with("?token=0123456789abcdef", "").is_ok());
+}
+
+/// Without a token of its own, a server that other machines reach has a new one at each start.
+#[test]
+fn an_address_that_other_machines_reach_has_a_random_token() {
+    let bind = |address: &str| Server::bind(address.parse().unwrap(), None).unwrap();
+    for address in ["127.0.0.1:0", "127.0.0.2:0"] {
+        assert!(!bind(address).address().contains('?'), "only this machine reaches {address}");
+    }
+    let (server, other) = (bind("0.0.0.0:0"), bind("0.0.0.0:0"));
+    let token = |server: &Server| server.address().split_once("/?token=").unwrap().1.to_owned();
+    let (own, foreign) = (token(&server), token(&other));
+    assert!(own.len() >= 16 && own != foreign, "{own} {foreign}");
+    let served = Served::of(None, &Config::default(), Tools::default(), server);
+    for query in [String::new(), format!("?token={foreign}")] {
+        assert_eq!(served.request_with(&query, "").map(drop), Err("403".to_owned()), "{query}");
+    }
+    assert!(served.request_with(&format!("?token={own}"), "").is_ok());
 }
 
 #[test]
