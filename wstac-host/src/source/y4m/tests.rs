@@ -124,7 +124,8 @@ fn what_is_wrong_with_a_header_is_named() {
         let source = with_fps(&format!("YUV4MPEG2 W2 H2{rate}\n"), 30).unwrap();
         assert_eq!(source.info().rate, FrameRate::NOMINAL);
         let about = &source.info().about;
-        assert!(about.contains("as --fps says") == !remark.is_empty() && about.contains(remark), "{about}");
+        let is_said = about.contains("as --fps says");
+        assert!(is_said != remark.is_empty() && about.contains(remark), "{about}");
     }
 }
 
