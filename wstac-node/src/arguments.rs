@@ -78,6 +78,7 @@ pub(crate) struct Arguments {
     /// Let services read and write files of this folder (with --ros)
     ///
     /// They name configurations, models and recordings without folders. Without this, services that need a file refuse.
+    /// With it, every frame of a camera is read, in place of the newest.
     #[arg(long, value_name = "FOLDER", requires = "ros")]
     pub(crate) files: Option<PathBuf>,
 
