@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::source::every_sensor::{self, every_sensor};
 use wstac_host::source::names;
-use wstac_host::source::open::recorded_sensors;
 use wstac_host::visible;
 
 /// The variable of the environment that has the domain of ROS 2.
@@ -222,47 +222,13 @@ impl Arguments {
     /// # Errors
     /// A name is invalid or taken, one of several sources has none, or a recording cannot be read.
     pub(crate) fn sensors(&self) -> Result<Vec<NamedSource>, Error> {
-        let given = names::sensors(&self.sources)?;
-        let mut all = Vec::new();
-        for &names::Sensor { name, source } in &given {
-            let refused = |message: &str| {
-                let subject = format_args!("SOURCE is {:?}", source.to_string_lossy());
-                Err(Error::new(ErrorKind::Usage, subject, message))
-            };
-            let recorded = recorded_sensors(source)?;
-            let of = |name: &str, recorded: Option<&str>| NamedSource {
-                name: name.to_owned(),
-                source: source.to_owned(),
-                recorded: recorded.map(str::to_owned),
-            };
-            match name {
-                Some(name) if recorded.is_empty() => all.push(of(name, None)),
-                None if recorded.is_empty() && given.len() == 1 => all.push(of("sensor", None)),
-                None if recorded.is_empty() => {
-                    return refused("several sources need names, expected NAME=SOURCE, such as left=/dev/video0");
-                }
-                Some(name) if recorded.iter().any(|known| known == name) => all.push(of(name, Some(name))),
-                Some(name) => {
-                    let known = recorded.join(", ");
-                    return refused(&format!("the recording has no sensor {name}, expected one of {known} before ="));
-                }
-                None => {
-                    if let Some(wrong) = recorded.iter().find(|name| !names::is_name(name)) {
-                        let message =
-                            format!("the recording has a sensor {wrong:?}, whose name cannot be that of keys");
-                        return refused(&message);
-                    }
-                    all.extend(recorded.iter().map(|name| of(name, Some(name))));
-                }
-            }
-        }
-        match all.iter().enumerate().find(|(at, named)| all[..*at].iter().any(|other| other.name == named.name)) {
-            None => Ok(all),
-            Some((_, NamedSource { name, source, .. })) => {
-                let message = format_args!("the name {name} is taken, expected another for each sensor");
-                Err(Error::new(ErrorKind::Usage, format_args!("SOURCE is {:?}", source.to_string_lossy()), message))
-            }
-        }
+        let all = every_sensor(&names::sensors(&self.sources)?)?;
+        let named = |sensor: every_sensor::NamedSource| NamedSource {
+            name: sensor.name.unwrap_or_else(|| "sensor".to_owned()),
+            source: sensor.source,
+            recorded: sensor.recorded,
+        };
+        Ok(all.into_iter().map(named).collect())
     }
 }
 
