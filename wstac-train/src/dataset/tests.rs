@@ -52,7 +52,7 @@ fn short(text: &str) -> SceneConfig {
 fn a_folder_in_place_of_a_sweep_is_named() {
     let folder = scratch("folder");
     fs::create_dir(&folder).unwrap();
-    for error in [Sweep::read(&folder).unwrap_err(), super::random::RandomSweep::read(&folder).unwrap_err()] {
+    for error in [Sweep::read(&folder).unwrap_err(), random::RandomSweep::read(&folder).unwrap_err()] {
         let message = error.to_string();
         assert!(message.contains(": is a folder, expected the file of a sweep (.toml); help: "), "{message}");
     }
