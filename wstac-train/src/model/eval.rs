@@ -316,10 +316,9 @@ fn check_scale(npz: &Npz) -> Result<(), Error> {
 /// Returns the names of arrays that may have the labels of a task, the first that is there first.
 pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
     match task {
-        Task::Specimen => &["y", "y_specimen"],
         Task::Pattern => &["y", "y_pattern"],
         Task::Depth => &["y", "y_depth"],
-        // Names of one's own are those of recordings.
+        // Specimens, and names of one's own.
         _ => &["y", "y_specimen"],
     }
 }
