@@ -108,7 +108,7 @@ The answer:
   accuracy of the slides with an answer is printed beside it. The figure
   has a row for each label, and a column for each answer.
   If each texture has three sensors or recordings to train on, and
-  about 40 slides, 15 % of them are kept aside for a calibration: then
+  about 50 slides, 15 % of them are kept aside for a calibration: then
   events have a confidence, and unknown textures are said to be unknown.
   With fewer slides, wstac model learn makes a better model, which has
   both from three slides of each texture on.

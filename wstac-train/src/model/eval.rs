@@ -318,7 +318,7 @@ pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
     match task {
         Task::Pattern => &["y", "y_pattern"],
         Task::Depth => &["y", "y_depth"],
-        // Names of one's own stand where recordings have those of specimens.
+        // Specimens, and names of one's own.
         _ => &["y", "y_specimen"],
     }
 }

@@ -147,7 +147,7 @@ pub fn wilson(right: u32, of: u32) -> [f64; 2] {
 
 /// Trains a linear model on the slides of some groups, and tests its file on those of the others.
 ///
-/// If every label has three groups for training or more, and about 40 slides, some are kept aside for the calibration:
+/// If every label has three groups for training or more, and about 50 slides, some are kept aside for the calibration:
 /// then the model says how sure it is, and what it does not know.
 ///
 /// The same slides give the same file, with any number of threads.

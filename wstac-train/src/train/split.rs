@@ -59,7 +59,7 @@ pub(super) fn aside(slides: &[&LabeledSlide], fraction: f64) -> Result<BTreeSet<
     let least = LEAST_ASIDE * of_label.len();
     if kept < least {
         return Err(format!(
-            "{} can be kept aside for it, expected at least {least}: about 40 slides of each texture",
+            "{} can be kept aside for it, expected at least {least}: about 50 slides of each texture",
             counted(kept, "slide")
         ));
     }
