@@ -57,6 +57,15 @@ class Published(unittest.TestCase):
             numbers["M0"]["stripes"] = round(numbers["M0"]["stripes"] * factor)
             self.assertEqual(len(budget.differences(numbers, self.numbers)), count, factor)
 
+    def test_a_count_is_not_known_better_than_a_tick(self):
+        for more, count in ((budget.TICK, 0), (budget.TICK + 1, 1)):
+            numbers = copy.deepcopy(self.numbers)
+            numbers["M0"]["logs"] += more
+            self.assertEqual(len(budget.differences(numbers, self.numbers)), count, more)
+        numbers["M0"]["logs"] -= more
+        numbers["M0"]["flash"] += round(numbers["M0"]["flash"] * 0.025)
+        self.assertEqual(len(budget.differences(numbers, self.numbers)), 1)
+
     def test_the_first_goals_still_hold(self):
         limits = budget.budgets()
         self.assertLessEqual(limits["M4F"]["whole"], 45_000)
