@@ -78,7 +78,7 @@ static void opening_is_checked(void)
     frames = gray, frames.height = 0;
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_OPTION && says(NULL, "40x0"));
     frames = gray, frames.bytes_per_row = 39;
-    EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_CONFIG && says(NULL, "39"));
+    EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_OPTION && says(NULL, "39"));
     frames = gray, frames.fps_denominator = 1;
     EXPECT(wstac_open_frames(&frames, NULL, &handle) == WSTAC_STATUS_OPTION && says(NULL, "0:1"));
     const WstacOptions refused[] = {{.fps_numerator = 30, .fps_denominator = 1}, {.format = "GREY"}, {.width = 40, .height = 30},

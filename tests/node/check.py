@@ -173,7 +173,7 @@ def check_arguments(programs):
             (["scene:Saw3@150", "--ros", "--files", "no-such-folder"], 2, "no-such-folder: does not exist, expected a folder"),
             (["scene:Saw3@150", "--listen", "tcp/no host:1"], 2, "no host"),
             (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, "udp/127.0.0.1:1"),
-            (["--", "-left=scene:Saw3@150"], 2, "no - in front"),
+            (["--", "-left=scene:Saw3@150"], 2, "the first no -"),
             (["scene:Saw3@150", "--no\x1b[31m\u202esuch"], 2, "--no\\u001b[31m\\u202esuch"),
             (["scene:Saw3\x1b[31m@\u202e150"], 2, "\\u001b[31m@\\u202e150"),
         ):

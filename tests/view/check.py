@@ -245,7 +245,7 @@ def check_a_recording_of_several(wstac):
         broken = pathlib.Path(folder) / "broken.y4m"
         broken.write_bytes(b"YUV4MPEG2 W64 H64 F30:1 Cmono\n" + (b"FRAME\n" + bytes(64 * 64)) * 10 + b"no frame at all\n" * 500)
         with view(wstac, f"cam:broken={broken}", f"cam:slide={both}", "--sensor", "left") as terminal:
-            assert "sensor is left, expected only with a recording" in terminal.left(2).replace("\n", "")
+            assert 'sensor is "left", expected only with a recording' in terminal.left(2).replace("\n", "")
         one = pathlib.Path(folder) / "one.mcap"
         subprocess.run([wstac, "record", SCENE, *SMALL, "-o", str(one)], check=True, capture_output=True, timeout=PATIENCE)
         with view(wstac, f"cam:broken={broken}", f"cam:slide={one}") as terminal:

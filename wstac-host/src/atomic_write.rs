@@ -2,13 +2,14 @@
 
 use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::TempPath;
 
 use crate::error::{Error, ErrorKind};
+use crate::files::has_name;
 
 /// The files of this process that are not whole yet.
 static UNFINISHED: Names = Names::new();
@@ -101,13 +102,6 @@ pub fn lock_existing(path: &Path) -> Result<Option<File>, Error> {
         }
     }
     Err(Error::new(ErrorKind::Busy, path.display(), "other programs replace it again and again"))
-}
-
-/// Returns whether the path itself still names this open file: neither another file nor a link has taken its name.
-pub fn has_name(file: &File, path: &Path) -> bool {
-    let identity = |metadata: std::fs::Metadata| (metadata.dev(), metadata.ino());
-    let (open, named) = (file.metadata().map(identity), path.symlink_metadata().map(identity));
-    matches!((open, named), (Ok(open), Ok(named)) if open == named)
 }
 
 /// A file that takes its name only when all of it is written.

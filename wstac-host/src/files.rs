@@ -2,7 +2,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::io;
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
 /// Opens a file, a device or a named pipe for reading, at once.
@@ -13,6 +13,13 @@ use std::path::Path;
 /// It does not exist, or may not be read.
 pub fn open(path: &Path) -> io::Result<File> {
     File::options().read(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(path)
+}
+
+/// Returns whether the path itself still names this open file: neither another file nor a link has taken its name.
+pub fn has_name(file: &File, path: &Path) -> bool {
+    let identity = |metadata: std::fs::Metadata| (metadata.dev(), metadata.ino());
+    let (open, named) = (file.metadata().map(identity), path.symlink_metadata().map(identity));
+    matches!((open, named), (Ok(open), Ok(named)) if open == named)
 }
 
 /// Opens a file in which a program seeks, at once.

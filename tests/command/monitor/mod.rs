@@ -105,6 +105,9 @@ fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
 /// The most starts of a board until their requests fill a connection that nobody reads.
 const MOST_STARTS: u32 = 500_000;
 
+/// What the link does not say: at which speeds the model of a board holds.
+const MODEL_DOUBT: &str = r#""texture":"the speed is outside of those that the model knows: 100 to 200 mm/s","#;
+
 const WANTED: [&str; 4] = ["--json", "--features", "--samples", "--motion"];
 
 #[test]
@@ -115,7 +118,7 @@ fn every_line_is_that_of_run() {
     let with_models = ["--model", path(&late), "--model", path(&early)];
     for (files, models) in [(&[][..], &[][..]), (&files, &with_models)] {
         for (all, wanted) in [(false, &["--json"][..]), (true, &WANTED), (false, &[]), (true, &["--features"])] {
-            let expected = good(&[&["run", &scene], models, wanted].concat());
+            let expected = good(&[&["run", &scene], models, wanted].concat()).replace(MODEL_DOUBT, "");
             let file = folder.file("board.bin", board::sent(&scene, files, all).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // Output that was not requested is not printed, even if the board sends it.

@@ -17,8 +17,8 @@ use super::compression::Compression;
 use super::file::{Message, RecordingFile, in_words};
 use super::limits::{check_memory, has_memory};
 use super::merge::{Input, Merge};
-use crate::atomic_write::has_name;
 use crate::error::{Error, ErrorKind};
+use crate::files::has_name;
 use crate::plural::counted;
 
 /// Memory that frames may wait in.

@@ -13,7 +13,7 @@ use wstac_host::texture::confidence_of;
 use wstac_host::visible::OneLine;
 use wstac_train::model::eval::{Answers, Truth, answers, answers_of_recordings};
 
-/// Print a model's answers for a data set or recordings, and its accuracy
+/// Measure a model's accuracy and confusions on data or recordings
 ///
 /// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. A model of
 /// the path of a touch takes X_path or X_taxel_path instead. Accuracy and confusions need the true labels: the array
