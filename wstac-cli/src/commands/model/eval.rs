@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE.wsm")]
     model: PathBuf,
 
-    /// The data set (.npz), a recording (.mcap), or a folder of recordings
+    /// Data set (.npz), recording (.mcap) or folder of recordings
     #[arg(value_name = "DATA")]
     data: PathBuf,
 
