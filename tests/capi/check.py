@@ -651,6 +651,19 @@ def check_firmware_example(programs, wstac):
     print("firmware example: the same events, with sanitizers, in valgrind and on the emulated Cortex-M4F")
 
 
+def as_a_board(record):
+    """Returns a record of `wstac run` without what the link of a board does not say: why an event is not reliable, and at
+    which speeds the board's model holds.
+    """
+    why = dict(record.get("why", {}))
+    if record.get("frames_filled", 0) <= 7:
+        why.pop("reliable", None)
+    if record.get("texture") is not None:
+        why.pop("texture", None)
+    rest = {key: value for key, value in record.items() if key != "why"}
+    return {**rest, "why": why} if why else rest
+
+
 def check_link(programs, wstac):
     """Checks that `wstac monitor` prints what a program with the firmware library sends, as `wstac run` prints it. The
     program is C99, C++11 and -Wconversion clean.
@@ -660,7 +673,8 @@ def check_link(programs, wstac):
     for language in (["gcc", "-x", "c", "-std=c99"], ["g++", "-x", "c++", "-std=c++11"]):
         run([*language, "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-fsyntax-only", *include, source])
     plain, sanitized, elf = programs.build_firmware(source)
-    expected = [record for record in wstac.run("slides.mcap") if record["kind"] in ("event", "contact_end", "end")]
+    records = wstac.run("slides.mcap")
+    expected = [as_a_board(record) for record in records if record["kind"] in ("event", "contact_end", "end")]
     arguments = ["slides.raw", 400, 400, MODEL]
     sent = [programs.run_bytes(*how, *arguments) for how in ([sanitized], [*VALGRIND, plain])]
     same(sent[1], sent[0], "the bytes of link.c in valgrind")
