@@ -81,7 +81,8 @@ impl Crate {
 
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("\"Klasse\" {class}\n\\ µ𝛼")).collect();
-    Trained { labels, task: Task::Other, input: Input::Frames, inputs: INPUTS, kind, remarks: Vec::new() }
+    let (task, input, remarks) = (Task::Other, Input::Frames, Vec::new());
+    Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks }
 }
 
 /// Returns a random tree with this many splits.

@@ -21,7 +21,9 @@ fn a_command_with_a_typo_is_suggested() {
 fn names_without_their_prefix_are_explained() {
     for (arguments, meant) in [
         (&["run", "Saw3@150"][..], "a simulated slide is scene:Saw3@150"),
-        (&["run", "scene:Saw3@150", "--model", "path-svm"], "the model that comes with wstac is builtin:path-svm"),
+        (&["run", "scene:Saw3@150", "--model", "path-svm"], "did you mean builtin:path-svm?"),
+        (&["run", "scene:Saw3@150", "--model", "builtin:path-smv"], "did you mean builtin:path-svm?"),
+        (&["run", "scene:Saw3@150", "--config", "none.toml"], "none.toml: no such file or folder"),
     ] {
         let done = run(arguments);
         assert_eq!(done.status.code(), Some(1));

@@ -91,7 +91,7 @@ fn what_is_no_source_of_slides_is_named() {
     let (missing, set, model) = (folder.0.join("recc"), folder.0.join("a.npz"), folder.0.join("a.wsm"));
     for (command, output) in [("train", &model), ("dataset", &set)] {
         let refused = refusal(&[command, text(&missing), "-o", text(output)]);
-        assert!(refused.contains("recc: No such file or directory"), "{refused}");
+        assert!(refused.contains("recc: no such file or folder"), "{refused}");
         let done = run(&[command, text(&video), "-o", text(output)]);
         let refused = said(&done);
         assert!(done.status.code() == Some(2) && refused.contains("robot.mp4: is a video, expected "), "{refused}");

@@ -2,8 +2,9 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
+use std::net::TcpListener;
 
-use wstac_tests::command::{good, refusal, start};
+use wstac_tests::command::{good, refusal, run, said, start};
 use wstac_tests::folder::Folder;
 
 const SCENE: &str = "scene:Saw3@150";
@@ -22,6 +23,21 @@ fn recordings_need_a_folder() {
     fs::write(&file, "").unwrap();
     let message = serve(&["--record-to", file.to_str().unwrap()]);
     assert!(message.contains("a.mcap: is no folder, expected a folder"), "{message}");
+}
+
+#[test]
+fn an_address_that_is_none_or_taken_names_the_option() {
+    for given in ["8026", "localhost:8026"] {
+        let done = run(&["serve", SCENE, "--listen", given]);
+        assert_eq!(done.status.code(), Some(2));
+        let expected = "expected an address and a port, such as 127.0.0.1:8025";
+        assert!(said(&done).contains("--listen") && said(&done).contains(expected), "{}", said(&done));
+    }
+    let holder = TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = holder.local_addr().unwrap();
+    let message = refusal(&["serve", SCENE, "--listen", &taken.to_string()]);
+    assert!(message.contains(&format!("--listen {taken}: is taken")), "{message}");
+    drop(holder);
 }
 
 /// A page takes as many sensors as a recording: a hand has twenty.

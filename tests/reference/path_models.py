@@ -212,7 +212,7 @@ def trained(wanted: Input, candidate: Candidate, sets: Sets, path: Path) -> int:
     with tempfile.TemporaryDirectory() as work:
         file, options = candidate.save(model, Path(work), 10 * wanted.frames)
         note = f"{candidate.words}, {int(rows.sum())} simulated slides of 1000 sensors"
-        options = ["--input", wanted.name.replace("_", "-"), "--note", note, "--force", *options]
+        options = ["--input", wanted.name.replace("_", "-"), "--speeds", "50,300", "--note", note, "--force", *options]
         run_wstac(["model", "import", str(file), "-o", str(path), *options])
     found = np.array(evaluated(path, test)["predictions"])
     return int(np.sum(found == answers(model, test.numbers(wanted))))

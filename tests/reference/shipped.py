@@ -38,7 +38,7 @@ def imported(candidate: Candidate, model: object, slides: int, folder: Path) -> 
     file, options = candidate.save(model, folder)
     path = folder / f"{candidate.kind}.wsm"
     note = f"{candidate.words}, {slides} simulated slides in {TRAIN_RUNS} runs"
-    run_wstac(["model", "import", str(file), "-o", str(path), "--note", note, *options])
+    run_wstac(["model", "import", str(file), "-o", str(path), "--speeds", "100,200", "--note", note, *options])
     return Imported(candidate, path, model, json.loads(run_wstac(["model", "inspect", str(path), "--json"])))
 
 

@@ -97,7 +97,7 @@ def train_one(wanted: Choice, train: Slides, path: Path) -> None:
     with tempfile.TemporaryDirectory() as work:
         file, options = wanted.candidate.save(model, Path(work), 10 * wanted.frames)
         note = f"{wanted.candidate.words}, {len(train)} simulated slides in {TRAIN_RUNS} runs, first {wanted.frames} frames"
-        run_wstac(["model", "import", str(file), "-o", str(path), "--note", note, *options])
+        run_wstac(["model", "import", str(file), "-o", str(path), "--speeds", "100,200", "--note", note, *options])
     print(f"{path}: {path.stat().st_size} bytes", file=sys.stderr, flush=True)
 
 

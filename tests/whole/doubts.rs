@@ -1,5 +1,6 @@
 //! Tests that unclear touches, unreliable answers and unknown textures name their cause.
 
+use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::motion::{Contact, Doubt};
 use wstac_core::params::TAXELS;
 use wstac_host::config::Config;
@@ -8,7 +9,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions, TactileEvent};
 use wstac_host::session::Processor;
 use wstac_host::source::{LossReason, Source, SourceEvent, SummedFrame};
-use wstac_host::texture::{KnownSpeeds, NoTexture, Textures};
+use wstac_host::texture::{NoTexture, Textures};
 use wstac_scene::SceneConfig;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::source::SceneSource;
@@ -101,17 +102,20 @@ fn lost_frames_and_a_disturbed_baseline_are_reasons() {
 
 #[test]
 fn a_speed_that_a_model_does_not_know_is_a_reason() {
-    let [path, over_time] = [(50, 300), (100, 200)].map(|(least, most)| Some(KnownSpeeds { least, most }));
+    let [path, over_time] = [(50, 300), (100, 200)].map(|(slowest, fastest)| KnownSpeeds::new(slowest, fastest));
     for (scene, model, expected) in [
         ("Saw3@150", "builtin:path-svm", None),
-        ("Saw3@700", "builtin:path-svm", path),
+        ("Saw3@305", "builtin:path-svm", None),
+        ("Saw3@400", "builtin:path-svm", path),
+        ("Sin4@40,45deg", "builtin:path-svm", path),
         ("Saw3@150", "builtin:svm", None),
         ("Saw3@400", "builtin:svm", over_time),
     ] {
         let found = event(scene, "", model, as_it_is);
-        assert!(found.texture.is_ok(), "{scene}");
+        let known = found.texture.as_ref().unwrap().known;
+        assert_eq!(known == Some(false), expected.is_some(), "{scene} {model}: {known:?}");
         assert_eq!(found.texture_doubt, expected, "{scene} {model}");
-        let text = expected.map(|speeds| speeds.to_string());
+        let text = expected.map(|speeds| format!("the speed is outside of those that the model knows: {speeds}"));
         assert_eq!(why(&found)["texture"].as_str(), text.as_deref(), "{scene} {model}");
     }
 }

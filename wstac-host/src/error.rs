@@ -89,6 +89,10 @@ impl Error {
 
     /// Creates an error of reading or writing. Its kind follows from that of the cause.
     pub fn io(subject: impl fmt::Display, cause: io::Error) -> Self {
+        // A cause that is not the system's has a text of its own.
+        if cause.kind() == io::ErrorKind::NotFound && cause.raw_os_error().is_some() {
+            return Self::new(ErrorKind::NotFound, subject, "no such file or folder").caused_by(cause);
+        }
         Self::with_cause(cause.kind().into(), subject, cause)
     }
 
@@ -235,8 +239,11 @@ mod tests {
 
     #[test]
     fn kinds_subjects_texts_and_causes_are_kept() {
-        let missing = Error::io("a.y4m", io::Error::new(io::ErrorKind::NotFound, "no such file"));
-        assert_eq!((missing.kind(), missing.to_string().as_str()), (ErrorKind::NotFound, "a.y4m: no such file"));
+        let missing = Error::io("a.y4m", io::Error::from_raw_os_error(libc::ENOENT));
+        assert_eq!(
+            (missing.kind(), missing.to_string().as_str()),
+            (ErrorKind::NotFound, "a.y4m: no such file or folder")
+        );
         assert!(missing.is_not_found() && !missing.is_io());
         let cause = missing.source().and_then(|cause| cause.downcast_ref::<io::Error>()).unwrap();
         assert_eq!(cause.kind(), io::ErrorKind::NotFound);

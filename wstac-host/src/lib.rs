@@ -29,6 +29,7 @@ pub mod json;
 pub mod model_file;
 #[cfg(feature = "board")]
 pub mod monitor;
+pub mod near;
 pub mod output;
 pub mod picture;
 pub mod plural;

@@ -13,7 +13,7 @@ use wstac_core::model::file::ModelError;
 use crate::builtin_models::MODELS;
 use crate::error::{Error, ErrorKind};
 use crate::files;
-use crate::texture::KnownSpeeds;
+use crate::near::nearest;
 
 /// Size of the largest model file that is read, in bytes.
 pub const MOST_BYTES: u64 = 256 << 20;
@@ -69,7 +69,7 @@ impl ModelFile {
             let is_known = MODELS.iter().any(|(known, _)| *known == about);
             return match file_bytes(name) {
                 Err(error) if error.is_not_found() && is_known => {
-                    let message = format_args!("no such file; the model that comes with wstac is {BUILT_IN}{about}");
+                    let message = format_args!("no such file; did you mean {BUILT_IN}{about}?");
                     Err(Error::new(ErrorKind::NotFound, &about, message).caused_by(error))
                 }
                 read => Self::of_bytes(about, &read?),
@@ -84,12 +84,14 @@ impl ModelFile {
                     "this build comes without models: build with the feature builtin-models",
                 );
             }
-            let names: Vec<_> = MODELS.iter().map(|(name, _)| format!("{BUILT_IN}{name}")).collect();
-            Error::new(
-                ErrorKind::NotFound,
-                &about,
-                format_args!("is no model that comes with wstac, expected {}", names.join(", ")),
-            )
+            let expected = nearest(built_in, Self::names()).map_or_else(
+                || {
+                    let names: Vec<_> = Self::names().map(|name| format!("{BUILT_IN}{name}")).collect();
+                    format!(", expected {}", names.join(", "))
+                },
+                |name| format!("; did you mean {BUILT_IN}{name}?"),
+            );
+            Error::new(ErrorKind::NotFound, &about, format_args!("is no model that comes with wstac{expected}"))
         })?;
         Self::of_bytes(about, bytes)
     }
@@ -139,18 +141,6 @@ impl ModelFile {
     /// Returns the file's name for messages.
     pub fn about(&self) -> &str {
         &self.about
-    }
-
-    /// Returns the speeds at which a model that comes with the program was trained; `None` for other files, which do not
-    /// say so, and for those that learn textures.
-    pub fn speeds(&self) -> Option<KnownSpeeds> {
-        let name = self.about.strip_prefix(BUILT_IN)?;
-        let (least, most) = match name {
-            "embedding" | "taxel-embedding" => return None,
-            _ if name.starts_with("path-") || name.starts_with("taxel-path-") => (50, 300),
-            _ => (100, 200),
-        };
-        Some(KnownSpeeds { least, most })
     }
 
     /// Returns all of the file as 32-bit words, which [`Model::from_words`] takes. They are little-endian in the file.

@@ -8,7 +8,8 @@ use wstac_core::law::Answer;
 use wstac_core::model::Model;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::{INPUTS, Input, Task};
-use wstac_core::motion::{self, MotionConfig};
+use wstac_core::model::speeds::KnownSpeeds;
+use wstac_core::motion::{self, MotionConfig, Velocity};
 use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
@@ -119,33 +120,10 @@ fn rank(task: Task) -> u8 {
     }
 }
 
-/// The speeds at which a model was trained, as a reason why it does not know a slide at another speed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KnownSpeeds {
-    /// The slowest, in mm/s.
-    pub least: u16,
-    /// The fastest, in mm/s.
-    pub most: u16,
-}
-
-impl KnownSpeeds {
-    fn has(self, mm_s: f32) -> bool {
-        (f32::from(self.least)..=f32::from(self.most)).contains(&mm_s)
-    }
-}
-
-impl fmt::Display for KnownSpeeds {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the speed is outside of those that the model knows: {} to {} mm/s", self.least, self.most)
-    }
-}
-
 /// Texture models, each of another task. Clones share the models.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     models: Vec<Arc<OwnedModel>>,
-    /// The speeds that all models know which say so.
-    speeds: Option<KnownSpeeds>,
 }
 
 impl Textures {
@@ -173,12 +151,7 @@ impl Textures {
             models.push((model, file));
         }
         models.sort_by_key(|(model, _)| rank(model.get().task()));
-        let narrower = |one: KnownSpeeds, other: KnownSpeeds| KnownSpeeds {
-            least: one.least.max(other.least),
-            most: one.most.min(other.most),
-        };
-        let speeds = files.iter().filter_map(ModelFile::speeds).reduce(narrower);
-        Ok(Self { models: models.into_iter().map(|(model, _)| model).collect(), speeds })
+        Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
     }
 
     /// Returns whether a model takes 25 taxels. Then the pipeline must keep them
@@ -211,11 +184,13 @@ impl Textures {
         }
         let needs_path = self.models.iter().any(|model| model.get().input() != Input::Frames);
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
-        let velocity = if needs_path { by_law() } else { None };
+        // By a law of durations, models over time answer without a velocity.
+        let velocity = if needs_path { by_law() } else { answer.velocity() };
         let answer_of = |model: &Model| {
             let frames = model.frames();
+            let is_excluded = excluding(model, velocity).is_some();
             let path = match model.input() {
-                Input::Frames => return Ok(named(model, &event.sample.flat())),
+                Input::Frames => return Ok(named(model, &event.sample.flat(), is_excluded)),
                 Input::Path => velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, frames)),
                 // [`Self::new`] takes no other input than that of 25 taxels.
                 _ => {
@@ -227,19 +202,18 @@ impl Textures {
                 return Err(NoTexture::NoSpeed);
             }
             let path = path.filter(|path| path.covers(frames)).ok_or(NoTexture::TooShort)?;
-            Ok(named(model, path.numbers()))
+            Ok(named(model, path.numbers(), is_excluded))
         };
         let answers: Vec<_> = self.models.iter().map(|model| answer_of(model.get())).collect();
         let reason = answers.iter().find_map(|answer| answer.as_ref().err().copied());
         Texture::merged(answers.into_iter().flatten()).ok_or(reason.unwrap_or(NoTexture::TooShort))
     }
 
-    /// Returns the speeds that the models know, if the speed of this answer is none of them. `None` if the touch is
-    /// known, and by a law of durations, whose speeds are of another kind.
+    /// Returns the speeds that a model knows, if the speed of this answer is none of them: then the texture is unknown.
     pub(crate) fn doubt(&self, texture: &Result<Texture, NoTexture>, answer: &Answer) -> Option<KnownSpeeds> {
-        answer.contact?;
-        let (texture, speed) = (texture.as_ref().ok()?, answer.speed.ok()?);
-        self.speeds.filter(|speeds| texture.known != Some(true) && !speeds.has(speed.mm_s))
+        let texture = texture.as_ref().ok()?;
+        let excluding = self.models.iter().find_map(|model| excluding(model.get(), answer.velocity()));
+        excluding.filter(|_| texture.known == Some(false))
     }
 
     /// Returns the answers of the models for which enough of the sample under way has just arrived.
@@ -251,7 +225,7 @@ impl Textures {
         let answers = over_time.filter_map(|model| {
             let frames = model.get().frames();
             let prefix = update.prefix(frames)?;
-            Some((prefix.frame, frames, named(model.get(), &prefix.flat())))
+            Some((prefix.frame, frames, named(model.get(), &prefix.flat(), false)))
         });
         answers.collect()
     }
@@ -297,10 +271,16 @@ impl fmt::Display for NoTexture {
 
 impl std::error::Error for NoTexture {}
 
-/// Returns a model's answer.
-fn named(model: &Model, sample: &[i16; INPUTS]) -> Texture {
+/// Returns the speeds that a model knows, if it was not trained at this velocity.
+fn excluding(model: &Model, velocity: Option<Velocity>) -> Option<KnownSpeeds> {
+    model.known_speeds().filter(|speeds| speeds.exclude(velocity))
+}
+
+/// Returns a model's answer; at a speed that it excludes, none is known.
+fn named(model: &Model, sample: &[i16; INPUTS], is_excluded: bool) -> Texture {
     let texture = texture(sample, model);
-    Texture::of_answer(texture.task, texture.label.to_string(), texture.confidence, texture.known)
+    let known = if is_excluded { Some(false) } else { texture.known };
+    Texture::of_answer(texture.task, texture.label.to_string(), texture.confidence, known)
 }
 
 #[cfg(test)]

@@ -108,6 +108,7 @@ pub(crate) fn fit<'py>(
         numbers: is_sample(sample).then(|| Box::new(*sample)),
         label,
         group,
+        speed_mm_s: None,
         is_test: None,
     });
     let set = TrainingSet { slides: slides.collect(), sources: vec!["arrays".into()], simulated: 0 };

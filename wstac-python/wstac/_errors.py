@@ -15,7 +15,7 @@ class NotFoundError(Error, FileNotFoundError):
     ...     wstac.Model.load("none.wsm")
     ... except FileNotFoundError as error:
     ...     print(error)
-    none.wsm: No such file or directory (os error 2)
+    none.wsm: no such file or folder
     """
 
     errno: int

@@ -182,7 +182,7 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
     for part in parts {
         let twice = if let Some(degrees) = part.strip_suffix("deg") {
             direction.replace(parsed_direction(degrees)?).map(|_| "direction")
-        } else if let Some(mm) = part.strip_suffix("mm") {
+        } else if let Some(mm) = part.strip_suffix("mm").filter(|_| !part.contains('=')) {
             length.replace(parsed_length(mm)?).map(|_| "length")
         } else if let Some(found) = part.strip_prefix("seed=") {
             let expected = |_| format!("seed is {found:?}, expected an integer from 0 to {}", u64::MAX);
@@ -308,7 +308,9 @@ mod tests {
             ("", ["slide is \"\"", "Saw3@150"]),
             ("Saw3", ["slide is \"Saw3\"", "Saw3@150"]),
             ("Saw7@150", ["specimen is \"Saw7\"", "followed by 2, 3 or 4"]),
-            ("saw3@150", ["specimen is \"saw3\"", "Fla0"]),
+            ("saw3@150", ["specimen is \"saw3\"", "; did you mean Saw3?"]),
+            ("Saw3@150mm/s", ["speed is \"150mm/s\"", "without the unit, as in Saw3@150"]),
+            ("Saw3@150,length=80mm", ["option is \"length=80mm\"", "as in 60mm"]),
             ("Saw3@fast", ["speed is \"fast\"", "1 to 1000 mm/s"]),
             ("Saw3@nan", ["speed is \"nan\"", "1 to 1000 mm/s"]),
             ("Saw3@0", ["speed is \"0\"", "1 to 1000 mm/s"]),

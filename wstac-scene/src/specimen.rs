@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use wstac_host::near::nearest;
+
 /// Length of a block along its slide, in mm: fitted, with the afterglow, to the paper's speed law (SPEC §8).
 pub const LENGTH_MM: f64 = 104.5;
 /// Slope of a block's ends, in degrees (a guess; 90 is an upright side).
@@ -146,8 +148,12 @@ impl FromStr for Specimen {
             return Ok(Self::sphere(RADIUS_MM));
         }
         let named = |specimen: &&Self| specimen.to_string() == name;
-        let unknown =
-            || format!("specimen is {name:?}, expected Fla0, or Sin, Saw or Tri followed by 2, 3 or 4, or Sphere");
+        let unknown = || {
+            let names = Self::ALL.map(|specimen| specimen.to_string());
+            let near = nearest(name, names.iter().map(String::as_str));
+            let meant = near.map_or_else(String::new, |name| format!("; did you mean {name}?"));
+            format!("specimen is {name:?}, expected Fla0, or Sin, Saw or Tri followed by 2, 3 or 4, or Sphere{meant}")
+        };
         Self::ALL.iter().find(named).copied().ok_or_else(unknown)
     }
 }

@@ -218,7 +218,11 @@ impl FileTouch {
 pub(crate) fn parsed_speed(found: &str) -> Result<f64, String> {
     let (slowest, fastest) = SPEEDS;
     let speed = found.parse().ok().and_then(|speed| checked_speed(speed).ok());
-    speed.ok_or_else(|| format!("speed is {found:?}, expected {slowest} to {fastest} mm/s"))
+    speed.ok_or_else(|| {
+        let is_with_unit = found.strip_suffix("mm/s").is_some_and(|number| number.trim().parse::<f64>().is_ok());
+        let without = if is_with_unit { ", without the unit, as in Saw3@150" } else { "" };
+        format!("speed is {found:?}, expected {slowest} to {fastest} mm/s{without}")
+    })
 }
 
 /// Reads a direction of the short form.
@@ -229,7 +233,7 @@ pub(crate) fn parsed_direction(found: &str) -> Result<f64, String> {
 
 /// Returns the length that the text of a short form gives, in mm.
 pub(crate) fn parsed_length(found: &str) -> Result<f64, String> {
-    let length: f64 = found.parse().map_err(|_| format!("length is {found:?}, expected mm"))?;
+    let length: f64 = found.parse().map_err(|_| format!("length is {found:?}, expected a number of mm, as in 60mm"))?;
     within("length", length, 0.1, 1000.0)?;
     Ok(length)
 }

@@ -57,6 +57,7 @@ fn scores_are_within_their_bound() {
             task: Task::Other,
             input: Input::Frames,
             inputs: INPUTS,
+            speeds: None,
             kind: Kind::Linear(Linear { pairs: false, rows: trained.clone() }),
             remarks: Vec::new(),
         };

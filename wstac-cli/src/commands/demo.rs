@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut out = super::output::stdout();
     writeln!(out, "truth                                    answer")?;
     writeln!(out, "specimen    length    mm/s  direction    {title:8}          mm/s     direction")?;
-    let (mut errors, mut turns, mut named) = (Vec::new(), Vec::new(), 0);
+    let (mut errors, mut turns, mut named, mut unknown) = (Vec::new(), Vec::new(), 0, 0);
     for (number, (specimen, length, speed, direction)) in (0..).zip(SLIDES) {
         let seed = arguments.seed.wrapping_add(number);
         let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,{length}mm,seed={seed}"), &textures)?;
@@ -66,10 +66,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             writeln!(out, "  no event")?;
             continue;
         };
-        let without = match &event.texture {
-            Ok(texture) if texture.known == Some(false) => "unknown",
-            _ => "none",
-        };
+        let is_unknown = event.texture.as_ref().is_ok_and(|texture| texture.known == Some(false));
+        unknown += usize::from(is_unknown);
+        let without = if is_unknown { "unknown" } else { "none" };
         let texture = event.texture.ok().and_then(|texture| told(task, texture));
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
         write!(out, "    {:8}", OneLine(texture.as_deref().unwrap_or(without)))?;
@@ -103,7 +102,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     )?;
     match task {
         Task::Other => writeln!(out, "the truth of the model's classes is not known")?,
-        _ => writeln!(out, "{named} of {all} {title}s right")?,
+        _ => writeln!(out, "{named} of {all} {title}s right, {unknown} unknown")?,
     }
     Ok(())
 }

@@ -40,6 +40,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use output::{Stop, note};
 use wstac_host::error::Error;
+use wstac_host::near::nearest;
 use wstac_host::visible::{self, OneLine};
 
 /// Print tactile events of a WSTac sensor: sliding speed, direction and texture
@@ -207,9 +208,6 @@ fn refuse(error: &clap::Error) -> ExitCode {
     ExitCode::from(2)
 }
 
-/// Most typos in the name of a command that is still recognized.
-const MOST_TYPOS: usize = 2;
-
 /// Suggests the command with the nearest name, if there is one. clap knows no letters that changed places, as in `rnu`.
 fn with_suggestion(mut error: clap::Error) -> clap::Error {
     let given = std::env::args().nth(1).unwrap_or_default();
@@ -218,8 +216,7 @@ fn with_suggestion(mut error: clap::Error) -> clap::Error {
     if is_first && error.get(ContextKind::SuggestedSubcommand).is_none() {
         let command = Arguments::command();
         let names = command.get_subcommands().map(clap::Command::get_name);
-        let near = names.map(|name| (strsim::osa_distance(name, &given), name)).min();
-        if let Some((_, name)) = near.filter(|(typos, _)| *typos <= MOST_TYPOS && *typos < given.len()) {
+        if let Some(name) = nearest(&given, names) {
             error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![name.to_owned()]));
         }
     }

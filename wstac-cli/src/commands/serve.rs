@@ -50,7 +50,7 @@ pub(super) struct Arguments {
     ///
     /// Other machines reach the page only at another address than 127.0.0.1, and only with the token that is in the
     /// printed address then.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value_t = LISTEN)]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value_t = LISTEN, value_parser = address)]
     listen: SocketAddr,
 
     /// Take the token from this file, instead of a new one at each start
@@ -83,6 +83,10 @@ pub(super) struct Arguments {
 
     #[command(flatten)]
     options: SourceArguments,
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| format!("expected an address and a port, such as {LISTEN}"))
 }
 
 const HELP: &str = "\
@@ -160,7 +164,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let text = text_file::file_text(path)?;
         Token::new(text.trim(), path.display())
     });
-    let server = Server::bind(arguments.listen, token.transpose()?)?;
+    let server = Server::bind(arguments.listen, token.transpose()?)
+        .map_err(|error| error.about(format_args!("--listen {}", arguments.listen)))?;
     let files = ModelFile::open_all(&arguments.models)?;
     check_folder(arguments.record_to.as_deref())?;
     let opened =

@@ -12,11 +12,13 @@
 //! | 6 | kind: 1 linear, one-vs-rest; 2 linear, one-vs-one; 3 forest; 4 boosted trees |
 //! | 7 | type of weights and leaves: 1 int8, 2 int16, 3 float32; 0 in a forest |
 //! | 8 | classes, 1 to [`MOST_CLASSES`] |
-//! | 9 | task: 0 unstated, 1 specimen, 2 pattern, 3 depth |
+//! | 9 | low byte, task: 0 unstated, 1 specimen, 2 pattern, 3 depth |
+//! |  | high byte: the fastest slide of the training in 4 mm/s; 0 if its speeds are not stated ([`super::speeds`]) |
 //! | 10 | frames of the sample that it needs, from the first on: 1 to 70; of a path, tens of numbers |
 //! | 11 | trees |
 //! | 12–13 | half at which the labels start |
-//! | 14 | shift of the trees' lengths and offsets, 0 to 8 |
+//! | 14 | low byte: shift of the trees' lengths and offsets, 0 to 8 |
+//! |  | high byte: the slowest slide of the training in 2 mm/s, at most the fastest |
 //! | 15 | low byte, input: 0 the sample over time; 1 along the path, of ten sums; 2 along the path, of 25 taxels |
 //! |  | high byte: 1 if there is a calibration; else 0 |
 //! | 16– | the part of its kind: [`super::linear_svm`], [`super::forest`], [`super::boosted`] |
@@ -30,6 +32,7 @@
 //! feature 0, then of feature 1 and so on; an importer reorders them.) Numbers along a path have their own order
 //! ([`crate::path_sample`]).
 
+use super::speeds::KnownSpeeds;
 use crate::crc;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 
@@ -150,11 +153,11 @@ const fn range(half: u8) -> &'static str {
         6 => "1 to 4",
         7 => "what its kind can be of: 1 or 2 of a linear model, 0 of a forest, 2 or 3 of boosted trees",
         8 => "1 to 64",
-        9 => "0 to 3",
+        9 => "a task of 0 to 3 in its low byte",
         10 => "1 to 70",
         11 => "as many trees as there are, and none of a linear model",
         12 => "a place within the file",
-        14 => "0 to 8",
+        14 => "a shift of 0 to 8, and a slowest speed of at most the fastest",
         15 => "0 to 2, or 256 to 258 with a calibration",
         _ => "0",
     }
@@ -247,6 +250,7 @@ pub struct Header {
     pub(super) input: Input,
     pub(super) trees: u16,
     pub(super) shift: u8,
+    pub(super) speeds: Option<KnownSpeeds>,
     /// The half at which the part that a kind defines must end.
     pub(super) end: usize,
     /// The half at which the labels start.
@@ -273,7 +277,7 @@ impl Header {
         if classes == 0 || classes as usize > MOST_CLASSES {
             return Err(ModelError::Header { half: 8, found: half(words, 8) });
         }
-        let task = match half(words, 9) {
+        let task = match half(words, 9) & 0xFF {
             0 => Task::Other,
             1 => Task::Specimen,
             2 => Task::Pattern,
@@ -288,7 +292,8 @@ impl Header {
         if labels < HEADER_HALVES || labels > 2 * words.len() {
             return Err(ModelError::Header { half: 12, found: half(words, 12) });
         }
-        if half(words, 14) > MOST_SHIFT {
+        let (slowest, fastest) = (half(words, 14) >> 8, half(words, 9) >> 8);
+        if half(words, 14) & 0xFF > MOST_SHIFT || slowest > 2 * fastest {
             return Err(ModelError::Header { half: 14, found: half(words, 14) });
         }
         let input = match half(words, 15) & 0xFF {
@@ -317,6 +322,7 @@ impl Header {
             input,
             trees: half(words, 11),
             shift: half(words, 14) as u8,
+            speeds: KnownSpeeds::of_file(slowest as u8, fastest as u8),
             end,
             labels,
         })

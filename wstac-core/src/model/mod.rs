@@ -17,6 +17,7 @@ pub mod labels;
 pub mod linear_svm;
 pub mod place;
 mod rows;
+pub mod speeds;
 pub mod trees;
 mod walk;
 
@@ -26,6 +27,7 @@ use self::forest::Forest;
 use self::labels::Labels;
 use self::linear_svm::LinearSvm;
 use self::place::Place;
+use self::speeds::KnownSpeeds;
 
 /// The answer of a model for a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,6 +156,11 @@ macro_rules! common {
             /// Returns the sample that the model takes.
             pub const fn input(&self) -> Input {
                 self.header.input
+            }
+
+            /// Returns the speeds of the slides that the model was trained on; `None` if its file does not state them.
+            pub const fn known_speeds(&self) -> Option<KnownSpeeds> {
+                self.header.speeds
             }
 
             /// Returns the number of trees; 0 for a model without trees.
@@ -313,6 +320,15 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.task(),
             Self::Forest(model) => model.task(),
             Self::Boosted(model) => model.task(),
+        }
+    }
+
+    /// Returns the speeds of the slides that the model was trained on; `None` if its file does not state them.
+    pub const fn known_speeds(&self) -> Option<KnownSpeeds> {
+        match self {
+            Self::LinearSvm(model) => model.known_speeds(),
+            Self::Forest(model) => model.known_speeds(),
+            Self::Boosted(model) => model.known_speeds(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use wstac_core::direction::Direction;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
+use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::motion::{self, Contact, Doubt, MotionConfig};
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::path_sample::{PathSample, TaxelRing};
@@ -10,7 +11,7 @@ use wstac_core::trigger::Event;
 
 use super::{RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};
-use crate::texture::{KnownSpeeds, NoTexture, Texture, Textures};
+use crate::texture::{NoTexture, Texture, Textures};
 
 /// A tactile event and its answers.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,10 +158,11 @@ impl TactileEvent {
         }
     }
 
-    /// Returns the reason why there is no texture, or why it is unknown or may be wrong.
+    /// Returns the reason why there is no texture, or why it is unknown.
     pub fn why_texture(&self) -> Option<String> {
+        let why = |speeds| format!("the speed is outside of those that the model knows: {speeds}");
         let none = self.texture.as_ref().err().map(|reason| reason.as_str().to_owned());
-        none.or_else(|| self.texture_doubt.map(|speeds| speeds.to_string()))
+        none.or_else(|| self.texture_doubt.map(why))
     }
 
     /// Returns whether the sample starts or ends in the light, so that the slide lasted longer than was seen.

@@ -142,7 +142,7 @@ fn a_refused_recording_changes_nothing() {
     let before = page.status.clone();
     folder.close().unwrap();
     let why = page.refusal(&json!({"order": "record"}));
-    assert!(why.contains("wstac-1.mcap: No such file or directory"), "{why}");
+    assert!(why.contains("wstac-1.mcap: no such file or folder"), "{why}");
     assert_eq!((page.status["phase"].as_str(), &page.status["thresholds"]), (Some("watching"), &before["thresholds"]));
     served.allow(AFTER);
     page.until("an event", |page| !events(&page.records).is_empty());

@@ -396,7 +396,8 @@ mod tests {
         weights[number % FEATURES * SAMPLE_FRAMES + number / FEATURES] = 1.0;
         let kind = Kind::Linear(Linear { pairs: false, rows: vec![Row { weights, bias: 0.0 }] });
         let labels = vec!["no".into(), "yes".into()];
-        let trained = Trained { labels, task: Task::Other, input, inputs: INPUTS, kind, remarks: Vec::new() };
+        let (task, remarks) = (Task::Other, Vec::new());
+        let trained = Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks };
         write::write(&trained, "", write::Options::default()).unwrap().words
     }
 

@@ -53,6 +53,8 @@ pub struct Inspected {
     pub input: &'static str,
     /// Frames of the sample that it needs; of a path, tens of its numbers.
     pub frames: u8,
+    /// The speeds of the slides that it was trained on, from and to, in mm/s; `None` if it does not say so.
+    pub speeds_mm_s: Option<[u16; 2]>,
     /// Whether it says how sure an answer is.
     pub calibrated: bool,
     /// Whether it says what is unknown.
@@ -113,6 +115,7 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
             .collect(),
         input: model.input().name(),
         frames: model.frames(),
+        speeds_mm_s: model.known_speeds().map(|speeds| [speeds.slowest(), speeds.fastest()]),
         calibrated: model.is_calibrated(),
         tells_unknown: model.tells_unknown(),
         bytes: 4 * words.len(),
@@ -132,7 +135,7 @@ const TWICE: u16 = LEFT_LEAF | RIGHT_LEAF | SAME;
 
 fn count(words: &[u32], mut at: usize, trees: usize, single: usize) -> Trees {
     let half = |at: usize| half(words, at);
-    let shift = half(14);
+    let shift = half(14) & 0xFF;
     let mut all = Trees { count: trees, ..Trees::default() };
     for _ in 0..trees {
         let start = at + 1;

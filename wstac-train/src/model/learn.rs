@@ -66,6 +66,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
         labels,
         input: base.input(),
         inputs: calibrate::inputs_of(&base),
+        speeds: base.known_speeds(),
         kind: Kind::Linear(Linear {
             pairs: false,
             rows: means.iter().map(|mean| row(&projection, mean, frames)).collect(),

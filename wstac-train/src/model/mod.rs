@@ -22,6 +22,7 @@ mod xgboost;
 use std::path::Path;
 
 use wstac_core::model::file::{Input, Task};
+use wstac_core::model::speeds::KnownSpeeds;
 
 use inline::Source;
 use trained::Trained;
@@ -39,6 +40,8 @@ pub struct Import {
     pub task: Option<Task>,
     /// The sample that the model takes.
     pub input: Input,
+    /// The speeds of the slides that the model was trained on, if they are known.
+    pub speeds: Option<KnownSpeeds>,
     /// A note about the training, in addition to the file's name and its trainer's.
     pub note: Option<String>,
     /// Options for the conversion of real numbers to integers.
@@ -88,6 +91,7 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
     model.input = wanted.input;
+    model.speeds = wanted.speeds;
     check_labels(&model)?;
     Ok((model, tool))
 }

@@ -4,6 +4,7 @@
 //! logarithms that a trainer sees, so an integer x of a sample is x / 2048.
 
 use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 /// Largest number of nodes in all trees together: they take far more memory here than in a file.
@@ -20,6 +21,8 @@ pub struct Trained {
     pub input: Input,
     /// Number of inputs in its training: ten for each frame.
     pub inputs: usize,
+    /// The speeds of the slides that it was trained on; `None` if they are not known.
+    pub speeds: Option<KnownSpeeds>,
     /// Its kind of decision.
     pub kind: Kind,
     /// Notes for the user that are not in its file.

@@ -186,7 +186,7 @@ pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, 
     let task = guess_task(&labels);
     let kind = Kind::Boosted(Boosted { scores: all, bound });
     Ok((
-        Trained { labels, task, input: Input::Frames, inputs, kind, remarks },
+        Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks },
         format!("XGBoost {}", version.join(".")),
     ))
 }

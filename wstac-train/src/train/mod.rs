@@ -23,6 +23,7 @@ mod split;
 
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, MOST_CLASSES, Task};
+use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -196,6 +197,7 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         task: options.task,
         input: options.input,
         inputs,
+        speeds: speeds_of(&usable),
         kind: Kind::Linear(linear),
         remarks: Vec::new(),
     };
@@ -246,6 +248,15 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         is_simulated,
         trial,
     })
+}
+
+/// Returns the range of the slides' speeds; `None` if one is not known, or too fast for a file.
+fn speeds_of(slides: &[&LabeledSlide]) -> Option<KnownSpeeds> {
+    let speeds: Vec<f64> = slides.iter().map(|slide| slide.speed_mm_s).collect::<Option<_>>()?;
+    let slowest = speeds.iter().copied().fold(f64::INFINITY, f64::min);
+    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    // A file states integers. The conversion stops at the largest.
+    KnownSpeeds::new(slowest.floor() as u16, fastest.ceil() as u16)
 }
 
 /// Returns slides as a model file takes them.

@@ -23,6 +23,8 @@ pub struct LabeledSlide {
     pub label: String,
     /// Its sensor or recording: slides of one group are never split.
     pub group: String,
+    /// Its speed in mm/s, as labeled or measured; `None` if it is not known.
+    pub speed_mm_s: Option<f64>,
     /// Whether it is for tests; `None` if that is not decided yet.
     pub is_test: Option<bool>,
 }
@@ -91,6 +93,7 @@ impl TrainingSet {
                     _ => name(specimen),
                 },
                 group: format!("sensor {}", slide.sensor),
+                speed_mm_s: Some(slide.slide.speed_mm_s),
                 is_test: Some(sweep.is_for_tests(slide.sensor)),
             }
         };
@@ -128,7 +131,9 @@ impl TrainingSet {
                     let path = recording.paths.get(number).and_then(|path| path.sample(options.input));
                     path.map(|sample| Box::new(in_set_order(sample)))
                 };
-                set.slides.push(LabeledSlide { numbers, label: label.clone(), group: group.clone(), is_test: None });
+                let (label, group) = (label.clone(), group.clone());
+                let speed_mm_s = recording.speed_mm_s;
+                set.slides.push(LabeledSlide { numbers, label, group, speed_mm_s, is_test: None });
             }
             set.sources.push(recording.name.clone());
         }
@@ -167,6 +172,11 @@ impl TrainingSet {
             (None, None) => vec![format!("data set {}", path.display()); n],
         };
         let splits = optional("split")?;
+        let speeds = [optional("speed")?, optional("measured_speed")?];
+        let speed_of = |number: usize| {
+            let numbers = speeds.iter().flatten().filter_map(|column| column[number].parse().ok());
+            numbers.into_iter().find(|speed: &f64| speed.is_finite())
+        };
         let is_test = |number: usize| match splits.as_ref().map(|splits| splits[number].as_str()) {
             None => Ok(None),
             Some("train") => Ok(Some(false)),
@@ -175,7 +185,8 @@ impl TrainingSet {
         };
         let mut slides = Vec::with_capacity(n);
         for (number, ((numbers, label), group)) in samples.into_iter().zip(labels).zip(groups).enumerate() {
-            slides.push(LabeledSlide { numbers, label, group, is_test: is_test(number)? });
+            let (speed_mm_s, is_test) = (speed_of(number), is_test(number)?);
+            slides.push(LabeledSlide { numbers, label, group, speed_mm_s, is_test });
         }
         Ok(Self { slides, sources: vec![path.display().to_string()], simulated: 0 })
     }

@@ -6,7 +6,7 @@ fn slide(label: &str, group: &str, is_test: Option<bool>, number: i16) -> Labele
     let mut numbers = Box::new([0; INPUTS]);
     numbers[..39].fill(if label == "Saw3" { 900 } else { -900 });
     numbers[70..100].fill(number);
-    LabeledSlide { numbers: Some(numbers), label: label.into(), group: group.into(), is_test }
+    LabeledSlide { numbers: Some(numbers), label: label.into(), group: group.into(), speed_mm_s: None, is_test }
 }
 
 fn set(slides: Vec<LabeledSlide>) -> TrainingSet {

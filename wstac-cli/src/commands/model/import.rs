@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use clap::error::ErrorKind as ArgumentErrorKind;
 use wstac_core::model::file::Input;
+use wstac_core::model::speeds::{FASTEST, KnownSpeeds};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_train::dataset::path::frames_of;
@@ -59,6 +60,13 @@ pub(super) struct Arguments {
     /// option.
     #[arg(long, value_enum)]
     input: Option<Sample>,
+
+    /// The slowest and the fastest slide of the training, in mm/s
+    ///
+    /// A slide at another speed has no texture then: far from the speeds of its training, a model is wrong more often
+    /// than it seems. Only model files can say so.
+    #[arg(long, value_name = "FROM,TO", value_parser = speeds)]
+    speeds: Option<KnownSpeeds>,
 
     /// Weights of a linear model: int16 by default
     ///
@@ -119,7 +127,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Some(Leaves::Float32) => write::Leaves::Float32,
     };
     let options = Options { narrow_weights: arguments.weights == Some(Weights::Int8), leaves };
-    let wanted = Import { labels: arguments.labels.clone(), task, input, note: arguments.note.clone(), options };
+    let (labels, speeds) = (arguments.labels.clone(), arguments.speeds);
+    let wanted = Import { labels, task, input, speeds, note: arguments.note.clone(), options };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)
@@ -200,7 +209,16 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
     if arguments.note.is_some() && backend == Backend::Inline {
         return Err(conflict("--note is for model files, and Rust has no place for it: expected no --note"));
     }
+    if arguments.speeds.is_some() && backend == Backend::Inline {
+        return Err(conflict("--speeds is for model files, and Rust has no place for it: expected no --speeds"));
+    }
     Ok(())
+}
+
+fn speeds(text: &str) -> Result<KnownSpeeds, String> {
+    let both = text.split_once(',').and_then(|(from, to)| Some((from.trim().parse().ok()?, to.trim().parse().ok()?)));
+    let found = both.and_then(|(from, to)| KnownSpeeds::new(from, to));
+    found.ok_or_else(|| format!("expected two integers up to {FASTEST}, the slower first, as in 50,300"))
 }
 
 fn conflict(message: impl Display) -> clap::Error {

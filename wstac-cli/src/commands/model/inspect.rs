@@ -44,6 +44,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             writeln!(out, "steps     {steps} of {step_mm} mm, of a {}", found.input)?;
         }
     }
+    if let Some([slowest, fastest]) = found.speeds_mm_s {
+        writeln!(out, "speeds    {slowest} to {fastest} mm/s: it knows no slide at another speed")?;
+    }
     writeln!(out, "size      {} bytes of flash", found.bytes)?;
     if let Some(rows) = found.rows {
         writeln!(out, "sums      {rows} of {} products", 10 * u32::from(found.frames))?;

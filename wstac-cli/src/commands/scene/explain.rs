@@ -19,7 +19,7 @@ use wstac_scene::{Scene, SceneConfig, Truth};
 /// without it, measured on this machine now. The command also prints what is not modeled.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Saw3@150[,90deg][,seed=N], or FILE.toml
+    /// Saw3@150[,90deg][,60mm][,seed=N], or FILE.toml
     scene: OsString,
 
     /// Do not measure what effects cost

@@ -24,7 +24,7 @@ use wstac_scene::source::script;
 /// command fails, it removes the incomplete file.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Saw3@150[,90deg][,seed=N], or FILE.toml
+    /// Saw3@150[,90deg][,60mm][,seed=N], or FILE.toml
     scene: OsString,
 
     /// FILE.y4m, FILE.raw, or - for Y4M on standard output

@@ -57,7 +57,8 @@ fn forest(classes: u16) -> Vec<u32> {
 
 fn model(classes: u16, kind: Kind) -> Vec<u32> {
     let labels = (0..classes).map(|class| class.to_string()).collect();
-    let trained = Trained { labels, task: Task::Other, input: Input::Frames, inputs: 10, kind, remarks: Vec::new() };
+    let (task, input, remarks) = (Task::Other, Input::Frames, Vec::new());
+    let trained = Trained { labels, task, input, inputs: 10, speeds: None, kind, remarks };
     write(&trained, "facts", Options::default()).unwrap().words
 }
 

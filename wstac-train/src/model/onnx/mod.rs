@@ -72,7 +72,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
         remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
     }
-    Ok((Trained { labels, task, input: Input::Frames, inputs, kind, remarks }, trainer))
+    Ok((Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks }, trainer))
 }
 
 fn attribute<'m>(node: &'m Node, name: &str) -> Option<&'m Attribute> {

@@ -10,6 +10,7 @@ mod tests;
 use wstac_core::model::Model;
 use wstac_core::model::file::{HEADER_HALVES, MAGIC, MOST_CLASSES, crc};
 use wstac_core::model::labels::LONGEST_LABEL;
+use wstac_core::model::speeds::KnownSpeeds;
 
 use super::integers;
 use super::trained::{Kind, Trained, frames};
@@ -84,7 +85,9 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     halves[..2].copy_from_slice(&MAGIC);
     let task = model.task.number();
     halves[6..12].copy_from_slice(&[body.kind, body.number, classes as u16, task, frames as u16, body.trees]);
-    halves[14] = u16::from(body.shift);
+    let [slowest, fastest] = model.speeds.map_or([0; 2], KnownSpeeds::in_file).map(u16::from);
+    halves[9] |= fastest << 8;
+    halves[14] = u16::from(body.shift) | slowest << 8;
     halves[15] = model.input.number();
     halves.extend(body.halves);
     let labels = length(halves.len())?;

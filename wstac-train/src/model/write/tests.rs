@@ -1,4 +1,5 @@
 use wstac_core::model::file::{INPUTS, Input, ModelError, Task};
+use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::model::trees::NARROW;
 use wstac_scene::rng::SplitMix64;
 
@@ -84,7 +85,8 @@ fn to_file(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
 
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("Klasse {class} µ𝛼")).collect();
-    Trained { labels, task: Task::Other, input: Input::Frames, inputs: INPUTS, kind, remarks: Vec::new() }
+    let (task, input, remarks) = (Task::Other, Input::Frames, Vec::new());
+    Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks }
 }
 
 fn same_answers(
@@ -371,6 +373,27 @@ fn equal_votes_stay_equal_where_others_are_rounded() {
     let written = write(&model(9, Kind::Forest(trees)), "", Options::default()).unwrap();
     assert!(written.exactness.contains("votes are in units of"), "{}", written.exactness);
     assert_eq!(Model::from_words(&written.words).unwrap().classify(&[0; INPUTS]), 0);
+}
+
+#[test]
+fn a_file_says_at_which_speeds_its_model_was_trained() {
+    let speeds = KnownSpeeds::new(50, 300);
+    let leaf = |class| Tree { nodes: vec![Node::Leaf(vec![(class, 1.0)])] };
+    let rows = vec![Row { weights: vec![0.5; INPUTS], bias: 0.0 }; 2];
+    let forest = || Kind::Forest(vec![leaf(0), leaf(1)]);
+    for kind in [forest(), Kind::Linear(Linear { pairs: false, rows })] {
+        let trained = Trained { speeds, ..model(2, kind) };
+        let mut words = write(&trained, "{}", Options::default()).unwrap().words;
+        assert_eq!((words[4] >> 24, words[7] >> 8 & 0xFF), (75, 25));
+        assert_eq!(Model::from_words(&words).unwrap().known_speeds(), speeds);
+        // The slowest is not faster than the fastest.
+        words[7] = words[7] & !0xFF00 | 151 << 8;
+        words[1] = crc(&words);
+        let found = Model::from_words(&words).unwrap_err();
+        assert!(matches!(found, ModelError::Header { half: 14, .. }), "{found:?}");
+    }
+    let words = write(&model(2, forest()), "{}", Options::default()).unwrap().words;
+    assert_eq!(Model::from_words(&words).unwrap().known_speeds(), None);
 }
 
 #[test]
