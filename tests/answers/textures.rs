@@ -164,6 +164,63 @@ fn conditions() -> [(&'static str, Conditions); 7] {
     ]
 }
 
+/// Returns the head of a table with a column for each model.
+fn head(what: &str, about: &str) -> String {
+    let names = MODELS.map(|(name, _)| format!(" `{name}` |")).concat();
+    format!("\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()))
+}
+
+/// Returns the table of right answers under conditions that no model was trained in.
+fn under_conditions(files: &[ModelFile]) -> String {
+    let mut page = head("condition", CONDITIONS);
+    for (number, (name, conditions)) in conditions().into_iter().enumerate() {
+        let wanted = RandomSlides {
+            slides: OTHERS,
+            seed: 88_010 + number as u64,
+            sensors: [FIRST_SENSOR + 3000, 1000],
+            conditions,
+            ..RandomSlides::default()
+        };
+        let slides = wanted.all().expect("the scenes are valid");
+        let _ = write!(page, "| {name} | {} |", slides.len());
+        for file in files {
+            let all = said(&file.model().expect("a shipped model"), &slides);
+            let right = all.iter().filter(|said| is_right(said.as_ref())).count();
+            let _ = write!(page, " {} |", interval(right, slides.len()));
+        }
+        page.push('\n');
+    }
+    page
+}
+
+/// Returns the table of what models would say of slides at speeds that they were not trained on.
+fn at_other_speeds(files: &[ModelFile]) -> String {
+    let mut page = head("speed", AT_OTHER_SPEEDS);
+    for (number, speeds_mm_s) in OTHER_SPEEDS.into_iter().enumerate() {
+        let wanted = RandomSlides {
+            slides: OTHERS,
+            seed: 88_030 + number as u64,
+            sensors: [FIRST_SENSOR + 4000, 500],
+            speeds_mm_s,
+            ..RandomSlides::default()
+        };
+        let slides = wanted.all().expect("the scenes are valid");
+        let _ = write!(page, "| {} to {} mm/s | {} |", speeds_mm_s[0], speeds_mm_s[1], slides.len());
+        for file in files {
+            let model = file.model().expect("a shipped model");
+            let all = said_at_any_speed(&model, &slides);
+            let named = all.iter().flatten().filter(|said| said.known);
+            let (count, right) = (named.clone().count(), named.filter(|said| said.right).count());
+            let _ = match count {
+                0 => write!(page, " 0 |"),
+                _ => write!(page, " {count}: {:.0} % |", 100.0 * right as f64 / count as f64),
+            };
+        }
+        page.push('\n');
+    }
+    page
+}
+
 /// Returns the section about textures.
 pub(crate) fn section() -> String {
     let wanted =
@@ -202,72 +259,17 @@ pub(crate) fn section() -> String {
         tens.push((name.to_owned(), ten));
         unknown_ones.push(other);
     }
-    let names = MODELS.map(|(name, _)| format!(" `{name}` |")).concat();
-    let mut head = |what: &str, about: &str| {
-        let _ =
-            write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));
-    };
-    head("speed", "Right answers in percent, by speed, by the angle to the nearest row or column, and by length:");
+    page +=
+        &head("speed", "Right answers in percent, by speed, by the angle to the nearest row or column, and by length:");
     page += &by(&tens, &slides, &SPEEDS, " mm/s", |slide| slide.slide.speed_mm_s);
     page += &by(&tens, &slides, &OFF_AXIS, "°", |slide| {
         let off = slide.slide.direction_deg.rem_euclid(90.0);
         off.min(90.0 - off)
     });
     page += &by(&tens, &slides, &LENGTHS, " mm", |slide| slide.slide.specimen.length_mm);
-    let mut head = |what: &str, about: &str| {
-        let _ =
-            write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));
-    };
-    head("condition", CONDITIONS);
-    for (number, (name, conditions)) in conditions().into_iter().enumerate() {
-        let wanted = RandomSlides {
-            slides: OTHERS,
-            seed: 88_010 + number as u64,
-            sensors: [FIRST_SENSOR + 3000, 1000],
-            conditions,
-            ..RandomSlides::default()
-        };
-        let slides = wanted.all().expect("the scenes are valid");
-        let _ = write!(page, "| {name} | {} |", slides.len());
-        for file in &files {
-            let all = said(&file.model().expect("a shipped model"), &slides);
-            let right = all.iter().filter(|said| is_right(said.as_ref())).count();
-            let _ = write!(page, " {} |", interval(right, slides.len()));
-        }
-        page.push('\n');
-    }
-    let mut head = |what: &str, about: &str| {
-        let _ =
-            write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));
-    };
-    head("speed", AT_OTHER_SPEEDS);
-    for (number, speeds_mm_s) in OTHER_SPEEDS.into_iter().enumerate() {
-        let wanted = RandomSlides {
-            slides: OTHERS,
-            seed: 88_030 + number as u64,
-            sensors: [FIRST_SENSOR + 4000, 500],
-            speeds_mm_s,
-            ..RandomSlides::default()
-        };
-        let slides = wanted.all().expect("the scenes are valid");
-        let _ = write!(page, "| {} to {} mm/s | {} |", speeds_mm_s[0], speeds_mm_s[1], slides.len());
-        for file in &files {
-            let model = file.model().expect("a shipped model");
-            let all = said_at_any_speed(&model, &slides);
-            let named = all.iter().flatten().filter(|said| said.known);
-            let (count, right) = (named.clone().count(), named.filter(|said| said.right).count());
-            let _ = match count {
-                0 => write!(page, " 0 |"),
-                _ => write!(page, " {count}: {:.0} % |", 100.0 * right as f64 / count as f64),
-            };
-        }
-        page.push('\n');
-    }
-    let mut head = |what: &str, about: &str| {
-        let _ =
-            write!(page, "\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(MODELS.len()));
-    };
-    head("unknown textures", "Unknown textures that are found, in percent, by their kind:");
+    page += &under_conditions(&files);
+    page += &at_other_speeds(&files);
+    page += &head("unknown textures", "Unknown textures that are found, in percent, by their kind:");
     for (kind, name) in UNKNOWN_KINDS.iter().enumerate() {
         let is_it = |slide: &PathSlide| {
             let length_mm = slide.slide.specimen.length_mm;

@@ -117,7 +117,7 @@ def line(event, speed_decimals=2):
     speed, direction, texture = event["speed"], (event["direction"] or {"deg": None})["deg"], event["texture"]
     speed = "-" if speed is None else f"{speed['mm_s']:.{speed_decimals}f}"
     direction = "-" if direction is None else f"{direction:.1f}"
-    return f"frame={event['frame']} speed={speed} direction={direction} texture={texture['specimen'] if texture else '-'}"
+    return f"frame={event['frame']} speed={speed} direction={direction} texture={(texture and texture['specimen']) or '-'}"
 
 
 def record_of(line):

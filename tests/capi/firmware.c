@@ -68,7 +68,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_features(&pipeline, features, NULL) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_event(&pipeline, &event) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_end(&pipeline, &end) == WSTAC_FW_STATUS_STATE);
-    EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_classify(&model, sample, NULL, &texture) == WSTAC_FW_STATUS_STATE);
     /* Null instead of memory. */
     EXPECT(wstac_fw_push_frame(NULL, dark, sizeof dark) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_push_stripe(NULL, dark, sizeof dark) == WSTAC_FW_STATUS_NULL);
@@ -77,7 +77,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_finish(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_take_interrupted(NULL, &incomplete) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_take_contact_end(NULL, &contact_end) == WSTAC_FW_STATUS_NULL);
-    EXPECT(wstac_fw_classify(NULL, sample, &texture) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_classify(NULL, sample, NULL, &texture) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_trigger_defaults(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_speed_law_defaults(NULL, false) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_set_trigger(NULL, NULL) == WSTAC_FW_STATUS_NULL);
@@ -556,10 +556,10 @@ static void models_are_checked(size_t bytes)
     }
     file[30] = 0;
     check_again(file, bytes);
-    EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_STATE);
+    EXPECT(wstac_fw_classify(&model, sample, NULL, &texture) == WSTAC_FW_STATUS_STATE);
     EXPECT(wstac_fw_model_init(&model, sizeof model, file, bytes) == WSTAC_FW_STATUS_OK);
-    EXPECT(wstac_fw_classify(&model, NULL, &texture) == WSTAC_FW_STATUS_NULL);
-    EXPECT(wstac_fw_classify(&model, sample, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_classify(&model, NULL, NULL, &texture) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_classify(&model, sample, NULL, NULL) == WSTAC_FW_STATUS_NULL);
 }
 
 static void texts_are_there(void)
@@ -590,7 +590,7 @@ static void print_event(void)
     EXPECT(wstac_fw_motion(&pipeline, &motion) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_motion_by_edges(&pipeline, &by_edges) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK);
-    EXPECT(wstac_fw_classify(&model, sample, &texture) == WSTAC_FW_STATUS_OK && texture.task == WSTAC_FW_TASK_SPECIMEN);
+    EXPECT(wstac_fw_classify(&model, sample, &motion, &texture) == WSTAC_FW_STATUS_OK && texture.task == WSTAC_FW_TASK_SPECIMEN);
     printf("event %lu %d %.3f %.3f %d %d %d %d %d %s", (unsigned long)event.frame, speed.duration_frames, (double)speed.mm_s,
            (double)speed.at_most_mm_s, speed.extrapolated, direction.degrees, direction.confidence, event.frames_filled,
            event.reliable, texture.label);

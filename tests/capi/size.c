@@ -42,7 +42,7 @@ int main(void)
         LAW();
 #ifdef MODEL
         wstac_fw_sample(&pipeline, sample);
-        wstac_fw_classify(&model, sample, &texture);
+        wstac_fw_classify(&model, sample, NULL, &texture);
 #endif
     }
 }

@@ -72,7 +72,7 @@ static void call_link_receive(void)
 static void call_classify(void)
 {
     WstacFwTexture texture;
-    status = wstac_fw_classify(&model, sample, &texture);
+    status = wstac_fw_classify(&model, sample, NULL, &texture);
 }
 
 /* Returns the bytes that a call takes below this function's own frame. */

@@ -190,7 +190,7 @@ fn what_cannot_be_used_is_refused_and_nothing_is_written_over() {
     let new = folder.0.join("b.npz");
     bad(&sweep, &folder.0, &["--force"], &["is a folder"]);
     bad(&sweep, &folder.0.join("no/b.npz"), &[], &["no/b.npz: is in a folder that does not exist"]);
-    bad(&folder.0.join("no.toml"), &new, &[], &["no.toml: No such file"]);
+    bad(&folder.0.join("no.toml"), &new, &[], &["no.toml: no such file"]);
     let config = folder.file("c.toml", "[green]\nstride = 2\n");
     bad(&sweep, &new, &["--config", config.to_str().unwrap()], &["c.toml", "taxel sums"]);
     let yuyv = folder.file("y.toml", "[scene.sensor]\nformat = \"YUYV\"\n");
@@ -325,7 +325,7 @@ fn shards_that_are_no_whole_set_are_refused_by_name() {
     refused(&[&one, &foreign], &["foreign: is shard 2/2", "expected one of the set of", "1.shard"]);
     refused(&[&one, &third], &["third: is shard 2/3", "1/2 of 10 items"]);
     refused(&[&one, &sweep], &["s.toml", "is no shard"]);
-    refused(&[&one, &folder.0.join("none")], &["none", "No such file"]);
+    refused(&[&one, &folder.0.join("none")], &["none", "no such file"]);
     // Damage at any place: the header, a sample, a byte less, a byte more.
     let whole = fs::read(&two).unwrap();
     let flipped = |at: usize| {

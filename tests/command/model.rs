@@ -346,8 +346,8 @@ fn the_demo_compares_what_the_model_tells_apart() {
     let folder = Folder::new("demo");
     let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
     for (labels, title, says) in [
-        ("Fla,Saw", "pattern", "of 12 patterns right"),
-        ("0,3", "depth", "of 12 depths right"),
+        ("Fla,Saw", "pattern", "of 12 patterns right, 0 unknown"),
+        ("0,3", "depth", "of 12 depths right, 0 unknown"),
         ("one,two", "class", "the truth of the model's classes is not known"),
     ] {
         good(&["import", text(&file), "-o", text(&out), "--labels", labels, "--force"]);

@@ -134,7 +134,7 @@ fn models_that_cannot_be_used_are_refused_by_name() {
         (vec![one, two], 2, &["two.wsm", "one.wsm", "pattern"][..]),
         (vec![damaged.to_str().unwrap()], 1, &["damaged.wsm", "checksum"]),
         (vec!["builtin:trees"], 1, &["builtin:trees", "builtin:forest"]),
-        (vec!["none.wsm"], 1, &["none.wsm", "No such file"]),
+        (vec!["none.wsm"], 1, &["none.wsm", "no such file"]),
     ] {
         let mut arguments = vec!["run", SCENE];
         arguments.extend(models.iter().flat_map(|model| ["--model", model]));

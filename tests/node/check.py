@@ -378,7 +378,7 @@ def check_config(programs):
         ("[]", "has no settings"),
         ('{"no_such": 1}', "no_such"),
         ('{"scouting": {"multicast": {"enabled": "perhaps"}}}', "perhaps"),
-        (None, "No such file"),
+        (None, "no such file"),
     ):
         file.write_text(text) if text is not None else file.unlink()
         done = subprocess.run([programs.command, "scene:Saw3@150", "--zenoh-config", file], capture_output=True, text=True, timeout=PATIENCE, check=False)

@@ -212,10 +212,10 @@ typedef struct WstacEvent {
   const char *stamp;
   /// Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
   int64_t completed_ns;
-  // Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
-  // not say.
+  /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
+  /// not say.
   const char *why_not_reliable;
-  // Why there is no texture, or why it is unknown or may be wrong; null otherwise.
+  /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
   const char *why_texture;
 } WstacEvent;
 

@@ -314,7 +314,7 @@ fn names_of_files_are_bytes() {
     let names = [missing.as_ptr(), ptr::null()];
     let options = WstacOptions { models: names.as_ptr(), config: ptr::null(), ..zeros() };
     let (status, message) = opened(&described(10, 10, c"GREY", 0), &raw const options).unwrap_err();
-    assert!(status == WstacStatus::Model && message.starts_with("none-\u{fffd}.wsm: No such file"), "{message}");
+    assert!(status == WstacStatus::Model && message.starts_with("none-\u{fffd}.wsm: no such file"), "{message}");
     let options = WstacOptions { config: missing.as_ptr(), ..zeros() };
     assert_eq!(opened(&described(10, 10, c"GREY", 0), &raw const options).unwrap_err().0, WstacStatus::Config);
     std::fs::remove_file(path).unwrap();

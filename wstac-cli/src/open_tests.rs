@@ -62,7 +62,7 @@ fn scenes_take_options() {
     let source = open("scene:Saw3@150,90deg", &options).unwrap();
     assert_eq!((source.info().rate, source.info().size.width()), (rate, 100));
     assert!(message("scene:Saw3", &options).contains("scene:Saw3: slide is \"Saw3\", expected"));
-    assert!(message("scene:no.toml", &options).contains("no.toml: No such file"));
+    assert!(message("scene:no.toml", &options).contains("no.toml: no such file"));
     let yuyv = OpenOptions { format: Some(*b"YUYV"), ..options.clone() };
     assert_eq!(open("scene:Saw3@150", &yuyv).unwrap().info().format, PixelFormat::Yuyv);
     let format = OpenOptions { format: Some(*b"H264"), ..options.clone() };

@@ -497,13 +497,10 @@ fn add_texture(
     let Some(held) = held else { return };
     textures.look(&held.answers, now);
     if held.answers.has_texture()
-        && let Some(mut texture) =
+        && let Some(texture) =
             <setup::ModelSample as ModelSample>::texture(event, taxels, &held.answers, motion, model, textures)
     {
-        if model.known_speeds().is_some_and(|speeds| speeds.exclude(held.answers.velocity())) {
-            texture.known = Some(false);
-        }
-        held.answers = held.answers.with_texture(texture);
+        held.answers = held.answers.with_texture_at(texture, model.known_speeds());
     }
     textures.leave();
 }

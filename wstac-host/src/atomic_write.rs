@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "two");
         let missing = folder.path().join("none").join("a.svg");
         let error = atomic_write(&missing, "one").unwrap_err().to_string();
-        assert!(error.contains("none/a.svg: No such file") && !error.contains(".wstac-"), "{error}");
+        assert!(error.contains("none/a.svg: no such file") && !error.contains(".wstac-"), "{error}");
         // A folder of that name cannot be replaced: nothing is left beside it.
         let taken = folder.path().join("b");
         fs::create_dir(&taken).unwrap();

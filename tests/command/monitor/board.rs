@@ -155,7 +155,7 @@ impl Board<'_> {
         let mut answers = Answers::new(event, &self.law);
         let models = self.models.iter().filter(|_| answers.has_texture()).collect::<Vec<_>>();
         for model in models {
-            answers = answers.with_texture(texture(&event.sample.flat(), model));
+            answers = answers.with_texture_at(texture(&event.sample.flat(), model), model.known_speeds());
         }
         if self.all {
             sample_parts(event.frame, event.sample).for_each(|part| self.sent.push(&part));

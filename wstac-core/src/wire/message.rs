@@ -15,6 +15,7 @@ use crate::green::any::PixelFormat;
 use crate::law::{EventLaw, has_texture, velocity};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
+use crate::model::speeds::KnownSpeeds;
 use crate::motion::{Contact, Velocity};
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 use crate::rate::FrameRate;
@@ -321,6 +322,17 @@ impl<'a> Answers<'a> {
     /// Returns whether the touch has a texture: whether it slides, as far as the law tells.
     pub fn has_texture(&self) -> bool {
         has_texture(self.contact)
+    }
+
+    /// Returns the answers with the texture that a model names, which was trained at these speeds: of a slide at another
+    /// speed it knows no texture.
+    #[must_use]
+    pub fn with_texture_at(self, texture: impl Into<TextureAnswer<'a>>, trained: Option<KnownSpeeds>) -> Self {
+        let mut texture = texture.into();
+        if trained.is_some_and(|speeds| speeds.exclude(self.velocity())) {
+            texture.known = Some(false);
+        }
+        self.with_texture(texture)
     }
 
     /// Returns the answers with one more texture answer. There is room for three; a fourth is left out.

@@ -59,9 +59,9 @@ static void print_event(bool with_model)
     printf(" speed=%.2f direction=%.1f", (double)motion.mm_s, (double)motion.degrees);
     if (with_model) {
         check(wstac_fw_sample(&pipeline, sample), "sample");
-        check(wstac_fw_classify(&model, sample, &texture), "texture");
+        check(wstac_fw_classify(&model, sample, &motion, &texture), "texture");
     }
-    printf(" texture=%s\n", with_model ? texture.label : "-");
+    printf(" texture=%s\n", with_model && texture.known != 0 ? texture.label : "-");
 }
 
 /* Prints that the touch of an event has ended, if the last call has found out. */

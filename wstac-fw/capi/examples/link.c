@@ -71,7 +71,7 @@ static void send_event(bool with_model)
     /* Only a slide has a texture. */
     if (with_model && motion.contact == WSTAC_FW_CONTACT_SLIDE) {
         check(wstac_fw_sample(&pipeline, sample), "sample");
-        check(wstac_fw_classify(&model, sample, &texture), "texture");
+        check(wstac_fw_classify(&model, sample, &motion, &texture), "texture");
         answers.texture = &texture;
     }
     send_bytes(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length), "event");

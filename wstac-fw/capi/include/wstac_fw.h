@@ -780,11 +780,18 @@ WstacFwStatus wstac_fw_link_telemetry(struct WstacFwLink *link,
 /// `model` is null or that memory; `bytes` is null or `length` bytes.
 WstacFwStatus wstac_fw_model_init(struct WstacFwModel *model, size_t size, const uint8_t *bytes, size_t length);
 
-/// Writes a model's answer for a sample of 700 numbers, as wstac_fw_sample provides it.
+/// Writes a model's answer for a sample of 700 numbers, as wstac_fw_sample provides it, of a touch that moves so.
+///
+/// The motion is that of wstac_fw_motion. If the model's file states the speeds of its training, it knows no texture at
+/// another speed. Null is for a speed that is not known.
 ///
 /// # Safety
-/// `model` is null or a model's memory, `sample` is null or 700 numbers, and `to` is null or memory for a texture.
-WstacFwStatus wstac_fw_classify(const struct WstacFwModel *model, const int16_t *sample, struct WstacFwTexture *to);
+/// `model` is null or a model's memory, `sample` is null or 700 numbers, `motion` is null or a motion, and `to` is null or
+/// memory for a texture.
+WstacFwStatus wstac_fw_classify(const struct WstacFwModel *model,
+                                const int16_t *sample,
+                                const struct WstacFwMotion *motion,
+                                struct WstacFwTexture *to);
 
 /// Sets up a pipeline with the default trigger and laws, in `size` bytes of memory: sizeof(WstacFwPipeline).
 ///

@@ -7,6 +7,7 @@ use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::model::labels::LONGEST_LABEL;
 use wstac_core::texture::texture;
 
+use crate::answers::{WstacFwContact, WstacFwMotion};
 use crate::memory::{Memory, borrowed, bytes, fits, give, place, set_up, value};
 use crate::status::{WstacFwStatus, status};
 
@@ -91,14 +92,19 @@ pub unsafe extern "C" fn wstac_fw_model_init(
     status(unsafe { set_up(model, size, make) })
 }
 
-/// Writes a model's answer for a sample of 700 numbers, as wstac_fw_sample provides it.
+/// Writes a model's answer for a sample of 700 numbers, as wstac_fw_sample provides it, of a touch that moves so.
+///
+/// The motion is that of wstac_fw_motion. If the model's file states the speeds of its training, it knows no texture at
+/// another speed. Null is for a speed that is not known.
 ///
 /// # Safety
-/// `model` is null or a model's memory, `sample` is null or 700 numbers, and `to` is null or memory for a texture.
+/// `model` is null or a model's memory, `sample` is null or 700 numbers, `motion` is null or a motion, and `to` is null or
+/// memory for a texture.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_classify(
     model: *const WstacFwModel,
     sample: *const i16,
+    motion: *const WstacFwMotion,
     to: *mut WstacFwTexture,
 ) -> WstacFwStatus {
     let classify = || {
@@ -107,7 +113,14 @@ pub unsafe extern "C" fn wstac_fw_classify(
         // SAFETY: the caller guarantees it; an array is aligned as its numbers.
         let sample = unsafe { borrowed(sample.cast::<[i16; INPUTS]>()) }?;
         let to = place(to)?;
-        let found = texture(sample, model);
+        let mut found = texture(sample, model);
+        // SAFETY: the caller guarantees it.
+        if let Ok(motion) = unsafe { borrowed(motion) }
+            && motion.contact == WstacFwContact::Slide
+            && model.known_speeds().is_some_and(|speeds| !speeds.has(motion.mm_s))
+        {
+            found.known = Some(false);
+        }
         let mut label = [0; WSTAC_FW_LABEL_BYTES];
         // The 0 at the end stays: a name is shorter.
         for (to, byte) in label.iter_mut().zip(found.label.bytes()).take(LONGEST_LABEL) {

@@ -61,10 +61,10 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     input: Option<Sample>,
 
-    /// The slowest and the fastest slide of the training, in mm/s
+    /// Speeds of the training in mm/s, from and to
     ///
-    /// A slide at another speed has no texture then: far from the speeds of its training, a model is wrong more often
-    /// than it seems. Only model files can say so.
+    /// They are those of the slowest and of the fastest slide. A slide at another speed has no texture then: far from the
+    /// speeds of its training, a model is wrong more often than it seems. Only model files can say so.
     #[arg(long, value_name = "FROM,TO", value_parser = speeds)]
     speeds: Option<KnownSpeeds>,
 

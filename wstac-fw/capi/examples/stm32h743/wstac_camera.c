@@ -184,7 +184,7 @@ static void send_event(void)
     /* Only a slide has a texture. */
     if (has_model && motion.contact == WSTAC_FW_CONTACT_SLIDE &&
         wstac_fw_sample(&pipeline, sample) == WSTAC_FW_STATUS_OK &&
-        wstac_fw_classify(&texture_model, sample, &texture) == WSTAC_FW_STATUS_OK)
+        wstac_fw_classify(&texture_model, sample, &motion, &texture) == WSTAC_FW_STATUS_OK)
         answers.texture = &texture;
     for (uint32_t part = 0; wanted.samples && part < WSTAC_FW_SAMPLE_PARTS; part++)
         send_message(wstac_fw_link_sample(&line, &pipeline, part, message, &length));

@@ -136,5 +136,5 @@ fn what_cannot_be_a_source_is_named() {
     folder.write("a.png", &bytes);
     let error = message(&folder);
     assert!(error.contains("a.png: frame size is 2147483647x2147483647, expected 1 to 16384"), "{error}");
-    assert!(PngFolder::open(Path::new("/nowhere"), None).err().unwrap().to_string().contains("No such file"));
+    assert!(PngFolder::open(Path::new("/nowhere"), None).err().unwrap().to_string().contains("no such file"));
 }

@@ -186,7 +186,7 @@ fn a_pipe_is_waited_for_and_then_goes_on() {
 #[test]
 fn what_cannot_be_opened_is_named() {
     let message = |path: &str| Y4m::open(Path::new(path), None).err().unwrap().to_string();
-    assert!(message("/nowhere/clip.y4m").starts_with("/nowhere/clip.y4m: No such file"));
+    assert!(message("/nowhere/clip.y4m").starts_with("/nowhere/clip.y4m: no such file"));
     assert!(message("/").contains("/: is a folder"));
     assert!(message("/dev/null").contains("is empty"));
 }
