@@ -117,9 +117,10 @@ class Programs:
 
     @contextlib.contextmanager
     def node(self, *arguments):
-        """Starts the node. It is killed at the end if it still runs. `said` has its notes."""
+        """Starts the node, whose command may have several words. It is killed at the end if it still runs. `said` has its notes."""
         notes = tempfile.TemporaryFile("w+")
-        with subprocess.Popen([self.command, *map(str, arguments)], stderr=notes, stdin=subprocess.DEVNULL) as node:
+        command = self.command if isinstance(self.command, list) else [self.command]
+        with subprocess.Popen([*command, *map(str, arguments)], stderr=notes, stdin=subprocess.DEVNULL) as node:
 
             def said():
                 notes.seek(0)

@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 CI = ROOT / "ci"
 # Scripts that other scripts call, or that set up, build, or only print.
-HELPERS = {"test", "long", "check", "setup", "oldest", "python", "packages.sh", "semver-baseline", "thumb", "tool", "wstac", "deb", "demo", "libwstac", "libwstac-fw", "signal"}
+HELPERS = {"test", "long", "check", "setup", "oldest", "python", "packages.sh", "semver-baseline", "thumb", "tool", "wstac", "deb", "demo", "notices", "libwstac", "libwstac-fw", "signal"}
 
 
 def rows():
