@@ -9,6 +9,7 @@ import sys
 import tempfile
 import threading
 import time
+import traceback
 from pathlib import Path
 
 import zenoh
@@ -186,3 +187,12 @@ class BoardPeer:
         for start in range(0, len(data), step):
             write(data[start : start + step])
             time.sleep(seconds / 100)
+
+
+def run_main(main):
+    """Runs a check. One that fails ends the process at once: sessions that are still open would keep it."""
+    try:
+        main()
+    except BaseException as error:
+        print(error if isinstance(error, SystemExit) else traceback.format_exc(), file=sys.stderr, flush=True)
+        os._exit(1)
