@@ -53,7 +53,7 @@ class Rules:
         """Returns a command with what takes the place of hardware."""
         for rule in self.instead:
             if rule.takes(page, text):
-                text = rule.match.sub(lambda _: rule.given["put"], text)
+                text = rule.match.sub(rule.given["put"], text)
         return text
 
     def unused(self, read: set[str]) -> list[str]:
