@@ -116,6 +116,8 @@ async function record(browser, scene) {
   await page.keyboard.press('r');
   await says(page, '.record .step', /Recording to .*wstac-3\.mcap/);
   await events(page, 3);
+  // Before the server ends: the page looks for it, and the console tells of every attempt.
+  problems.push(...quiet(seen));
   const code = await server.stop();
   if (code !== 0) problems.push(`the server ends with ${code}`);
   const last = eventsOf(path.join(recordings, 'wstac-3.mcap'));
@@ -126,8 +128,6 @@ async function record(browser, scene) {
   const model = 'own.wsm';
   run('train', recordings, '--test', '0', '-o', model);
   if (!existsSync(model)) problems.push('there is no model of the recordings');
-  // The lost connection is told on the console, too.
-  problems.push(...quiet(seen).filter((problem) => !problem.includes('WebSocket')));
   say('recordings have their labels and are those of wstac record', problems);
 }
 
