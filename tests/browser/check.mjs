@@ -5,11 +5,10 @@
 //
 // Pictures of the page go to FOLDER, if it is given. `ci/browser` installs what this needs.
 
-import path from 'node:path';
 import { chromium } from 'playwright-core';
 
 import {
-  LIMIT_MS, MODEL, bytesOf, differences, ended, eventsOf, failed, folder, more, open, say, serve, statusOf, wstac,
+  LIMIT_MS, MODEL, bytesOf, differences, ended, eventsOf, failed, more, open, say, serve, statusOf, wstac,
 } from './common.mjs';
 import { tools } from './tools.mjs';
 
@@ -40,7 +39,6 @@ for (const [name, { page, errors }] of Object.entries({ wide, phone })) {
   const isRight = bytes >= LEAST_BYTES && bytes <= MOST_BYTES;
   if (!isRight) problems.push(`the page has ${bytes} bytes, expected ${LEAST_BYTES} to ${MOST_BYTES}`);
   say(`${name}: ${bytes} bytes`, problems);
-  if (folder) await page.screenshot({ path: path.join(folder, `serve-${name}.png`), fullPage: true });
 }
 
 const host = new URL(address).host;

@@ -5,6 +5,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 
 import { LIMIT_MS, MODEL, differences, eventsOf, folder, open, run, say, serve } from './common.mjs';
+import { pictures } from './pictures.mjs';
 
 // Slides of two specimens, over a small sensor. A busy machine has time for a new baseline between them.
 const SLIDES = `lead_in = 210
@@ -90,7 +91,6 @@ async function record(browser, scene) {
   await says(page, '.busy', /recording/);
   await events(page, 1);
   problems.push(...(await unnamed(page)));
-  if (folder) await page.screenshot({ path: path.join(folder, 'serve-record.png'), fullPage: true });
   await page.keyboard.press('r');
   await says(page, '.record .step', /^Recorded: .*wstac-1\.mcap: \d+ frames, 1 event/);
   const [event] = eventsOf(path.join(recordings, 'wstac-1.mcap'));
@@ -116,6 +116,8 @@ async function record(browser, scene) {
   await page.keyboard.press('r');
   await says(page, '.record .step', /Recording to .*wstac-3\.mcap/);
   await events(page, 3);
+  // Before the server ends: the page looks for it, and the console tells of every attempt.
+  problems.push(...quiet(seen));
   const code = await server.stop();
   if (code !== 0) problems.push(`the server ends with ${code}`);
   const last = eventsOf(path.join(recordings, 'wstac-3.mcap'));
@@ -126,8 +128,6 @@ async function record(browser, scene) {
   const model = 'own.wsm';
   run('train', recordings, '--test', '0', '-o', model);
   if (!existsSync(model)) problems.push('there is no model of the recordings');
-  // The lost connection is told on the console, too.
-  problems.push(...quiet(seen).filter((problem) => !problem.includes('WebSocket')));
   say('recordings have their labels and are those of wstac record', problems);
 }
 
@@ -295,6 +295,7 @@ export async function tools(browser) {
     await calibrate(browser, slides);
     await download(browser, slides);
     await doctor(browser, leaky);
+    if (folder) await pictures(browser);
   } finally {
     process.chdir(before);
     rmSync(home, { recursive: true, force: true });

@@ -17,10 +17,9 @@ import tempfile
 import textwrap
 import threading
 import time
-import traceback
 from pathlib import Path
 
-from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, same, session, sockets, timeless, until
+from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, run_main, same, session, sockets, timeless, until
 from packages import check_packages
 from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
 from services import check_ends, check_parameters, check_services
@@ -482,9 +481,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except BaseException as error:
-        # Sessions that are still open would keep the process.
-        print(error if isinstance(error, SystemExit) else traceback.format_exc(), file=sys.stderr, flush=True)
-        os._exit(1)
+    run_main(main)

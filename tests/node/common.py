@@ -1,14 +1,18 @@
 """What the checks of wstac-node share: programs, sessions of Zenoh, listeners, a router and a board."""
 
 import contextlib
+import fcntl
 import json
 import os
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import threading
 import time
+import traceback
 from pathlib import Path
 
 import zenoh
@@ -177,7 +181,13 @@ class BoardPeer:
         new.rename(self.device)
         self.host = host
 
+    def unread(self):
+        """Returns the number of bytes on the serial line that nobody has read."""
+        return struct.unpack("i", fcntl.ioctl(self.host, termios.FIONREAD, bytes(4)))[0]
+
     def unplug(self):
+        # What a busy machine has not read yet would be lost with the line.
+        until(lambda: self.unread() == 0, "everything on the serial line is read")
         os.close(self.serial), os.close(self.host)
 
     def play(self, write, part=slice(None), seconds=3):
@@ -187,3 +197,12 @@ class BoardPeer:
         for start in range(0, len(data), step):
             write(data[start : start + step])
             time.sleep(seconds / 100)
+
+
+def run_main(main):
+    """Runs a check. One that fails ends the process at once: sessions that are still open would keep it."""
+    try:
+        main()
+    except BaseException as error:
+        print(error if isinstance(error, SystemExit) else traceback.format_exc(), file=sys.stderr, flush=True)
+        os._exit(1)

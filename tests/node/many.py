@@ -14,14 +14,12 @@ import json
 import os
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import time
-import traceback
 from pathlib import Path
 
-from common import PATIENCE, Programs, fail, free_port, same, session
+from common import PATIENCE, Programs, fail, free_port, run_main, same, session
 
 PAGE = Path(__file__).parents[2] / "docs" / "NETWORK.md"
 # Slides of 105 mm at 130 to 170 mm/s, with pauses: about one event in four seconds.
@@ -247,9 +245,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except BaseException as error:
-        # Sessions that are still open would keep the process.
-        print(error if isinstance(error, SystemExit) else traceback.format_exc(), file=sys.stderr, flush=True)
-        os._exit(1)
+    run_main(main)

@@ -7,14 +7,12 @@ node has ended.
 
 import contextlib
 import json
-import os
 import subprocess
 import sys
 import tempfile
-import traceback
 from pathlib import Path
 
-from common import PATIENCE, Listener, Programs, fail, free_port, of_kind, same, until
+from common import PATIENCE, Listener, Programs, fail, free_port, of_kind, run_main, same, until
 
 NAMES = ("left", "right")
 
@@ -79,9 +77,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except BaseException as error:
-        # Sessions that are still open would keep the process.
-        print(error if isinstance(error, SystemExit) else traceback.format_exc(), file=sys.stderr, flush=True)
-        os._exit(1)
+    run_main(main)

@@ -209,7 +209,7 @@ def main() -> None:
         raise SystemExit(__doc__)
     wstac, folder = sys.argv[1], Path(sys.argv[2]).resolve()
     parts = [compare(wstac, trained, folder) for trained in all_trained(wstac, folder)]
-    text = (HERE / "introduction.md").read_text()
+    text = (HERE / "head.txt").read_text()
     (ROOT / "docs/MODELS.md").write_text("\n".join([text, *parts]).rstrip() + "\n")
 
 

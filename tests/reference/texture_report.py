@@ -7,8 +7,12 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from report import fixed, interval_of, interval_words, paragraph, table
+
+HEAD = Path(__file__).with_name("texture_head.txt")
+"""The begin of the page, which is written by hand."""
 
 LABELS = ("specimen", "pattern", "depth")
 """The three sets of labels over the same slides."""
@@ -174,12 +178,7 @@ def page(results: Results, how: str) -> str:
         "So the linear row of the table, and the scale of the noise, depend on this reading.",
         "If you train your own model, do not scale.",
     )
-    return f"""# Textures
-
-`ci/train table` writes this page.
-Do not edit it.
-
-{intro}
+    return f"""{HEAD.read_text(encoding="utf-8")}{intro}
 
 ## Table 2
 
