@@ -26,7 +26,7 @@ PATIENCE = 60
 
 
 def fail(message):
-    sys.exit(f"check.py: {message}")
+    sys.exit(f"{Path(sys.argv[0]).name}: {message}")
 
 
 def same(found, expected, what):
