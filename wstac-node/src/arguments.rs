@@ -10,6 +10,8 @@ use wstac_host::source::every_sensor::{self, every_sensor};
 use wstac_host::source::names;
 use wstac_host::visible;
 
+use crate::camera_options::CameraOptions;
+
 /// The variable of the environment that has the domain of ROS 2.
 pub(crate) const DOMAIN: &str = "ROS_DOMAIN_ID";
 /// Most bytes of an argument in a message about it, which may have it twice.
@@ -41,6 +43,9 @@ pub(crate) struct Arguments {
     /// Bits per second of all serial devices; 115200 by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) baud: Option<u32>,
+
+    #[command(flatten)]
+    pub(crate) camera: CameraOptions,
 
     /// Publish JSON under the keys below; this is the default without --ros
     #[arg(long)]

@@ -9,6 +9,7 @@
 
 mod arguments;
 mod board;
+mod camera_options;
 mod ending;
 mod frames;
 mod message;

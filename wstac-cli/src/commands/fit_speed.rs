@@ -10,9 +10,9 @@ use wstac_core::speed::ThresholdOn;
 
 use super::files::Outputs;
 use super::output::{Stop, note};
-use super::source_arguments::frame_rate;
 use wstac_host::config::Config;
 use wstac_host::plural::counted;
+use wstac_host::source::option_text::frame_rate;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
 use wstac_train::fit::data::Slides;
 use wstac_train::fit::{Fit, LawKind};

@@ -168,9 +168,16 @@ impl<'p> Player<'p> {
         let mut notes = Vec::new();
         if self.recordings.asked && matches!(item, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) {
             self.recordings.asked = false;
-            notes.extend(self.processor.restart().map(given_up));
-            self.zero = self.processor.pipeline().next_frame();
-            notes.extend(self.recordings.start(self.processor).err());
+            // A recording that cannot be begun changes nothing.
+            match self.recordings.new_file() {
+                Ok(None) => {}
+                Ok(Some(new)) => {
+                    notes.extend(self.processor.restart().map(given_up));
+                    self.zero = self.processor.pipeline().next_frame();
+                    notes.extend(self.recordings.start(new, self.processor).err());
+                }
+                Err(why) => notes.push(why),
+            }
         }
         self.recordings.item(&item);
         let mut passed = 1;

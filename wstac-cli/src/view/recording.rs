@@ -1,5 +1,6 @@
 //! Recordings that a key starts and ends while a source is watched.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::state::Rec;
@@ -49,14 +50,20 @@ impl Recordings {
         })
     }
 
+    /// Returns the new file of a recording, with its name; `None` if there can be no recording.
+    pub(super) fn new_file(&self) -> Result<Option<(File, PathBuf)>, String> {
+        if self.about.is_err() {
+            return Ok(None);
+        }
+        let new = first_free_file(|number| name(self.named.as_deref(), number));
+        new.map(Some).map_err(|error| error.to_string())
+    }
+
     /// Starts a recording in a new file; `processor` was just restarted.
-    pub(super) fn start(&mut self, processor: &Processor) -> Result<(), String> {
+    pub(super) fn start(&mut self, (file, path): (File, PathBuf), processor: &Processor) -> Result<(), String> {
         let Ok(about) = &self.about else { return Ok(()) };
-        let start = || {
-            let (file, path) = first_free_file(|number| name(self.named.as_deref(), number))?;
-            Excerpt::start(file, &path, about, processor)
-        };
-        self.running = Some(start().map_err(|error: Error| error.to_string())?);
+        let started = Excerpt::start(file, &path, about, processor);
+        self.running = Some(started.map_err(|error| error.to_string())?);
         Ok(())
     }
 

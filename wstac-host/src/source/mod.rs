@@ -11,6 +11,7 @@ pub mod names;
 #[cfg(any(feature = "jpeg", feature = "png"))]
 mod natural;
 pub mod open;
+pub mod option_text;
 pub mod pace;
 #[cfg(any(feature = "jpeg", feature = "png"))]
 mod picture_files;

@@ -215,6 +215,31 @@ fn re_zero_gathers_a_new_baseline() {
     assert!(state.entries[0].text.contains("baseline was not quiet"), "{:?}", state.entries);
 }
 
+/// A recording begins with a new baseline. One that cannot begin leaves the old one.
+#[test]
+fn a_recording_that_is_refused_changes_nothing() {
+    let folder = std::env::temp_dir().join(format!("wstac-refused-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for (name, is_refused) in [("a.mcap", false), ("none/a.mcap", true)] {
+        let mut source = open("scene:Saw3@150", &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
+        let info = source.info().clone();
+        let mut reading = Processor::new(&info, &Config::default(), OutputOptions::default()).unwrap();
+        let labels = wstac_host::source::Labels::default();
+        let about = record::about::About::new(&info, &Config::default(), labels, Vec::new());
+        let mut recordings = Recordings::new(about, Some(folder.join(name)), |record| format!("{record:?}"));
+        let (mut player, state) = Player::new(&mut source, &info, &mut reading, &mut recordings, false);
+        let state = Mutex::new(state);
+        (0..30).for_each(|_| _ = player.step(&state, true).unwrap());
+        player.record(&state);
+        player.step(&state, true).unwrap();
+        let said = locked(&state).entries.iter().any(|entry| entry.text.contains("no such file"));
+        assert_eq!(said, is_refused, "{:?}", locked(&state).entries);
+        drop(player);
+        assert_eq!(reading.pipeline().baseline().is_some(), is_refused, "{name}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 /// Going back and forth shows the screen that was there, and the source's events are found again.
 #[test]
 fn a_frame_that_is_gone_back_to_looks_as_it_did() {
