@@ -86,8 +86,8 @@ class Messages(unittest.TestCase):
             self.assert_there([words(one) for one in re.findall(r'=> "(.*?)"', part(file, begin, "\n}\n"))], 4)
         doubts = part("wstac-core/src/motion/doubt.rs", "impl Doubt", "\n}\n")
         self.assert_there([words(one) for one in re.findall(r'"(.*?)"', doubts)], 11)
-        speeds = part("wstac-host/src/texture.rs", "impl fmt::Display for KnownSpeeds", "\n}\n")
-        self.assert_there([words(one) for one in re.findall(r'write!\(f, "(.*?)"', speeds)], 1)
+        speeds = part("wstac-host/src/output/event.rs", "pub fn why_texture", "\n    }\n")
+        self.assert_there([words(one) for one in re.findall(r'format!\("(.*?)"', speeds)], 1)
         reasons = part("wstac-cli/src/commands/run/no_event.rs", "impl fmt::Display for Reason", "\n}\n")
         # The last one is of two lines, and the second is a hint in parentheses.
         self.assert_there([words(one) for one in re.findall(r'=> f.write_str\("(.*?)"', reasons)], 3)

@@ -222,7 +222,7 @@ def test_the_example_prints_what_the_command_says(recording: Path) -> None:
         if line["kind"] == "event":
             speed = f"{line['speed']['mm_s']:.2f}" if line["speed"] else "-"
             direction = f"{line['direction']['deg']:.1f}" if line["direction"] else "-"
-            texture = line["texture"]["specimen"] if line["texture"] else "-"
+            texture = (line["texture"] and line["texture"]["specimen"]) or "-"
             expected.append(f"frame={line['frame']} speed={speed} direction={direction} texture={texture}")
     print(done.stdout)
     assert done.stdout.splitlines() == expected and len(expected) >= 4
