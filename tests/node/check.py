@@ -73,8 +73,10 @@ def check_router(programs):
     port, source = free_port(), programs.scene("sensor", 3)
     expected = programs.run(source)
     with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}", "--ros", "--zenoh", "--domain", DOMAIN) as node:
+        until(lambda: f"not connected to tcp/127.0.0.1:{port} yet" in node.said(), "that nobody hears the node")
         first = router(port)
         try:
+            until(lambda: f"connected to tcp/127.0.0.1:{port}\n" in node.said(), "that the router is there")
             listener = Listener(f"tcp/127.0.0.1:{port}")
             until(lambda: len(listener.lines("wstac/sensor/features")) > 10, "features through a router that came late")
         finally:
@@ -171,7 +173,10 @@ def check_arguments(programs):
             (["scene:Saw3@150", "--ros"], 2, 'ROS_DOMAIN_ID: is "abc", expected a number'),
             (["scene:Saw3@150", "--ros", "--files", "no-such-folder"], 2, "no-such-folder: does not exist, expected a folder"),
             (["scene:Saw3@150", "--listen", "tcp/no host:1"], 2, "no host"),
-            (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, "udp/127.0.0.1:1"),
+            (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, '--connect is "udp/127.0.0.1:1": expected tcp/ADDRESS:PORT'),
+            (["scene:Saw3@150", "--connect", "127.0.0.1:1"], 2, '--connect is "127.0.0.1:1": expected tcp/ADDRESS:PORT'),
+            (["scene:Saw3@150", "--domain", "233"], 2, "233 is not in"),
+            (["scene:Saw3@150,60mm", "--connect", f"tcp/127.0.0.1:{free_port()}", "--ros"], 0, "was never connected to tcp/127.0.0.1:"),
             (["--", "-left=scene:Saw3@150"], 2, "the first no -"),
             (["scene:Saw3@150", "--no\x1b[31m\u202esuch"], 2, "--no\\u001b[31m\\u202esuch"),
             (["scene:Saw3\x1b[31m@\u202e150"], 2, "\\u001b[31m@\\u202e150"),

@@ -75,7 +75,7 @@ def check_services(programs):
         refused(client.call("/wstac/left/start_recording"), "in progress", "a second recording")
         refused(client.call("/wstac/left/load_model", file="path-svm.wsm"), "in progress", "a model in a recording")
         refused(client.call("/wstac/left/restart_baseline"), "in progress", "a new baseline in a recording")
-        for file, part in (("../slide.mcap", "without folders"), ("taken.mcap", "taken.mcap")):
+        for file, part in (("../slide.mcap", "without folders"), ("taken.mcap", "taken.mcap"), ("slide.txt", "expected the ending .mcap")):
             refused(client.call("/wstac/right/start_recording", file=file, features_only=True), part, f"a recording {file}")
         refused(client.call("/wstac/right/start_recording", file="a.mcap"), "features_only", "pictures of a sensor without any")
         for labels, part in ((["Saw3"], "NAME=VALUE"), (["speed=fast"], "expected mm/s"), (["note=a\x1b"], "control characters")):

@@ -69,7 +69,7 @@ pub(crate) struct Arguments {
     pub(crate) picture: bool,
 
     /// The domain of ROS 2; by default that of ROS_DOMAIN_ID, or else 0
-    #[arg(long = "domain", value_name = "N")]
+    #[arg(long = "domain", value_name = "N", value_parser = clap::value_parser!(u32).range(..=232))]
     given_domain: Option<u32>,
 
     /// That of the argument or of the environment.

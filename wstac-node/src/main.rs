@@ -27,7 +27,7 @@ mod sums;
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use wstac_host::error::Error;
@@ -90,10 +90,12 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     let first = RosPublishers::after(sources.len());
     let services = arguments.ros.then(|| Services::new(&network, arguments, &controls, first)).transpose()?;
     let (services, clerk) = services.unzip();
+    let is_over = AtomicBool::new(false);
     let failures = thread::scope(|scope| {
         if let Some(clerk) = clerk {
             scope.spawn(move || clerk.run());
         }
+        scope.spawn(|| network::watch(&network, arguments, &is_over));
         let threads: Vec<_> = sensors
             .into_iter()
             .zip(publishers)
@@ -111,6 +113,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
             .collect();
         let failures = threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded);
         let failures = failures.count();
+        is_over.store(true, Ordering::Relaxed);
         // This ends the clerk.
         drop(services);
         failures

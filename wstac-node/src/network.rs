@@ -1,6 +1,9 @@
 //! The session of Zenoh.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use wstac_host::error::{Error, ErrorKind};
@@ -9,6 +12,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::{Config, Session, Wait};
 
 use crate::arguments::Arguments;
+use crate::note;
 use crate::refused::refused;
 use crate::ros::names;
 
@@ -29,6 +33,36 @@ pub(crate) fn open(arguments: &Arguments) -> Result<(Session, String), Error> {
     let listens = if listens.is_empty() { "at no address".to_owned() } else { format!("at {}", listens.join(" ")) };
     let line = format!("{} listens {listens}{connected}; keys begin with {}/", session.zid(), arguments.namespace);
     Ok((session, line))
+}
+
+/// How long a connection may take before it is said that there is none, and between two looks at it.
+const PATIENCE: Duration = Duration::from_secs(2);
+const BETWEEN: Duration = Duration::from_millis(100);
+
+/// Says when the session is connected to the addresses that it is to connect to, and until then that it is not. Returns
+/// when `is_over` is set.
+pub(crate) fn watch(session: &Session, arguments: &Arguments, is_over: &AtomicBool) {
+    let connects = config(arguments).map(|config| addresses(&config, "connect").join(" ")).unwrap_or_default();
+    if connects.is_empty() {
+        return;
+    }
+    let is_connected = || {
+        let info = session.info();
+        info.routers_zid().wait().next().is_some() || info.peers_zid().wait().next().is_some()
+    };
+    let (start, mut is_said) = (Instant::now(), false);
+    while !is_connected() {
+        if is_over.load(Ordering::Relaxed) {
+            note(format_args!("was never connected to {connects}: nobody has heard it"));
+            return;
+        }
+        if !is_said && start.elapsed() >= PATIENCE {
+            is_said = true;
+            note(format_args!("not connected to {connects} yet; it tries again until a router or program is there"));
+        }
+        thread::sleep(BETWEEN);
+    }
+    note(format_args!("connected to {connects}"));
 }
 
 /// Ends the session after what was published has been sent.
@@ -67,6 +101,12 @@ pub(crate) fn node_token(session: &Session, arguments: &Arguments) -> Result<Liv
 fn config(arguments: &Arguments) -> Result<Config, Error> {
     let path = arguments.zenoh_config.as_deref();
     let file = path.map(read).transpose()?.unwrap_or_else(|| json!({}));
+    for (option, endpoints) in [("--listen", &arguments.listen), ("--connect", &arguments.connect)] {
+        if let Some(endpoint) = endpoints.iter().find(|endpoint| !endpoint.starts_with("tcp/")) {
+            let message = "expected tcp/ADDRESS:PORT: TCP is the only transport that is built in";
+            return Err(Error::new(ErrorKind::Usage, format_args!("{option} is \"{endpoint}\""), message));
+        }
+    }
     let names = |kind: &str| file.get(kind).is_some_and(|part| part.get("endpoints").is_some());
     let is_told = !arguments.listen.is_empty() || !arguments.connect.is_empty() || names("listen") || names("connect");
     let local = |is_wanted: bool| if is_wanted && !is_told { json!([LOCAL]) } else { json!([]) };
@@ -102,7 +142,9 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
 fn read(path: &Path) -> Result<Value, Error> {
     let text = file_text(path)?;
     let wrong = |message: String| Error::new(ErrorKind::Config, path.display(), message);
-    let settings: Value = json5::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    // The parser draws the place on lines of their own.
+    let one_line = |error: json5::Error| error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    let settings: Value = json5::from_str(&text).map_err(|error| wrong(one_line(error)))?;
     if settings.is_object() { Ok(settings) } else { Err(wrong("has no settings, expected {…}".to_owned())) }
 }
 

@@ -37,6 +37,11 @@ pub(super) fn action(service: Service, folder: Option<&Path>, payload: &[u8]) ->
 fn start_recording(folder: Option<&Path>, file: &str, features_only: bool, labels: &[&str]) -> Result<Action, Error> {
     // Without a name the sensor finds one.
     let path = path_in(folder, if file.is_empty() { "recording" } else { file })?;
+    // Other programs find recordings in a folder by their ending.
+    if !file.is_empty() && path.extension().is_none_or(|ending| ending != "mcap") {
+        let message = "expected the ending .mcap, as of slide.mcap";
+        return Err(Error::new(ErrorKind::Usage, format_args!("file is \"{file}\""), message));
+    }
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
     let labels = labels_of(labels).map_err(|message| Error::new(ErrorKind::Usage, "labels", message))?;
     Ok(Action::StartRecording { folder, file: file.to_owned(), features_only, labels })

@@ -304,7 +304,7 @@ fn answer(service: Service, result: Result<String, Error>) -> Vec<u8> {
     let cdr = Cdr::new().bool(is_done);
     match service {
         // The text of a recording that has started is its file.
-        Service::StartRecording if is_done => cdr.text("").text(&text),
+        Service::StartRecording if is_done => cdr.text("leave the sensor untouched for 25 frames").text(&text),
         Service::StartRecording => cdr.text(&text).text(""),
         _ => cdr.text(&text),
     }

@@ -221,7 +221,8 @@ fn a_recording_that_is_refused_changes_nothing() {
     let folder = std::env::temp_dir().join(format!("wstac-refused-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     for (name, is_refused) in [("a.mcap", false), ("none/a.mcap", true)] {
-        let mut source = open("scene:Saw3@150", &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
+        let mut source =
+            open("scene:Saw3@150", &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
         let info = source.info().clone();
         let mut reading = Processor::new(&info, &Config::default(), OutputOptions::default()).unwrap();
         let labels = wstac_host::source::Labels::default();
