@@ -229,9 +229,13 @@ fn a_model_without_a_price_keeps_what_is_known() {
     folder.file("base.toml", "");
     let says = "own.wsm has no price on boards: ci/prices --keep ";
     let table = output(&["trade", "--map", &map]).join("\n");
-    assert!(table.contains(says) && table.contains("| 43,326 | – | – | – |"), "{table}");
+    // Of a frame, the price is known without the model.
+    let mut own = table.lines().filter(|line| line.starts_with('|') && line.contains("own.wsm"));
+    let is_partly_known = |line: &str| line.ends_with(" | – | – | – |") && !line.ends_with("| – | – | – | – |");
+    assert!(table.contains(says) && own.any(is_partly_known), "{table}");
     let chosen = output(&["trade", "--map", &map, "--budget", "M4F<60k"]).join("\n");
-    assert!(chosen.contains(says) && chosen.contains("43,326 instructions per frame, – per event"), "{chosen}");
+    assert!(chosen.contains(says) && chosen.contains(" instructions per frame, – per event"), "{chosen}");
+    assert!(!chosen.contains("– instructions per frame"), "{chosen}");
     assert!(refusal(&["trade", "--map", &map, "--budget", "flash<64K"]).contains("bytes of flash not known"));
 }
 
