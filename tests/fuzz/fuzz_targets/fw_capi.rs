@@ -253,7 +253,7 @@ fn answers(pipeline: &mut WstacFwPipeline, model: &WstacFwModel) {
         assert!([-1, 0, 90, 180, 270].contains(&direction.degrees) && direction.confidence <= 32_768);
         assert!(wstac_fw_sample(pipeline, sample.as_mut_ptr()) == WstacFwStatus::Ok);
         let mut texture: WstacFwTexture = mem::zeroed();
-        let status = wstac_fw_classify(model, sample.as_ptr(), &raw mut texture);
+        let status = wstac_fw_classify(model, sample.as_ptr(), &raw const motion, &raw mut texture);
         check(status);
         if status == WstacFwStatus::Ok {
             let label = CStr::from_ptr(texture.label.as_ptr());
