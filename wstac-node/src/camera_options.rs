@@ -6,7 +6,7 @@ use wstac_host::source::FramePolicy;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::option_text::{control, four_characters, frame_rate, size};
 
-/// What every camera is asked for; a scene is simulated so.
+/// The options that every camera is asked for. A scene is simulated with them.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct CameraOptions {
     /// Frames per second to ask every camera for, such as 30 or 30000/1001

@@ -78,7 +78,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     for named in &sources {
         sensors.push(Sensor::open(named, arguments, &models)?);
     }
-    let (network, about_network) = network::open(arguments)?;
+    let (network, about_network, connects) = network::open(arguments)?;
     note(about_network);
     let mut publishers = Vec::new();
     for (place, named) in sources.iter().enumerate() {
@@ -95,7 +95,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
         if let Some(clerk) = clerk {
             scope.spawn(move || clerk.run());
         }
-        scope.spawn(|| network::watch(&network, arguments, &is_over));
+        scope.spawn(|| network::watch(&network, &connects, &is_over));
         let threads: Vec<_> = sensors
             .into_iter()
             .zip(publishers)

@@ -19,30 +19,30 @@ use crate::ros::names;
 /// The address of a program that connects to no other one, and the one at which nodes of ROS 2 meet.
 const LOCAL: &str = "tcp/127.0.0.1:7447";
 
-/// Opens the session. Returns a line about it for people, too.
+/// Opens the session. Returns a line about it for people, too, and the addresses that it connects to.
 ///
 /// # Errors
 /// A setting is wrong, or an address cannot be listened at. The error names it.
-pub(crate) fn open(arguments: &Arguments) -> Result<(Session, String), Error> {
+pub(crate) fn open(arguments: &Arguments) -> Result<(Session, String, String), Error> {
     let config = config(arguments)?;
     let (listens, connects) = (addresses(&config, "listen"), addresses(&config, "connect"));
     let all = [&listens[..], &connects[..]].concat().join(" ");
     let about = |error| refused(ErrorKind::Usage, format_args!("the network {all}"), &error);
     let session = zenoh::open(config).wait().map_err(about)?;
-    let connected = if connects.is_empty() { String::new() } else { format!(", connects to {}", connects.join(" ")) };
+    let connects = connects.join(" ");
+    let connected = if connects.is_empty() { String::new() } else { format!(", connects to {connects}") };
     let listens = if listens.is_empty() { "at no address".to_owned() } else { format!("at {}", listens.join(" ")) };
     let line = format!("{} listens {listens}{connected}; keys begin with {}/", session.zid(), arguments.namespace);
-    Ok((session, line))
+    Ok((session, line, connects))
 }
 
 /// How long a connection may take before it is said that there is none, and between two looks at it.
 const PATIENCE: Duration = Duration::from_secs(2);
 const BETWEEN: Duration = Duration::from_millis(100);
 
-/// Says when the session is connected to the addresses that it is to connect to, and until then that it is not. Returns
-/// when `is_over` is set.
-pub(crate) fn watch(session: &Session, arguments: &Arguments, is_over: &AtomicBool) {
-    let connects = config(arguments).map(|config| addresses(&config, "connect").join(" ")).unwrap_or_default();
+/// Says when the session is connected to these addresses, and after some time that it is not yet. Returns when
+/// `is_over` is set.
+pub(crate) fn watch(session: &Session, connects: &str, is_over: &AtomicBool) {
     if connects.is_empty() {
         return;
     }
