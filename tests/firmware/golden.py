@@ -20,8 +20,8 @@ FEATURES, EVENT, END, CONTACT_END = 1, 2, 3, 4
 MOTIONS = Path(__file__).with_name("motions.txt")
 
 
-def packed(case):
-    """Returns a case as the program `golden` of wstac-fw reads it."""
+def packed(case, every_frame):
+    """Returns a case as the program `golden` of wstac-fw reads it, with its part of all frames."""
     layout, trigger, speed = case["layout"], case["trigger"], case["speed"]
     taxel = layout.get("taxel", [0, 0])
     corners = layout.get("corners", [[0, 0]] * 25)
@@ -36,7 +36,7 @@ def packed(case):
     words += struct.pack("<IdIff", speed["law"] == "physical", speed["threshold"], speed["threshold_on"] == "above_baseline", speed["length_mm"], speed["afterglow_frames"])
     words += struct.pack("<II", trigger.get("per_touch", False), case["frames"])
     words = words.ljust(4 * HEADER, b"\0")
-    frames = (GOLDEN / f"{case['name']}.raw").read_bytes()
+    frames = every_frame[case["at"] :]
     lost = dict.fromkeys(range(case["frames"] + 1), 0)
     for index, count in case["lost"]:
         lost[index] += count
@@ -98,17 +98,19 @@ def check_motions(board, names, found):
 def check(board, programs, folder):
     """Runs the cases on a board and compares. Returns how many there were."""
     chosen, every = cases(board)
-    (folder / "cases").write_bytes(b"".join(packed(case) for case in chosen))
+    frames = memoryview((GOLDEN / "frames.raw").read_bytes())
+    (folder / "cases").write_bytes(b"".join(packed(case, frames) for case in chosen))
     names = write_touches(folder / "touches")
     boards.run(board, programs / "golden", folder)
     motions = check_motions(board, names, (folder / "motions").read_bytes())
     found = list(results(memoryview((folder / "results").read_bytes()).cast("h").tolist()))
     if len(found) != len(chosen):
         sys.exit(f"{board.core}: results of {len(found)} golden cases, expected {len(chosen)}")
+    of_reference = json.loads((GOLDEN / "expected.json").read_text())
     equal = numbers = events_seen = ends_seen = 0
     for case, (features, events, contact_ends, end) in zip(chosen, found, strict=True):
         at = f"{board.core}, golden case {case['name']}"
-        expected = json.loads((GOLDEN / f"{case['name']}.json").read_text())
+        expected = of_reference[case["name"]]
         if len(features) != len(expected["features"]):
             sys.exit(f"{at}: {len(features)} feature frames, expected {len(expected['features'])}")
         for got, want in zip(features, expected["features"], strict=True):

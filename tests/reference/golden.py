@@ -2,8 +2,8 @@
 """Writes or checks golden vectors: `golden.py write DIR` makes them, and `golden.py check DIR` makes them again and
 compares.
 
-`DIR/manifest.json` lists the cases. `NAME.raw` has a case's frames, one after another, and `NAME.json` has the
-reference's results. README.md describes the fields.
+`DIR/manifest.json` lists the cases. `expected.json` has the reference's results by name of the case, and `frames.raw`
+has all frames: those of a case begin at its byte `at`. README.md describes the fields.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vectors.motion_cases import motion_cases
 from vectors.path_cases import path_cases
 from vectors.touch_cases import touch_cases
 
-VERSION = 1
+VERSION = 2
 SUFFIXES = (".json", ".raw")
 
 
@@ -44,23 +44,27 @@ def lines_of(value: dict[str, Any]) -> str:
 def made_files() -> dict[str, bytes]:
     """Returns the name and content of every file of the vectors."""
     cases: list[Case] = format_cases() + event_cases() + follow_cases() + touch_cases()
-    manifest = {"version": VERSION, "seed": SEED, "cases": [case.manifest() for case in cases]}
-    files = {
-        "manifest.json": lines_of(manifest).encode(),
+    expected: dict[str, str] = {}
+    listed, frames = [], bytearray()
+    for case in cases:
+        assert case.name not in expected, f"two cases are called {case.name}"
+        expected[case.name] = lines_of(case.expected()).rstrip("\n")
+        listed.append(case.manifest() | {"at": len(frames)})
+        frames += b"".join(case.data)
+    results = ",\n".join(f"{json.dumps(name)}:{text}" for name, text in expected.items())
+    return {
+        "manifest.json": lines_of({"version": VERSION, "seed": SEED, "cases": listed}).encode(),
+        "expected.json": f"{{{results}}}\n".encode(),
+        "frames.raw": bytes(frames),
         "known.json": lines_of({"cases": known_cases()}).encode(),
         "live.json": lines_of({"cases": live_cases()}).encode(),
         "motion.json": lines_of({"cases": motion_cases()}).encode(),
         "path.json": lines_of({"cases": path_cases()}).encode(),
     }
-    for case in cases:
-        assert f"{case.name}.raw" not in files, f"two cases are called {case.name}"
-        files[f"{case.name}.raw"] = b"".join(case.data)
-        files[f"{case.name}.json"] = lines_of(case.expected()).encode()
-    return files
 
 
 def write(directory: Path) -> int:
-    """Writes all vectors after all are made. Files of former cases are removed."""
+    """Writes all vectors after all are made, removes other vectors, and returns how many files were written."""
     files = made_files()
     directory.mkdir(parents=True, exist_ok=True)
     for old in directory.iterdir():
@@ -68,7 +72,7 @@ def write(directory: Path) -> int:
             old.unlink()
     for name, content in files.items():
         (directory / name).write_bytes(content)
-    return sum(name.endswith(".raw") for name in files)
+    return len(files)
 
 
 def first_difference(made: Path, stored: Path) -> str | None:
@@ -103,7 +107,7 @@ def main() -> int:
     parser.add_argument("directory", type=Path)
     arguments = parser.parse_args()
     if arguments.command == "write":
-        print(f"{write(arguments.directory)} cases written to {arguments.directory}")
+        print(f"{write(arguments.directory)} files written to {arguments.directory}")
         return 0
     if not arguments.directory.is_dir():
         print(f"{arguments.directory} is not a directory", file=sys.stderr)

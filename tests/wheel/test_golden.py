@@ -12,6 +12,8 @@ from conftest import REPOSITORY
 
 GOLDEN = REPOSITORY / "tests" / "golden"
 CASES: list[dict[str, Any]] = json.loads((GOLDEN / "manifest.json").read_text())["cases"]
+EXPECTED: dict[str, dict[str, Any]] = json.loads((GOLDEN / "expected.json").read_text())
+FRAMES = np.fromfile(GOLDEN / "frames.raw", np.uint8)
 CODES = {
     "RGB24": "RGB3",
     "BGR24": "BGR3",
@@ -80,8 +82,9 @@ def check_sample(event: wstac.Event, expected: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("case", CASES, ids=[case["name"] for case in CASES])
 def test_case(case: dict[str, Any]) -> None:
-    expected = json.loads((GOLDEN / f"{case['name']}.json").read_text())
-    raw = np.fromfile(GOLDEN / f"{case['name']}.raw", np.uint8).reshape(case["frames"], case["frame_bytes"])
+    expected = EXPECTED[case["name"]]
+    shape = (case["frames"], case["frame_bytes"])
+    raw = FRAMES[case["at"] :][: shape[0] * shape[1]].reshape(shape)
     format = case["format"]
     code = CODES.get(format, format.removesuffix("8") if format[:4] in ("RGGB", "GRBG", "GBRG") else format)
     stream: dict[str, Any] = {

@@ -44,6 +44,8 @@ pub(super) struct Case {
     pub(super) speed: SpeedOf,
     pub(super) frames: usize,
     pub(super) lost: Vec<(usize, u64)>,
+    /// Where its frames begin in `frames.raw`.
+    pub(super) at: usize,
 }
 
 #[derive(Deserialize)]
