@@ -66,7 +66,7 @@ CLOCKS = (64, 168, 480)
 
 def table(numbers):
     """Returns lines of Markdown."""
-    cores = [board.core for board in BOARDS]
+    cores = [board.core for board in BOARDS if board.core in numbers]
     lines = ["| | " + " | ".join(cores) + " |", "| --- |" + " ---: |" * len(cores)]
     for key, what in ROWS.items():
         cells = [numbers[core].get(key) for core in cores]
@@ -90,11 +90,10 @@ def budgets():
 
 
 def within(numbers, keys=ROWS):
-    """Returns whether every number of these keys exists and is within its budget. Prints those that are not."""
-    wrong = []
-    for core, limits in budgets().items():
-        found = numbers[core]
-        limits = {key: most for key, most in limits.items() if key in keys}
+    """Returns whether every number of these keys exists for each measured core and is within its budget. Prints those that are not."""
+    wrong, every = [], budgets()
+    for core, found in numbers.items():
+        limits = {key: most for key, most in every[core].items() if key in keys}
         wrong += [f"{core}, {key}: no budget in {BUDGETS.name}, found {found[key]:,}" for key in found.keys() - limits.keys()]
         wrong += [f"{core}, {key}: a budget in {BUDGETS.name}, but no number" for key in limits.keys() - found.keys()]
         over = [key for key in found.keys() & limits.keys() if found[key] > limits[key]]
@@ -117,10 +116,10 @@ def published():
 
 
 def differences(numbers, page, keys=ROWS):
-    """Returns lines of text about the page's numbers that differ from the measured ones by more than the slack."""
+    """Returns lines of text about the page's numbers of the measured cores that differ by more than the slack."""
     lines = []
-    for core in sorted(numbers.keys() | page.keys()):
-        found, said = numbers.get(core, {}), page.get(core, {})
+    for core, found in sorted(numbers.items()):
+        said = page.get(core, {})
         for key in sorted((found.keys() | said.keys()) & set(keys)):
             new, old = found.get(key), said.get(key)
             # A mean is rounded down.
