@@ -104,3 +104,24 @@ fn names_of_files_need_not_be_utf_8() {
     let missing = Command::new(wstac()).arg("run").arg(name(".none")).output().unwrap();
     assert!(missing.status.code() == Some(1) && said(&missing).contains("no such file"), "{}", said(&missing));
 }
+
+#[test]
+fn words_that_are_not_utf_8_are_wrong_arguments() {
+    let not_utf_8 = OsStr::from_bytes(b"\xff\xfe");
+    for (before, expected) in [
+        (&[][..], "unrecognized subcommand"),
+        (&["rnu"], "unrecognized subcommand"),
+        (&["run", "--fps"], "invalid value"),
+        (&["run", "scene:Saw3@150", "--config"], "no such file"),
+        (&["record", "scene:Saw3@150", "-o", "a.mcap", "--label"], "expected NAME=VALUE"),
+        (&["scene"], "unrecognized subcommand"),
+        (&["board", "/dev/null", "--learn"], "not UTF-8"),
+        (&["completions"], "invalid value"),
+    ] {
+        let done = Command::new(wstac()).args(before).arg(not_utf_8).stdin(Stdio::null()).output().unwrap();
+        let code = if expected == "no such file" { 1 } else { 2 };
+        let said = said(&done);
+        assert!(done.status.code() == Some(code) && said.contains(expected), "{before:?}: {:?} {said}", done.status);
+        assert!(!said.contains("panicked"), "{before:?}: {said}");
+    }
+}

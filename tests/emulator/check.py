@@ -23,7 +23,7 @@ import zlib
 from pathlib import Path
 
 from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
-from machine import Machine
+from machine import Machine, Stopped
 from model.ports import NUCLEO, OPENMV
 from model.sensor import Ov7690, Ov7692, Ov7725
 
@@ -787,6 +787,26 @@ class Check:
         expected = [[False, False], [False, True], [True, False], [False, False]]
         self.say(name, [] if seen == expected else [f"events and faults are lit {seen}, expected {expected}"])
 
+    def axi_reads(self, name):
+        """Reads of the AXI SRAM are limited before the first one, after every reset. Without that, the model stops."""
+        board = self.board(self.host.frames[:2])
+        problems = []
+        try:
+            board.machine.run(lambda: board.camera.frame == 0)
+            board.machine.reset_wanted, until = True, board.machine.now + FRAME
+            board.machine.run(lambda: board.machine.now > until)
+        except Stopped as error:
+            problems.append(str(error))
+        else:
+            board = self.board(self.host.frames[:2])
+            board.machine.limit_axi_reads = lambda: None
+            try:
+                board.run()
+                problems.append("nothing is read before READ_ISS_OVERRIDE is set, or the model does not look")
+            except Stopped as error:
+                problems += [] if "before READ_ISS_OVERRIDE is set" in str(error) else [str(error)]
+        self.say(name, problems)
+
     def own_stack(self, name):
         """The stack is the program's, and not that of the bootloader."""
         board = self.board(self.host.frames[:2])
@@ -876,6 +896,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         host = Host(wstac, folder)
         check = Check(host, elf)
+        check.axi_reads("reads of the AXI SRAM")
         for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692")):
             check.plain(sensor, name)
         for at in range(0, len(other), 3):
@@ -960,6 +981,7 @@ def check_openmv(host, elf):
     """
     print("OpenMV Cam H7:")
     check = Check(host, elf, OPENMV)
+    check.axi_reads("reads of the AXI SRAM")
     check.plain(Ov7725, "events")
     check.faulty("features", {}, (), [])
     check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])

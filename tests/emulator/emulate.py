@@ -53,7 +53,7 @@ class Board:
         self.dcmi = camera.Dcmi(self.dma, self.ports)
         self.line = usart.Usart(machine, SERIAL_DIVIDER, lambda: self.ports.has(wiring.line, ports.USART3))
         self.flash = flash.Flash(machine)
-        machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, pwr, syscfg, *others, mux, self.dma, self.dcmi)
+        machine.add(core.Nvic(machine), core.Scb(machine), core.AxiInterconnect(machine), self.rcc, pwr, syscfg, *others, mux, self.dma, self.dcmi)
         machine.add(clocks.Watchdog(machine, self.rcc, CLOCK), *self.ports.ports, self.flash)
         machine.add(i2c.I2c([self.sensor], self.ports.has_bus), timer.Timer(machine), self.line)
         machine.add(adc.Adc3(machine, self.rcc, CLOCK), *map(Registers, KEPT))

@@ -13,7 +13,7 @@ import struct
 import sys
 
 from elftools.elf.elffile import ELFFile
-from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_INTR, UC_HOOK_MEM_READ, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn.arm_const import (
     UC_ARM_REG_D0,
     UC_ARM_REG_FAULTMASK,
@@ -35,12 +35,12 @@ FLASH, FLASH_SIZE = 0x0800_0000, 0x20_0000
 MEMORIES = [
     (FLASH, FLASH_SIZE),
     (0x2000_0000, 0x2_0000),  # DTCM, which the DMA cannot reach
-    (0x2400_0000, 0x8_0000),  # AXI SRAM
+    (0x2400_0000, 0x8_0000),  # AXI SRAM, of which nothing is read before `limit_axi_reads`
     (0x3000_0000, 0x4_8000),
     (0x3800_0000, 0x1_0000),
     (0x1FF0_0000, 0x2_0000),  # system memory
 ]
-RAM = 0x2400_0000
+RAM, RAM_SIZE = 0x2400_0000, 0x8_0000
 NOWHERE = 0x2000_0100
 # The unique number of the chip, and where it is (RM0433, section 61.1).
 UNIQUE_ID, CHIP = 0x1FF1_E800, bytes(range(1, 13))
@@ -94,7 +94,7 @@ class Machine:
         self.instructions = 0
         self.blocks = {}
         self.stalled_until = 0
-        self.partial = self.writing = None
+        self.partial = self.writing = self.axi_hook = None
         self.reset()
 
     def sizes(self):
@@ -165,6 +165,8 @@ class Machine:
         self.enabled, self.exception, self.saved = set(), None, []
         self.event = False
         self.vectors = FLASH
+        if self.axi_hook is None:
+            self.axi_hook = self.uc.hook_add(UC_HOOK_MEM_READ, self._early_read, begin=RAM, end=RAM + RAM_SIZE - 1)
         for register in (UC_ARM_REG_PRIMASK, *STACKED):
             self.uc.reg_write(register, 0)
         stack, self.pc = struct.unpack("<II", self.uc.mem_read(self.image[0][0], 8))
@@ -198,6 +200,15 @@ class Machine:
     def stall(self, cycles):
         """Stops the core for some time, as a debugger does. Everything else continues."""
         self.stalled_until = self.now + cycles
+
+    def limit_axi_reads(self):
+        """From now on, the AXI SRAM takes one read at a time, which a chip of revision Y needs (ES0392, 2.2.9)."""
+        if self.axi_hook is not None:
+            self.uc.hook_del(self.axi_hook)
+            self.axi_hook = None
+
+    def _early_read(self, _, __, address, *___):
+        raise Stopped(f"reads {address:#x} of the AXI SRAM before READ_ISS_OVERRIDE is set, in {self.where()}")
 
     def count_instructions(self):
         """Counts instructions, which is slower. Must be called before the first run, because code that has run is not

@@ -78,7 +78,7 @@ def forest(trees):
     """Returns the shipped forest with this many trees, which repeats its own ones."""
     data = (ROOT / "wstac-host/models/forest.wsm").read_bytes()
     half = lambda at: struct.unpack_from("<H", data, 2 * at)[0]
-    begin, shift, end = 20 + half(18), half(14), half(12) | half(13) << 16
+    begin, shift, end = 20 + half(18), half(14) & 0xFF, half(12) | half(13) << 16
     every, at = [], begin
     while at < end:
         length = 1 + (half(at) << shift)

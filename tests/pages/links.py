@@ -1,8 +1,8 @@
 """Checks that the targets of links in pages and source files exist. Needs no network: for other sites, only the form is
 checked.
 
-    links.py        every link of every markdown page and of every notebook, with its anchor; every path in inline code; every page and stage
-                    (docs/….md, ci/…) that a source file names; and that docs/SUMMARY.md has every page of the book
+    links.py        every link of every markdown page and of every notebook, with its anchor; every path and source file in inline code; every
+                    page and stage (docs/….md, ci/…) that a source file names; and that docs/SUMMARY.md has every page of the book
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ ROOT = Path(__file__).resolve().parents[2]
 ELSEWHERE = re.compile(r"^[a-z][a-z0-9+.-]*:")
 # A path from the root of the repository. One with a placeholder (`ci/NAME`, `a/…`) names no file.
 NAMED = re.compile(r"^(?:\.github|ci|docs|tests|wstac-[a-z]+)/[\w./-]+$")
+# A source file by its name, or by the end of its path.
+SOURCE_NAMED = re.compile(r"(?:^|\s)([\w./-]+\.(?:rs|py|mjs))(?=::|\s|$)")
 PLACEHOLDER = re.compile(r"\bNAME\b|\b[A-Z]{3,}$|…|\*")
 IN_SOURCE = re.compile(r"(?<![\w/.-])((?:docs/[\w/-]+\.md)(#[\w-]+)?|ci/[a-z][\w-]*)(?![\w/*])")
 SOURCES = {".rs", ".py", ".toml", ".c", ".h", ".sh", ".yml", ".ipynb", ""}
@@ -82,6 +84,14 @@ class Tree:
             path = span.split()[0].rstrip("/.,:") if span else ""
             if NAMED.match(path) and not PLACEHOLDER.search(path) and not self.there(file, path):
                 yield f"{file}:{line}: `{path}` is named: there is no such file"
+            elif not NAMED.match(path):
+                for name in SOURCE_NAMED.findall(span):
+                    if not PLACEHOLDER.search(name) and not self.ends(name):
+                        yield f"{file}:{line}: `{name}` is named: there is no such file"
+
+    def ends(self, name: str) -> bool:
+        """Tells whether the path of a file ends like that."""
+        return any(f"/{file}".endswith(f"/{name}") for file in self.files)
 
     def there(self, file: str, path: str) -> bool:
         """Tells whether a path is there: from the root, or from the page that names it."""

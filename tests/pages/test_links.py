@@ -63,6 +63,14 @@ class Checker(unittest.TestCase):
         self.assert_one("a.rs:1: ci/gone is named", a_rs="// `ci/gone` writes it")
         self.assert_one("docs/A.md has no heading for #two", a_rs="// docs/A.md#two", docs__A_md="# One")
 
+    def test_named_source_files(self):
+        self.assert_one("`gone.rs` is named", README_md="See `gone.rs`.")
+        self.assert_one("`camera/a.rs` is named", README_md="See `camera/a.rs`.", host__a_rs="")
+        self.assert_one("`tests/gone.rs` is named", README_md="See `tests/gone.rs::a_test`.")
+        self.assert_one("`gone.py` is named", README_md="Run `python gone.py FILE`.")
+        sound = "`a.rs`, `host/a.rs::a_test`, `python host/a.py`, `src/bin/NAME.rs`, `*.rs`, `my.toml`"
+        self.assertEqual(self.problems(README_md=sound, host__a_rs="", host__a_py=""), [])
+
     def test_the_summary(self):
         files = {"docs__SUMMARY_md": "- [A](A.md)\n", "docs__A_md": "", "docs__more__B_md": ""}
         self.assert_one("more/B.md is missing", **files)

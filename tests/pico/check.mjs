@@ -10,7 +10,7 @@
 import { learning, models } from './models.mjs';
 import { Board } from './machine.mjs';
 import { BACK, FORGETS, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, same } from './host.mjs';
-import { settings } from './settings.mjs';
+import { exposure, settings } from './settings.mjs';
 import { FEATURES, HELLO, request } from './wire.mjs';
 
 const [, , wstac, one, four, eight, taking, compiled, sent, ...more] = process.argv;
@@ -257,6 +257,7 @@ crash(
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);
 settings('settings', host, eight);
+exposure('an exposure that does not fit in a frame', host, eight);
 if (taking) {
   models('models over the link', host, taking, sent);
   learning('learning', host, taking, compiled);

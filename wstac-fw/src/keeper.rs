@@ -19,11 +19,11 @@ use wstac_core::wire::{Message, Refusal, Settings, SettingsInUse};
 #[cfg(feature = "models")]
 use crate::models::{InPlace as Storage, SentModels, accepted};
 use crate::reader::Outlet;
+#[cfg(feature = "settings")]
+use crate::settings;
 #[cfg(feature = "learn")]
 use crate::settings::KeptTexture;
 use crate::setup;
-#[cfg(feature = "settings")]
-use crate::{sensor::LONGEST_EXPOSURE, settings};
 
 /// The settings in use.
 pub trait Keeper {
@@ -125,6 +125,8 @@ pub struct KeptSettings<F> {
     /// The layout in use, whose frames are those of the board.
     layout: Layout,
     rate: FrameRate,
+    /// The longest exposure in lines.
+    longest: u16,
     settings: Settings,
     /// Whether a host has set them.
     is_set: bool,
@@ -136,11 +138,9 @@ pub struct KeptSettings<F> {
 #[cfg(feature = "settings")]
 impl<F: Storage> KeptSettings<F> {
     /// Takes the settings in a range of a flash, if there are any that this program can use. The others have this layout.
-    pub fn new(mut flash: F, range: Range<u32>, layout: Layout, rate: FrameRate) -> Self {
-        let size = layout.frame();
-        let usable =
-            |settings: Settings| Some((settings, settings::check(&settings, size, rate, LONGEST_EXPOSURE).ok()?));
-        let kept = settings::load(&mut flash, range.clone()).and_then(usable);
+    /// The sensor's exposure has at most `longest` lines.
+    pub fn new(mut flash: F, range: Range<u32>, layout: Layout, rate: FrameRate, longest: u16) -> Self {
+        let kept = settings::usable(&mut flash, range.clone(), layout.frame(), rate, longest);
         let compiled_in = (Settings::new(&layout, setup::FLOOR, setup::TRIGGER, None), layout);
         let (settings, layout) = kept.unwrap_or(compiled_in);
         Self {
@@ -148,6 +148,7 @@ impl<F: Storage> KeptSettings<F> {
             range,
             layout,
             rate,
+            longest,
             settings,
             is_set: kept.is_some(),
             wants_restart: false,
@@ -157,7 +158,7 @@ impl<F: Storage> KeptSettings<F> {
     }
 
     fn keep(&mut self, settings: &Settings) -> Result<(), Refusal> {
-        settings::check(settings, self.layout.frame(), self.rate, LONGEST_EXPOSURE)?;
+        settings::check(settings, self.layout.frame(), self.rate, self.longest)?;
         settings::keep(&mut self.flash, self.range.clone(), Some(settings))
     }
 }

@@ -50,6 +50,21 @@ pub fn load<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Option<Settings> {
     fetch(flash, range, KEY, |bytes| postcard::from_bytes::<Option<Settings>>(bytes).ok()?).ok()?
 }
 
+/// Returns the kept settings that a board with such frames can use, with their layout; `None` if there are none.
+///
+/// An exposure of more than so many lines, which older firmware took, is left out: with it there would be no frames.
+pub fn usable<F: NorFlash>(
+    flash: &mut F,
+    range: Range<u32>,
+    size: FrameSize,
+    rate: FrameRate,
+    most: u16,
+) -> Option<(Settings, Layout)> {
+    let mut settings = load(flash, range)?;
+    settings.exposure = settings.exposure.filter(|lines| *lines <= most);
+    Some((settings, check(&settings, size, rate, most).ok()?))
+}
+
 /// A flash of which a part reads as erased.
 struct Masked<'f, F> {
     flash: &'f mut F,

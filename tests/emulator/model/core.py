@@ -1,4 +1,4 @@
-"""The core's own registers: interrupt controller and system control block."""
+"""The core's own registers: interrupt controller and system control block. The interconnect behind it."""
 
 from .registers import Registers
 
@@ -9,6 +9,8 @@ RESET_REQUEST = 0x05FA_0004
 CCR, DATA_CACHE, CCSIDR = 0x114, 1 << 16, 0x180
 MPU_TYPE, MPU_CTRL, MPU_RNR, MPU_RBAR, MPU_RASR, REGIONS = 0x190, 0x194, 0x198, 0x19C, 0x1A0, 16
 # TEX, S, C and B of memory that is not cached: normal, strongly ordered, device.
+# Of the AXI interconnect's registers for target 7, the AXI SRAM (RM0433, 2.2.4).
+AXI_TARGET_7, FN_MOD, READ_ISS_OVERRIDE = 0x5100_8000, 0x108, 1
 UNCACHED = {tex << 3 | shared << 2 | bits for tex, bits in ((1, 0), (0, 0), (0, 1), (2, 0)) for shared in (0, 1)}
 
 
@@ -88,3 +90,17 @@ class Scb(Registers):
         elif offset == AIRCR and value & 0xFFFF_0004 == RESET_REQUEST:
             self.machine.reset_wanted = True
             self.machine.uc.emu_stop()
+
+
+class AxiInterconnect(Registers):
+    """The part of the interconnect in front of the AXI SRAM."""
+
+    def __init__(self, machine):
+        super().__init__(AXI_TARGET_7)
+        self.machine = machine
+
+    def write(self, offset, value):
+        """Stores a register. READ_ISS_OVERRIDE limits the reads that are under way at a time to one."""
+        super().write(offset, value)
+        if offset == FN_MOD and value & READ_ISS_OVERRIDE:
+            self.machine.limit_axi_reads()

@@ -8,10 +8,11 @@ control test_pattern=4,horizontal_movement=3,vertical_movement=3,osd_text_mode=2
 asked="--format GREY --size 320x180"
 frame=57600
 
-# grown FILE FRAMES: waits until a recording has this many frames, for at most a minute.
+# grown FILE FRAMES: waits until a recording has the size of this many frames, for at most five minutes. It has other records,
+# too, and its last frame may be written in part.
 grown() {
     local tries=0
-    until [ "$(stat -c %s "$1" 2> /dev/null || echo 0)" -ge $(($2 * frame)) ] || [ $tries -ge 600 ]; do
+    until [ "$(stat -c %s "$1" 2> /dev/null || echo 0)" -ge $(($2 * frame)) ] || [ $tries -ge 3000 ]; do
         usleep 100000
         tries=$((tries + 1))
     done
@@ -28,7 +29,8 @@ wait
 control horizontal_movement=3
 
 watched killed wstac record /dev/video0 $asked --json -o /out/killed.mcap &
-grown /out/killed.mcap 90
+# The size of 95 frames is more than 90 whole ones, which have to come back.
+grown /out/killed.mcap 95
 killall -KILL wstac
 wait
 
@@ -46,6 +48,6 @@ cp /small/full.mcap /out
 # One of two cameras disappears. The other must not be affected.
 watched sensors wstac run cam:left=/dev/video0 cam:right=/dev/video1 --features --json $asked --frames 120 &
 tries=0
-until [ "$(grep -c left /out/sensors.out)" -ge 30 ] || [ $tries -ge 300 ]; do usleep 100000; tries=$((tries + 1)); done
+until [ "$(grep -c left /out/sensors.out)" -ge 30 ] || [ $tries -ge 3000 ]; do usleep 100000; tries=$((tries + 1)); done
 control disconnect=1
 wait

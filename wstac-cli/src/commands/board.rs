@@ -38,7 +38,7 @@ pub(super) struct Arguments {
 
     /// Set the exposure in lines of the camera
     ///
-    /// A camera of 30 frames per second has about 510 lines.
+    /// At most 264 for an HM01B0, and 500 for an OV7725, OV7690 or OV7692: a longer one does not fit in a frame.
     #[arg(long, value_name = "LINES", value_parser = at_least(1_u16))]
     exposure: Option<u16>,
 
@@ -112,7 +112,7 @@ Models:
 
 Refusals:
   The board refuses a layout for frames of another size, taxels outside
-  the frame, and an exposure that is longer than a frame. It says why,
+  the frame, and an exposure that does not fit in a frame. It says why,
   and goes on with the settings that it has. Exit code: 1.
 
 Examples:

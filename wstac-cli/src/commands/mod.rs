@@ -193,24 +193,26 @@ fn refuse(error: &clap::Error) -> ExitCode {
             _ => ExitCode::SUCCESS,
         };
     }
-    // The message is about the arguments as they can be shown: without characters that control a terminal, and short.
-    let shown = |given: OsString| {
-        let given = given.to_string_lossy().into_owned();
-        visible::shortened(&visible::line(&given), LONGEST_ARGUMENT).into_owned()
+    let wrong = Arguments::try_parse_from(shown_arguments()).err().filter(clap::Error::use_stderr).map(with_suggestion);
+    let unshown = match error.kind() {
+        ErrorKind::InvalidUtf8 => "an argument is not UTF-8, expected UTF-8 except in names of files",
+        _ => "wrong arguments, expected those of wstac --help",
     };
-    let error = Arguments::try_parse_from(std::env::args_os().map(shown)).err().filter(clap::Error::use_stderr);
-    let error = error.map(with_suggestion);
     // Nobody may read it; the exit code still reports the failure.
-    let _ = error.map_or_else(
-        || writeln!(std::io::stderr(), "error: wrong arguments, expected those of wstac --help"),
-        |error| error.print(),
-    );
+    let _ = wrong.map_or_else(|| writeln!(std::io::stderr(), "error: {unshown}"), |error| error.print());
     ExitCode::from(2)
+}
+
+/// Returns the arguments as a message can show them: without characters that control a terminal, and short.
+fn shown_arguments() -> impl Iterator<Item = String> {
+    std::env::args_os().map(|given: OsString| {
+        visible::shortened(&visible::line(&given.to_string_lossy()), LONGEST_ARGUMENT).into_owned()
+    })
 }
 
 /// Suggests the command with the nearest name, if there is one. clap knows no letters that changed places, as in `rnu`.
 fn with_suggestion(mut error: clap::Error) -> clap::Error {
-    let given = std::env::args().nth(1).unwrap_or_default();
+    let given = shown_arguments().nth(1).unwrap_or_default();
     let is_first =
         matches!(error.get(ContextKind::InvalidSubcommand), Some(ContextValue::String(name)) if *name == given);
     if is_first && error.get(ContextKind::SuggestedSubcommand).is_none() {

@@ -35,6 +35,8 @@ use crate::keeper::KeptSettings;
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;
+#[cfg(feature = "settings")]
+use crate::sensor::longest_exposure;
 use crate::sensor::ov7690::OV7690;
 use crate::sensor::ov7692::OV7692;
 use crate::sensor::ov7725::OV7725;
@@ -135,7 +137,7 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
     };
     #[cfg(feature = "settings")]
     let keeper = cortex_m::singleton!(: KeptSettings<BoardFlash> =
-        KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE));
+        KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE, longest_exposure(&SENSORS)));
     #[cfg(not(feature = "settings"))]
     let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, Light> = Link::new(wiring.line, wiring.trouble));

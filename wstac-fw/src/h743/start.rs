@@ -8,6 +8,25 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
 
+// Runs before anything else, variables and stack included: the AXI SRAM, where both are, takes one read at a time
+// (READ_ISS_OVERRIDE of the interconnect's target 7). A chip of revision Y returns wrong data otherwise when several are
+// under way (ES0392, 2.2.9); newer ones have no need of it, and lose nothing that this program uses. Rust may not run yet.
+core::arch::global_asm!(
+    ".pushsection .text.__pre_init, \"ax\"",
+    ".global __pre_init",
+    ".type __pre_init, %function",
+    ".thumb_func",
+    "__pre_init:",
+    "movw r0, #0x8108",
+    "movt r0, #0x5100",
+    "movs r1, #1",
+    "str r1, [r0]",
+    "dsb",
+    "bx lr",
+    ".size __pre_init, . - __pre_init",
+    ".popsection",
+);
+
 /// The cycles between two looks at the board's clock, and their number: a quarter of a second at 64 MHz.
 const HSE_CYCLES: u32 = 6400;
 const HSE_LOOKS: u32 = 2500;

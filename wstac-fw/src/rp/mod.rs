@@ -31,6 +31,8 @@ use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;
 use crate::sensor::hm01b0::{DataWires, hm01b0};
+#[cfg(feature = "settings")]
+use crate::sensor::longest_exposure;
 use crate::serial::Serial;
 use crate::setup;
 use crate::stripes::pio::{Area, Blocks, Pio, PioInterrupts, Wires};
@@ -167,7 +169,7 @@ pub async fn run(wiring: RpWiring) -> ! {
     };
     #[cfg(feature = "settings")]
     let keeper = cortex_m::singleton!(: KeptSettings<RpFlash> =
-        KeptSettings::new(RpFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE));
+        KeptSettings::new(RpFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE, longest_exposure(sensors)));
     #[cfg(not(feature = "settings"))]
     let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, RpLight> = Link::new(wiring.line, wiring.trouble));

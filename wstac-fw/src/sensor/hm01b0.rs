@@ -87,9 +87,13 @@ pub const fn hm01b0(wires: DataWires) -> Sensor {
         clock: None,
         exposure: [0x0202, 0x0203],
         lines: None,
+        longest_exposure: LINES - 2,
         pattern: &WALKING_ONES,
     }
 }
+
+/// The lines of a frame. An exposure of more than two less would take longer than a frame.
+const LINES: u16 = 266;
 
 /// Every pixel of the window, at 30 frames per second from a clock of 24 MHz.
 static FORMAT: [Setting; 15] = [
@@ -97,8 +101,8 @@ static FORMAT: [Setting; 15] = [
     set(0x0383, 0x01), // every column
     set(0x0387, 0x01), // every row
     set(0x0390, 0x00), // no binning
-    set(0x0340, 0x01), // 266 lines
-    set(0x0341, 0x0A),
+    set(0x0340, (LINES >> 8) as u8),
+    set(0x0341, LINES as u8),
     set(0x0342, 0x01), // of 376 clocks
     set(0x0343, 0x78),
     set(0x3022, 0x02), // VSYNC two lines before the first, so that the interrupt at it comes before the pixels

@@ -71,14 +71,18 @@ pub struct Sensor {
     pub clock: Option<u8>,
     /// The registers of the exposure in lines, high byte first.
     pub exposure: [u16; 2],
-    /// The exposure in lines, if it is not that of the settings: at most [`LONGEST_EXPOSURE`].
+    /// The exposure in lines, if it is not that of the settings: at most `longest_exposure`.
     pub lines: Option<u16>,
+    /// The longest exposure in lines with which the sensor keeps its rate.
+    pub longest_exposure: u16,
     /// The settings of a test pattern of walking ones, or none. Their registers are in the table, too.
     pub pattern: &'static [Setting],
 }
 
-/// The longest exposure in lines that a host can set. The frames of sensors of boards with settings have more.
-pub const LONGEST_EXPOSURE: u16 = 500;
+/// Returns the longest exposure in lines that each of these sensors can have.
+pub fn longest_exposure(sensors: &[Sensor]) -> u16 {
+    sensors.iter().map(|sensor| sensor.longest_exposure).min().unwrap_or(0)
+}
 
 /// The registers that decide what a sensor sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

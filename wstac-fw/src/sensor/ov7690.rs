@@ -55,6 +55,7 @@ pub const OV7690: Sensor = Sensor {
     clock: None,
     exposure: [0x0F, 0x10],
     lines: None,
+    longest_exposure: 500,
     pattern: &[],
 };
 

@@ -55,6 +55,7 @@ pub const OV7725: Sensor = Sensor {
     clock: None,
     exposure: [0x08, 0x10],
     lines: None,
+    longest_exposure: 500,
     pattern: &[],
 };
 

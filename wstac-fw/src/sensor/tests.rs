@@ -12,7 +12,7 @@ use super::ov7690::OV7690;
 use super::ov7692::OV7692;
 use super::ov7725::OV7725;
 use super::watch::Watch;
-use super::{Addressing, LONGEST_EXPOSURE, Sensor, SensorError, Setting, set};
+use super::{Addressing, Sensor, SensorError, Setting, longest_exposure, set};
 
 const OMNIVISION: [Sensor; 3] = [OV7690, OV7692, OV7725];
 const ALL: [Sensor; 6] =
@@ -190,7 +190,7 @@ fn a_clock_that_is_too_fast_is_divided_once() {
 fn another_exposure_changes_its_two_registers_alone() {
     for sensor in OMNIVISION {
         let [high, low] = sensor.exposure;
-        let longer = Sensor { lines: Some(LONGEST_EXPOSURE), ..sensor };
+        let longer = Sensor { lines: Some(sensor.longest_exposure), ..sensor };
         let changed: Vec<_> = sensor.table().zip(longer.table()).filter(|(before, after)| before != after).collect();
         // The high byte is that of 480 lines already.
         let [(before, after)] = changed[..] else { panic!("{changed:?}") };
@@ -198,6 +198,24 @@ fn another_exposure_changes_its_two_registers_alone() {
         let short: Vec<_> = Sensor { lines: Some(100), ..sensor }.table().collect();
         assert!(short.contains(&set(high, 0)) && short.contains(&set(low, 100)), "{}", sensor.name);
     }
+}
+
+#[test]
+fn the_longest_exposure_fits_in_a_frame() {
+    // The lines of a frame, less those that drivers leave: two of the HM01B0, and four of OmniVision's.
+    for (sensor, most) in [(OV7725, 510 - 4), (OV7690, 516 - 4), (OV7692, 516 - 4)] {
+        assert!(sensor.longest_exposure <= most, "{}", sensor.name);
+    }
+    let sensor = hm01b0(DataWires::One);
+    let byte = |register| sensor.table().find(|setting| setting.register == register).unwrap().value;
+    assert_eq!(sensor.longest_exposure, u16::from_be_bytes([byte(0x0340), byte(0x0341)]) - 2);
+    // The table's own exposure is not longer, and what all sensors of a board can do is the shortest.
+    for sensor in ALL {
+        let [high, low] =
+            sensor.exposure.map(|register| sensor.table().find(|set| set.register == register).unwrap().value);
+        assert!(u16::from_be_bytes([high, low]) <= sensor.longest_exposure, "{}", sensor.name);
+    }
+    assert_eq!((longest_exposure(&OMNIVISION), longest_exposure(&ALL)), (500, 264));
 }
 
 #[test]

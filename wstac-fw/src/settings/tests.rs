@@ -127,6 +127,21 @@ fn what_a_board_cannot_use_is_refused() {
     }
 }
 
+#[test]
+fn a_kept_exposure_that_is_too_long_is_left_out() {
+    let mut flash = Flash::new(RANGE);
+    let of =
+        |flash: &mut Flash, most| usable(flash, RANGE, size(), FrameRate::NOMINAL, most).map(|(settings, _)| settings);
+    assert_eq!(of(&mut flash, 264), None);
+    let kept = changed(|settings| settings.exposure = Some(265));
+    keep(&mut flash, RANGE, Some(&kept)).unwrap();
+    assert_eq!(of(&mut flash, 500), Some(kept));
+    assert_eq!(of(&mut flash, 264), Some(changed(|settings| settings.exposure = None)));
+    // What else a board cannot use is no settings.
+    keep(&mut flash, RANGE, Some(&changed(|settings| settings.corners = [[310, 0]; 25]))).unwrap();
+    assert_eq!(of(&mut flash, 264), None);
+}
+
 /// Returns a texture whose every part depends on a number.
 fn texture(number: u16) -> KeptTexture {
     let numbers: Vec<i16> = (0..12).map(|d| (number * 31 + d * 7) as i16 * if d % 2 == 0 { 1 } else { -1 }).collect();
