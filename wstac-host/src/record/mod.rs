@@ -12,6 +12,7 @@
 
 pub mod about;
 mod bytes;
+mod channels;
 mod compression;
 mod excerpt;
 mod file;
@@ -36,6 +37,7 @@ mod walk;
 mod writer;
 
 pub use compression::Compression;
+pub(crate) use file::Topic;
 pub use excerpt::{Excerpt, first_free_file, new_file};
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
