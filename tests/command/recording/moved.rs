@@ -103,7 +103,11 @@ fn a_sector_or_a_message_elsewhere_never_becomes_a_wrong_frame() {
             let mut damaged = bytes.clone();
             for _ in 0..1 + number % 3 {
                 let is_sector = !options.is_empty() || random.below(2) == 0;
-                if is_sector { sector_moved(&mut damaged, &mut random) } else { message_moved(&mut damaged, &mut random) }
+                if is_sector {
+                    sector_moved(&mut damaged, &mut random)
+                } else {
+                    message_moved(&mut damaged, &mut random)
+                }
             }
             let (code, found, _) = recovered(&folder, &damaged, &truth);
             codes[code.unwrap() as usize] += 1;
@@ -251,7 +255,12 @@ fn a_recording_in_another_order_is_refused() {
     let named = |topic| Rewrite { topic, ..plain(chunked()) };
     for (what, how, direct, parts) in [
         ("by topic", sorted(chunked()), "frames up to a checksum, expected", "in another order"),
-        ("by topic, without chunks", sorted(unchunked()), "another tool changed them or their order", "has no frame that can be"),
+        (
+            "by topic, without chunks",
+            sorted(unchunked()),
+            "another tool changed them or their order",
+            "has no frame that can be",
+        ),
         ("without frames", named(&no_camera), "up to a checksum", "has no frame that can be recovered (found 1"),
         ("with another name", named(&other), "has no frame (found the topics ", "/robot/picture"),
         ("with two prefixes", named(&two), "has the topics of two recordings", "\"/right/\""),

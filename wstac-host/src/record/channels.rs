@@ -71,7 +71,9 @@ impl Channels {
     /// Returns what two starts the topics have, if nothing says which is the recording's.
     pub(super) fn ambiguity(&self) -> Option<String> {
         let (first, second) = (self.prefix()?, self.second.as_ref()?);
-        Some(format!("has the topics of two recordings (found those of \"{first}/\" and of \"{second}/\", expected one)"))
+        Some(format!(
+            "has the topics of two recordings (found those of \"{first}/\" and of \"{second}/\", expected one)"
+        ))
     }
 
     /// Returns the sensor and the topic of a channel.

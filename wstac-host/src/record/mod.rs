@@ -37,8 +37,8 @@ mod walk;
 mod writer;
 
 pub use compression::Compression;
-pub(crate) use file::Topic;
 pub use excerpt::{Excerpt, first_free_file, new_file};
+pub(crate) use file::Topic;
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
 pub(crate) use recorder::{ClockLine, check_frame_bytes};

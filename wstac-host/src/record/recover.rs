@@ -38,8 +38,8 @@ use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING,
 use super::parse::parse_record;
 use super::recorder::lost_line;
 use super::reserved::give_back_of_killed;
-use super::sums::{self, Stated, Sum, Tally};
 use super::summary::Summary;
+use super::sums::{self, Stated, Sum, Tally};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
@@ -312,7 +312,8 @@ impl Recovery<'_> {
                 }
                 Step::End { whole } => {
                     // A moment without its checksum is the incomplete end of a recording that was cut off.
-                    let is_cut = self.has_sums && !self.is_suspect && self.pending.iter().all(|of| of.crc == Crc::Unknown);
+                    let is_cut =
+                        self.has_sums && !self.is_suspect && self.pending.iter().all(|of| of.crc == Crc::Unknown);
                     if is_cut {
                         self.pending.clear();
                     }
@@ -604,7 +605,9 @@ impl Recovery<'_> {
             let what = match (found.damaged, found.unread) {
                 (0, Some(unread)) => format!("{} that are no complete record", counted(unread.bytes, "byte")),
                 (0, None) => format!("the topics {}", self.own.names()),
-                (damaged, _) => format!("{} that no checksum vouches for or that are missing", counted(damaged, "frame")),
+                (damaged, _) => {
+                    format!("{} that no checksum vouches for or that are missing", counted(damaged, "frame"))
+                }
             };
             found.problem.get_or_insert_with(|| format!("has no frame that can be recovered (found {what})"));
         }

@@ -130,7 +130,11 @@ impl McapSource {
             let rate = info.rate;
             replaced = format!("; {}:{} frames per second{replaced}", rate.numerator(), rate.denominator());
         }
-        let vouched = if reader.has_sums() || outline.has_crcs { "" } else { "; nothing vouches for its frames: they have no checksum" };
+        let vouched = if reader.has_sums() || outline.has_crcs {
+            ""
+        } else {
+            "; nothing vouches for its frames: they have no checksum"
+        };
         let recorded = format!("recorded from {}{}{replaced}{vouched}", info.about, labels(&about));
         info.about = format!("{subject}: {of_sensor}{recorded}");
         Ok(Self {

@@ -61,7 +61,8 @@ impl Recovery<'_> {
             let moment = self.pending.split_off(start);
             self.flush()?;
             // Other programs' messages between those of the moment are none of it.
-            let (moment, others): (Vec<_>, _) = moment.into_iter().partition(|of| of.own.is_some() || of.crc == Crc::Good);
+            let (moment, others): (Vec<_>, _) =
+                moment.into_iter().partition(|of| of.own.is_some() || of.crc == Crc::Good);
             self.leave(&others);
             return self.sound_moment(&moment, sum);
         }
@@ -82,10 +83,11 @@ impl Recovery<'_> {
     /// The channels may have other numbers than this program gave them, and other messages may stand between.
     fn summed_from(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<Option<usize>, Failure> {
         let mut bytes = 0_u64;
-        let start = self.pending.iter().enumerate().rev().filter(|(_, of)| of.own.is_some()).find_map(|(number, of)| {
-            bytes += HEAD + of.span.length;
-            (bytes >= sum.bytes).then_some(number)
-        });
+        let start =
+            self.pending.iter().enumerate().rev().filter(|(_, of)| of.own.is_some()).find_map(|(number, of)| {
+                bytes += HEAD + of.span.length;
+                (bytes >= sum.bytes).then_some(number)
+            });
         let Some(start) = start.filter(|_| bytes == sum.bytes) else { return Ok(None) };
         let (pending, mut moment) = (std::mem::take(&mut self.pending), MomentSum::default());
         for of in pending.iter().skip(start) {
@@ -113,7 +115,8 @@ impl Recovery<'_> {
         }
         let found = self.frames_of(&pending)?;
         // A moment has one frame at most, which has its time.
-        let is_of_time = time == Some(message.times[0]) && frames.len() < 2 && frames.iter().all(|of| Some(*of) == time);
+        let is_of_time =
+            time == Some(message.times[0]) && frames.len() < 2 && frames.iter().all(|of| Some(*of) == time);
         let is_good = pending.iter().all(|of| of.crc == Crc::Good);
         self.pending = pending;
         let Some(known) = sum.tally().told_apart(self.sensors.count()) else { return Ok(false) };
