@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
+use super::several_damage::{self, stream};
 use super::{good, run, said};
 
 /// Bytes of an operation code and a length.
@@ -159,6 +160,7 @@ fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
     let recorded = ended(good(&["run", folder.0.join("a.mcap").to_str().unwrap(), "--json", "--features"]).as_bytes());
     assert!(recorded.0 > 120 && recorded.1 > 2, "{recorded:?}");
     let headers = header_bytes(&bytes);
+    let truth = stream(&folder.0.join("a.mcap"), None).unwrap();
     let mut random = Random::new(18);
     // A third of them are in codes and lengths of records outside of messages, which are few.
     let codes: Vec<usize> = headers.iter().copied().filter(|&at| at < 3000 || at + 3000 > bytes.len()).collect();
@@ -175,13 +177,18 @@ fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
     let (tally, failures) = (Tally::default(), std::sync::Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for half in 0..2 {
-            let (flips, tally, failures, bytes) = (&flips, &tally, &failures, &bytes);
+            let (flips, tally, failures, bytes, truth) = (&flips, &tally, &failures, &bytes, &truth);
             scope.spawn(move || {
                 let folder = Folder::new(&format!("recording-flips-{half}"));
+                let new = folder.0.join("new.mcap");
                 for &(at, bit) in flips.iter().skip(half).step_by(2) {
                     let mut damaged = bytes.clone();
                     damaged[at] ^= 1 << bit;
-                    if let Err(why) = check(&folder.0, &damaged, recorded, tally) {
+                    let checked = check(&folder.0, &damaged, recorded, tally).and_then(|()| match stream(&new, None) {
+                        Some(found) => several_damage::check(&found, truth),
+                        None => Ok(()),
+                    });
+                    if let Err(why) = checked {
                         failures.lock().unwrap().push(format!("bit {bit} of byte {at}: {why}"));
                     }
                 }

@@ -7,6 +7,7 @@ mod cuts;
 mod flips;
 mod guide;
 mod limits;
+mod moved;
 mod parts;
 mod several;
 mod several_damage;

@@ -12,6 +12,8 @@ use wstac_tests::command::{good, run, said};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
+use super::cuts::chunks;
+
 /// The names of the sensors, their slides and their rates.
 const SENSORS: [(&str, &str, u32, u32); 3] =
     [("left", "Saw3", 150, 30), ("middle", "Tri4", 90, 25), ("right", "Sin2", 170, 60)];
@@ -36,18 +38,18 @@ fn recorded(folder: &Folder, options: &[&str]) -> Vec<u8> {
 }
 
 /// What a sensor has in a file.
-struct Stream {
+pub(super) struct Stream {
     /// Its frames by their numbers; `None` stands for a lost one.
-    frames: Vec<Option<Vec<u8>>>,
+    pub(super) frames: Vec<Option<Vec<u8>>>,
     events: Vec<TactileEvent>,
 }
 
-/// Reads a sensor; `None` if the file cannot be read.
-fn stream(file: &Path, name: &str) -> Option<Stream> {
-    let mut source = McapSource::open_sensor(file, Some(name), None).ok()?;
+/// Reads a sensor; `None` if the file cannot be read to its end.
+pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
+    let mut source = McapSource::open_sensor(file, name, None).ok()?;
     let mut frames = Vec::new();
     loop {
-        match source.next_event().unwrap() {
+        match source.next_event().ok()? {
             SourceEvent::Frame(frame) => frames.push(Some(frame.bytes.to_vec())),
             SourceEvent::Taxels(frame) => frames.push(Some(frame.sums.map(u32::to_le_bytes).concat())),
             SourceEvent::Lost { frames: lost, .. } => frames.extend((0..lost).map(|_| None)),
@@ -55,7 +57,7 @@ fn stream(file: &Path, name: &str) -> Option<Stream> {
             other => panic!("{other:?}"),
         }
     }
-    let session = Session::builder(McapSource::open_sensor(file, Some(name), None).unwrap()).build().unwrap();
+    let session = Session::builder(McapSource::open_sensor(file, name, None).unwrap()).build().unwrap();
     let events = session.filter_map(|output| match output.unwrap() {
         Output::Event(event) => Some(*event),
         _ => None,
@@ -65,7 +67,7 @@ fn stream(file: &Path, name: &str) -> Option<Stream> {
 
 /// Checks that a sensor's frames are those that were recorded, each at its own place, and that its answers are right, or
 /// said to be not reliable.
-fn check(found: &Stream, whole: &Stream) -> Result<(), String> {
+pub(super) fn check(found: &Stream, whole: &Stream) -> Result<(), String> {
     // If the start is missing, the first frame that was found stands for it.
     let first = found.frames.iter().position(Option::is_some);
     for (number, frame) in found.frames.iter().enumerate() {
@@ -106,7 +108,7 @@ fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let at = random.below(bytes.len() as u64) as usize;
     let most = 1 << (4 + random.below(14));
     let length = (random.below(most) as usize).min(bytes.len() - at);
-    match random.below(6) {
+    match random.below(8) {
         0 => damaged[at] ^= 1 << random.below(8),
         1 => damaged[at..at + length].fill(0),
         2 => damaged[at..at + length].copy_from_slice(&random.bytes(length)),
@@ -115,6 +117,8 @@ fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
             let again = damaged[at..at + length].to_vec();
             drop(damaged.splice(at..at, again));
         }
+        5 => sector_moved(&mut damaged, random),
+        6 => message_moved(&mut damaged, random),
         _ => {
             // Cut off, and damaged before.
             damaged.truncate(at.max(1000));
@@ -125,6 +129,28 @@ fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     damaged
 }
 
+/// Puts one sector of the disk in place of another.
+pub(super) fn sector_moved(bytes: &mut [u8], random: &mut Random) {
+    let [from, to] = [0; 2].map(|_| random.below(bytes.len() as u64 / 512) as usize * 512);
+    bytes.copy_within(from..from + 512, to);
+}
+
+/// Puts a message of a chunk before another chunk, whole or with a damaged byte, in place of other bytes or between them.
+pub(super) fn message_moved(bytes: &mut Vec<u8>, random: &mut Random) {
+    let (chunks, start) = (chunks(bytes), random.below(bytes.len() as u64) as usize);
+    // A message of 10 to 65,000 bytes, of one of the first channels.
+    let is_message = |window: &[u8]| window[0] == 5 && window[3..9] == [0; 6] && window[9] < 40 && window[10] == 0;
+    let Some(from) = bytes[start..].windows(31).position(is_message).map(|at| start + at) else { return };
+    let length = 9 + usize::from(u16::from_le_bytes([bytes[from + 1], bytes[from + 2]]));
+    let (Some(record), false) = (bytes.get(from..from + length), chunks.is_empty()) else { return };
+    let (mut record, at) = (record.to_vec(), chunks[random.below(chunks.len() as u64) as usize]);
+    if random.below(2) == 0 {
+        record[31.min(length - 1)..][random.below((length - 31.min(length - 1)) as u64) as usize] ^= 0x10;
+    }
+    let replaced = if random.below(2) == 0 { record.len().min(at) } else { 0 };
+    drop(bytes.splice(at - replaced..at, record));
+}
+
 #[test]
 fn every_answer_of_every_sensor_is_right_or_absent() {
     let count = std::env::var("WSTAC_LONG_DAMAGE").map_or(60, |count| count.parse().unwrap());
@@ -133,7 +159,7 @@ fn every_answer_of_every_sensor_is_right_or_absent() {
     let (mut random, mut whole_ones, mut lost_ones, mut events) = (Random::new(31), 0, 0, 0);
     for options in [&[][..], &["--features-only"], &["--compress", "zstd"]] {
         let bytes = recorded(&folder, options);
-        let truth = SENSORS.map(|(name, ..)| stream(&folder.0.join("whole.mcap"), name).unwrap());
+        let truth = SENSORS.map(|(name, ..)| stream(&folder.0.join("whole.mcap"), Some(name)).unwrap());
         assert!(truth.iter().all(|stream| stream.events.len() == 1 && stream.frames.len() > 100));
         assert!(truth[0].frames.iter().any(Option::is_none), "the simulated driver lost frames");
         for number in 0..count {
@@ -142,7 +168,7 @@ fn every_answer_of_every_sensor_is_right_or_absent() {
             let code = done.status.code();
             assert!(matches!(code, Some(0 | 1)), "{options:?} {number}: {}", said(&done));
             for ((name, ..), truth) in SENSORS.iter().zip(&truth) {
-                let Some(found) = stream(&new, name) else {
+                let Some(found) = stream(&new, Some(name)) else {
                     assert_eq!(code, Some(1), "{options:?} {number}: {}", said(&done));
                     continue;
                 };
@@ -188,12 +214,12 @@ fn a_file_of_before_is_recovered_up_to_the_first_damage() {
     let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.0.join(name));
     let [old_name, new_name] = [&old, &new].map(|path| path.to_str().unwrap());
     let bytes = fs::read(BEFORE).unwrap();
-    let truth = ["left", "right"].map(|name| stream(Path::new(BEFORE), name).unwrap());
+    let truth = ["left", "right"].map(|name| stream(Path::new(BEFORE), Some(name)).unwrap());
     assert_eq!(truth.each_ref().map(|stream| (stream.frames.len(), stream.events.len())), [(140, 1), (137, 1)]);
     // Whole, it has the same frames with counts of each.
     good(&["recover", BEFORE, "-o", new_name]);
     for (name, truth) in ["left", "right"].iter().zip(&truth) {
-        let found = stream(&new, name).unwrap();
+        let found = stream(&new, Some(name)).unwrap();
         assert!(found.frames == truth.frames && found.events == truth.events, "{name}");
     }
     let (mut random, mut is_cut) = (Random::new(5), 0);
@@ -201,7 +227,7 @@ fn a_file_of_before_is_recovered_up_to_the_first_damage() {
         fs::write(&old, damaged(&bytes, &mut random)).unwrap();
         let done = run(&["recover", old_name, "-o", new_name, "--force"]);
         for (name, truth) in ["left", "right"].iter().zip(&truth) {
-            let Some(found) = stream(&new, name) else { continue };
+            let Some(found) = stream(&new, Some(name)) else { continue };
             check(&found, truth).unwrap_or_else(|why| panic!("{number}, {name}: {why}: {}", said(&done)));
         }
         is_cut += u32::from(said(&done).contains("nothing says of which sensor"));

@@ -37,7 +37,9 @@ Recovered data:
     disk are missing; wstac record prints how many waited at most.
   - Every frame has a checksum. Damaged frames become lost frames where
     they were. Later frames keep their place in time, and wstac run
-    counts the lost ones as dropped.
+    counts the lost ones as dropped. A frame that no checksum vouches
+    for is left out.
+  - A file without any checksum is copied, and a message says so.
   - Every frame is taken once. Frames that stand behind later ones are
     left out.
   - Of a compressed recording that was killed, what the compressor had
@@ -51,8 +53,9 @@ Exit code:
       was recorded is in it or is reported as lost; only the incomplete
       end of the recording is missing
   1   nothing can say how many frames are missing (also if the end is
-      damaged and not just incomplete), wstac run cannot read the new
-      file, or there is none
+      damaged and not just incomplete) or in which order they were, no
+      frame can be recovered, wstac run cannot read the new file, or
+      there is none
   2   wrong arguments
 ";
 
@@ -79,7 +82,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(format_args!("{repeated} left out: there already, or behind later frames"));
     }
     if found.unchecked > 0 {
-        note(format_args!("{} without a checksum: their pixels cannot be checked", counted(found.unchecked, "frame")));
+        let what = counted(found.unchecked, if found.frames > 0 { "frame" } else { "message" });
+        note(format_args!("{what} without a checksum: nothing vouches for them"));
     }
     if found.doubtful > 0 {
         let doubtful = counted(found.doubtful, "message");

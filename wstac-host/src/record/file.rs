@@ -44,7 +44,7 @@ const MESSAGE_SHARE: u64 = 64;
 
 /// A channel of a recording: its topic and its schema.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Topic {
+pub(crate) enum Topic {
     /// Frames as they are summed.
     Raw,
     /// Frames as the camera sent them: JPEG.
@@ -115,6 +115,20 @@ impl Sensors {
         Some(((place / CHANNELS) as u8, *topic))
     }
 
+    /// Returns the topic that a name and its schema end like, with its sensor and the start of the name before both.
+    pub(super) fn find<'n>(&self, name: &'n str, schema: &str) -> Option<(&'n str, u8, Topic)> {
+        Topic::ALL.into_iter().find_map(|topic| {
+            let (own, of_own) = topic.name_and_schema();
+            let start = name.strip_suffix(own).filter(|_| of_own.name() == schema)?;
+            if self.0.is_empty() || topic == Topic::Sums {
+                return Some((start, 0, topic));
+            }
+            let (start, sensor) = start.rsplit_once('/')?;
+            let place = self.0.iter().position(|known| known == sensor)?;
+            Some((start, u8::try_from(place).ok()?, topic))
+        })
+    }
+
     /// Returns the name of a topic: that of one of several sensors starts with the sensor's name.
     fn name(&self, sensor: u8, topic: Topic) -> String {
         let (name, _) = topic.name_and_schema();
@@ -142,17 +156,9 @@ impl Topic {
     ];
 
     /// Returns the number of a sensor's channel in every recording that has checksums. Those are of no sensor.
-    fn number(self, sensor: u8) -> u16 {
+    pub(super) fn number(self, sensor: u8) -> u16 {
         let sensor = if self == Self::Sums { 0 } else { u16::from(sensor) };
         self as u16 + 1 + sensor * CHANNELS
-    }
-
-    /// Returns the topic of a channel that this program wrote, by its name and its schema's name.
-    pub(super) fn of_channel(name: &str, schema: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|topic| {
-            let (own, of_own) = topic.name_and_schema();
-            own == name && of_own.name() == schema
-        })
     }
 
     /// Returns whether its messages are frames, with or without pictures.

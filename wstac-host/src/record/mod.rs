@@ -12,6 +12,7 @@
 
 pub mod about;
 mod bytes;
+mod channels;
 mod compression;
 mod excerpt;
 mod file;
@@ -37,6 +38,7 @@ mod writer;
 
 pub use compression::Compression;
 pub use excerpt::{Excerpt, first_free_file, new_file};
+pub(crate) use file::Topic;
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;
 pub(crate) use recorder::{ClockLine, check_frame_bytes};

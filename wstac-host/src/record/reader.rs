@@ -3,26 +3,30 @@
 //! Every frame's chunk has a checksum, the whole data have one, and the index says how many messages there are. Every
 //! moment's checksum has its place in the stream, and the record at the end has the number of all frames. So a recording
 //! that is read to its end without an error is whole, and in its order.
+//!
+//! Other tools may have written it anew. Channels are found by their topics and schemas, whatever their numbers are. The
+//! checksum of a moment is checked if that of a chunk is missing.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
-use mcap::records::op;
+use mcap::records::{Record, op};
 
+use super::channels::Channels;
 use super::file::{Sensors, Topic};
+use super::parse::parse_record;
 use super::recorder::lost_frames;
-use super::sums::{Stated, Sum, Tally, sound_metadata};
+use super::sums::{MomentSum, Stated, Sum, Tally, sound_metadata};
 use super::walk::{Crc, MessageBody, Mode, Outline, Span, Step, Walk, outline};
 use crate::error::{Error, ErrorKind};
+use crate::plural::counted;
 
 /// The next part of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Item {
-    /// A message of this channel.
-    Message(u16),
-    /// A schema or a channel, by its operation code.
-    Definition(u8),
+    /// A message of this sensor and topic.
+    Message(u8, Topic),
     /// The end.
     End,
 }
@@ -35,15 +39,19 @@ pub(crate) struct Reader {
     /// The record that was found last, and its body once it was read.
     span: Option<Span>,
     body: Vec<u8>,
-    /// Channels that were described so far.
+    /// Channels that were described so far, and those of this program. The index may name those before they are described.
     channels: BTreeSet<u16>,
+    own: Channels,
+    /// Names of the schemas that were described so far.
+    schemas: BTreeMap<u16, String>,
     /// Messages of each channel so far.
     messages: BTreeMap<u16, u64>,
     /// The statements of the recording about its frames; `None` if it has no checksums.
     stated: Option<Stated>,
     /// The frames so far.
     tally: Tally,
-    sensors: Sensors,
+    /// The messages of the moment that is read if a part of it stands in no chunk with a checksum.
+    moment: Option<MomentSum>,
 }
 
 impl Reader {
@@ -71,9 +79,10 @@ impl Reader {
             return Err(Error::new(ErrorKind::Format, &subject, format_args!("was not finished: {recover}")));
         }
         let walk = Walk::open(path, Mode::Strict)?;
-        let (body, channels, messages) = Default::default();
+        let (body, channels, messages, schemas) = Default::default();
         let sensors = Sensors::of(&sound_metadata(&outline.metadata).0);
         let tally = Tally::new(sensors.count());
+        let own = Channels::new(sensors);
         let stated = Some(Stated::of(&outline.metadata)).filter(|stated| stated.has_sums);
         if stated.as_ref().is_some_and(|stated| stated.end.is_none()) {
             return Err(damaged(&subject, "lacks the record of how many frames it had"));
@@ -81,7 +90,37 @@ impl Reader {
         if stated.as_ref().is_some_and(|stated| stated.has_other_end) {
             return Err(damaged(&subject, "has the ends of several recordings"));
         }
-        Ok((Self { subject, walk, span: None, body, channels, messages, stated, tally, sensors }, outline))
+        let definitions = walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
+        let mut reader =
+            Self { subject, walk, span: None, body, channels, own, schemas, messages, stated, tally, moment: None };
+        for (op, body) in definitions {
+            reader.define(op, &body)?;
+        }
+        Ok((reader, outline))
+    }
+
+    /// Returns whether every frame has a checksum of its own.
+    pub(crate) fn has_sums(&self) -> bool {
+        self.stated.is_some()
+    }
+
+    /// Notes a schema or a channel.
+    fn define(&mut self, op: u8, body: &[u8]) -> Result<(), Error> {
+        let known = self.own.prefix().map(str::to_owned);
+        match parse_record(op, body).map_err(|error| self.damaged(error))? {
+            Record::Schema { header, .. } => drop(self.schemas.insert(header.id, header.name)),
+            Record::Channel(channel) => {
+                let schema = self.schemas.get(&channel.schema_id).map_or("", String::as_str);
+                self.own.add(channel.id, &channel.topic, schema);
+            }
+            _ => {}
+        }
+        let has_changed = self.tally.all.all() > 0 && known.as_deref() != self.own.prefix();
+        let changed = has_changed.then(|| format!("has the topics of two recordings (found {})", self.own.names()));
+        match changed.or_else(|| self.own.ambiguity()) {
+            Some(message) => Err(Error::new(ErrorKind::Format, &self.subject, message)),
+            None => Ok(()),
+        }
     }
 
     /// Returns an error about a damaged part.
@@ -103,11 +142,14 @@ impl Reader {
                 Step::Record(span) => {
                     self.span = Some(span);
                     match span.op {
-                        op::SCHEMA => return Ok(Item::Definition(span.op)),
-                        op::CHANNEL => {
-                            let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
-                            self.channels.extend(start.first_chunk().map(|id| u16::from_le_bytes(*id)));
-                            return Ok(Item::Definition(span.op));
+                        op::SCHEMA | op::CHANNEL => {
+                            self.load()?;
+                            let body = std::mem::take(&mut self.body);
+                            if span.op == op::CHANNEL {
+                                self.channels.extend(body.first_chunk().map(|id| u16::from_le_bytes(*id)));
+                            }
+                            self.define(span.op, &body)?;
+                            self.body = body;
                         }
                         op::MESSAGE => {
                             let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
@@ -118,8 +160,9 @@ impl Reader {
                             }
                             let count = self.messages.entry(channel).or_default();
                             *count = count.saturating_add(1);
-                            self.count(channel)?;
-                            return Ok(Item::Message(channel));
+                            let Some((sensor, topic)) = self.own.of(channel) else { continue };
+                            self.count(sensor, topic)?;
+                            return Ok(Item::Message(sensor, topic));
                         }
                         _ => {}
                     }
@@ -133,18 +176,16 @@ impl Reader {
     }
 
     /// Counts the frames of a message, and checks its place if it is a checksum.
-    fn count(&mut self, channel: u16) -> Result<(), Error> {
-        if self.stated.is_none() {
-            return Ok(());
-        }
-        match self.sensors.topic(channel) {
-            Some((sensor, topic)) if topic.is_frame() => self.tally.add_frame(sensor),
-            Some((sensor, Topic::FaultsJson)) => {
+    fn count(&mut self, sensor: u8, topic: Topic) -> Result<(), Error> {
+        self.sum_up(sensor, topic)?;
+        match topic {
+            topic if topic.is_frame() => self.tally.add_frame(sensor),
+            Topic::FaultsJson => {
                 self.load()?;
                 let lost = self.message().map_or(0, |message| lost_frames(message.data));
                 self.tally.add_lost(sensor, lost);
             }
-            Some((_, Topic::Sums)) => {
+            Topic::Sums if self.stated.is_some() => {
                 self.load()?;
                 let sum = self.message().and_then(|message| Sum::parse(message.data));
                 let sum = sum.ok_or_else(|| self.damaged("has a checksum that is none"))?;
@@ -157,13 +198,53 @@ impl Reader {
         Ok(())
     }
 
+    /// Checks the bytes of a moment whose chunk has no checksum, by its own.
+    fn sum_up(&mut self, sensor: u8, topic: Topic) -> Result<(), Error> {
+        if self.stated.is_none() || (self.walk.crc() == Crc::Good && self.moment.is_none()) {
+            return Ok(());
+        }
+        self.load()?;
+        let moment = self.moment.take().unwrap_or_default();
+        let Some(message) = self.message() else { return Ok(()) };
+        let header = message.header(topic.number(sensor));
+        if topic == Topic::Sums {
+            let sum = Sum::parse(message.data);
+            if sum.is_some_and(|sum| moment.is_right(&header, message.data, &sum)) {
+                return Ok(());
+            }
+            let what = "has messages in no chunk with a checksum, and their own checksum is not right: they are damaged, or \
+                        another tool changed them or their order";
+            return Err(self.damaged(what));
+        }
+        let mut moment = moment;
+        moment.add(&header, message.data);
+        self.moment = Some(moment);
+        Ok(())
+    }
+
     /// Returns an error about frames that are not those that were recorded.
     fn has_other_frames(&self, recorded: &Tally, up_to: &str) -> Error {
-        let (found, expected) = (self.tally.all.all(), recorded.all.all());
-        if found == expected {
-            return self.damaged(format_args!("has {found} frames{up_to}, expected others of its sensors"));
+        if !self.own.has_frames_and_sums().0 {
+            return self.has_none();
         }
-        self.damaged(format_args!("has {found} frames{up_to}, expected {expected}"))
+        let (all, expected) = (self.tally.all.all(), recorded.all.all());
+        let found = counted(all, "frame");
+        if all == expected {
+            return self.damaged(format_args!("has {found}{up_to}, expected others of its sensors"));
+        }
+        self.damaged(format_args!("has {found}{up_to}, expected {expected}"))
+    }
+
+    /// Returns the error about a recording without a frame.
+    fn has_none(&self) -> Error {
+        let lost = self.tally.all.lost;
+        let message = if self.own.has_frames_and_sums().0 {
+            format!("has no frame (found {})", counted(lost, "lost frame"))
+        } else {
+            let expected = [super::CAMERA, super::TAXEL_SUMS].join(" or ");
+            format!("has no frame (found the topics {}, expected {expected})", self.own.names())
+        };
+        Error::new(ErrorKind::Format, &self.subject, message)
     }
 
     /// Checks that everything is there that was written.
@@ -177,15 +258,17 @@ impl Reader {
             return Err(self.has_other_frames(end, ""));
         }
         let recorded = self.walk.summary().and_then(|summary| summary.messages.as_ref());
-        let Some(recorded) = recorded else { return Ok(()) };
-        for (channel, recorded) in recorded {
+        for (channel, recorded) in recorded.into_iter().flatten() {
             let found = self.messages.get(channel).copied().unwrap_or(0);
             if found != *recorded {
                 let message = format_args!("has {found} messages of channel {channel}, expected {recorded}");
                 return Err(self.damaged(message));
             }
         }
-        Ok(())
+        if self.moment.is_some() {
+            return Err(self.damaged("has messages at its end that no checksum vouches for"));
+        }
+        if self.tally.all.frames == 0 { Err(self.has_none()) } else { Ok(()) }
     }
 
     /// Reads the body of the record that was found last.
@@ -196,11 +279,6 @@ impl Reader {
         self.body.clear();
         let Some(span) = self.span else { return Ok(()) };
         self.walk.body(span, &mut self.body).map_err(|error| Error::io(&self.subject, error))
-    }
-
-    /// Returns the body that was read last.
-    pub(crate) fn body(&self) -> &[u8] {
-        &self.body
     }
 
     /// Returns the message that was read last.

@@ -2,7 +2,11 @@
 //!
 //! A moment is sound if its checksum or that of its chunk is right. Frames of other moments are entered as lost where
 //! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
-//! none; there the numbers and times of frames give the places, and the index their count.
+//! none; there the numbers and times of frames give the places, and the index their count. The checksum of a chunk says
+//! nothing of messages outside of it.
+//!
+//! Other tools may have written the recording anew, with other numbers of channels. The checksums are checked with the
+//! numbers that this program gave them.
 //!
 //! Each of several sensors has places of its own. Recordings of several that do not tell them apart are recovered up to
 //! the first damage: nothing says whose frames are missing there.
@@ -27,15 +31,18 @@ use mcap::write::Metadata;
 use mcap::{McapError, Schema};
 
 use super::about::{About, is_description};
+use super::channels::Channels;
 use super::compression::Compression;
 use super::file::{RecordingFile, Sensors, Topic};
-use super::limits::{MOST_DEFINITIONS, MOST_METADATA, MOST_PENDING, check_memory};
+use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::lost_line;
 use super::reserved::give_back_of_killed;
+use super::summary::Summary;
 use super::sums::{self, Stated, Sum, Tally};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
 use crate::error::{Error, ErrorKind};
+use crate::plural::counted;
 use crate::source::mcap::McapSource;
 use crate::source::{Source, SourceEvent};
 
@@ -54,7 +61,8 @@ pub struct Recovered {
     pub damaged: u64,
     /// Frames that were left out because they are there already, or because later ones stand before them.
     pub repeated: u64,
-    /// Frames without any checksum, of recordings of before that were never finished.
+    /// Frames that nothing vouches for, because the file has no checksum of them. In a file of another program they are all its
+    /// messages.
     pub unchecked: u64,
     /// Whether the file was finished properly.
     pub whole: bool,
@@ -68,6 +76,26 @@ pub struct Recovered {
     pub problem: Option<String>,
 }
 
+/// A message that waits.
+struct Waiting {
+    span: Span,
+    channel: u16,
+    /// Its sensor and topic if it is one of this program.
+    own: Option<(u8, Topic)>,
+    /// The verdict of the checksum of the chunk that it stands in.
+    crc: Crc,
+    /// Whether it stands in a chunk that was never finished, at the end of a file that was not.
+    is_unfinished: bool,
+    /// Its record's body if its chunk ended, or if it stands in none. Others are read when they are needed.
+    body: Option<Vec<u8>>,
+}
+
+impl Waiting {
+    fn is_frame(&self) -> bool {
+        self.own.is_some_and(|(_, topic)| topic.is_frame())
+    }
+}
+
 /// A file that is being recovered.
 struct Recovery<'a> {
     walk: Walk,
@@ -77,7 +105,10 @@ struct Recovery<'a> {
     /// The recording's description of itself; `None` if it is none of this program.
     about: Option<About>,
     has_sums: bool,
+    /// Whether the chunks have checksums.
+    has_crcs: bool,
     sensors: Sensors,
+    own: Channels,
     /// The schemas by their numbers, each with whether it stands in undamaged bytes.
     schemas: BTreeMap<u16, (Schema<'static>, bool)>,
     channels: BTreeMap<u16, (Channel, bool)>,
@@ -85,8 +116,9 @@ struct Recovery<'a> {
     definitions: u64,
     /// Numbers of other programs' channels in the new file, by those in the old one.
     numbers: BTreeMap<u16, u16>,
-    /// Messages that wait for their checksum.
-    pending: Vec<Span>,
+    /// Messages that wait for their checksum, and the bytes of those that are in memory.
+    pending: Vec<Waiting>,
+    held: u64,
     body: Vec<u8>,
     /// Other programs' records of metadata so far.
     metadata: usize,
@@ -95,8 +127,6 @@ struct Recovery<'a> {
     /// Frames that a recording of before must have lost here, at least, since its last sound frame.
     suspects: u64,
     is_suspect: bool,
-    /// Frames of the last chunk, which was never finished, that have no checksum behind them.
-    incomplete: u64,
     /// The sum of the last moment of each sensor that was copied.
     last_sums: BTreeMap<u8, Sum>,
     /// What the recording had of each sensor at the last of its checksums that is right.
@@ -142,8 +172,10 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
     };
-    // All recordings of several sensors have checksums.
-    let has_sums = stated.has_sums || sensors.first().is_some();
+    // All recordings of several sensors have checksums, unless another tool left them out.
+    let is_without = survey.summary().is_some_and(|summary| lacks_sums(summary, &sensors));
+    let has_sums = (stated.has_sums || sensors.first().is_some()) && !is_without;
+    let [with_crc, without_crc] = survey.crcs();
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
     }
@@ -164,18 +196,20 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         path,
         about: about.ok().flatten(),
         has_sums,
+        has_crcs: with_crc > without_crc,
+        own: Channels::new(sensors.clone()),
         sensors,
         schemas: BTreeMap::new(),
         channels: BTreeMap::new(),
         definitions: 0,
         numbers: BTreeMap::new(),
         pending: Vec::new(),
+        held: 0,
         body: Vec::new(),
         metadata: 0,
         time: 0,
         suspects: 0,
         is_suspect: false,
-        incomplete: 0,
         last_sums: BTreeMap::new(),
         known: None,
         entered: BTreeMap::new(),
@@ -189,6 +223,21 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     }
     recovery.go(&stated).map_err(|failure| failure.in_words(old, path))?;
     recovery.finish(&same)
+}
+
+/// Returns whether a file has frames, and no checksums of them.
+fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
+    let (mut schemas, mut own) = (BTreeMap::new(), Channels::new(sensors.clone()));
+    for (op, body) in &summary.definitions {
+        match parse_record(*op, body) {
+            Ok(Record::Schema { header, .. }) => drop(schemas.insert(header.id, header.name)),
+            Ok(Record::Channel(channel)) => {
+                own.add(channel.id, &channel.topic, schemas.get(&channel.schema_id).map_or("", String::as_str));
+            }
+            _ => {}
+        }
+    }
+    own.has_frames_and_sums() == (true, false)
 }
 
 /// A failure of reading or of writing.
@@ -257,17 +306,18 @@ impl Recovery<'_> {
                 Step::Damage(unread) => {
                     // Messages before it stand in the same moment, perhaps.
                     self.is_suspect |= unread.damaged;
-                    if unread.damaged {
-                        self.count_incomplete();
-                    }
                     if !self.has_sums {
                         self.flush()?;
                     }
                 }
                 Step::End { whole } => {
-                    self.end_chunk()?;
                     // A moment without its checksum is the incomplete end of a recording that was cut off.
-                    self.incomplete = 0;
+                    let is_cut =
+                        self.has_sums && !self.is_suspect && self.pending.iter().all(|of| of.crc == Crc::Unknown);
+                    if is_cut {
+                        self.pending.clear();
+                    }
+                    self.flush()?;
                     self.found.whole = whole || self.walk.is_finished()?;
                     self.found.unread = self.walk.unread();
                     break;
@@ -285,6 +335,8 @@ impl Recovery<'_> {
             self.doubt.get_or_insert_with(|| format!("has more than {most} MB of schemas and channels"));
             return;
         }
+        // The numbers of channels are known without their records.
+        let is_believed = sound || !self.has_sums;
         // A record that cannot be read is damaged, and everything that needs it is left out.
         match parse_record(op, body) {
             Ok(Record::Schema { header, data }) => {
@@ -292,6 +344,10 @@ impl Recovery<'_> {
                 let data = schema.data.into_owned().into();
                 let schema = Schema { data, ..schema };
                 if is_better(self.schemas.get(&schema.id), sound) {
+                    let of_schema = |(of, _): &&(Channel, bool)| is_believed && of.schema_id == schema.id;
+                    for (channel, _) in self.channels.values().filter(of_schema) {
+                        self.own.add(channel.id, &channel.topic, &schema.name);
+                    }
                     // Channels of the old schema are written again.
                     self.numbers.retain(|id, _| self.channels.get(id).is_none_or(|(of, _)| of.schema_id != schema.id));
                     self.schemas.insert(schema.id, (schema, sound));
@@ -299,6 +355,13 @@ impl Recovery<'_> {
             }
             Ok(Record::Channel(channel)) if is_better(self.channels.get(&channel.id), sound) => {
                 self.numbers.remove(&channel.id);
+                let schema = self.schemas.get(&channel.schema_id).map_or("", |(schema, _)| &schema.name);
+                if is_believed {
+                    self.own.add(channel.id, &channel.topic, schema);
+                }
+                if let Some(ambiguity) = self.own.ambiguity() {
+                    self.doubt.get_or_insert(ambiguity);
+                }
                 self.channels.insert(channel.id, (channel, sound));
             }
             _ => {}
@@ -317,21 +380,11 @@ impl Recovery<'_> {
         Ok(self.out.write_metadata(&metadata)?)
     }
 
-    /// Returns this program's topic of a channel.
-    fn topic(&self, channel: u16) -> Option<Topic> {
-        self.own(channel).map(|(_, topic)| topic)
-    }
-
     /// Returns the sensor and the topic of a channel of this program.
     fn own(&self, channel: u16) -> Option<(u8, Topic)> {
-        if self.has_sums && channel < 256 {
-            // The numbers are fixed, whatever a damaged record of a channel says.
-            return self.sensors.topic(channel);
-        }
-        let (channel, _) = self.channels.get(&channel)?;
-        let schema = self.schemas.get(&channel.schema_id).map_or("", |(schema, _)| &schema.name);
-        // Recordings of before are of one sensor.
-        Topic::of_channel(&channel.topic, schema).map(|topic| (0, topic))
+        // This program's numbers are fixed, so a damaged record of a channel loses nothing.
+        let is_fixed = self.has_sums && !self.own.is_renumbered();
+        self.own.of(channel).or_else(|| self.sensors.topic(channel).filter(|_| is_fixed))
     }
 
     /// Returns whether a recording is written, and no file of another program.
@@ -344,83 +397,115 @@ impl Recovery<'_> {
         Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
     }
 
-    /// Ends a chunk, and what waits in it for a checksum.
-    fn end_chunk(&mut self) -> Result<(), Failure> {
-        if !self.has_sums || self.walk.crc() != Crc::Unknown || self.is_suspect {
-            return self.flush();
-        }
-        for span in std::mem::take(&mut self.pending) {
-            let topic = self.channel_of(span).map(|channel| self.topic(channel))?;
-            self.incomplete += u64::from(topic.is_some_and(Topic::is_frame));
+    /// Reads a message's body.
+    fn read(&mut self, message: &Waiting) -> io::Result<()> {
+        match &message.body {
+            Some(body) => self.body.clone_from(body),
+            None => self.walk.body(message.span, &mut self.body)?,
         }
         Ok(())
     }
 
-    /// Counts frames without a checksum as damaged, because they are not the end of the file.
-    fn count_incomplete(&mut self) {
-        self.is_suspect |= self.incomplete > 0;
-        self.suspects = self.suspects.saturating_add(std::mem::take(&mut self.incomplete));
+    /// Ends a chunk. What waits in it for a checksum may not be in the file's bytes any longer.
+    fn end_chunk(&mut self) -> Result<(), Failure> {
+        if !self.has_sums || self.walk.crc() == Crc::Bad {
+            return self.flush();
+        }
+        let mut pending = std::mem::take(&mut self.pending);
+        self.held = pending.iter().map(|message| message.span.length).sum();
+        let has_room = self.held <= 2 * MOST_MESSAGE;
+        for message in pending.iter_mut().filter(|message| has_room && message.body.is_none()) {
+            self.walk.body(message.span, message.body.insert(Vec::new()))?;
+            // It stands before all of the next chunk.
+            message.span.at = 0;
+        }
+        self.pending = pending;
+        if has_room { Ok(()) } else { self.flush() }
     }
 
     fn message(&mut self, span: Span) -> Result<(), Failure> {
-        self.count_incomplete();
-        let topic = self.channel_of(span).map(|channel| self.topic(channel))?;
-        if topic == Some(Topic::Sums) {
+        let channel = self.channel_of(span)?;
+        let own = self.own(channel);
+        let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
+        if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
             return self.sum(span);
         }
         // Without checksums, a moment is a frame and everything behind it.
-        let starts = !self.has_sums && topic.is_none_or(Topic::is_frame);
+        let starts = !self.has_sums && own.is_none_or(|(_, topic)| topic.is_frame());
         if starts || self.pending.len() == MOST_PENDING {
             self.flush()?;
         }
-        self.pending.push(span);
+        let (crc, is_unfinished, mut body) = (self.walk.crc(), self.walk.in_unfinished(), None);
+        if !self.walk.in_chunk() {
+            if self.held + span.length > 2 * MOST_MESSAGE {
+                self.flush()?;
+            }
+            self.held += span.length;
+            self.walk.body(span, body.insert(Vec::new()))?;
+        }
+        self.pending.push(Waiting { span, channel, own, crc, is_unfinished, body });
         Ok(())
+    }
+
+    /// Returns whether a message is copied that has no checksum of its own.
+    fn is_sound(&self, message: &Waiting) -> bool {
+        match message.crc {
+            Crc::Bad => false,
+            // Messages that have no place in the stream.
+            Crc::Good if self.has_sums => !message.is_frame() && !matches!(message.own, Some((_, Topic::FaultsJson))),
+            Crc::Good => true,
+            // The last chunk of a recording that was killed has no checksum yet.
+            Crc::Unknown => !self.has_sums && (!self.has_crcs || message.is_unfinished),
+        }
     }
 
     /// Copies the messages that wait, if they are sound.
     fn flush(&mut self) -> Result<(), Failure> {
+        self.held = 0;
         let pending = std::mem::take(&mut self.pending);
         if pending.is_empty() || self.is_over {
             return Ok(());
         }
-        let is_sound = match self.walk.crc() {
-            Crc::Good => true,
-            Crc::Bad => false,
-            Crc::Unknown => !self.has_sums,
-        };
-        let mut frames = 0;
-        for &span in &pending {
-            let topic = self.channel_of(span).map(|channel| self.topic(channel))?;
-            frames += u64::from(topic.is_some_and(Topic::is_frame));
-        }
-        if !is_sound {
-            self.is_suspect = true;
-            self.suspects = self.suspects.saturating_add(frames);
+        let (sound, others): (Vec<_>, Vec<_>) = pending.into_iter().partition(|message| self.is_sound(message));
+        self.leave(&others);
+        if sound.is_empty() {
             return Ok(());
         }
+        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || !self.is_own()));
+        self.found.unchecked += unchecked.count() as u64;
         if self.has_sums || !self.is_own() {
-            return self.copy(&pending);
+            return self.copy(&sound);
         }
-        self.found.unchecked += if self.walk.crc() == Crc::Unknown { frames } else { 0 };
         let mut gap = 0;
-        if frames > 0 && self.is_suspect {
-            gap = self.gap_of_before(&pending)?;
+        if sound.iter().any(Waiting::is_frame) && self.is_suspect {
+            gap = self.gap_of_before(&sound)?;
             (self.is_suspect, self.suspects) = (false, 0);
         }
-        self.copy_after_gaps(&pending, &[(0, gap)])
+        self.copy_after_gaps(&sound, &[(0, gap)])
+    }
+
+    /// Leaves messages out that no checksum vouches for.
+    fn leave(&mut self, messages: &[Waiting]) {
+        self.is_suspect |= !messages.is_empty();
+        let frames = messages.iter().filter(|message| message.is_frame()).count() as u64;
+        self.suspects = self.suspects.saturating_add(frames);
+        let is_foreign = |of: &&Waiting| of.own.is_none() && of.crc == Crc::Unknown;
+        for message in messages.iter().filter(is_foreign) {
+            if let Some((channel, _)) = self.channels.get(&message.channel) {
+                let topic = &channel.topic;
+                self.doubt.get_or_insert_with(|| format!("has messages of {topic}, which no checksum vouches for"));
+            }
+        }
     }
 
     /// Returns how many frames are missing before a moment of a recording of before, by the frame's number or time.
-    fn gap_of_before(&mut self, moment: &[Span]) -> Result<u64, Failure> {
+    fn gap_of_before(&mut self, moment: &[Waiting]) -> Result<u64, Failure> {
         let Some(about) = &self.about else { return Ok(0) };
         let (driver_times, rate) = (about.driver_times, about.info.rate);
         let place = self.out.tally().all.all();
-        for &span in moment {
-            let channel = self.channel_of(span)?;
-            if !self.topic(channel).is_some_and(Topic::is_frame) {
-                continue;
-            }
-            let Some(message) = MessageBody::parse(self.walk.start_of(span, 22)?) else { continue };
+        for message in moment.iter().filter(|message| message.is_frame()) {
+            self.read(message)?;
+            let Some(message) = MessageBody::parse(&self.body) else { continue };
             if !driver_times {
                 let gap = message.sequence.wrapping_sub(place as u32);
                 return Ok(if gap < 1 << 31 { gap.into() } else { 0 });
@@ -438,22 +523,21 @@ impl Recovery<'_> {
     }
 
     /// Copies messages of one moment.
-    fn copy(&mut self, moment: &[Span]) -> Result<(), Failure> {
+    fn copy(&mut self, moment: &[Waiting]) -> Result<(), Failure> {
         let is_own = self.is_own();
         let mut targets = Vec::with_capacity(moment.len());
         // All channels come before the first message.
-        for &span in moment {
-            let old = self.channel_of(span)?;
-            let own = self.own(old).filter(|_| is_own);
+        for message in moment {
+            let own = message.own.filter(|_| is_own);
             targets.push(match own {
                 Some((sensor, topic)) => Some((own, self.out.add_own(sensor, topic)?)),
-                None => self.foreign(old)?.map(|number| (None, number)),
+                None => self.foreign(message.channel)?.map(|number| (None, number)),
             });
         }
-        for (&span, target) in moment.iter().zip(targets) {
+        for (message, target) in moment.iter().zip(targets) {
             let Some((own, channel_id)) = target else { continue };
-            let mut body = std::mem::take(&mut self.body);
-            self.walk.body(span, &mut body)?;
+            self.read(message)?;
+            let body = std::mem::take(&mut self.body);
             if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
             {
                 match own.map(|(_, topic)| topic) {
@@ -492,15 +576,15 @@ impl Recovery<'_> {
     }
 
     /// Enters frames of a sensor that are missing as lost, before a message.
-    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<Span>) -> Result<(), Failure> {
+    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), Failure> {
         if frames == 0 || !self.is_own() {
             return Ok(());
         }
         if self.out.tally().all.all() == 0
-            && let Some(span) = before
-            && let Some(message) = MessageBody::parse(self.walk.start_of(span, 22)?)
+            && let Some(message) = before
         {
-            self.time = message.times[0];
+            self.read(message)?;
+            self.time = MessageBody::parse(&self.body).map_or(0, |message| message.times[0]);
         }
         self.found.damaged = self.found.damaged.saturating_add(frames);
         let entered = self.entered.entry(sensor).or_default();
@@ -517,6 +601,16 @@ impl Recovery<'_> {
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
         found.problem = found.problem.or(self.doubt);
+        if found.frames == 0 {
+            let what = match (found.damaged, found.unread) {
+                (0, Some(unread)) => format!("{} that are no complete record", counted(unread.bytes, "byte")),
+                (0, None) => format!("the topics {}", self.own.names()),
+                (damaged, _) => {
+                    format!("{} that no checksum vouches for or that are missing", counted(damaged, "frame"))
+                }
+            };
+            found.problem.get_or_insert_with(|| format!("has no frame that can be recovered (found {what})"));
+        }
         if found.problem.is_none() && is_own {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));

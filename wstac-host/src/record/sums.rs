@@ -192,6 +192,15 @@ impl MomentSum {
         data.extend(TAIL);
         data
     }
+
+    /// Returns whether a checksum is that of the messages so far. `header` and `data` are its own message.
+    pub(super) fn is_right(mut self, header: &MessageHeader, data: &[u8], sum: &Sum) -> bool {
+        let covered = data.len().saturating_sub(UNCOVERED as usize);
+        let bytes = self.bytes;
+        self.add_start(header, data.len() as u64);
+        self.hasher.update(data.get(..covered).unwrap_or_default());
+        bytes == sum.bytes && sum.crc() == Some(self.hasher.finalize())
+    }
 }
 
 /// Returns the checksum of a record of metadata.

@@ -15,7 +15,7 @@ use std::io;
 use std::path::Path;
 
 use crc32fast::Hasher;
-use mcap::records::op;
+use mcap::records::{MessageHeader, op};
 use mcap::write::Metadata;
 
 use self::shape::ChunkHead;
@@ -28,7 +28,7 @@ use super::summary::{self, HEAD, Summary};
 use crate::error::Error;
 
 /// Bytes of a message before its data.
-const MESSAGE_HEADER: u64 = 22;
+pub(super) const MESSAGE_HEADER: u64 = 22;
 
 /// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,6 +93,12 @@ pub(crate) struct MessageBody<'a> {
 }
 
 impl<'a> MessageBody<'a> {
+    /// Returns the message's header with the number of another channel.
+    pub(super) fn header(&self, channel_id: u16) -> MessageHeader {
+        let [log_time, publish_time] = self.times;
+        MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time }
+    }
+
     /// Reads a message from a record's body; `None` if that is too short.
     pub(crate) fn parse(body: &'a [u8]) -> Option<Self> {
         let (header, data) = body.split_at_checked(MESSAGE_HEADER as usize)?;
@@ -171,6 +177,8 @@ pub(super) struct Walk {
     tried: u64,
     /// The compression of the first chunk.
     compression: Option<Compression>,
+    /// Chunks that were finished with a checksum, and without one.
+    crcs: [u64; 2],
     /// The checksum of the data so far, and its end.
     total: (Hasher, u64),
     /// Numbers of channels.
@@ -207,6 +215,7 @@ impl Walk {
             outer: None,
             tried: 0,
             compression: None,
+            crcs: [0; 2],
             total: (Hasher::new(), 0),
             channels: BTreeSet::new(),
             own: false,
@@ -255,6 +264,17 @@ impl Walk {
     /// Returns the compression of the first chunk; `None` if there is no chunk so far.
     pub(super) fn compression(&self) -> Option<Compression> {
         self.compression
+    }
+
+    /// Returns how many finished chunks there are so far with a checksum, and without one.
+    pub(super) fn crcs(&self) -> [u64; 2] {
+        self.crcs
+    }
+
+    /// Returns whether the last record stands in a chunk that was never finished, in a file without an end.
+    pub(super) fn in_unfinished(&self) -> bool {
+        let is_open = self.chunk.as_ref().is_some_and(|chunk| chunk.end.is_none()) || self.outer.is_some();
+        is_open && self.summary.is_none()
     }
 
     /// Returns all bytes that could not be read so far.
@@ -437,13 +457,15 @@ impl Walk {
         self.compression.get_or_insert(compression);
         self.at = content;
         let end = stored.map(|stored| content.saturating_add(stored).min(self.end));
+        let crc = self.file.peek(span.at + HEAD + 24, 4)?.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
+        let [with, without] = &mut self.crcs;
+        *(if crc == 0 { without } else { with }) += u64::from(end.is_some());
         if let Some(end) = end
             && (self.mode == Mode::Outline || (self.mode == Mode::Survey && self.follows(end)?))
         {
             self.at = end;
             return Ok(());
         }
-        let crc = self.file.peek(span.at + HEAD + 24, 4)?.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
         if compression != Compression::None {
             return self.unpack(span.at, content, end, compression, crc);
         }
@@ -546,6 +568,8 @@ pub(crate) struct Outline {
     pub(crate) whole: bool,
     /// Bytes that are no records, if there are any.
     pub(crate) unread: Option<Unread>,
+    /// Whether all messages stand in chunks that have checksums.
+    pub(crate) has_crcs: bool,
 }
 
 /// Reads the description of a file.
@@ -554,6 +578,7 @@ pub(crate) struct Outline {
 /// The file cannot be read, or has too many records of metadata.
 pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
     let (mut metadata, mut bytes, mut body) = (Vec::new(), 0_u64, Vec::new());
+    let mut is_outside = false;
     loop {
         match walk.next()? {
             Step::Record(span) if span.op == op::METADATA => {
@@ -567,7 +592,11 @@ pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
                     metadata.push(record);
                 }
             }
-            Step::End { whole } => return Ok(Outline { metadata, whole, unread: walk.unread() }),
+            Step::Record(span) if span.op == op::MESSAGE => is_outside |= !walk.in_chunk(),
+            Step::End { whole } => {
+                let has_crcs = !is_outside && walk.crcs()[1] == 0;
+                return Ok(Outline { metadata, whole, unread: walk.unread(), has_crcs });
+            }
             _ => {}
         }
     }

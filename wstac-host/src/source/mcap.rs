@@ -5,7 +5,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
-use mcap::records::Record;
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
@@ -15,11 +14,8 @@ use super::{
 use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
 use crate::record::about::{self, About};
-use crate::record::foxglove::{Images, Schema, read_taxel_sums};
-use crate::record::parse::parse_record;
-use crate::record::{
-    CAMERA, CLOCK, ClockLine, FAULTS, Item, Reader, TAXEL_SUMS, check_frame_bytes, damaged, sound_metadata,
-};
+use crate::record::foxglove::{Images, read_taxel_sums};
+use crate::record::{CLOCK, ClockLine, FAULTS, Item, Reader, Topic, check_frame_bytes, damaged, sound_metadata};
 
 /// The content of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,11 +49,8 @@ pub struct McapSource {
     reader: Reader,
     about: About,
     info: StreamInfo,
-    /// The start of the topics of its sensor: `/` and the sensor's name, if there are several.
-    prefix: String,
-    /// The channels that matter, by their numbers, and the numbers of the schemas of compressed pictures.
-    channels: Vec<(u16, Content)>,
-    jpeg_schemas: Vec<u16>,
+    /// The place of its sensor among those of the recording.
+    sensor: u8,
     images: Images,
     /// The frame whose part was stored.
     whole: Vec<u8>,
@@ -137,15 +130,18 @@ impl McapSource {
             let rate = info.rate;
             replaced = format!("; {}:{} frames per second{replaced}", rate.numerator(), rate.denominator());
         }
-        let recorded = format!("recorded from {}{}{replaced}", info.about, labels(&about));
+        let vouched = if reader.has_sums() || outline.has_crcs {
+            ""
+        } else {
+            "; nothing vouches for its frames: they have no checksum"
+        };
+        let recorded = format!("recorded from {}{}{replaced}{vouched}", info.about, labels(&about));
         info.about = format!("{subject}: {of_sensor}{recorded}");
         Ok(Self {
             reader,
             about,
             info,
-            prefix: sensor.map_or_else(String::new, |sensor| format!("/{sensor}")),
-            channels: Vec::new(),
-            jpeg_schemas: Vec::new(),
+            sensor: names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8,
             images: Images::default(),
             whole: Vec::new(),
             decoder: None,
@@ -167,16 +163,12 @@ impl McapSource {
     /// Goes on to the next message that matters. A frame's message stays in `reader`.
     fn advance(&mut self) -> Result<Next, Error> {
         loop {
-            let channel = match self.reader.next()? {
-                Item::Message(channel) => channel,
-                Item::Definition(op) => {
-                    self.enter(op)?;
-                    continue;
-                }
+            let content = match self.reader.next()? {
+                Item::Message(sensor, topic) if sensor == self.sensor => self.content(topic),
+                Item::Message(..) => None,
                 Item::End => return Ok(Next::End),
             };
-            let content = self.channels.iter().find(|(known, _)| *known == channel);
-            let Some((_, content)) = content.copied() else { continue };
+            let Some(content) = content else { continue };
             self.reader.load()?;
             let Some(message) = self.reader.message() else {
                 return Err(self.damaged("has a message without a header"));
@@ -205,33 +197,16 @@ impl McapSource {
         }
     }
 
-    /// Notes a channel if it matters.
-    fn enter(&mut self, op: u8) -> Result<(), Error> {
-        self.reader.load()?;
-        match parse_record(op, self.reader.body()) {
-            Ok(Record::Schema { header, .. }) if header.name == Schema::CompressedImage.name() => {
-                if !self.jpeg_schemas.contains(&header.id) {
-                    self.jpeg_schemas.push(header.id);
-                }
-            }
-            Ok(Record::Channel(channel)) => {
-                let is_jpeg = self.jpeg_schemas.contains(&channel.schema_id);
-                let content = match channel.topic.strip_prefix(&self.prefix).unwrap_or_default() {
-                    CAMERA if is_jpeg => Content::Jpeg,
-                    CAMERA => Content::Raw,
-                    TAXEL_SUMS if self.info.taxels_only => Content::Sums,
-                    FAULTS => Content::Faults,
-                    CLOCK => Content::Clock,
-                    _ => return Ok(()),
-                };
-                if !self.channels.iter().any(|(known, _)| *known == channel.id) {
-                    self.channels.push((channel.id, content));
-                }
-            }
-            Ok(_) => {}
-            Err(error) => return Err(self.damaged(error)),
+    /// Returns what a topic has; `None` if it does not matter.
+    fn content(&self, topic: Topic) -> Option<Content> {
+        match topic {
+            Topic::Raw => Some(Content::Raw),
+            Topic::Jpeg => Some(Content::Jpeg),
+            Topic::TaxelSums => Some(Content::Sums).filter(|_| self.info.taxels_only),
+            Topic::FaultsJson => Some(Content::Faults),
+            Topic::Clock => Some(Content::Clock),
+            _ => None,
         }
-        Ok(())
     }
 
     /// Returns the frame that `reader` has.

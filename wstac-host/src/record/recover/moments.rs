@@ -2,17 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use super::{Failure, Recovery};
+use super::{Failure, Recovery, Waiting};
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
 use crate::record::recorder::lost_frames;
-use crate::record::sums::{Counts, Sum, UNCOVERED};
-use crate::record::walk::{MessageBody, Span};
+use crate::record::summary::HEAD;
+use crate::record::sums::{self, Counts, MomentSum, Sum, UNCOVERED};
+use crate::record::walk::{Crc, MESSAGE_HEADER, MessageBody, Span};
 
-/// Bytes of a message's record before its data.
-const MESSAGE_START: u64 = 31;
 /// Most bytes of the data of a checksum's message.
 const MOST_SUM: usize = 1 << 11;
+/// Bytes of a message's body that say whether it is a checksum.
+pub(super) const SUM_START: usize = MESSAGE_HEADER as usize + sums::START.len();
+
+/// Returns whether a message with this start is a checksum, whatever its channel is.
+pub(super) fn looks_like_sum(start: &[u8]) -> bool {
+    start.ends_with(sums::START)
+}
 
 /// The frames of a sensor that are missing before a moment.
 #[derive(Clone, Copy, Debug)]
@@ -28,27 +34,104 @@ struct Missing {
 impl Recovery<'_> {
     /// Takes a checksum, which ends a moment.
     pub(super) fn sum(&mut self, span: Span) -> Result<(), Failure> {
-        let start = self.walk.start_of(span, MOST_SUM)?;
-        let data = start.get((MESSAGE_START - 9) as usize..).unwrap_or_default();
-        let Some(sum) = Sum::parse(data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else { return self.flush() };
+        let body = self.walk.start_of(span, MOST_SUM)?.to_vec();
+        let Some(message) = MessageBody::parse(&body) else { return self.flush() };
+        let Some(sum) = Sum::parse(message.data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else {
+            return self.flush();
+        };
         let from = span.at.saturating_sub(sum.bytes);
         let covered = span.end().saturating_sub(UNCOVERED);
-        let is_right = sum.bytes <= span.at && sum.crc() == Some(self.walk.hash(from, covered)?);
-        if !is_right {
-            return self.flush();
+        if sum.bytes <= span.at && sum.crc() == Some(self.walk.hash(from, covered)?) {
+            // Messages before the moment have lost their own checksum.
+            let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
+            self.pending.retain(|pending| pending.span.at < from);
+            self.flush()?;
+            let Some(spans) = moment else { return Ok(()) };
+            let (crc, mut moment) = (self.walk.crc(), Vec::with_capacity(spans.len()));
+            for span in spans {
+                // The numbers are those that this program gave: the checksum has them.
+                let channel = self.channel_of(span)?;
+                let own = self.sensors.topic(channel);
+                moment.push(Waiting { span, channel, own, crc, is_unfinished: false, body: None });
+            }
+            return self.sound_moment(&moment, sum);
         }
-        // Messages before the moment have lost their own checksum.
-        let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
-        self.pending.retain(|pending| pending.at < from);
-        self.flush()?;
-        match moment {
-            Some(moment) => self.sound_moment(&moment, sum),
-            None => Ok(()),
+        let is_good = self.walk.crc() == Crc::Good;
+        if let Some(start) = self.summed_from(&message, &sum)? {
+            let moment = self.pending.split_off(start);
+            self.flush()?;
+            // Other programs' messages between those of the moment are none of it.
+            let (moment, others): (Vec<_>, _) =
+                moment.into_iter().partition(|of| of.own.is_some() || of.crc == Crc::Good);
+            self.leave(&others);
+            return self.sound_moment(&moment, sum);
         }
+        if is_good && self.fits(&message, &sum)? {
+            self.held = 0;
+            let moment = std::mem::take(&mut self.pending);
+            return self.sound_moment(&moment, sum);
+        }
+        if is_good {
+            let what = "has other messages than those that were recorded, or has them in another order";
+            self.doubt.get_or_insert_with(|| what.to_owned());
+        }
+        self.flush()
+    }
+
+    /// Returns the first of the waiting messages that a checksum is of; `None` if it is not right.
+    ///
+    /// The channels may have other numbers than this program gave them, and other messages may stand between.
+    fn summed_from(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<Option<usize>, Failure> {
+        let mut bytes = 0_u64;
+        let start =
+            self.pending.iter().enumerate().rev().filter(|(_, of)| of.own.is_some()).find_map(|(number, of)| {
+                bytes += HEAD + of.span.length;
+                (bytes >= sum.bytes).then_some(number)
+            });
+        let Some(start) = start.filter(|_| bytes == sum.bytes) else { return Ok(None) };
+        let (pending, mut moment) = (std::mem::take(&mut self.pending), MomentSum::default());
+        for of in pending.iter().skip(start) {
+            let Some((sensor, topic)) = of.own else { continue };
+            self.read(of)?;
+            if let Some(message) = MessageBody::parse(&self.body) {
+                moment.add(&message.header(topic.number(sensor)), message.data);
+            }
+        }
+        self.pending = pending;
+        let header = message.header(Topic::Sums.number(0));
+        Ok(moment.is_right(&header, message.data, sum).then_some(start))
+    }
+
+    /// Returns whether the waiting messages are a moment by the checksums of their chunks, by their times and by the counts of
+    /// a checksum that stands in such a chunk.
+    fn fits(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<bool, Failure> {
+        let pending = std::mem::take(&mut self.pending);
+        let (mut time, mut frames) = (None, Vec::new());
+        for of in pending.iter().filter(|of| of.own.is_some()) {
+            self.read(of)?;
+            let logged = MessageBody::parse(&self.body).map(|message| message.times[0]);
+            time = time.max(logged);
+            frames.extend(logged.filter(|_| of.is_frame()));
+        }
+        let found = self.frames_of(&pending)?;
+        // A moment has one frame at most, which has its time.
+        let is_of_time =
+            time == Some(message.times[0]) && frames.len() < 2 && frames.iter().all(|of| Some(*of) == time);
+        let is_good = pending.iter().all(|of| of.crc == Crc::Good);
+        self.pending = pending;
+        let Some(known) = sum.tally().told_apart(self.sensors.count()) else { return Ok(false) };
+        let there = self.out.tally();
+        Ok(is_good
+            && is_of_time
+            && found.iter().all(|(&sensor, of_moment)| {
+                let (known, there) = (known.of(sensor), there.of(sensor));
+                there.frames.saturating_add(of_moment.frames) <= known.frames
+                    && there.all().saturating_add(of_moment.all()) <= known.all()
+            }))
     }
 
     /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
-    fn sound_moment(&mut self, moment: &[Span], sum: Sum) -> Result<(), Failure> {
+    fn sound_moment(&mut self, moment: &[Waiting], sum: Sum) -> Result<(), Failure> {
         let own = self.frames_of(moment)?;
         (self.is_suspect, self.suspects) = (false, 0);
         let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
@@ -75,7 +158,7 @@ impl Recovery<'_> {
             return Ok(());
         }
         for &(sensor, Missing { leading, .. }) in &gaps {
-            self.enter_lost(sensor, leading, moment.first().copied())?;
+            self.enter_lost(sensor, leading, moment.first())?;
             self.last_sums.insert(sensor, sum.clone());
         }
         let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
@@ -85,7 +168,7 @@ impl Recovery<'_> {
     /// Copies a moment of a recording of several sensors that counts the frames of all together.
     ///
     /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
-    fn moment_of_any(&mut self, moment: &[Span], own: &BTreeMap<u8, Counts>, sum: Sum) -> Result<(), Failure> {
+    fn moment_of_any(&mut self, moment: &[Waiting], own: &BTreeMap<u8, Counts>, sum: Sum) -> Result<(), Failure> {
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
         if before < there || self.last_sums.values().any(|last| *last == sum) {
@@ -107,15 +190,15 @@ impl Recovery<'_> {
     }
 
     /// Returns the frames of a moment, found and lost, of each sensor that it is of.
-    fn frames_of(&mut self, moment: &[Span]) -> Result<BTreeMap<u8, Counts>, Failure> {
+    fn frames_of(&mut self, moment: &[Waiting]) -> Result<BTreeMap<u8, Counts>, Failure> {
         let mut found = BTreeMap::<u8, Counts>::new();
-        for &span in moment {
-            let Some((sensor, topic)) = self.channel_of(span).map(|channel| self.own(channel))? else { continue };
+        for of in moment {
+            let Some((sensor, topic)) = of.own else { continue };
             let counts = found.entry(sensor).or_default();
             if topic.is_frame() {
                 counts.frames += 1;
             } else if topic == Topic::FaultsJson {
-                self.walk.body(span, &mut self.body)?;
+                self.read(of)?;
                 let message = MessageBody::parse(&self.body);
                 counts.lost = counts.lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
             }
@@ -130,7 +213,7 @@ impl Recovery<'_> {
     ///
     /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
     /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
-    pub(super) fn copy_after_gaps(&mut self, moment: &[Span], gaps: &[(u8, u64)]) -> Result<(), Failure> {
+    pub(super) fn copy_after_gaps(&mut self, moment: &[Waiting], gaps: &[(u8, u64)]) -> Result<(), Failure> {
         let has_started = |of: &Self, sensor| of.out.tally().of(sensor).frames > 0;
         let (before, behind): (Vec<_>, Vec<_>) = gaps.iter().partition(|(sensor, _)| has_started(self, *sensor));
         for (sensor, gap) in before {

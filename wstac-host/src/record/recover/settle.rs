@@ -62,6 +62,11 @@ impl Recovery<'_> {
             let (found, recorded) = (self.out.tally().of(sensor).all(), end.of(sensor).all());
             if found > recorded {
                 self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
+            } else if found < recorded && !self.has_sums {
+                let what = format!(
+                    "has {found} frames, expected {recorded}, and no checksums that say where they are missing"
+                );
+                self.doubt.get_or_insert(what);
             }
             self.enter_lost(sensor, recorded.saturating_sub(found), None)?;
         }

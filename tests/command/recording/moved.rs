@@ -1,0 +1,327 @@
+//! Tests recordings parts of which stand elsewhere: sectors and messages after damage, and channels and topics after another
+//! tool wrote the recording anew. A frame comes back right, or it does not come back.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use mcap::records::Record;
+use mcap::{Channel, Message, Schema, WriteOptions};
+use wstac_tests::command::{good, run, said};
+use wstac_tests::folder::Folder;
+use wstac_tests::random::Random;
+
+use super::cuts::chunks;
+use super::flips::{ended, outcome, small};
+use super::several_damage::{Stream, check, message_moved, sector_moved, stream};
+
+/// Frames of the clip.
+const FRAMES: u32 = 300;
+
+/// Records frames of 25 pixels that have their numbers in them. A moment is about as large as a sector.
+fn numbered(folder: &Folder, options: &[&str]) -> Vec<u8> {
+    let corners: Vec<String> = (0..25).map(|place| format!("[{}, {}]", place % 5, place / 5)).collect();
+    let layout = folder.file("l.toml", format!("[layout]\ntaxel = [1, 1]\ncorners = [{}]\n", corners.join(", ")));
+    let mut clip = b"YUV4MPEG2 W5 H5 F30:1 Ip A1:1 Cmono XCOLORRANGE=FULL\n".to_vec();
+    for frame in 0..FRAMES {
+        clip.extend(b"FRAME\n");
+        clip.extend(frame.to_be_bytes());
+        clip.extend((0..21).map(|place| (frame * 7 + place * 13) as u8));
+    }
+    let (clip, file) = (folder.file("a.y4m", clip), folder.0.join("whole.mcap"));
+    let [clip, name, layout] = [&clip, &file, &layout].map(|path| path.to_str().unwrap());
+    good(&[&["record", clip, "-o", name, "--force", "--config", layout], options].concat());
+    fs::read(file).unwrap()
+}
+
+/// Recovers these bytes and checks every frame by its number. Returns the exit code, the frames and what was said.
+fn recovered(folder: &Folder, bytes: &[u8], truth: &Stream) -> (Option<i32>, u64, String) {
+    let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    fs::write(&old, bytes).unwrap();
+    let _ = fs::remove_file(&new);
+    let done = run(&["recover", old.to_str().unwrap(), "-o", new.to_str().unwrap()]);
+    let code = done.status.code();
+    assert!(matches!(code, Some(0 | 1)), "{}", said(&done));
+    // What can be run at once is right, too.
+    if let Some(direct) = stream(&old, None) {
+        assert!(direct.frames == truth.frames, "run: {}", said(&done));
+    }
+    let Some(found) = stream(&new, None) else {
+        assert_eq!(code, Some(1), "{}", said(&done));
+        return (code, 0, said(&done));
+    };
+    check(&found, truth).unwrap_or_else(|why| panic!("{why}: {}", said(&done)));
+    (code, found.frames.iter().flatten().count() as u64, said(&done))
+}
+
+/// Returns the places of a message's record of this channel in a chunk, from its code to its end.
+fn messages_of(bytes: &[u8], chunk: usize, channel: u16) -> Vec<(usize, usize)> {
+    let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    let (mut at, end, mut found) = (chunk + 49, chunk + 9 + number(chunk + 1), Vec::new());
+    while at < end {
+        let next = at + 9 + number(at + 1);
+        found.extend((bytes[at] == 5 && bytes[at + 9..at + 11] == channel.to_le_bytes()).then_some((at, next)));
+        at = next;
+    }
+    found
+}
+
+/// The next chunk's checksum says nothing of a message that stands before that chunk.
+#[test]
+fn a_message_outside_of_a_chunk_is_no_frame() {
+    let folder = Folder::new("recording-moved-message");
+    let bytes = numbered(&folder, &[]);
+    let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
+    let chunks = chunks(&bytes);
+    let (from, to) = messages_of(&bytes, chunks[0], 1)[7];
+    let (at, right) = (chunks[5], bytes[from..to].to_vec());
+    let mut wrong = right.clone();
+    wrong[71] ^= 0xFF;
+    for record in [right, wrong] {
+        let mut over_index = bytes.clone();
+        over_index[at - record.len()..at].copy_from_slice(&record);
+        for damaged in [[&bytes[..at], &record, &bytes[at..]].concat(), over_index] {
+            let (code, frames, said) = recovered(&folder, &damaged, &truth);
+            assert_eq!((code, frames), (Some(0), FRAMES.into()), "{said}");
+        }
+    }
+}
+
+/// `ci/long damage COUNT` tries more of them.
+#[test]
+fn a_sector_or_a_message_elsewhere_never_becomes_a_wrong_frame() {
+    let count = std::env::var("WSTAC_LONG_DAMAGE").map_or(60, |count| count.parse().unwrap());
+    let folder = Folder::new("recording-moved-sectors");
+    let mut random = Random::new(41);
+    let (mut codes, mut frames) = ([0_u64; 2], 0);
+    for options in [&[][..], &["--compress", "lz4"]] {
+        let bytes = numbered(&folder, options);
+        let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
+        for number in 0..count {
+            let mut damaged = bytes.clone();
+            for _ in 0..1 + number % 3 {
+                let is_sector = !options.is_empty() || random.below(2) == 0;
+                if is_sector {
+                    sector_moved(&mut damaged, &mut random)
+                } else {
+                    message_moved(&mut damaged, &mut random)
+                }
+            }
+            let (code, found, _) = recovered(&folder, &damaged, &truth);
+            codes[code.unwrap() as usize] += 1;
+            frames += found;
+        }
+    }
+    println!("{codes:?} of {} ended with 0 and 1; {frames} frames, none wrong", 2 * count);
+    assert!(codes[0] * 10 > 9 * count, "{codes:?}");
+    assert!(frames > u64::from(FRAMES) * count, "{frames}");
+}
+
+/// How another tool writes a recording anew.
+struct Rewrite<'a> {
+    options: WriteOptions,
+    /// Gives a topic another name; `None` leaves it out.
+    topic: &'a dyn Fn(&str) -> Option<String>,
+    /// Whether all messages of a topic stand together.
+    by_topic: bool,
+    /// Whether another program's message follows every message.
+    with_others: bool,
+}
+
+/// Writes a recording anew with the `mcap` library. It numbers the channels in their order.
+fn rewritten(bytes: &[u8], how: Rewrite<'_>) -> Vec<u8> {
+    let mut out = Cursor::new(Vec::new());
+    let mut writer = how.options.create(&mut out).unwrap();
+    let mut metadata = Vec::new();
+    for record in mcap::read::LinearReader::new(bytes).unwrap() {
+        if let Record::Metadata(record) = record.unwrap() {
+            metadata.push(record);
+        }
+    }
+    metadata.iter().for_each(|metadata| writer.write_metadata(metadata).unwrap());
+    let mut messages: Vec<Message<'_>> =
+        mcap::MessageStream::new(bytes).unwrap().map(|message| message.unwrap()).collect();
+    if how.by_topic {
+        messages.sort_by_key(|message| message.channel.id);
+    }
+    let (mut channels, mut schemas) = (BTreeMap::new(), 40);
+    let other = Channel {
+        id: 300,
+        topic: "/tf".into(),
+        schema: None,
+        message_encoding: "cdr".into(),
+        metadata: BTreeMap::default(),
+    };
+    let other = std::sync::Arc::new(other);
+    for message in messages {
+        let Some(topic) = (how.topic)(&message.channel.topic) else { continue };
+        let channel = channels.entry(message.channel.id).or_insert_with(|| {
+            schemas += 1;
+            let schema = message.channel.schema.as_ref().map(|schema| {
+                let (name, encoding) = (schema.name.clone(), schema.encoding.clone());
+                std::sync::Arc::new(Schema { id: schemas, name, encoding, data: Cow::Owned(schema.data.to_vec()) })
+            });
+            std::sync::Arc::new(Channel { id: schemas + 60, topic, schema, ..(*message.channel).clone() })
+        });
+        writer.write(&Message { channel: channel.clone(), ..message.clone() }).unwrap();
+        if how.with_others {
+            let data = Cow::Borrowed(&b"transform"[..]);
+            writer.write(&Message { channel: other.clone(), data, ..message.clone() }).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    out.into_inner()
+}
+
+fn chunked() -> WriteOptions {
+    // A chunk ends in the middle of a moment.
+    WriteOptions::new().compression(None).chunk_size(Some(5000))
+}
+
+fn unchunked() -> WriteOptions {
+    WriteOptions::new().use_chunks(false)
+}
+
+fn same(topic: &str) -> Option<String> {
+    Some(topic.to_owned())
+}
+
+fn prefixed(topic: &str) -> Option<String> {
+    Some(format!("/robot{topic}"))
+}
+
+fn plain(options: WriteOptions) -> Rewrite<'static> {
+    Rewrite { options, topic: &same, by_topic: false, with_others: false }
+}
+
+/// Recovers a file, which must succeed, twice. Returns what `run` prints of it.
+fn recovered_twice(folder: &Folder, file: &Path) -> String {
+    let [new, again] = ["new.mcap", "again.mcap"].map(|name| folder.0.join(name));
+    let [new_name, again_name] = [&new, &again].map(|path| path.to_str().unwrap());
+    good(&["recover", file.to_str().unwrap(), "-o", new_name, "--force"]);
+    good(&["recover", new_name, "-o", again_name, "--force"]);
+    assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "a second recovery is another file");
+    good(&["run", new_name, "--json", "--features"])
+}
+
+/// Channels are found by their topics and schemas, and the checksums of frames are right with the numbers of before.
+#[test]
+fn a_recording_that_another_tool_wrote_anew_is_read_and_recovered() {
+    let folder = Folder::new("recording-moved-anew");
+    let file = folder.0.join("anew.mcap");
+    for options in [&[][..], &["--features-only"]] {
+        let (bytes, _) = small(&folder, options);
+        let lines = good(&["run", folder.0.join("a.mcap").to_str().unwrap(), "--json", "--features"]);
+        let zstd = || chunked().compression(Some(mcap::Compression::Zstd));
+        let without_index = || chunked().emit_summary_records(false).repeat_channels(false).repeat_schemas(false);
+        for (what, how) in [
+            ("in chunks", plain(chunked())),
+            ("compressed", plain(zstd())),
+            ("without chunks", plain(unchunked())),
+            ("without an index", plain(without_index())),
+            ("with a prefix", Rewrite { topic: &prefixed, ..plain(chunked()) }),
+            ("with a prefix, without chunks", Rewrite { topic: &prefixed, ..plain(unchunked()) }),
+            ("among others", Rewrite { with_others: true, ..plain(chunked()) }),
+            ("among others, compressed", Rewrite { with_others: true, ..plain(zstd()) }),
+        ] {
+            fs::write(&file, rewritten(&bytes, how)).unwrap();
+            let done = run(&["run", file.to_str().unwrap(), "--json", "--features"]);
+            assert_eq!(done.status.code(), Some(0), "{options:?} {what}: {}", said(&done));
+            assert!(String::from_utf8_lossy(&done.stdout) == lines, "{options:?} {what}: {}", said(&done));
+            assert!(recovered_twice(&folder, &file) == lines, "{options:?} {what}");
+        }
+        // Nothing vouches for another program's message that stands in no chunk.
+        let others = rewritten(&bytes, Rewrite { with_others: true, ..plain(unchunked()) });
+        let outcome = outcome(&folder, &others);
+        assert_eq!((outcome.run, outcome.recover), (Some(0), Some(1)), "{}", outcome.said);
+        assert!(outcome.said.contains("has messages of /tf, which no checksum vouches for"), "{}", outcome.said);
+        assert_eq!(outcome.found, Some(ended(lines.as_bytes())), "{}", outcome.said);
+    }
+}
+
+/// What cannot be put into its order is refused, with the reason.
+#[test]
+fn a_recording_in_another_order_is_refused() {
+    let folder = Folder::new("recording-moved-order");
+    let without = |gone: &'static str| move |topic: &str| (topic != gone).then(|| topic.to_owned());
+    let other = |topic: &str| Some(format!("/robot{}", topic.replace("/camera", "/picture")));
+    let two = |topic: &str| Some(format!("{}{topic}", if topic == "/faults/json" { "/left" } else { "/right" }));
+    let (no_camera, no_sums) = (without("/camera"), without("/sums/json"));
+    let (bytes, recorded) = small(&folder, &[]);
+    let sorted = |options| Rewrite { by_topic: true, ..plain(options) };
+    let named = |topic| Rewrite { topic, ..plain(chunked()) };
+    for (what, how, direct, parts) in [
+        ("by topic", sorted(chunked()), "frames up to a checksum, expected", "in another order"),
+        (
+            "by topic, without chunks",
+            sorted(unchunked()),
+            "another tool changed them or their order",
+            "has no frame that can be",
+        ),
+        ("without frames", named(&no_camera), "up to a checksum", "has no frame that can be recovered (found 1"),
+        ("with another name", named(&other), "has no frame (found the topics ", "/robot/picture"),
+        ("with two prefixes", named(&two), "has the topics of two recordings", "\"/right/\""),
+    ] {
+        let outcome = outcome(&folder, &rewritten(&bytes, how));
+        assert_eq!((outcome.run, outcome.recover), (Some(1), Some(1)), "{what}: {}", outcome.said);
+        for part in [direct, parts] {
+            assert!(outcome.said.contains(part), "{what}, {part}: {}", outcome.said);
+        }
+    }
+    // Without the checksums, those of chunks vouch for the frames, and nothing says where some were lost.
+    let outcome = outcome(&folder, &rewritten(&bytes, named(&no_sums)));
+    assert_eq!((outcome.run, outcome.recover), (Some(0), Some(0)), "{}", outcome.said);
+    assert_eq!(outcome.found, Some(recorded), "{}", outcome.said);
+}
+
+/// Checksums of frames are checked if there are none of chunks.
+#[test]
+fn a_wrong_frame_in_no_chunk_is_noticed() {
+    let folder = Folder::new("recording-moved-bytes");
+    let bytes = numbered(&folder, &[]);
+    let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
+    let mut anew = rewritten(&bytes, plain(unchunked()));
+    let frame = 70_u32.to_be_bytes().into_iter().chain((0..21).map(|place| (70 * 7 + place * 13) as u8));
+    let frame: Vec<u8> = frame.collect();
+    let at = anew.windows(25).position(|window| window == frame).unwrap();
+    assert_eq!(recovered(&folder, &anew, &truth).1, 300);
+    anew[at + 9] ^= 4;
+    let done = run(&["run", folder.file("a.mcap", &anew).to_str().unwrap()]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    let (code, frames, said) = recovered(&folder, &anew, &truth);
+    assert_eq!((code, frames), (Some(0), 299), "{said}");
+}
+
+/// Nothing but lost frames, and no frame at all.
+#[test]
+fn a_recording_without_a_frame_is_an_error() {
+    let folder = Folder::new("recording-moved-none");
+    let clip = folder.file("none.y4m", "YUV4MPEG2 W40 H40 F30:1 Cmono\n");
+    let [file, new] = ["none.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let [clip, name, new] = [&clip, &file, &new].map(|path| path.to_str().unwrap());
+    let _ = run(&["record", clip, "-o", name]);
+    for arguments in [&["run", name][..], &["recover", name, "-o", new]] {
+        let done = run(arguments);
+        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+        assert!(said(&done).contains("none.mcap: has no frame"), "{arguments:?}: {}", said(&done));
+    }
+}
+
+/// A file of another program without any checksum is copied, and that is said.
+#[test]
+fn nothing_vouches_for_a_file_without_checksums() {
+    let folder = Folder::new("recording-moved-foreign");
+    let before = fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before.mcap")).unwrap();
+    let without = || chunked().calculate_chunk_crcs(false).calculate_data_section_crc(false);
+    for options in [without(), unchunked()] {
+        let outcome = outcome(&folder, &rewritten(&before, plain(options)));
+        assert_eq!((outcome.run, outcome.recover), (Some(0), Some(0)), "{}", outcome.said);
+        assert_eq!(outcome.found, Some((137, 3)), "{}", outcome.said);
+        for part in ["nothing vouches for its frames", "137 frames without a checksum"] {
+            assert!(outcome.said.contains(part), "{part}: {}", outcome.said);
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! The channels of a file that are this program's own, by the names of their topics and schemas.
+//!
+//! This program gives its channels fixed numbers ([`Topic::number`]). Other tools that rewrite a recording give them
+//! other numbers, and some put a prefix before the names of all topics.
+
+use std::collections::BTreeMap;
+
+use super::file::{Sensors, Topic};
+use super::foxglove::Schema;
+
+/// Most topics that an error names.
+const MOST_NAMES: usize = 8;
+
+/// A channel whose topic ends like one of this program.
+#[derive(Debug)]
+struct Found {
+    prefix: String,
+    sensor: u8,
+    topic: Topic,
+}
+
+/// The channels of a file.
+#[derive(Debug, Default)]
+pub(super) struct Channels {
+    sensors: Sensors,
+    found: BTreeMap<u16, Found>,
+    /// Names of the first topics that are not this program's.
+    others: Vec<String>,
+    /// The start of the topics' names, and how much speaks for it; `None` if there is no topic of this program.
+    prefix: Option<(u8, String)>,
+    /// Another start for which as much speaks.
+    second: Option<String>,
+    is_renumbered: bool,
+}
+
+impl Channels {
+    pub(super) fn new(sensors: Sensors) -> Self {
+        Self { sensors, ..Self::default() }
+    }
+
+    /// Adds a channel, or replaces the one of this number.
+    pub(super) fn add(&mut self, number: u16, name: &str, schema: &str) {
+        self.found.remove(&number);
+        let Some((prefix, sensor, topic)) = self.sensors.find(name, schema) else {
+            if self.others.len() < MOST_NAMES && !self.others.iter().any(|other| other == name) {
+                self.others.push(name.to_owned());
+            }
+            return;
+        };
+        self.is_renumbered |= number < 256 && topic.number(sensor) != number;
+        // Only this program has the schema of records. Pictures of other programs may have topics like these.
+        let rank = 2 * u8::from(schema == Schema::Record.name()) + u8::from(prefix.is_empty());
+        match &self.prefix {
+            Some((best, known)) if rank == *best && prefix != known => {
+                self.second.get_or_insert_with(|| prefix.to_owned());
+            }
+            Some((best, _)) if rank <= *best => {}
+            _ => {
+                self.second = None;
+                self.prefix = Some((rank, prefix.to_owned()));
+            }
+        }
+        self.found.insert(number, Found { prefix: prefix.to_owned(), sensor, topic });
+    }
+
+    /// Returns the start of the topics' names; `None` if there is no topic of this program.
+    pub(super) fn prefix(&self) -> Option<&str> {
+        self.prefix.as_ref().map(|(_, prefix)| prefix.as_str())
+    }
+
+    /// Returns what two starts the topics have, if nothing says which is the recording's.
+    pub(super) fn ambiguity(&self) -> Option<String> {
+        let (first, second) = (self.prefix()?, self.second.as_ref()?);
+        Some(format!(
+            "has the topics of two recordings (found those of \"{first}/\" and of \"{second}/\", expected one)"
+        ))
+    }
+
+    /// Returns the sensor and the topic of a channel.
+    pub(super) fn of(&self, number: u16) -> Option<(u8, Topic)> {
+        let Found { prefix, sensor, topic } = self.found.get(&number)?;
+        (Some(prefix.as_str()) == self.prefix()).then_some((*sensor, *topic))
+    }
+
+    /// Returns whether a channel has another number than this program gave it.
+    pub(super) fn is_renumbered(&self) -> bool {
+        self.is_renumbered
+    }
+
+    /// Returns whether there is a topic of frames, and whether there is one of checksums.
+    pub(super) fn has_frames_and_sums(&self) -> (bool, bool) {
+        let has = |wanted: fn(Topic) -> bool| self.found.values().any(|found| wanted(found.topic));
+        (has(Topic::is_frame), has(|topic| topic == Topic::Sums))
+    }
+
+    /// Returns the names of topics that were found in place of frames.
+    pub(super) fn names(&self) -> String {
+        let own = self.found.values().map(|Found { prefix, topic, .. }| [prefix, topic.name_and_schema().0].concat());
+        let mut names: Vec<String> = own.chain(self.others.iter().cloned()).collect();
+        names.sort_unstable();
+        names.dedup();
+        names.truncate(MOST_NAMES);
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    }
+}
