@@ -123,9 +123,9 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> String {
         return String::new();
     }
     format!(
-        "; warning: rounded weights may change the scores of {unsure} of {count} {what} by the margin of their training \
-         ({margin:.1e}) or more, and with them answers; help: train an SVM or a logistic regression on X * scale without \
-         a StandardScaler, import it with weights of int16, and compare both with wstac model eval"
+        "; warning: rounded weights may change the scores of {unsure} of {count} {what} by the margin of their training or \
+         more, and with them answers; help: train an SVM or a logistic regression on X * scale without a StandardScaler, \
+         import it with weights of int16, and compare both with wstac model eval"
     )
 }
 
