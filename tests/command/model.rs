@@ -205,7 +205,10 @@ fn what_is_no_model_is_refused_by_field() {
         (b"{L\0", &["UBJSON", "the file ends"]),
         (b"WSM1", &["is a model file already"]),
         (b"something else", &["as ONNX it"]),
-        (b"\x80\x05\x95\x1a\0", &["is a pickle, which only Python can read", "help: write ONNX with skl2onnx"]),
+        (
+            b"\x80\x05\x95\x1a\0",
+            &["is a pickle, which only Python can read", "skl2onnx.to_onnx(model, X[:1].astype(\"float32\"))"],
+        ),
         (&b"[".repeat(1 << 20), &["as ONNX it"]),
         (&b"{\"a\":".repeat(1 << 20), &["JSON: EOF"]),
     ] {

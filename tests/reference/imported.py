@@ -223,6 +223,8 @@ class Imported(unittest.TestCase):
         scores = model.decision_function(samples * SCALE).reshape(count, -1)
         for kind in weights:
             answers, said = self.answers(self.onnx(model, **options), "--weights", kind, samples=samples)
+            # Weights of int16 are as good as the trained ones here.
+            self.assertTrue(kind == "int8" or "warning" not in said, said)
             bound = float(said.split("off by ")[1].split()[0])
             # ONNX's float32 adds to the bound: weights have 24 bits.
             bound += 1e-5 * numpy.abs(scores).max()

@@ -10,6 +10,7 @@ from imported import LABELS, MISSING, Imported
 
 if MISSING is None:
     import xgboost
+    from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
     from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
     from sklearn.linear_model import LogisticRegression, RidgeClassifier
     from sklearn.pipeline import make_pipeline
@@ -67,8 +68,25 @@ class Agreement(Imported):
             self.linear(f"scaled logistic regression, {kind}", make_pipeline(StandardScaler(), LogisticRegression()), y)
             self.linear(f"scaled SVC, {kind}", make_pipeline(StandardScaler(), SVC(kernel="linear")), y)
             self.linear(f"SVC, {kind}", SVC(kernel="linear", C=0.01), y)
+            # The votes of pairs decide the label here, too, and not the probabilities.
+            self.linear(f"SVC with probabilities, {kind}", SVC(kernel="linear", C=0.01, probability=True, random_state=1), y)
         scaled = make_pipeline(RobustScaler(), MaxAbsScaler(), StandardScaler(with_mean=False), RidgeClassifier())
         self.linear("three scalers", scaled, names)
+
+    def test_linear_models_that_are_not_as_trained_have_a_warning(self):
+        names = LABELS[self.y]
+        _, said = self.imported(self.onnx(SVC(kernel="linear").fit(self.integers, names)))
+        self.assertIn("warning: 45 of 45 pairs of classes can have only one winner", said)
+        self.assertIn("help: train it on X * scale", said)
+        # Half of the inputs hardly vary, as those of dark frames.
+        X = self.X.copy()
+        X[:, ::2] = -4.6 + self.random.normal(0, 1e-4, X[:, ::2].shape)
+        for model, options, concerned in [
+            (LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"), [], "10 of 10 classes"),
+            (make_pipeline(StandardScaler(), SVC(kernel="linear")), ["--weights", "int8"], "45 of 45 pairs of classes"),
+        ]:
+            _, said = self.imported(self.onnx(model.fit(X, names)), *options)
+            self.assertIn(f"warning: rounded weights may change the scores of {concerned}", said)
 
     def test_what_is_not_understood_is_refused_by_name(self):
         two = (self.y > 4).astype(int)

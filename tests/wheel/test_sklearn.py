@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import pickle
 from typing import Any
 
@@ -10,10 +11,11 @@ import numpy as np
 import pytest
 import wstac
 from sklearn.base import clone, is_classifier
+from sklearn.ensemble import StackingClassifier
 from sklearn.exceptions import NotFittedError
 from sklearn.inspection import permutation_importance
 from sklearn.metrics import get_scorer
-from sklearn.model_selection import GroupKFold, cross_val_score
+from sklearn.model_selection import FixedThresholdClassifier, GroupKFold, cross_val_score
 from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
 from sklearn.utils.validation import check_is_fitted, validate_data
@@ -71,6 +73,36 @@ def test_it_trains_within_scikit_learn(data: dict[str, Any]) -> None:
     assert cross_val_score(wstac.Model.load("builtin:path-svm"), X, y, cv=2).min() > 0.85
     fitted = make_pipeline(wstac.TextureClassifier()).fit(X, y)
     assert fitted.score(X, y) > 0.9
+
+
+def test_methods_have_the_names_they_are_found_by(classifier: wstac.TextureClassifier) -> None:
+    """scikit-learn looks at the name of a method to know what it returns."""
+    public = {name: getattr(wstac, name) for name in wstac.__all__ if not name.startswith("_")}
+    assert [name for name, found in public.items() if (found.__name__, found.__qualname__) != (name, name)] == []
+    classes = [found for found in public.values() if inspect.isclass(found)]
+    # A property may return a method, which only an object shows.
+    owners = [(one, of) for one in classes for of in one.__mro__ if of.__module__.startswith("wstac")]
+    owners += [(one, type(one)) for one in both(classifier)]
+    seen = set()
+    for one, of in owners:
+        for name in vars(of):
+            found = None if name.startswith("_") else getattr(one, name)
+            if inspect.isroutine(found):
+                seen.add(f"{of.__name__}.{name}")
+                assert (found.__name__, found.__qualname__) == (name, f"{of.__name__}.{name}")
+    assert {"TextureClassifier.predict_proba", "Model.predict_proba", "Config.read", "Stream.frames"} <= seen
+
+
+def test_scikit_learn_knows_the_probabilities_of_two_classes(data: dict[str, Any]) -> None:
+    some = (data["y_specimen"] != "Sin3") & data["X_path"].any(axis=(1, 2))
+    X, y = data["X_path"][some].reshape(-1, 700), (data["y_specimen"][some] == "Saw4").astype(int)
+    scores = cross_val_score(wstac.TextureClassifier(), X, y, cv=2, scoring="roc_auc")
+    assert scores.shape == (2,) and scores.min() > 0.9
+    fixed = FixedThresholdClassifier(wstac.TextureClassifier(), threshold=0.4).fit(X, y)
+    above = fixed.estimator_.predict_proba(X)[:, 1] >= 0.4
+    assert fixed.predict(X).tolist() == above.astype(int).tolist()
+    stacked = StackingClassifier([("texture", wstac.TextureClassifier())], cv=2).fit(X, y)
+    assert stacked.stack_method_ == ["predict_proba"] and stacked.score(X, y) > 0.9
 
 
 def test_it_is_the_training_of_the_command(data: dict[str, Any], classifier: wstac.TextureClassifier, tmp_path) -> None:

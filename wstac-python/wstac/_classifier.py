@@ -107,6 +107,9 @@ class TextureClassifier:
         in_order: NDArray[np.float64] = found[:, np.argsort(order)]
         return in_order
 
+    # scikit-learn looks at a method's name to know what it returns.
+    _probabilities.__name__, _probabilities.__qualname__ = "predict_proba", "TextureClassifier.predict_proba"
+
     def known(self, X: Any) -> NDArray[np.bool_]:
         """Returns whether each sample is like those of the training, (n,). A row of zeros is not.
 

@@ -141,8 +141,8 @@ fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), 
         // The first bytes of Python's pickles from protocol 2 on, and of those of joblib.
         [0x80, 2..=5, ..] => {
             Err("is a pickle, which only Python can read, expected ONNX, or JSON or UBJSON of XGBoost; \
-                                  help: write ONNX with skl2onnx.to_onnx(model, X), or model.save_model(\"my.json\") \
-                                  for XGBoost"
+                                  help: write ONNX with skl2onnx.to_onnx(model, X[:1].astype(\"float32\")), or \
+                                  model.save_model(\"my.json\") for XGBoost"
                 .into())
         }
         [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),

@@ -89,7 +89,9 @@ Models that can be imported:
       inputs in float32.
     LogisticRegression, LinearSVC, SVC(kernel="linear") and other linear
     classifiers, with or without a StandardScaler before them
-      Weights are rounded; import prints by how much a score may be off.
+      Weights are rounded; import prints by how much a score may be off,
+      and a warning if that may change answers, as of weights of very
+      different sizes, or if X was not times its scale.
       A LinearSVC behind a StandardScaler converts with
       options={LinearSVC: {"raw_scores": True}}.
   XGBoost, as save_model("FILE.json") or save_model("FILE.ubj"):

@@ -82,9 +82,7 @@ pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
         let kernel = String::from_utf8_lossy(kernel);
         return Err(format!("SVMClassifier: kernel_type {kernel}, expected LINEAR"));
     }
-    if !floats(node, "prob_a")?.is_empty() {
-        return Err("SVMClassifier: prob_a, expected none: train without probabilities, which change the label".into());
-    }
+    // Votes decide the label also if there are numbers for probabilities (prob_a, prob_b).
     let (vectors, coefficients, rho) =
         (floats(node, "support_vectors")?, floats(node, "coefficients")?, floats(node, "rho")?);
     let counts: Option<Vec<usize>> =

@@ -200,6 +200,25 @@ fn rows_of_two_classes_without_intercepts_are_told_by_the_inputs() {
 }
 
 #[test]
+fn probabilities_of_an_svm_do_not_change_its_label() {
+    let svm = |more: &[Vec<u8>]| {
+        let (mut vectors, coefficients) = (vec![0.0; 1400], [1.0, -1.0]);
+        (vectors[0], vectors[700]) = (1.0, -1.0);
+        let lists = [
+            integers_of("classlabels_ints", &[0, 1]),
+            integers_of("vectors_per_class", &[1, 1]),
+            floats_of("support_vectors", &vectors),
+            floats_of("coefficients", &coefficients),
+            floats_of("rho", &[0.5]),
+        ];
+        let bytes = model(&[node("SVMClassifier", "X", "label", &[lists.concat(), more.concat()])]);
+        write(&read(&bytes, None).unwrap().0, "", Options::default()).unwrap().words
+    };
+    let probabilities = [floats_of("prob_a", &[-3.5]), floats_of("prob_b", &[f32::NAN])];
+    assert_eq!(svm(&probabilities), svm(&[]));
+}
+
+#[test]
 fn numbers_that_are_not_finite_are_named() {
     let changed = |list: &str, index: usize, number: f32| {
         let mut attributes = forest("BRANCH_LEQ", 0.0);

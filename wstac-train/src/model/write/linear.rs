@@ -12,6 +12,10 @@ use super::Body;
 const ONE: f64 = 2048.0;
 /// Range of the features of a camera of 8 bits at the default floor: ln(2.5/255) to ln 5.
 const USUAL: (f64, f64) = (-9471.0, 3296.0);
+/// The margin that scores are trained for: the hinge of an SVM, targets of −1 and 1, log-odds of 1.
+const MARGIN: f64 = 1.0;
+/// The range of scores for usual features, in margins: 100 to 1500 for models of a simulated sweep.
+const REACH: f64 = 400.0;
 
 pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) -> Result<Body, String> {
     let inputs = frames * FEATURES;
@@ -33,6 +37,7 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
     let common = scale(&model.rows, full);
     let mut scaled = Vec::with_capacity(rows);
     let (mut anywhere, mut usual) = (0.0_f64, 0.0_f64);
+    let mut bounds = Vec::with_capacity(rows);
     for row in &model.rows {
         let scale = if model.pairs { scale(std::slice::from_ref(row), full) } else { common };
         let mut weights = vec![0_i16; inputs];
@@ -49,6 +54,7 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
             high += ends[0].max(ends[1]);
         }
         anywhere = anywhere.max(any);
+        bounds.push(low.max(high));
         usual = usual.max(low.max(high));
         scaled.push((weights, bias as i64));
     }
@@ -70,15 +76,66 @@ pub(super) fn body(model: &Linear, classes: usize, frames: usize, narrow: bool) 
         }
     }
     let exactness = format!(
-        "weights are in units of {:.2e}{}: a score is off by {usual:.2e} at most for features of {:.2} to {:.2}, by {anywhere:.2e} for any",
+        "weights are in units of {:.2e}{}: a score is off by {usual:.2e} at most for features of {:.2} to {:.2}, by {anywhere:.2e} for any{}",
         1.0 / common,
         if model.pairs { " or finer" } else { "" },
         USUAL.0 / ONE,
-        USUAL.1 / ONE
+        USUAL.1 / ONE,
+        warning(model, classes, &bounds)
     );
     let kind = if model.pairs { 2 } else { 1 };
     let number = if narrow { 1 } else { 2 };
     Ok(Body { kind, number, trees: 0, shift: 0, halves, exactness, score_bound: usual })
+}
+
+/// Returns a warning if sums decide nothing for usual features, or if their rounding may decide; otherwise no text.
+///
+/// `bounds` are the largest errors of the sums for usual features.
+fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> String {
+    let (rows, is_of_classes) = (&model.rows, !model.pairs && model.rows.len() == classes);
+    let what = match rows.len() {
+        _ if is_of_classes => "classes",
+        1 => "pair of classes",
+        _ => "pairs of classes",
+    };
+    let zero = Row { weights: vec![0.0; rows.first().map_or(0, |row| row.weights.len())], bias: 0.0 };
+    let is_fixed = |row: &&Row| {
+        if is_of_classes {
+            return rows.iter().any(|other| range(row, other).1 < 0.0);
+        }
+        let (least, most) = range(row, &zero);
+        least > 0.0 || most <= 0.0
+    };
+    let (fixed, count) = (rows.iter().filter(is_fixed).count(), rows.len());
+    if fixed > 0 {
+        let never = if is_of_classes { "can never be the answer" } else { "can have only one winner" };
+        let [low, high] = [USUAL.0, USUAL.1].map(|end| end / ONE);
+        return format!(
+            "; warning: {fixed} of {count} {what} {never} for features of {low:.2} to {high:.2}: was it trained on X times \
+             its scale?; help: train it on X * scale"
+        );
+    }
+    let most = rows.iter().map(|row| range(row, &zero)).fold(0.0, |most, (least, largest)| (largest - least).max(most));
+    // Scores that cannot reach the margin have a unit of their own.
+    let margin = if most < 2.0 * MARGIN { most / REACH } else { MARGIN };
+    let unsure = bounds.iter().filter(|&&bound| bound >= margin && bound > 0.0).count();
+    if unsure == 0 || classes == 1 {
+        return String::new();
+    }
+    format!(
+        "; warning: rounded weights may change the scores of {unsure} of {count} {what} by the margin of their training or \
+         more, and with them answers; help: train an SVM or a logistic regression on X * scale without a StandardScaler, \
+         import it with weights of int16, and compare both with wstac model eval"
+    )
+}
+
+/// Returns the least and the largest difference of two sums for usual features.
+fn range(row: &Row, other: &Row) -> (f64, f64) {
+    let bias = row.bias - other.bias;
+    row.weights.iter().zip(&other.weights).fold((bias, bias), |(least, most), (weight, other)| {
+        let ends = [USUAL.0, USUAL.1].map(|end| (weight - other) * end / ONE);
+        (least + ends[0].min(ends[1]), most + ends[0].max(ends[1]))
+    })
 }
 
 /// Returns the factor for weights with which the largest of these rows is `full`, and biases fit.

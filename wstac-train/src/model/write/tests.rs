@@ -222,6 +222,53 @@ fn boosted_trees_add_up_in_order() {
 }
 
 #[test]
+fn a_linear_model_that_rounding_or_its_unit_spoils_has_a_warning() {
+    let row = |weights: &[f64], bias: f64| {
+        let mut all = weights.to_vec();
+        all.resize(INPUTS, 0.0);
+        Row { weights: all, bias }
+    };
+    let many = |size: f64| vec![size; 400];
+    let of = |pairs: bool, classes: usize, rows: Vec<Row>, narrow_weights: bool| {
+        let trained = model(classes, Kind::Linear(Linear { pairs, rows }));
+        let said = write(&trained, "", Options { narrow_weights, ..Options::default() }).unwrap().exactness;
+        said.split_once("; warning: ").map(|(_, warning)| warning.to_owned())
+    };
+    let three = |sizes: &[f64], bias: f64| vec![row(sizes, bias), row(&many(-0.25), 0.0), row(&many(0.1), 0.0)];
+    // Healthy: also without weights of one class, and with a bias that some features overcome.
+    for pairs in [false, true] {
+        assert_eq!(of(pairs, 3, three(&many(0.3), 5.0), false), None);
+    }
+    assert_eq!(of(false, 3, three(&[], 0.1), false), None);
+    assert_eq!(of(false, 2, vec![row(&many(0.3), 0.0)], true), None);
+    // In units of samples: 400 weights cannot overcome the bias.
+    let small = |bias: f64| ["many", "other"].map(|_| row(&many(0.3 / 2048.0), bias));
+    let said = of(true, 3, [&small(9.0)[..], &[row(&many(0.3), 0.0)]].concat(), false).unwrap();
+    assert!(
+        said.starts_with("2 of 3 pairs of classes can have only one winner for features of -4.62 to 1.61"),
+        "{said}"
+    );
+    assert!(said.ends_with("help: train it on X * scale"), "{said}");
+    assert!(of(false, 2, small(-9.0)[..1].to_vec(), false).unwrap().starts_with("1 of 1 pair of classes"));
+    let said = of(false, 3, three(&many(0.3), 9000.0), false).unwrap();
+    assert!(said.starts_with("2 of 3 classes can never be the answer"), "{said}");
+    // One weight is so large that the others are rounded by half a unit of 0.02, or less in the second pair.
+    let large = |most: f64| row(&[&[most][..], &many(0.01)].concat(), 0.0);
+    let said = of(true, 3, vec![large(650.0), large(3.0), large(650.0)], false).unwrap();
+    assert!(
+        said.starts_with("rounded weights may change the scores of 2 of 3 pairs of classes by the margin"),
+        "{said}"
+    );
+    assert!(said.contains("X * scale"), "{said}");
+    let said = of(false, 3, vec![large(650.0), large(3.0), large(650.0)], false).unwrap();
+    assert!(said.starts_with("rounded weights may change the scores of 3 of 3 classes"), "{said}");
+    // The same in any small unit.
+    let tiny = |row: Row| Row { weights: row.weights.iter().map(|weight| weight * 1e-6).collect(), bias: 0.0 };
+    assert!(of(true, 2, vec![tiny(large(3.0))], true).is_some());
+    assert_eq!(of(true, 2, vec![tiny(large(3.0))], false), None);
+}
+
+#[test]
 fn linear_models_decide_as_real_numbers_do() {
     let mut chance = Chance::new(7);
     for (pairs, classes, rows) in [(false, 7, 7), (false, 2, 1), (true, 6, 15), (true, 2, 1)] {
