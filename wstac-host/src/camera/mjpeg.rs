@@ -221,7 +221,8 @@ mod tests {
         for whole in [jpeg(SamplingFactor::F_2_1), jpeg(SamplingFactor::F_1_1), jpeg_with_restarts()] {
             let mut decoder = Decoder::new(size());
             let expected = decoder.decode(&whole).unwrap().to_vec();
-            let extras = [&[0][..], &[0xff], &[0xff; 20], &[0x5a], &[0xff, 0], &[7, 0xff, 0, 0xff], &[1, 2, 3, 4, 5, 6, 7, 8]];
+            let extras =
+                [&[0][..], &[0xff], &[0xff; 20], &[0x5a], &[0xff, 0], &[7, 0xff, 0, 0xff], &[1, 2, 3, 4, 5, 6, 7, 8]];
             for extra in extras {
                 let mut every = whole.clone();
                 for at in markers(&whole).into_iter().rev() {
@@ -242,11 +243,12 @@ mod tests {
         let mut encoder = Encoder::new(&mut progressive, 95);
         encoder.set_progressive(true);
         encoder.encode(&picture(), SIDE.0, SIDE.1, ColorType::Rgb).unwrap();
-        let marker = markers(&restarts)[0];
+        let mut misplaced = restarts.clone();
+        misplaced[markers(&restarts)[0] + 1] = 0xd3;
         for (bytes, expected) in [
             (b"none".to_vec(), "its headers are not those of a JPEG picture"),
             (whole[..whole.len() - 9].to_vec(), "it ends before its last block"),
-            ([&restarts[..marker], &restarts[marker + 2..]].concat(), "a restart marker is missing or out of order"),
+            (misplaced, "a restart marker is missing or out of order"),
             ([&whole[..whole.len() - 2], &[0x5a; 40], &END].concat(), "it has too many bytes"),
             (progressive[..progressive.len() - 2].to_vec(), "it has no end marker"),
         ] {

@@ -11,14 +11,16 @@ use crate::error::Error;
 use crate::plural::counted;
 
 /// The largest distance of a frame from its place that counts as even, in steps between frames: an application that
-/// writes the time when a frame arrived is off by some milliseconds.
-const TOLERANCE: f64 = 0.25;
-/// The same for fast cameras: time stamps of whole milliseconds are off by a half.
-const ROUNDED_MS: f64 = 0.6;
-/// The largest distance that is no longer certainly closer to one place than to the next, in steps.
-const MOST_TOLERANCE: f64 = 0.45;
+/// writes the time when a frame arrived is off by some milliseconds, now early, now late.
+const TOLERANCE: f64 = 0.4;
+/// The largest distance of frames from their places on average: beyond, the camera runs at another rate than before.
+const MEAN_TOLERANCE: f64 = 0.15;
+/// The part of the average that the last frame is.
+const AVERAGED: f64 = 0.2;
 /// The part of a frame's distance by which the places of later frames move, because a rate is a little off.
 const FOLLOWED: f64 = 0.1;
+/// The largest difference from whole frames in a distance that counts for the usual one, in steps.
+const NEAR: f64 = 0.45;
 /// Frames in a row after which frames come evenly again.
 const EVEN_AGAIN: u32 = 10;
 
@@ -40,6 +42,8 @@ pub(super) struct Spacing {
     step: f64,
     /// The position of the last frame, and its place by those before it.
     last: Option<(f64, f64)>,
+    /// The average distance of frames from their places, in steps.
+    mean: f64,
     frame: u64,
     /// Frames in a row that were in their places.
     even: u32,
@@ -57,8 +61,8 @@ pub(super) struct Spacing {
 impl Spacing {
     pub(super) fn new(subject: String, positions: Positions, step: f64) -> Self {
         let (least, most, ready) = (f64::INFINITY, 0.0, VecDeque::new());
-        let (last, frame, even, is_uneven, missing, uneven) = (None, 0, 0, false, 0, 0);
-        Self { subject, positions, step, last, frame, even, is_uneven, missing, uneven, least, most, ready }
+        let (last, mean, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0, 0, false, 0, 0);
+        Self { subject, positions, step, last, mean, frame, even, is_uneven, missing, uneven, least, most, ready }
     }
 
     /// Takes the position of the next frame. [`Self::next_event`] has what comes before it.
@@ -71,7 +75,8 @@ impl Spacing {
         let off = position - place - self.step;
         let missing = (off / self.step).round().max(0.0);
         let off = off - missing * self.step;
-        if off.abs() <= self.tolerance() {
+        self.mean += AVERAGED * (off / self.step - self.mean);
+        if off.abs() <= TOLERANCE * self.step && self.mean.abs() <= MEAN_TOLERANCE {
             self.last = Some((position, position - (1.0 - FOLLOWED) * off));
             self.even += 1;
             if self.is_uneven && self.even >= EVEN_AGAIN {
@@ -80,7 +85,7 @@ impl Spacing {
             }
         } else {
             self.uneven += 1;
-            self.even = 0;
+            (self.even, self.mean) = (0, 0.0);
             if !std::mem::replace(&mut self.is_uneven, true) {
                 let message = format!(
                     "frame {frame} comes {} after the one before, expected {}; events are not reliable until frames come \
@@ -129,14 +134,6 @@ impl Spacing {
         self.ready.push_back(SourceEvent::Fault(Fault::new(kind, message)));
     }
 
-    fn tolerance(&self) -> f64 {
-        let rounded = match self.positions {
-            Positions::Times => ROUNDED_MS,
-            Positions::Numbers => 0.0,
-        };
-        (TOLERANCE * self.step).max(rounded).min(MOST_TOLERANCE * self.step)
-    }
-
     /// Returns a distance for a person.
     fn distance(&self, distance: f64) -> String {
         match self.positions {
@@ -157,7 +154,7 @@ pub(super) fn step(positions: &[f64]) -> Option<f64> {
         let (mut sum, mut frames) = (0.0, 0.0);
         for distance in &distances {
             let near = (distance / step).round();
-            if near >= 1.0 && (distance / step - near).abs() < MOST_TOLERANCE {
+            if near >= 1.0 && (distance / step - near).abs() < NEAR {
                 (sum, frames) = (sum + distance, frames + near);
             }
         }
@@ -261,11 +258,30 @@ mod tests {
     }
 
     #[test]
+    fn times_of_arrival_are_even_and_a_changed_rate_is_not() {
+        let mut random = fastrand::Rng::with_seed(2);
+        for _ in 0..20 {
+            let late: Vec<_> = even(33.3, 300).into_iter().map(|time| time + 12.0 * (random.f64() - 0.5)).collect();
+            assert_eq!(events(Positions::Times, 33.3, &late), dots(300));
+        }
+        for changed in [0.97, 1.03, 1.2, 1.4, 1.5] {
+            let mut times = even(33.3, 30);
+            times.extend((1..30).map(|frame| times[29] + 33.3 * changed * f64::from(frame)).collect::<Vec<_>>());
+            let found = events(Positions::Times, 33.3, &times);
+            assert!(found.starts_with(&dots(30)) && found.contains("uneven"), "{changed}: {found}");
+        }
+        // One late frame, after which all are as late.
+        let times: Vec<_> =
+            even(33.3, 40).into_iter().map(|time| if time > 666.0 { time + 12.0 } else { time }).collect();
+        assert!(events(Positions::Times, 33.3, &times).contains("uneven"));
+    }
+
+    #[test]
     fn gaps_are_lost_frames_in_their_places() {
         assert_eq!(events(Positions::Numbers, 1.0, &[1.0, 2.0, 4.0, 5.0, 9.0]), ".. 1 missing .. 3 missing .");
         let times = [0.0, 33.0, 67.0, 133.0, 167.0, 267.0];
         assert_eq!(events(Positions::Times, 33.3, &times), "... 1 missing .. 2 missing .");
-        assert!(events(Positions::Numbers, 1.0, &[0.0, 1e18]).contains(" 999999999999999999 missing"));
+        assert!(events(Positions::Numbers, 1.0, &[0.0, 1e18]).contains(" 1000000000000000000 missing"));
     }
 
     #[test]

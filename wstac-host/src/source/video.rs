@@ -26,13 +26,11 @@ const ENDINGS: [&str; 16] = [
     "3gp", "avi", "flv", "h264", "hevc", "m4v", "mjpeg", "mkv", "mov", "mp4", "mpeg", "mpg", "mts", "ts", "webm", "wmv",
 ];
 /// The pixel formats that are decoded as they are.
-const KEPT: [&str; 10] = [
-    "gray", "gray10le", "gray12le", "gray16le", "yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p",
-];
+const KEPT: [&str; 10] =
+    ["gray", "gray10le", "gray12le", "gray16le", "yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p"];
 /// How the names of the pixel formats start that have red, green and blue, and of those that have gray alone.
-const RGB: [&str; 13] = [
-    "0bgr", "0rgb", "abgr", "argb", "bayer", "bgr", "gbr", "pal8", "rgb", "rgba", "x2bgr", "x2rgb", "xyz",
-];
+const RGB: [&str; 13] =
+    ["0bgr", "0rgb", "abgr", "argb", "bayer", "bgr", "gbr", "pal8", "rgb", "rgba", "x2bgr", "x2rgb", "xyz"];
 const GRAY: [&str; 4] = ["gray", "mono", "ya16", "ya8"];
 /// The formats of ffmpeg that are streams without times: it makes up 25 frames per second, unless the coded stream states
 /// another rate.
@@ -41,8 +39,7 @@ const MADE_UP: (u32, u32) = (25, 1);
 /// The highest rate that a file may state.
 const MOST_PER_SECOND: f64 = 1000.0;
 /// Prints the time of every frame in microseconds before the frame comes.
-const EVERY_TIME: &str =
-    "settb=1/1000000,metadata=delete,metadata=add:key=wstac:value=time,metadata=print:key=wstac";
+const EVERY_TIME: &str = "settb=1/1000000,metadata=delete,metadata=add:key=wstac:value=time,metadata=print:key=wstac";
 /// Gives frames the times of a stream without gaps, so that ffmpeg repeats none and leaves none out.
 const EVERY_FRAME: &str = "settb=1/30,setpts=N";
 /// Frames that show how far frames are apart.
@@ -247,10 +244,16 @@ impl Stated {
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
         let step = spacing::step(&times);
         // The mean of a file whose frames come unevenly is the rate of none of them, and ffmpeg guesses the other.
-        let is_same = |rate: &FrameRate| step.is_none_or(|step| (rate.per_second() * step / 1000.0 - 1.0).abs() < SAME_RATE);
+        let is_same =
+            |rate: &FrameRate| step.is_none_or(|step| (rate.per_second() * step / 1000.0 - 1.0).abs() < SAME_RATE);
         let by_header = mean.filter(is_same).or(base.filter(is_same));
-        // In microseconds between frames.
-        let by_times = step.and_then(|step| FrameRate::new(1_000_000, (1000.0 * step).round() as u32).ok());
+        let by_times = step.and_then(|step| {
+            let rate = 1000.0 / step;
+            let is_whole = (rate / rate.round() - 1.0).abs() < SAME_RATE / 10.0;
+            let (frames, time) =
+                if is_whole { (rate.round() as u32, 1) } else { (1_000_000, (1000.0 * step).round() as u32) };
+            FrameRate::new(frames, time).ok()
+        });
         let is_by_times = by_header.is_none() && by_times.is_some();
         Self { pixels, range, matrix, rate: by_header.or(by_times), step, is_by_times }
     }
@@ -427,7 +430,9 @@ mod tests {
 
     #[test]
     fn the_rate_is_that_of_the_time_stamps() {
-        let times = |step: f64| (0..20).map(|frame| format!("best_effort_timestamp_time={:.3}\n", f64::from(frame) * step));
+        let times = |step: f64| {
+            (0..20).map(move |frame| format!("best_effort_timestamp_time={:.3}\n", f64::from(frame) * step))
+        };
         let rate_of = |format: &str, mean: &str, base: &str, step: f64| {
             let head = format!("format_name={format}\navg_frame_rate={mean}\nr_frame_rate={base}\n");
             let stated = Stated::parse(&(times(step).collect::<String>() + &head));
@@ -435,7 +440,8 @@ mod tests {
         };
         assert_eq!(rate_of("mov,mp4", "30/1", "30/1", 1.0 / 30.0), (Some((30, 1)), false));
         assert_eq!(rate_of("mov,mp4", "26/1", "30/1", 1.0 / 30.0), (Some((30, 1)), false));
-        assert_eq!(rate_of("matroska,webm", "0/0", "1000/1", 0.04), (Some((1_000_000, 40_000)), true));
+        assert_eq!(rate_of("matroska,webm", "0/0", "1000/1", 0.04), (Some((25, 1)), true));
+        assert_eq!(rate_of("matroska,webm", "0/0", "1000/1", 0.035), (Some((1_000_000, 35_000)), true));
         assert_eq!(rate_of("avi", "25/1", "25/1", 0.04), (Some((25, 1)), false));
         // ffmpeg makes times up.
         assert_eq!(rate_of("jpeg_pipe", "25/1", "25/1", 0.04), (None, false));

@@ -129,7 +129,8 @@ impl Scan<'_> {
             }
             for blocks in &self.components {
                 for _ in 0..blocks.count {
-                    let (dc, ac) = (self.dc.get(blocks.dc).copied().flatten(), self.ac.get(blocks.ac).copied().flatten());
+                    let (dc, ac) =
+                        (self.dc.get(blocks.dc).copied().flatten(), self.ac.get(blocks.ac).copied().flatten());
                     let (dc, ac) = dc.zip(ac).ok_or(WITHOUT_TABLE)?;
                     bits.block(dc, ac).ok_or(NO_CODE)?;
                 }
