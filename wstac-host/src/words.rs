@@ -94,6 +94,8 @@ words! {
     SimulatedDrop = "dropped by the simulated driver",
     /// A simulated camera exposed longer than a frame.
     SimulatedExposure = "auto-exposure slows the simulated camera down in the dark",
+    /// The times of a video's frames or the numbers of a folder's pictures have a gap.
+    Missing = "missing in the file",
     /// The program that pushes frames reported them.
     Reported = "reported lost",
 }
@@ -119,8 +121,12 @@ words! {
     Controls = "controls",
     /// A calibration reports something.
     Calibration = "calibration",
-    /// The decoder of a video reports something.
+    /// The decoder of a video or of JPEG pictures reports something.
     Decoder = "decoder",
+    /// The frames of a file come unevenly from here on, or some of them are missing.
+    Uneven = "uneven",
+    /// The frames of a file come evenly again.
+    Even = "even",
 }
 
 words! {

@@ -55,6 +55,8 @@ pub struct CameraSource {
     info: StreamInfo,
     timeline: Timeline,
     decoder: Option<Decoder>,
+    /// Whether a fault has said why a JPEG picture is refused.
+    is_damage_reported: bool,
     /// The buffer whose bytes the caller has. The next call gives it back.
     lent: Option<Filled>,
     /// The next buffer. Everything before it was reported.
@@ -123,6 +125,7 @@ impl CameraSource {
             info,
             timeline: Timeline::new(rate),
             decoder,
+            is_damage_reported: false,
             lent: None,
             next: None,
             ready: VecDeque::new(),
@@ -321,10 +324,18 @@ impl Source for CameraSource {
             return Ok(SourceEvent::Frame(Frame { bytes, timestamp, stamp, sequence, encoded: None, lag }));
         };
         Ok(match decoder.decode(bytes) {
-            Some(decoded) => {
+            Ok(decoded) => {
                 SourceEvent::Frame(Frame { bytes: decoded, timestamp, stamp, sequence, encoded: Some(bytes), lag })
             }
-            None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
+            Err(why) if !std::mem::replace(&mut self.is_damage_reported, true) => {
+                self.told.push_back(Told::Lost(1, LossReason::CorruptJpeg));
+                let message = format!(
+                    "{}: a JPEG picture is refused: {why}; others count as lost, too",
+                    self.request.path.display()
+                );
+                SourceEvent::Fault(Fault::new(FaultKind::Decoder, message))
+            }
+            Err(_) => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })
     }
 }

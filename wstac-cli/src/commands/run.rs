@@ -135,7 +135,9 @@ const HELP: &str = r#"Sources:
   FILE.y4m, -      Y4M, from a file or standard input
   FILE.mp4         a video, also .mkv, .mov, .avi, .webm and others; it
                    is decoded by ffmpeg, which must be installed. Range
-                   and matrix are those that the file states.
+                   and matrix are those that the file states. By time
+                   stamps, missing frames count as lost, and events
+                   with frames that come unevenly are not reliable.
   FILE.mcap        a recording of wstac record: it gives the same events
                    again, with its own configuration unless --config
                    gives another; textures need --model, and a note
@@ -144,7 +146,8 @@ const HELP: &str = r#"Sources:
                    --sensor NAME chooses.
   FOLDER           PNG or JPEG files of one size, 2.png before 10.png, at
                    30 frames per second unless --fps gives another rate.
-                   A damaged picture is a lost frame. PNG files beside
+                   A damaged picture is a lost frame, and so is one that
+                   the numbers in the names leave out. PNG files beside
                    JPEG files are refused.
   NAME=SOURCE      any of these with a name, to read several at once:
                    wstac run left=/dev/video0 right=/dev/video2
@@ -173,6 +176,7 @@ Camera faults and recovery:
     slow           fewer than 90 % of the agreed frames arrive
     in-time        frames arrive at the agreed rate again
     controls       controls have other values than before the fault
+    decoder        a JPEG picture is refused: the first one says why
   A camera that comes back with another format, size or rate ends the
   stream with exit code 1.
 

@@ -16,6 +16,8 @@ use crate::trigger::Event;
 pub enum Doubt {
     /// More than a tenth of the sample was lost and filled, or the filled frames hold too much of the touch.
     LostFrames,
+    /// The frames of the sample came unevenly. The core knows nothing of times: its caller says so.
+    Uneven,
     /// The baseline was not quiet, or has a long gap.
     Baseline,
     /// Fewer than three rows and columns are lit, and not as by a poke.
@@ -43,6 +45,7 @@ impl Doubt {
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::LostFrames => "too many frames of the touch were lost",
+            Self::Uneven => "the frames of the touch come unevenly in the file",
             Self::Baseline => "the baseline was not quiet, or frames of it were lost",
             Self::FewWhiskers => "too few whiskers are lit",
             Self::NotOver => "the sample ends during the touch: it is too slow, or it stays on the sensor",

@@ -1,7 +1,8 @@
-//! Motion JPEG: one picture to RGB, or `None` if it is damaged.
+//! Motion JPEG: one picture to RGB, or the reason why it is damaged.
 //!
-//! USB transfers lose packets, so a picture is only taken if it is whole. It has headers, the agreed size, an end
-//! marker, as many blocks in between as the size asks for, and no error on the way.
+//! USB transfers lose packets, so a picture is only taken if it is whole. It has headers, the agreed size, as many blocks
+//! as the size asks for, and no error on the way. A few bytes before a marker are left out, and the end marker may be
+//! missing, because cameras send both.
 
 mod data;
 mod headers;
@@ -13,8 +14,13 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use self::data::Whole;
 use self::headers::Headers;
 use self::tables::STANDARD_TABLES;
+
+/// The end marker.
+const END: [u8; 2] = [0xff, 0xd9];
+const NO_HEADERS: &str = "its headers are not those of a JPEG picture";
 
 /// Decodes the pictures of one stream into one buffer.
 #[derive(Clone, Debug)]
@@ -24,6 +30,8 @@ pub struct Decoder {
     rgb: Vec<u8>,
     /// A picture that came without Huffman tables, after they were added.
     completed: Vec<u8>,
+    /// A picture that came with bytes before a marker or without an end marker, as it should be.
+    mended: Vec<u8>,
 }
 
 impl Decoder {
@@ -35,38 +43,56 @@ impl Decoder {
             .set_max_width(width)
             .set_max_height(height)
             .jpeg_set_out_colorspace(ColorSpace::RGB);
-        Self { options, size, rgb: vec![0; 3 * width * height], completed: Vec::new() }
+        Self { options, size, rgb: vec![0; 3 * width * height], completed: Vec::new(), mended: Vec::new() }
     }
 
-    /// Returns the picture as R G B bytes without padding; `None` if it is damaged or of another size.
+    /// Returns the picture as R G B bytes without padding.
     ///
-    /// Bytes behind the picture's end marker are ignored, because drivers pad.
-    pub fn decode(&mut self, bytes: &[u8]) -> Option<&[u8]> {
-        let picture = if Headers::read(bytes)?.has_tables() {
+    /// Bytes behind the picture's last block are ignored, because drivers pad.
+    ///
+    /// # Errors
+    /// The picture is damaged or of another size. The text says why, about "it".
+    pub fn decode(&mut self, bytes: &[u8]) -> Result<&[u8], &'static str> {
+        let picture = if Headers::read(bytes).ok_or(NO_HEADERS)?.has_tables() {
             bytes
         } else {
             // Cameras leave the standard tables out to save bytes.
-            let (start, rest) = bytes.split_at_checked(2)?;
+            let (start, rest) = bytes.split_at_checked(2).ok_or(NO_HEADERS)?;
             self.completed.clear();
             self.completed.extend_from_slice(start);
             self.completed.extend_from_slice(&STANDARD_TABLES);
             self.completed.extend_from_slice(rest);
             &self.completed
         };
-        let headers = Headers::read(picture)?;
+        let headers = Headers::read(picture).ok_or(NO_HEADERS)?;
         if headers.size != (self.size.width(), self.size.height()) {
-            return None;
+            return Err("it has another size than the pictures before");
         }
-        let data = picture.get(headers.data..)?;
-        let end = end_of_data(data)?;
-        // No camera is known to send other codings. For these the decoder's result is trusted.
-        if headers.scan().is_some_and(|scan| !scan.is_whole(&data[..end])) {
-            return None;
-        }
-        let picture = picture.get(..headers.data + end + 2)?;
+        let (start, data) = picture.split_at_checked(headers.data).ok_or(NO_HEADERS)?;
+        let picture = if let Some(scan) = headers.scan() {
+            let Whole { extra, end } = scan.walk(data)?;
+            if extra.is_empty() && data.get(end..).is_some_and(|rest| rest.starts_with(&END)) {
+                &picture[..start.len() + end + END.len()]
+            } else {
+                self.mended.clear();
+                self.mended.extend_from_slice(start);
+                let mut from = 0;
+                for extra in extra {
+                    self.mended.extend_from_slice(data.get(from..extra.start).unwrap_or_default());
+                    from = extra.end;
+                }
+                self.mended.extend_from_slice(data.get(from..end).unwrap_or_default());
+                self.mended.extend_from_slice(&END);
+                &self.mended
+            }
+        } else {
+            // No camera is known to send other codings. For these the decoder's result is trusted.
+            let end = end_of_data(data).ok_or("it has no end marker")?;
+            &picture[..start.len() + end + END.len()]
+        };
         let mut decoder = JpegDecoder::new_with_options(ZCursor::new(picture), self.options);
-        decoder.decode_into(&mut self.rgb).ok()?;
-        Some(&self.rgb)
+        decoder.decode_into(&mut self.rgb).map_err(|_| "the decoder refuses it")?;
+        Ok(&self.rgb)
     }
 }
 
@@ -79,7 +105,7 @@ pub fn picture_size(bytes: &[u8]) -> Option<(u16, u16)> {
 ///
 /// In entropy-coded data every 0xff is followed by 0 or by a restart marker, so nothing else looks like it.
 fn end_of_data(data: &[u8]) -> Option<usize> {
-    data.windows(2).position(|pair| pair == [0xff, 0xd9])
+    data.windows(2).position(|pair| pair == END)
 }
 
 #[cfg(test)]
@@ -139,7 +165,7 @@ mod tests {
     }
 
     /// Asserts that green is within a few levels of what was encoded.
-    fn assert_is_the_picture(rgb: Option<&[u8]>) {
+    fn assert_is_the_picture(rgb: Result<&[u8], &'static str>) {
         let rgb = rgb.expect("a good picture is decoded");
         let original = picture();
         assert_eq!(rgb.len(), original.len());
@@ -170,23 +196,77 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_ends_early_is_none() {
-        let (whole, mut decoder) = (jpeg(SamplingFactor::F_2_1), Decoder::new(size()));
-        for length in 0..whole.len() {
-            assert!(decoder.decode(&whole[..length]).is_none(), "{length} of {} bytes", whole.len());
+    fn a_picture_that_ends_early_is_refused() {
+        for whole in [jpeg(SamplingFactor::F_2_1), jpeg_with_restarts()] {
+            let mut decoder = Decoder::new(size());
+            for length in 0..whole.len() - 2 {
+                assert!(decoder.decode(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
+            }
+            let expected = decoder.decode(&whole).unwrap().to_vec();
+            // All blocks are there, and a part of the end marker or none.
+            for length in [whole.len() - 2, whole.len() - 1] {
+                assert_eq!(decoder.decode(&whole[..length]), Ok(&expected[..]));
+            }
+        }
+    }
+
+    /// Returns the places of the markers behind the headers.
+    fn markers(bytes: &[u8]) -> Vec<usize> {
+        let data = Headers::read(bytes).unwrap().data;
+        (data..bytes.len() - 1).filter(|at| bytes[*at] == 0xff && bytes[at + 1] != 0).collect()
+    }
+
+    #[test]
+    fn bytes_before_a_marker_are_left_out() {
+        for whole in [jpeg(SamplingFactor::F_2_1), jpeg(SamplingFactor::F_1_1), jpeg_with_restarts()] {
+            let mut decoder = Decoder::new(size());
+            let expected = decoder.decode(&whole).unwrap().to_vec();
+            let extras =
+                [&[0][..], &[0xff], &[0xff; 20], &[0x5a], &[0xff, 0], &[7, 0xff, 0, 0xff], &[1, 2, 3, 4, 5, 6, 7, 8]];
+            for extra in extras {
+                let mut every = whole.clone();
+                for at in markers(&whole).into_iter().rev() {
+                    let one = [&whole[..at], extra, &whole[at..]].concat();
+                    assert_eq!(decoder.decode(&one), Ok(&expected[..]), "{extra:?} before the marker at {at}");
+                    every.splice(at..at, extra.iter().copied());
+                }
+                assert_eq!(decoder.decode(&every), Ok(&expected[..]), "{extra:?} before every marker");
+                assert_eq!(decoder.decode(&every[..every.len() - 2]), Ok(&expected[..]), "{extra:?}, no end marker");
+            }
+        }
+    }
+
+    #[test]
+    fn a_refused_picture_says_why() {
+        let (whole, restarts, mut decoder) = (jpeg(SamplingFactor::F_2_1), jpeg_with_restarts(), Decoder::new(size()));
+        let mut progressive = Vec::new();
+        let mut encoder = Encoder::new(&mut progressive, 95);
+        encoder.set_progressive(true);
+        encoder.encode(&picture(), SIDE.0, SIDE.1, ColorType::Rgb).unwrap();
+        let mut misplaced = restarts.clone();
+        misplaced[markers(&restarts)[0] + 1] = 0xd3;
+        for (bytes, expected) in [
+            (b"none".to_vec(), "its headers are not those of a JPEG picture"),
+            (whole[..whole.len() - 9].to_vec(), "it ends before its last block"),
+            (misplaced, "a restart marker is missing or out of order"),
+            ([&whole[..whole.len() - 2], &[0x5a; 40], &END].concat(), "it has too many bytes"),
+            (progressive[..progressive.len() - 2].to_vec(), "it has no end marker"),
+        ] {
+            let why = decoder.decode(&bytes).unwrap_err();
+            assert!(why.starts_with(expected), "{why}, expected {expected}");
         }
         assert_is_the_picture(decoder.decode(&whole));
     }
 
     #[test]
-    fn a_picture_with_a_packet_missing_is_none() {
+    fn a_picture_with_a_packet_missing_is_refused() {
         let (whole, mut decoder) = (jpeg(SamplingFactor::F_2_1), Decoder::new(size()));
         let data = Headers::read(&whole).unwrap().data;
         let mut missed = 0;
         let cuts: Vec<_> = (data..whole.len() - 600).step_by(97).collect();
         for &at in &cuts {
             let cut = [&whole[..at], &whole[at + 512..]].concat();
-            missed += usize::from(decoder.decode(&cut).is_some());
+            missed += usize::from(decoder.decode(&cut).is_ok());
         }
         assert_eq!(missed, 0, "of {}", cuts.len());
     }
@@ -198,9 +278,9 @@ mod tests {
         // Without the first of them, all that follow are one off.
         let data = Headers::read(&whole).unwrap().data;
         let marker = data + whole[data..].windows(2).position(|pair| pair == [0xff, 0xd0]).unwrap();
-        assert!(decoder.decode(&[&whole[..marker], &whole[marker + 2..]].concat()).is_none());
+        assert!(decoder.decode(&[&whole[..marker], &whole[marker + 2..]].concat()).is_err());
         let second = data + whole[data..].windows(2).position(|pair| pair == [0xff, 0xd1]).unwrap();
-        assert!(decoder.decode(&[&whole[..marker], &whole[second..]].concat()).is_none());
+        assert!(decoder.decode(&[&whole[..marker], &whole[second..]].concat()).is_err());
     }
 
     #[test]
@@ -222,11 +302,11 @@ mod tests {
     }
 
     #[test]
-    fn another_size_is_none() {
+    fn another_size_is_refused() {
         let bytes = jpeg(SamplingFactor::F_2_1);
         for (width, height) in [(SIDE.0 + 1, SIDE.1), (SIDE.0, SIDE.1 - 1), (SIDE.1, SIDE.0), (1280, 720)] {
             let other = FrameSize::new(width.into(), height.into()).unwrap();
-            assert!(Decoder::new(other).decode(&bytes).is_none());
+            assert!(Decoder::new(other).decode(&bytes).is_err());
         }
     }
 
@@ -244,9 +324,9 @@ mod tests {
         }
         for length in 0..300 {
             let mut garbage: Vec<u8> = (0..length).map(|_| random.u8(..)).collect();
-            assert!(decoder.decode(&garbage).is_none());
+            assert!(decoder.decode(&garbage).is_err());
             garbage.splice(0..0, [0xff, 0xd8]);
-            assert!(decoder.decode(&garbage).is_none());
+            assert!(decoder.decode(&garbage).is_err());
         }
         assert_is_the_picture(decoder.decode(&whole));
     }

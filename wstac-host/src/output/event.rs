@@ -55,13 +55,14 @@ pub struct TactileEvent {
     pub texture_doubt: Option<KnownSpeeds>,
     /// Frames of the sample that were lost and filled, 0 to 70.
     pub frames_filled: u8,
-    /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable).
+    /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable). They are not if the
+    /// frames of the sample came unevenly.
     pub reliable: bool,
-    /// The reason why the touch is unclear, or why the answers are not reliable; `None` if they are, by a law of durations,
-    /// and if a board does not say.
+    /// The reason why the touch is unclear, or why the answers are not reliable; `None` if they are, and if a board does not
+    /// say. By a law of durations it is only [`Doubt::Uneven`].
     pub doubt: Option<Doubt>,
-    /// Whether the sample is reliable, whatever its answers are: the baseline was quiet and at most a tenth of the sample
-    /// was filled. A board says only [`Self::reliable`].
+    /// Whether the sample is reliable, whatever its answers are: the baseline was quiet, at most a tenth of the sample was
+    /// filled, and its frames came evenly. A board says only [`Self::reliable`].
     pub sample_reliable: bool,
     /// The sample, if it was asked for.
     pub sample: Option<Box<SampleFrames>>,
@@ -112,6 +113,11 @@ impl TactileEvent {
             sample: sample.copied().map(Box::new),
             paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, taxels, &answer, answering.motion))),
         }
+    }
+
+    /// Returns the event of a sample whose frames came unevenly: nothing of it is reliable.
+    pub(crate) fn uneven(self) -> Self {
+        Self { reliable: false, sample_reliable: false, doubt: Some(Doubt::Uneven), ..self }
     }
 
     /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is

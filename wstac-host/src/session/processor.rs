@@ -1,5 +1,7 @@
 //! The core set up for one stream. It takes source events and gives typed outputs.
 
+use std::collections::VecDeque;
+
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
@@ -7,7 +9,7 @@ use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
 use wstac_core::motion::{LiveMotion, MotionConfig};
-use wstac_core::params::TAXELS;
+use wstac_core::params::{SAMPLE_FRAMES, TAXELS};
 use wstac_core::path_sample::TaxelRing;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
@@ -21,7 +23,7 @@ use crate::output::{
     Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
     MotionReport, Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
 };
-use crate::source::{SourceEvent, StreamInfo};
+use crate::source::{FaultKind, SourceEvent, StreamInfo};
 use crate::texture::Textures;
 
 /// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
@@ -45,7 +47,44 @@ pub struct Processor {
     live: Option<LiveMotion>,
     options: OutputOptions,
     dropped: u64,
+    uneven: UnevenFrames,
     baseline_reported: bool,
+}
+
+/// Most parts of a stream that are kept. Those that are closest to each other in the past count as one.
+const UNEVEN_PARTS: usize = 16;
+
+/// The frames that came unevenly, by faults of the source.
+#[derive(Clone, Debug, Default)]
+struct UnevenFrames {
+    /// The first frame of each part and the one behind it; `u64::MAX` while it lasts.
+    parts: VecDeque<(u64, u64)>,
+}
+
+impl UnevenFrames {
+    /// Takes a fault before this frame.
+    fn fault(&mut self, kind: &FaultKind, frame: u64) {
+        match (kind, self.parts.back_mut()) {
+            (FaultKind::Even, Some((_, end))) => *end = frame.min(*end),
+            (FaultKind::Uneven, Some((_, u64::MAX))) => {}
+            (FaultKind::Uneven, _) => {
+                self.parts.push_back((frame, u64::MAX));
+                if self.parts.len() > UNEVEN_PARTS
+                    && let Some((start, _)) = self.parts.pop_front()
+                    && let Some(first) = self.parts.front_mut()
+                {
+                    first.0 = start;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Returns whether a sample that begins at this frame has one of them.
+    fn touch(&self, frame: u64) -> bool {
+        let behind = frame.saturating_add(SAMPLE_FRAMES as u64);
+        self.parts.iter().any(|(start, end)| *start < behind && frame < *end)
+    }
 }
 
 /// Returns the log kernel of a configuration.
@@ -177,6 +216,7 @@ impl Processor {
             textures: Textures::default(),
             options,
             dropped: 0,
+            uneven: UnevenFrames::default(),
             baseline_reported: false,
         })
     }
@@ -209,6 +249,9 @@ impl Processor {
         event: &SourceEvent<'_>,
         mut emit: impl FnMut(Output) -> Result<(), E>,
     ) -> Result<bool, E> {
+        if let SourceEvent::Fault(fault) = event {
+            self.uneven.fault(&fault.kind, self.pipeline.next_frame());
+        }
         let (pipeline, answers) = self.parts();
         match event {
             SourceEvent::Waiting => {}
@@ -350,8 +393,8 @@ impl Processor {
         let next = self.pipeline.next_frame();
         let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
         let incomplete = self.restart();
-        let Self { clock, dropped, .. } = std::mem::replace(self, new);
-        (self.clock, self.dropped) = (clock, dropped);
+        let Self { clock, dropped, uneven, .. } = std::mem::replace(self, new);
+        (self.clock, self.dropped, self.uneven) = (clock, dropped, uneven);
         Ok(incomplete)
     }
 
@@ -380,8 +423,8 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, .. } = self;
-        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options })
+        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, .. } = self;
+        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options, uneven })
     }
 }
 
@@ -393,14 +436,16 @@ struct Answers<'p> {
     motion: MotionConfig,
     clock: &'p mut FrameClock,
     options: OutputOptions,
+    uneven: &'p UnevenFrames,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
-        let Self { law, durations, textures, motion, ref clock, options } = *self;
+        let Self { law, durations, textures, motion, ref clock, options, uneven } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
         let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };
-        Output::Event(Box::new(TactileEvent::new(event, taxels, &answering)))
+        let event = TactileEvent::new(event, taxels, &answering);
+        Output::Event(Box::new(if uneven.touch(event.frame) { event.uneven() } else { event }))
     }
 
     fn times(&self, frame: u64) -> RecordTimes {

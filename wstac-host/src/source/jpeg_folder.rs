@@ -1,7 +1,7 @@
 //! A folder of JPEG pictures, a frame each, in natural order: `frame2.jpg` before `frame10.jpg`.
 //!
 //! They are decoded as the pictures of a camera that sends Motion JPEG. A picture that is damaged or cut off is a lost
-//! frame. One of another size than the first is an error, because it belongs to something else.
+//! frame, and a fault says why the first of them is. One of another size than the first is an error, because it belongs to something else.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -10,8 +10,8 @@ use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
-use super::picture_files::{JPEG, list, without_pictures};
-use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
+use super::picture_files::{JPEG, list, positions, without_pictures};
+use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::{Decoder, picture_size};
 use crate::error::{Error, ErrorKind};
 
@@ -29,6 +29,9 @@ pub struct JpegFolder {
     files: std::vec::IntoIter<PathBuf>,
     /// The bytes of a file.
     bytes: Vec<u8>,
+    /// Whether a fault has said why a picture is lost, and whether that picture was not reported lost yet.
+    is_damage_reported: bool,
+    owes_loss: bool,
 }
 
 impl JpegFolder {
@@ -65,7 +68,13 @@ impl JpegFolder {
         );
         let info = StreamInfo::new(about, size, PixelFormat::Rgb24, rate);
         let model = first.file_name().unwrap_or_default().display().to_string();
-        Ok(Self { info, decoder: Decoder::new(size), model, files: files.into_iter(), bytes })
+        let (decoder, files) = (Decoder::new(size), files.into_iter());
+        Ok(Self { info, decoder, model, files, bytes, is_damage_reported: false, owes_loss: false })
+    }
+
+    /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
+    pub(super) fn positions(&self) -> Option<Vec<f64>> {
+        positions(self.files.as_slice())
     }
 
     /// Ends the source with an error about a file.
@@ -81,6 +90,10 @@ impl Source for JpegFolder {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        let lost = SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture };
+        if std::mem::take(&mut self.owes_loss) {
+            return Ok(lost);
+        }
         let Some(file) = self.files.next() else { return Ok(SourceEvent::End) };
         if let Err(error) = read(&file, &mut self.bytes) {
             self.files = Vec::new().into_iter();
@@ -92,8 +105,13 @@ impl Source for JpegFolder {
             return Err(self.fail(&file, ErrorKind::Format, message));
         }
         Ok(match self.decoder.decode(&self.bytes) {
-            Some(rgb) => SourceEvent::Frame(Frame { encoded: Some(&self.bytes), ..Frame::new(rgb) }),
-            None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture },
+            Ok(rgb) => SourceEvent::Frame(Frame { encoded: Some(&self.bytes), ..Frame::new(rgb) }),
+            Err(_) if self.is_damage_reported => lost,
+            Err(why) => {
+                (self.is_damage_reported, self.owes_loss) = (true, true);
+                let message = format!("{}: cannot be decoded: {why}; others count as lost, too", file.display());
+                SourceEvent::Fault(Fault::new(FaultKind::Decoder, message))
+            }
         })
     }
 }

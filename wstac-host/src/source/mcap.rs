@@ -248,10 +248,10 @@ impl McapSource {
         }
         let decoder = self.decoder.get_or_insert_with(|| Decoder::new(self.info.size));
         Ok(match decoder.decode(data) {
-            Some(bytes) => {
+            Ok(bytes) => {
                 SourceEvent::Frame(Frame { timestamp, stamp, sequence, encoded: Some(data), ..Frame::new(bytes) })
             }
-            None => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
+            Err(_) => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
         })
     }
 }

@@ -18,6 +18,7 @@ mod picture_files;
 #[cfg(feature = "png")]
 pub mod png_folder;
 mod replaced_rate;
+mod spacing;
 pub mod video;
 pub mod y4m;
 

@@ -17,6 +17,8 @@ use super::names;
 use super::picture_files::{self, PictureKind};
 #[cfg(feature = "png")]
 use super::png_folder::PngFolder;
+#[cfg(any(feature = "jpeg", feature = "png"))]
+use super::spacing::Spaced;
 use super::video::{self, Video};
 use super::y4m::{MAGIC, Y4m};
 use super::{FramePolicy, Source};
@@ -159,19 +161,42 @@ pub fn open(
 #[cfg(all(feature = "jpeg", feature = "png"))]
 fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
     Ok(match picture_files::kind(path)? {
-        PictureKind::Png => Box::new(PngFolder::open(path, rate)?),
-        PictureKind::Jpeg => Box::new(JpegFolder::open(path, rate)?),
+        PictureKind::Png => open_pngs(path, rate)?,
+        PictureKind::Jpeg => open_jpegs(path, rate)?,
     })
 }
 
 #[cfg(all(feature = "png", not(feature = "jpeg")))]
 fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    Ok(Box::new(PngFolder::open(path, rate)?))
+    open_pngs(path, rate)
 }
 
 #[cfg(all(feature = "jpeg", not(feature = "png")))]
 fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    Ok(Box::new(JpegFolder::open(path, rate)?))
+    open_jpegs(path, rate)
+}
+
+#[cfg(feature = "png")]
+fn open_pngs(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    let folder = PngFolder::open(path, rate)?;
+    let positions = folder.positions();
+    Ok(spaced(path, folder, positions))
+}
+
+#[cfg(feature = "jpeg")]
+fn open_jpegs(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    let folder = JpegFolder::open(path, rate)?;
+    let positions = folder.positions();
+    Ok(spaced(path, folder, positions))
+}
+
+/// Reports the gaps between pictures of these positions.
+#[cfg(any(feature = "jpeg", feature = "png"))]
+fn spaced(path: &Path, folder: impl Source + 'static, positions: Option<Vec<f64>>) -> Box<dyn Source> {
+    match positions {
+        Some(positions) => Box::new(Spaced::new(folder, path.display().to_string(), positions)),
+        None => Box::new(folder),
+    }
 }
 
 #[cfg(not(any(feature = "jpeg", feature = "png")))]

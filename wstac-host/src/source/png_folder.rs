@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
-use super::picture_files::{PNG, list, without_pictures};
+use super::picture_files::{PNG, list, positions, without_pictures};
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
 
@@ -55,6 +55,11 @@ impl PngFolder {
         };
         let model = first.file_name().unwrap_or_default().display().to_string();
         Ok(Self { info, shape, model, files: files.into_iter(), decoded: Vec::new(), frame: Vec::new() })
+    }
+
+    /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
+    pub(super) fn positions(&self) -> Option<Vec<f64>> {
+        positions(self.files.as_slice())
     }
 
     /// Reads a picture and returns whether its bytes are in `frame` rather than in `decoded`.

@@ -4,28 +4,52 @@
 //! which comes with it, says what the numbers mean: range, matrix and rate.
 
 use std::ffi::{OsStr, OsString};
-use std::io::{ErrorKind as IoErrorKind, Read};
+use std::io::{BufRead, BufReader, ErrorKind as IoErrorKind, Read};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
 
+use super::spacing::{self, Positions, Spacing};
 use super::y4m::Y4m;
 use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo, replaced_rate};
 use crate::error::{Error, ErrorKind};
 
 /// The endings of files that are taken for videos.
-const ENDINGS: [&str; 9] = ["avi", "m4v", "mjpeg", "mkv", "mov", "mp4", "mpg", "ts", "webm"];
-/// The pixel formats that are decoded as they are. Others become 4:4:4.
-const KEPT: [&str; 7] = ["gray", "yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p"];
+const ENDINGS: [&str; 16] = [
+    "3gp", "avi", "flv", "h264", "hevc", "m4v", "mjpeg", "mkv", "mov", "mp4", "mpeg", "mpg", "mts", "ts", "webm", "wmv",
+];
+/// The pixel formats that are decoded as they are.
+const KEPT: [&str; 10] =
+    ["gray", "gray10le", "gray12le", "gray16le", "yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p"];
+/// How the names of the pixel formats start that have red, green and blue, and of those that have gray alone.
+const RGB: [&str; 13] =
+    ["0bgr", "0rgb", "abgr", "argb", "bayer", "bgr", "gbr", "pal8", "rgb", "rgba", "x2bgr", "x2rgb", "xyz"];
+const GRAY: [&str; 4] = ["gray", "mono", "ya16", "ya8"];
+/// The formats of ffmpeg that are streams without times: it makes up 25 frames per second, unless the coded stream states
+/// another rate.
+const WITHOUT_TIMES: [&str; 8] = ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "vc1"];
+const MADE_UP: (u32, u32) = (25, 1);
+/// The highest rate that a file may state.
+const MOST_PER_SECOND: f64 = 1000.0;
+/// Prints the time of every frame in microseconds before the frame comes.
+const EVERY_TIME: &str = "settb=1/1000000,metadata=delete,metadata=add:key=wstac:value=time,metadata=print:key=wstac";
 /// Gives frames the times of a stream without gaps, so that ffmpeg repeats none and leaves none out.
 const EVERY_FRAME: &str = "settb=1/30,setpts=N";
+/// Frames that show how far frames are apart.
+const PROBED: &str = "%+#150";
+/// A rate that a file states is that of its time stamps if it differs by at most this part.
+const SAME_RATE: f64 = 0.003;
 /// Most bytes that are kept of what ffmpeg reports.
 const MOST_REPORTED: usize = 2000;
+/// Longest wait for a frame.
+const LONGEST_WAIT: Duration = Duration::from_millis(500);
 
 /// A video file, decoded by ffmpeg.
 pub struct Video {
@@ -33,6 +57,10 @@ pub struct Video {
     info: StreamInfo,
     frames: Y4m,
     decoder: Decoder,
+    /// What the times of the frames say; `None` if the file states none.
+    spacing: Option<Spacing>,
+    /// Whether the time of the next frame was taken.
+    has_arrived: bool,
     ended: bool,
 }
 
@@ -41,6 +69,8 @@ struct Decoder {
     process: Child,
     reported: Arc<Mutex<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
+    /// The times of frames in milliseconds; `None` for a frame without.
+    times: Receiver<Option<f64>>,
 }
 
 /// The properties of a video that `ffprobe` states.
@@ -50,7 +80,9 @@ struct Stated {
     range: Option<QuantizationRange>,
     matrix: Option<YcbcrMatrix>,
     rate: Option<FrameRate>,
-    is_uneven: bool,
+    /// The usual time between frames in milliseconds, by their time stamps, and whether the rate follows from it alone.
+    step: Option<f64>,
+    is_by_times: bool,
 }
 
 /// Returns whether a file is a video by its name.
@@ -62,33 +94,47 @@ pub(super) fn is_video(path: &Path) -> bool {
 impl Video {
     /// Opens a file. `fps` replaces the rate that it states.
     ///
-    /// Every frame of the file is one frame, whatever its time. Where the file states no range or matrix, the frames
-    /// are taken to have limited range and BT.601, and the description says so.
+    /// The time stamps of the frames say where frames are missing, which are lost frames, or come unevenly. Where the file
+    /// states no range or matrix, the frames are taken to have limited range and BT.601, and the description says so. Of
+    /// red, green and blue, green is taken as it is.
     ///
     /// # Errors
-    /// ffmpeg is not installed, cannot read the file, or finds no picture in it.
+    /// ffmpeg is not installed, cannot read the file, or finds no picture in it, or the file states an absurd rate.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
         let stated = probe(&subject, path)?;
-        let pixels = if KEPT.contains(&stated.pixels.as_str()) { stated.pixels.as_str() } else { "yuv444p" };
+        let rate = fps.or(stated.rate);
+        if let Some(rate) = rate.filter(|rate| fps.is_none() && rate.per_second() > MOST_PER_SECOND) {
+            let message = format_args!(
+                "states {:.0} frames per second, expected at most {MOST_PER_SECOND}; state the rate with --fps",
+                rate.per_second()
+            );
+            return Err(Error::new(ErrorKind::Format, &subject, message));
+        }
+        let (conversion, pixels) = stated.conversion();
+        let filters = format!("{EVERY_TIME},{conversion}{EVERY_FRAME}");
         let mut process = ffmpeg("ffmpeg", path)
-            .args(["-map", "0:v:0", "-vf", EVERY_FRAME, "-r", "30", "-pix_fmt", pixels, "-f", "yuv4mpegpipe", "pipe:1"])
+            // Cover pictures are no video.
+            .args(["-map", "0:V:0", "-vf", &filters, "-r", "30", "-pix_fmt", pixels])
+            // Gray of more than 8 bits has a name in Y4M that ffmpeg does not take for official.
+            .args(["-strict", "-1", "-f", "yuv4mpegpipe", "pipe:1"])
             // A signal to the program must not end the decoder before the program has read what it wants.
             .process_group(0)
             .spawn()
             .map_err(|error| not_started(&subject, error))?;
         let (output, errors) = (process.stdout.take(), process.stderr.take());
         let reported = Arc::new(Mutex::new(Vec::new()));
-        let reader = errors.map(|errors| read_reports(errors, Arc::clone(&reported)));
-        let mut decoder = Decoder { process, reported, reader };
+        let (sender, times) = channel();
+        let reader = errors.map(|errors| read_reports(errors, Arc::clone(&reported), sender));
+        let mut decoder = Decoder { process, reported, reader, times };
         let Some(output) = output else {
             return Err(Error::new(ErrorKind::Io, &subject, "ffmpeg has no output"));
         };
-        let rate = fps.or(stated.rate);
         let frames = Y4m::from_fd(&subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
         let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
         let info = stated.describe(&subject, frames.info(), fps);
-        Ok(Self { subject, info, frames, decoder, ended: false })
+        let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived: false, ended: false })
     }
 }
 
@@ -98,15 +144,30 @@ impl Source for Video {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        if self.ended {
+        let Self { subject, frames, decoder, spacing, has_arrived, ended, .. } = self;
+        if let Some(spacing) = spacing {
+            if !*has_arrived && !*ended {
+                match decoder.times.recv_timeout(LONGEST_WAIT) {
+                    Ok(time) => time.into_iter().for_each(|time| spacing.arrive(time)),
+                    Err(RecvTimeoutError::Timeout) => return Ok(SourceEvent::Waiting),
+                    // ffmpeg has ended. There may be a reason.
+                    Err(RecvTimeoutError::Disconnected) => {}
+                }
+                *has_arrived = true;
+            }
+            if let Some(event) = spacing.next_event() {
+                return Ok(event);
+            }
+        }
+        if *ended {
             return Ok(SourceEvent::End);
         }
-        let Self { subject, frames, decoder, ended, .. } = self;
         match frames.next_event() {
             Ok(SourceEvent::End) => {
                 *ended = true;
+                spacing.iter_mut().for_each(Spacing::finish);
                 // What it could not decode, it has replaced or left out.
-                Ok(decoder.end().map_or(SourceEvent::End, |why| {
+                Ok(decoder.end().map_or(SourceEvent::Waiting, |why| {
                     SourceEvent::Fault(Fault::new(FaultKind::Decoder, format!("ffmpeg reports about {subject}: {why}")))
                 }))
             }
@@ -115,7 +176,10 @@ impl Source for Video {
                 let why = decoder.end().unwrap_or_else(|| error.message().to_owned());
                 Err(Error::new(ErrorKind::Format, subject, why))
             }
-            other => other,
+            other => {
+                *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_)));
+                other
+            }
         }
     }
 }
@@ -170,7 +234,50 @@ impl Stated {
             FrameRate::new(numerator.parse().ok()?, denominator.parse().ok()?).ok()
         };
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
-        Self { pixels, range, matrix, rate: mean.or(base), is_uneven: mean.is_some() && base.is_some() && mean != base }
+        let (pixels, stated) = (pixels, mean.or(base));
+        let format = value("format_name");
+        if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
+            let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != MADE_UP);
+            return Self { pixels, range, matrix, rate, step: None, is_by_times: false };
+        }
+        let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
+        let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
+        let step = spacing::step(&times);
+        // The mean of a file whose frames come unevenly is the rate of none of them, and ffmpeg guesses the other.
+        let is_same =
+            |rate: &FrameRate| step.is_none_or(|step| (rate.per_second() * step / 1000.0 - 1.0).abs() < SAME_RATE);
+        let by_header = mean.filter(is_same).or(base.filter(is_same));
+        let by_times = step.and_then(|step| {
+            let rate = 1000.0 / step;
+            let is_whole = (rate / rate.round() - 1.0).abs() < SAME_RATE / 10.0;
+            let (frames, time) =
+                if is_whole { (rate.round() as u32, 1) } else { (1_000_000, (1000.0 * step).round() as u32) };
+            FrameRate::new(frames, time).ok()
+        });
+        let is_by_times = by_header.is_none() && by_times.is_some();
+        Self { pixels, range, matrix, rate: by_header.or(by_times), step, is_by_times }
+    }
+
+    /// Returns the filter that makes pixels that are read, and their format.
+    ///
+    /// ffmpeg makes limited range of anything unless it is told otherwise.
+    fn conversion(&self) -> (String, &'static str) {
+        let pixels = self.pixels.as_str();
+        let starts = |names: &[&str]| names.iter().any(|name| pixels.starts_with(name));
+        let is_deep = ["10", "12", "14", "16", "48", "64", "9", "f32"].iter().any(|bits| pixels.contains(bits));
+        if let Some(kept) = KEPT.iter().find(|kept| **kept == pixels) {
+            return (String::new(), kept);
+        }
+        match (starts(&RGB), starts(&GRAY), is_deep) {
+            (true, _, false) => ("format=gbrp,extractplanes=g,".into(), "gray"),
+            (true, _, true) => ("format=gbrp16le,extractplanes=g,".into(), "gray16le"),
+            (_, true, false) => (String::new(), "gray"),
+            (_, true, true) => (String::new(), "gray16le"),
+            _ => {
+                let range = if self.range == Some(QuantizationRange::Full) { "full" } else { "limited" };
+                (format!("scale=in_range={range}:out_range={range},"), "yuv444p")
+            }
+        }
     }
 
     /// Returns the description of the frames.
@@ -190,8 +297,8 @@ impl Stated {
         about += &replaced_rate::remark(self.rate, given);
         if self.rate.is_none() && given.is_none() {
             about += " (assumed: state another with --fps)";
-        } else if self.is_uneven && given.is_none() {
-            about += " on average; its frames come unevenly";
+        } else if self.is_by_times && given.is_none() {
+            about += " by its time stamps";
         }
         if frames.format.is_ycbcr() && self.range.is_none() {
             about += "; no range is stated: limited, unless --range says full";
@@ -211,27 +318,33 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
     let mut input = OsString::from("file:");
     input.push(path);
     if program == "ffmpeg" {
-        command.arg("-nostdin");
+        // The times of frames are information. Each line states its level. Times are not to be mended.
+        command.args(["-nostdin", "-hide_banner", "-nostats", "-v", "repeat+level+info", "-copyts"]);
+    } else {
+        command.args(["-v", "error"]);
     }
     // A playlist could name other files or the network.
-    command.args(["-v", "error", "-protocol_whitelist", "file", "-i"]).arg(input);
+    command.args(["-protocol_whitelist", "file", "-i"]).arg(input);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
 /// Asks `ffprobe` for the properties of a video.
 fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
-    let entries = "stream=pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate";
+    let entries = "format=format_name:stream=pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
+                   frame=best_effort_timestamp_time";
     let mut command = ffmpeg("ffprobe", path);
-    command.args(["-select_streams", "v:0", "-show_entries", entries, "-of", "default=noprint_wrappers=1"]);
+    command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
+    command.args(["-of", "default=noprint_wrappers=1"]);
     let done = command.output().map_err(|error| not_started(subject, error))?;
     let stated = Stated::parse(&String::from_utf8_lossy(&done.stdout));
     if done.status.success() && !stated.pixels.is_empty() {
         return Ok(stated);
     }
     let reported = String::from_utf8_lossy(&done.stderr);
-    let last = reported.lines().map(str::trim).rfind(|line| !line.is_empty());
-    let why = last.map_or_else(
+    // The last line only says that the data are invalid.
+    let first = reported.lines().map(without_context).find(|line| !line.is_empty());
+    let why = first.map_or_else(
         || "has no picture, expected a video".to_owned(),
         |line| {
             // ffprobe begins with the name of the file.
@@ -251,14 +364,47 @@ fn not_started(subject: &str, error: std::io::Error) -> Error {
     Error::new(ErrorKind::Io, subject, format_args!("ffmpeg does not start: {error}")).caused_by(error)
 }
 
-/// Reads what a process reports, so that it never waits, and keeps the beginning.
-fn read_reports(mut errors: impl Read + Send + 'static, reported: Arc<Mutex<Vec<u8>>>) -> JoinHandle<()> {
+/// Returns a line without the part of ffmpeg that it comes from, whose address differs from run to run.
+fn without_context(line: &str) -> &str {
+    let line = line.trim();
+    let context = line.strip_prefix('[').and_then(|line| line.split_once("] "));
+    context.filter(|(context, _)| context.contains(" @ 0x")).map_or(line, |(_, rest)| rest)
+}
+
+/// Returns an error that ffmpeg reports in a line of its log.
+fn error_in(line: &str) -> Option<&str> {
+    let line = without_context(line);
+    ["[error] ", "[fatal] ", "[panic] "].iter().find_map(|level| line.strip_prefix(level))
+}
+
+/// Returns the time of a frame in milliseconds that ffmpeg reports in a line of its log: `frame:0 pts:33333 pts_time:…`.
+/// The inner `None` stands for a frame without a time.
+fn time_in(line: &str) -> Option<Option<f64>> {
+    let line = line.strip_prefix("[Parsed_metadata_")?;
+    let (_, time) = line.split_once("] [info] frame:")?.1.split_once(" pts:")?;
+    let time = time.split(' ').next()?;
+    Some(time.parse::<i64>().ok().map(|time| time as f64 / 1000.0))
+}
+
+/// Reads what a process reports, so that it never waits: keeps the beginning of errors, and sends the times of frames.
+fn read_reports(
+    errors: impl Read + Send + 'static,
+    reported: Arc<Mutex<Vec<u8>>>,
+    times: Sender<Option<f64>>,
+) -> JoinHandle<()> {
     std::thread::spawn(move || {
-        let mut buffer = [0; 1024];
-        while let Ok(count @ 1..) = errors.read(&mut buffer) {
-            let mut kept = reported.lock().unwrap_or_else(PoisonError::into_inner);
-            let room = MOST_REPORTED.saturating_sub(kept.len()).min(count);
-            kept.extend_from_slice(buffer.get(..room).unwrap_or_default());
+        let (mut errors, mut bytes) = (BufReader::new(errors), Vec::new());
+        while let Ok(1..) = errors.read_until(b'\n', &mut bytes) {
+            let line = String::from_utf8_lossy(&bytes);
+            if let Some(time) = time_in(&line) {
+                // After the end of the source nobody asks.
+                let _ = times.send(time);
+            } else if let Some(error) = error_in(&line) {
+                let mut kept = reported.lock().unwrap_or_else(PoisonError::into_inner);
+                let room = MOST_REPORTED.saturating_sub(kept.len());
+                kept.extend(error.bytes().chain([b'\n']).take(room));
+            }
+            bytes.clear();
         }
     })
 }
@@ -273,13 +419,70 @@ mod tests {
         let stated = Stated::parse(text);
         assert_eq!(stated.range, Some(QuantizationRange::Limited));
         assert_eq!(stated.matrix, Some(YcbcrMatrix::Bt709));
-        assert_eq!((stated.rate, stated.is_uneven), (FrameRate::new(30, 1).ok(), false));
+        assert_eq!(stated.rate, FrameRate::new(30, 1).ok());
         // A camera's Motion JPEG, of which the container states nothing.
         let text = "pix_fmt=yuvj422p\ncolor_range=unknown\ncolor_space=unknown\nr_frame_rate=30/1\navg_frame_rate=29970/1000\n";
         let stated = Stated::parse(text);
         assert_eq!((stated.range, stated.matrix), (Some(QuantizationRange::Full), None));
-        assert_eq!((stated.rate, stated.is_uneven), (FrameRate::new(29_970, 1000).ok(), true));
+        assert_eq!(stated.rate, FrameRate::new(29_970, 1000).ok());
         assert_eq!(Stated::parse("avg_frame_rate=0/0\nrubbish"), Stated::default());
+    }
+
+    #[test]
+    fn the_rate_is_that_of_the_time_stamps() {
+        let times = |step: f64| {
+            (0..20).map(move |frame| format!("best_effort_timestamp_time={:.3}\n", f64::from(frame) * step))
+        };
+        let rate_of = |format: &str, mean: &str, base: &str, step: f64| {
+            let head = format!("format_name={format}\navg_frame_rate={mean}\nr_frame_rate={base}\n");
+            let stated = Stated::parse(&(times(step).collect::<String>() + &head));
+            (stated.rate.map(<(u32, u32)>::from), stated.is_by_times)
+        };
+        assert_eq!(rate_of("mov,mp4", "30/1", "30/1", 1.0 / 30.0), (Some((30, 1)), false));
+        assert_eq!(rate_of("mov,mp4", "26/1", "30/1", 1.0 / 30.0), (Some((30, 1)), false));
+        assert_eq!(rate_of("matroska,webm", "0/0", "1000/1", 0.04), (Some((25, 1)), true));
+        assert_eq!(rate_of("matroska,webm", "0/0", "1000/1", 0.035), (Some((1_000_000, 35_000)), true));
+        assert_eq!(rate_of("avi", "25/1", "25/1", 0.04), (Some((25, 1)), false));
+        // ffmpeg makes times up.
+        assert_eq!(rate_of("jpeg_pipe", "25/1", "25/1", 0.04), (None, false));
+        assert_eq!(rate_of("h264", "25/1", "25/1", 0.04), (None, false));
+        assert_eq!(rate_of("h264", "30/1", "30/1", 0.04), (Some((30, 1)), false));
+    }
+
+    #[test]
+    fn pixels_keep_their_range() {
+        let conversion = |pixels: &str, range| {
+            let stated = Stated { pixels: pixels.into(), range, ..Stated::default() };
+            let (filter, pixels) = stated.conversion();
+            filter + pixels
+        };
+        for (pixels, expected) in [
+            ("gray", "gray"),
+            ("ya8", "gray"),
+            ("gray16be", "gray16le"),
+            ("gray10le", "gray10le"),
+            ("yuvj422p", "yuvj422p"),
+            ("gbrp", "format=gbrp,extractplanes=g,gray"),
+            ("bgr0", "format=gbrp,extractplanes=g,gray"),
+            ("rgb48be", "format=gbrp16le,extractplanes=g,gray16le"),
+            ("nv12", "scale=in_range=limited:out_range=limited,yuv444p"),
+        ] {
+            assert_eq!(conversion(pixels, None), expected, "{pixels}");
+        }
+        let full = conversion("yuv422p10le", Some(QuantizationRange::Full));
+        assert_eq!(full, "scale=in_range=full:out_range=full,yuv444p");
+    }
+
+    #[test]
+    fn the_log_of_ffmpeg_is_read() {
+        let time = "[Parsed_metadata_3 @ 0x560dd031a040] [info] frame:7    pts:233333  pts_time:0.233333\n";
+        assert_eq!(time_in(time), Some(Some(233.333)));
+        assert_eq!(time_in("[Parsed_metadata_3 @ 0x5] [info] frame:7    pts:NOPTS  pts_time:NOPTS"), Some(None));
+        assert_eq!(time_in("[Parsed_metadata_3 @ 0x5] [info] wstac=time"), None);
+        assert_eq!(time_in("[info]     title           : [info] frame:7 pts:3 pts_time:0.233333"), None);
+        assert_eq!(error_in("[h264 @ 0x560dd031a040] [error] no frame!\n"), Some("no frame!"));
+        assert_eq!(error_in("[fatal] no such filter"), Some("no such filter"));
+        assert_eq!(error_in("[info]     title           : [error] none"), None);
     }
 
     #[test]

@@ -29,6 +29,6 @@ impl Compression {
         let mut encoder = Encoder::new(&mut self.jpeg, self.quality);
         encoder.set_sampling_factor(SamplingFactor::F_2_1);
         encoder.encode(rgb, self.size.width(), self.size.height(), ColorType::Rgb).ok()?;
-        Some((self.decoder.decode(&self.jpeg)?, &self.jpeg))
+        Some((self.decoder.decode(&self.jpeg).ok()?, &self.jpeg))
     }
 }

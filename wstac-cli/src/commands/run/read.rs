@@ -16,6 +16,7 @@ use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::no_event::NoEvent;
 use super::range::Range;
+use wstac_core::motion::Doubt;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
@@ -23,7 +24,7 @@ use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
 use wstac_host::source::names::Sensor;
-use wstac_host::source::{FramePolicy, Lag, SourceEvent};
+use wstac_host::source::{FaultKind, FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::Textures;
 
 /// The settings that all sensors of a run share.
@@ -196,7 +197,9 @@ impl<'a> Reading<'a> {
         let Opened { session, records, raw, range, interrupted } = opened;
         let (losses, no_event) = (LossReport::default(), NoEvent::default());
         let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
-        let printer = Printer { records, raw, range, outputs, losses, no_event, read_ns, printed_ns };
+        let (uneven, unreliable) = (None, 0);
+        let printer =
+            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, read_ns, printed_ns };
         Self { session, printer, interrupted, ended: None }
     }
 
@@ -249,6 +252,10 @@ impl<'a> Reading<'a> {
     fn say(&self) {
         let Self { session, printer, .. } = self;
         printer.losses.say(|message| printer.records.note(message));
+        if let Some(uneven) = &printer.uneven {
+            let events = if printer.unreliable == 1 { "event is" } else { "events are" };
+            printer.records.note(format_args!("{uneven}; {} {events} not reliable for it", printer.unreliable));
+        }
         say_lag(session.lag(), &printer.records);
         // The frames behind --until were not read, so nothing is known of them.
         let reason = printer.no_event.reason().filter(|_| !printer.range.is_over(session.processor()));
@@ -271,6 +278,10 @@ struct Printer<'a> {
     outputs: VecDeque<Output>,
     losses: LossReport,
     no_event: NoEvent,
+    /// The last that the source says about frames that come unevenly or are missing in the file, and the events that are
+    /// not reliable and have such frames.
+    uneven: Option<String>,
+    unreliable: u64,
     /// The time of the last frame that was read, in nanoseconds.
     read_ns: u64,
     /// The latest time of what was printed.
@@ -299,6 +310,7 @@ impl Observer for Printer<'_> {
                 }
             }
             SourceEvent::Lost { frames, reason } => self.losses.add(*frames, reason),
+            SourceEvent::Fault(fault) if fault.kind == FaultKind::Uneven => self.uneven = Some(fault.to_string()),
             _ => {}
         }
         Ok(())
@@ -306,6 +318,10 @@ impl Observer for Printer<'_> {
 
     fn output(&mut self, output: Output) -> Result<(), Stop> {
         self.no_event.output(&output);
+        if let Output::Event(event) = &output {
+            let has_gap = event.doubt == Some(Doubt::Uneven) || event.frames_filled > 0;
+            self.unreliable += u64::from(!event.reliable && has_gap);
+        }
         self.outputs.push_back(output);
         Ok(())
     }

@@ -3,12 +3,28 @@
 //! If a USB packet is missing in the middle, the data still decode to the end marker, only too early. Decoders fill in
 //! the rest without an error. A walk through the Huffman codes finds this without computing a single pixel.
 //!
+//! Some cameras, such as Logitech C270 and C910, put bytes between the last block and the next marker. The walk finds
+//! them, so that the decoder never sees them.
+//!
 //! The check is our own, because no decoder reports data that end too early.
+
+use std::ops::Range;
 
 /// Most components of a picture that a camera sends: Y, Cb, Cr.
 const COMPONENTS: usize = 3;
 /// Codes of up to this many bits are looked up at once.
 const DIRECT_BITS: u32 = 9;
+
+/// Most bytes between the last block before a marker and that marker, if they are no padding.
+///
+/// After a missing packet, blocks may end before their data do. Then there are mostly more bytes.
+const MOST_EXTRA: usize = 16;
+/// Why a picture is refused.
+const TRUNCATED: &str = "it ends before its last block";
+const WITHOUT_TABLE: &str = "it has no Huffman table for its blocks";
+const NO_CODE: &str = "its data are no Huffman codes";
+const MISPLACED: &str = "a restart marker is missing or out of order";
+const OVERLONG: &str = "it has too many bytes between its blocks and the next marker";
 
 /// A Huffman table: lengths and values of its codes.
 #[derive(Clone)]
@@ -89,31 +105,40 @@ pub(super) struct Scan<'a> {
     pub(super) ac: [Option<&'a Table>; 4],
 }
 
-impl Scan<'_> {
-    /// Returns whether `data` hold exactly the picture's blocks.
-    ///
-    /// They start behind the start of scan and end before the end marker.
-    pub(super) fn is_whole(&self, data: &[u8]) -> bool {
-        self.walk(data).is_some()
-    }
+/// The entropy-coded data of a picture that has all its blocks.
+#[derive(Debug, Default)]
+pub(super) struct Whole {
+    /// The parts of the data that belong to no block, in their order.
+    pub(super) extra: Vec<Range<usize>>,
+    /// The end of the last block.
+    pub(super) end: usize,
+}
 
-    fn walk(&self, data: &[u8]) -> Option<()> {
-        let mut bits = Bits { data, at: 0, window: 0, held: 0, missing: 0 };
-        let mut next_restart = 0;
+impl Scan<'_> {
+    /// Walks through `data`, which start behind the start of scan.
+    ///
+    /// # Errors
+    /// The data do not hold exactly the picture's blocks.
+    pub(super) fn walk(&self, data: &[u8]) -> Result<Whole, &'static str> {
+        let mut bits = Bits { data, at: 0, window: 0, held: 0, missing: 0, from: 0, taken: 0 };
+        let (mut whole, mut next_restart) = (Whole::default(), 0);
         for unit in 0..self.units {
             if self.restart > 0 && unit > 0 && unit % self.restart == 0 {
-                bits.restart(next_restart)?;
+                whole.extra.extend(bits.restart(next_restart)?);
                 next_restart = (next_restart + 1) % 8;
             }
             for blocks in &self.components {
                 for _ in 0..blocks.count {
-                    let (dc, ac) = ((*self.dc.get(blocks.dc)?)?, (*self.ac.get(blocks.ac)?)?);
-                    bits.block(dc, ac)?;
+                    let (dc, ac) =
+                        (self.dc.get(blocks.dc).copied().flatten(), self.ac.get(blocks.ac).copied().flatten());
+                    let (dc, ac) = dc.zip(ac).ok_or(WITHOUT_TABLE)?;
+                    bits.block(dc, ac).ok_or(NO_CODE)?;
                 }
             }
-            bits.in_bounds()?;
+            bits.in_bounds().ok_or(TRUNCATED)?;
         }
-        bits.at_end()
+        whole.end = bits.end()?;
+        Ok(whole)
     }
 }
 
@@ -126,6 +151,9 @@ struct Bits<'a> {
     held: u32,
     /// Bits in the window that lie past a marker or the end.
     missing: u32,
+    /// The start of the data behind the last restart marker, and how many bytes of them were taken, without stuffed zeros.
+    from: usize,
+    taken: usize,
 }
 
 impl Bits<'_> {
@@ -133,7 +161,7 @@ impl Bits<'_> {
         while self.held <= 56 {
             let byte = match self.data.get(self.at..) {
                 Some([0xff, 0, ..]) => {
-                    self.at += 2;
+                    (self.at, self.taken) = (self.at + 2, self.taken + 1);
                     0xff
                 }
                 // This is a marker or the end. Bits that are read from here on do not exist.
@@ -142,7 +170,7 @@ impl Bits<'_> {
                     0
                 }
                 Some([byte, ..]) => {
-                    self.at += 1;
+                    (self.at, self.taken) = (self.at + 1, self.taken + 1);
                     *byte
                 }
             };
@@ -190,27 +218,61 @@ impl Bits<'_> {
         (self.held >= self.missing).then_some(())
     }
 
-    /// Returns `None` unless only padding is left.
+    /// Returns where the last block ends, before the end marker, another one or the end of the data.
     ///
     /// Padding is ones or zeros in the last byte, or more of them, as some encoders write.
-    fn at_end(&self) -> Option<()> {
-        let left = self.held.checked_sub(self.missing)?;
-        let bits = self.window.checked_shr(64 - left).unwrap_or(0);
-        let padding = bits == 0 || bits == (1 << left) - 1;
-        let rest = self.data.get(self.at..)?;
-        (padding && (left < 8 || rest.is_empty()) && rest.iter().all(|byte| matches!(byte, 0 | 0xff))).then_some(())
+    fn end(&self) -> Result<usize, &'static str> {
+        let left = self.held.checked_sub(self.missing).ok_or(TRUNCATED)?;
+        let (extra, marker) = self.extra(left)?;
+        let is_padding = |left: u32| {
+            let bits = self.window.checked_shr(64 - left).unwrap_or(0);
+            bits == 0 || bits == (1 << left) - 1
+        };
+        if matches!(marker, Some(0xd0..=0xd7)) {
+            return Err(MISPLACED);
+        }
+        if !is_padding(left % 8) {
+            return Err(OVERLONG);
+        }
+        Ok(extra.start)
     }
 
-    /// Continues behind the restart marker of this number; `None` if it is not here.
-    fn restart(&mut self, number: u8) -> Option<()> {
-        let left = self.held.checked_sub(self.missing)?;
-        let fill = self.data.get(self.at..)?.iter().take_while(|byte| **byte == 0xff).count();
-        let marker = *self.data.get(self.at + fill)?;
-        if left >= 8 || fill == 0 || marker != 0xd0 + number {
-            return None;
+    /// Continues behind the restart marker of this number. Returns the bytes before it that belong to no block, if there
+    /// are any.
+    fn restart(&mut self, number: u8) -> Result<Option<Range<usize>>, &'static str> {
+        let left = self.held.checked_sub(self.missing).ok_or(TRUNCATED)?;
+        let (extra, marker) = self.extra(left)?;
+        if marker != Some(0xd0 + number) {
+            return Err(MISPLACED);
         }
-        self.at += fill + 1;
+        self.at = extra.end + 2;
         (self.window, self.held, self.missing) = (0, 0, 0);
-        Some(())
+        (self.from, self.taken) = (self.at, 0);
+        Ok((!extra.is_empty()).then_some(extra))
+    }
+
+    /// Returns the bytes between the last block and the next marker or the end, and the marker. `left` are the bits that
+    /// were taken and belong to no block.
+    fn extra(&self, left: u32) -> Result<(Range<usize>, Option<u8>), &'static str> {
+        let (mut end, mut used) = (self.from, self.taken.saturating_sub(left as usize / 8));
+        while used > 0 {
+            end += if matches!(self.data.get(end..), Some([0xff, 0, ..])) { 2 } else { 1 };
+            used -= 1;
+        }
+        let mut next = self.at;
+        let marker = loop {
+            match self.data.get(next..) {
+                Some([0xff, 0, ..]) => next += 2,
+                Some([0xff, marker @ 1..=0xfe, ..]) => break Some(*marker),
+                Some([_, ..]) => next += 1,
+                Some([]) | None => break None,
+            }
+        };
+        let extra = end..next.min(self.data.len());
+        let bytes = self.data.get(extra.clone()).unwrap_or_default();
+        if bytes.len() > MOST_EXTRA && bytes.iter().any(|byte| !matches!(byte, 0 | 0xff)) {
+            return Err(OVERLONG);
+        }
+        Ok((extra, marker))
     }
 }

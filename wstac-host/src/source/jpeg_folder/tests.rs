@@ -33,9 +33,9 @@ fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
     folder
 }
 
-/// Returns the green of the first pixel of every frame; `None` for a lost one.
-fn greens(source: &mut dyn Source) -> Vec<Option<u8>> {
-    let mut found = vec![];
+/// Returns the green of the first pixel of every frame, `None` for a lost one, and the faults.
+fn greens(source: &mut dyn Source) -> (Vec<Option<u8>>, Vec<String>) {
+    let (mut found, mut faults) = (vec![], vec![]);
     loop {
         match source.next_event().unwrap() {
             SourceEvent::Frame(Frame { bytes, encoded, .. }) => {
@@ -44,7 +44,10 @@ fn greens(source: &mut dyn Source) -> Vec<Option<u8>> {
                 found.push(Some(bytes[1]));
             }
             SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture } => found.push(None),
-            SourceEvent::End => return found,
+            // Pictures of the numbers between.
+            SourceEvent::Lost { frames, reason: LossReason::Missing } => found.extend((0..frames).map(|_| None)),
+            SourceEvent::Fault(Fault { message, .. }) => faults.push(message),
+            SourceEvent::End => return (found, faults),
             other => panic!("{other:?}"),
         }
     }
@@ -69,8 +72,12 @@ fn pictures_come_in_natural_order_and_damaged_ones_are_lost() {
     let mut source = open(folder.path(), &OpenOptions::default(), &[]).unwrap();
     assert!(source.info().about.contains("5 JPEG files, 48x48, 30:1 frames per second"), "{}", source.info().about);
     assert_eq!(source.info().format, PixelFormat::Rgb24);
-    let found = greens(source.as_mut());
-    let expected = [None, Some(40), Some(120), None, Some(200)];
+    let (found, faults) = greens(source.as_mut());
+    let expected = [None, Some(40), Some(120), None, None, None, None, None, None, None, Some(200)];
+    let why = "a0.jpg: cannot be decoded: its headers are not those of a JPEG picture; others count as lost, too";
+    assert!(faults[0].ends_with(why), "{faults:?}");
+    assert!(faults[1].ends_with("6 frames are missing and 0 come unevenly: 1 to 7 apart, expected 1"), "{faults:?}");
+    assert_eq!(faults.len(), 2);
     assert_eq!(found.len(), expected.len(), "{found:?}");
     for (found, expected) in found.iter().zip(expected) {
         assert_eq!(found.is_some(), expected.is_some());

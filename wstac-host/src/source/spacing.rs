@@ -1,0 +1,324 @@
+//! The spacing of a file's frames by their positions: the times of a video's frames, or the numbers of pictures.
+//!
+//! Frames are counted, so a frame that is missing or late would make every speed wrong. A gap of whole frames is lost
+//! frames in its place. Where frames are neither in their places nor whole frames apart, a fault says that they come
+//! unevenly.
+
+use std::collections::VecDeque;
+
+use super::{Fault, FaultKind, LossReason, Source, SourceEvent, StreamInfo};
+use crate::error::Error;
+use crate::plural::counted;
+
+/// The largest distance of a frame from its place that counts as even, in steps between frames: an application that
+/// writes the time when a frame arrived is off by some milliseconds, now early, now late.
+const TOLERANCE: f64 = 0.4;
+/// The largest distance of frames from their places on average: beyond, the camera runs at another rate than before.
+const MEAN_TOLERANCE: f64 = 0.15;
+/// The part of the average that the last frame is.
+const AVERAGED: f64 = 0.2;
+/// The part of a frame's distance by which the places of later frames move, because a rate is a little off.
+const FOLLOWED: f64 = 0.1;
+/// The largest difference from whole frames in a distance that counts for the usual one, in steps.
+const NEAR: f64 = 0.45;
+/// Frames in a row after which frames come evenly again.
+const EVEN_AGAIN: u32 = 10;
+
+/// The meaning of positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Positions {
+    /// Milliseconds, by the time stamps of a video.
+    Times,
+    /// Numbers in the names of pictures, whatever they count.
+    Numbers,
+}
+
+/// Finds gaps and unevenness.
+#[derive(Debug)]
+pub(super) struct Spacing {
+    subject: String,
+    positions: Positions,
+    /// The usual distance from frame to frame.
+    step: f64,
+    /// The position of the last frame, and its place by those before it.
+    last: Option<(f64, f64)>,
+    /// The average distance of frames from their places, in steps.
+    mean: f64,
+    frame: u64,
+    /// Frames in a row that were in their places.
+    even: u32,
+    is_uneven: bool,
+    /// Frames that are missing, and frames that came unevenly.
+    missing: u64,
+    uneven: u64,
+    /// The smallest and the largest distance.
+    least: f64,
+    most: f64,
+    /// Events before the next frame.
+    ready: VecDeque<SourceEvent<'static>>,
+}
+
+impl Spacing {
+    pub(super) fn new(subject: String, positions: Positions, step: f64) -> Self {
+        let (least, most, ready) = (f64::INFINITY, 0.0, VecDeque::new());
+        let (last, mean, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0, 0, false, 0, 0);
+        Self { subject, positions, step, last, mean, frame, even, is_uneven, missing, uneven, least, most, ready }
+    }
+
+    /// Takes the position of the next frame. [`Self::next_event`] has what comes before it.
+    pub(super) fn arrive(&mut self, position: f64) {
+        let frame = self.frame;
+        self.frame += 1;
+        let Some((last, place)) = self.last.replace((position, position)) else { return };
+        let distance = position - last;
+        (self.least, self.most) = (self.least.min(distance), self.most.max(distance));
+        let off = position - place - self.step;
+        let missing = (off / self.step).round().max(0.0);
+        let off = off - missing * self.step;
+        self.mean += AVERAGED * (off / self.step - self.mean);
+        if off.abs() <= TOLERANCE * self.step && self.mean.abs() <= MEAN_TOLERANCE {
+            self.last = Some((position, position - (1.0 - FOLLOWED) * off));
+            self.even += 1;
+            if self.is_uneven && self.even >= EVEN_AGAIN {
+                self.is_uneven = false;
+                self.fault(FaultKind::Even, "frames come evenly again");
+            }
+        } else {
+            self.uneven += 1;
+            (self.even, self.mean) = (0, 0.0);
+            if !std::mem::replace(&mut self.is_uneven, true) {
+                let message = format!(
+                    "frame {frame} comes {} after the one before, expected {}; events are not reliable until frames come \
+                     evenly",
+                    self.distance(distance),
+                    self.distance(self.step)
+                );
+                self.fault(FaultKind::Uneven, &message);
+            }
+        }
+        if missing > 0.0 {
+            let frames = missing as u64;
+            self.missing = self.missing.saturating_add(frames);
+            self.ready.push_back(SourceEvent::Lost { frames, reason: LossReason::Missing });
+        }
+    }
+
+    /// Takes the end of the source: if frames were missing or uneven, [`Self::next_event`] says how many.
+    pub(super) fn finish(&mut self) {
+        let (missing, uneven) = (std::mem::take(&mut self.missing), std::mem::take(&mut self.uneven));
+        if missing == 0 && uneven == 0 {
+            return;
+        }
+        let by = match self.positions {
+            Positions::Times => "time stamps",
+            Positions::Numbers => "the numbers in their names",
+        };
+        let message = format!(
+            "by {by}, {} missing and {} unevenly: {} to {} apart, expected {}",
+            if missing == 1 { "1 frame is".into() } else { counted(missing, "frame") + " are" },
+            if uneven == 1 { "1 comes".into() } else { format!("{uneven} come") },
+            self.distance(self.least),
+            self.distance(self.most),
+            self.distance(self.step)
+        );
+        self.fault(FaultKind::Uneven, &message);
+    }
+
+    /// Returns the next event that comes before the frame that arrived last, or before the end.
+    pub(super) fn next_event(&mut self) -> Option<SourceEvent<'static>> {
+        self.ready.pop_front()
+    }
+
+    fn fault(&mut self, kind: FaultKind, message: &str) {
+        let message = format!("{}: {message}", self.subject);
+        self.ready.push_back(SourceEvent::Fault(Fault::new(kind, message)));
+    }
+
+    /// Returns a distance for a person.
+    fn distance(&self, distance: f64) -> String {
+        match self.positions {
+            Positions::Times => format!("{distance:.1} ms"),
+            Positions::Numbers => format!("{}", distance.round()),
+        }
+    }
+}
+
+/// Returns the usual distance between positions; `None` if there are fewer than two.
+pub(super) fn step(positions: &[f64]) -> Option<f64> {
+    let distances = positions.windows(2).map(|pair| pair[1] - pair[0]).filter(|distance| *distance > 0.0);
+    let mut distances: Vec<f64> = distances.collect();
+    distances.sort_by(f64::total_cmp);
+    let mut step = *distances.get(distances.len() / 2)?;
+    // Gaps of whole frames count as frames. What lies between two numbers of frames says nothing.
+    for _ in 0..3 {
+        let (mut sum, mut frames) = (0.0, 0.0);
+        for distance in &distances {
+            let near = (distance / step).round();
+            if near >= 1.0 && (distance / step - near).abs() < NEAR {
+                (sum, frames) = (sum + distance, frames + near);
+            }
+        }
+        if frames > 0.0 {
+            step = sum / frames;
+        }
+    }
+    Some(step)
+}
+
+/// A source whose frames have known positions.
+#[cfg(any(feature = "jpeg", feature = "png"))]
+#[derive(Debug)]
+pub(super) struct Spaced<S> {
+    source: S,
+    spacing: Spacing,
+    positions: std::vec::IntoIter<f64>,
+    /// Whether the position of the next frame was taken.
+    has_arrived: bool,
+    is_over: bool,
+}
+
+#[cfg(any(feature = "jpeg", feature = "png"))]
+impl<S: Source> Spaced<S> {
+    /// Wraps a source whose frames, lost ones included, have these positions.
+    pub(super) fn new(source: S, subject: String, positions: Vec<f64>) -> Self {
+        let step = step(&positions).unwrap_or(1.0);
+        let spacing = Spacing::new(subject, Positions::Numbers, step);
+        Self { source, spacing, positions: positions.into_iter(), has_arrived: false, is_over: false }
+    }
+}
+
+#[cfg(any(feature = "jpeg", feature = "png"))]
+impl<S: Source> Source for Spaced<S> {
+    fn info(&self) -> &StreamInfo {
+        self.source.info()
+    }
+
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        let Self { source, spacing, positions, has_arrived, is_over } = self;
+        if !std::mem::replace(has_arrived, true)
+            && let Some(position) = positions.next()
+        {
+            spacing.arrive(position);
+        }
+        if let Some(event) = spacing.next_event() {
+            return Ok(event);
+        }
+        let event = source.next_event()?;
+        *has_arrived = !matches!(event, SourceEvent::Frame(_) | SourceEvent::Lost { .. });
+        if matches!(event, SourceEvent::End) && !std::mem::replace(is_over, true) {
+            spacing.finish();
+            return Ok(spacing.next_event().unwrap_or(SourceEvent::End));
+        }
+        Ok(event)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the events of frames at these positions: `.` for a frame.
+    fn events(positions: Positions, step: f64, frames: &[f64]) -> String {
+        let mut spacing = Spacing::new("a".into(), positions, step);
+        let mut found = Vec::new();
+        let say = |event: SourceEvent<'_>| match event {
+            SourceEvent::Lost { frames, reason: LossReason::Missing } => format!("{frames} missing"),
+            SourceEvent::Fault(fault) => format!("{}", fault.kind),
+            other => panic!("{other:?}"),
+        };
+        for position in frames {
+            spacing.arrive(*position);
+            found.extend(std::iter::from_fn(|| spacing.next_event()).map(say));
+            found.push(".".into());
+        }
+        found.join(" ").replace(". .", "..").replace(". .", "..")
+    }
+
+    fn even(step: f64, count: u32) -> Vec<f64> {
+        (0..count).map(|frame| f64::from(frame) * step).collect()
+    }
+
+    fn dots(count: usize) -> String {
+        ".".repeat(count)
+    }
+
+    #[test]
+    fn what_is_even_is_left_alone() {
+        // Whole milliseconds, a rate that is slightly off, and times when frames arrived.
+        let rounded: Vec<_> = even(1000.0 / 30.0, 200).into_iter().map(f64::round).collect();
+        assert_eq!(events(Positions::Times, step(&rounded).unwrap(), &rounded), dots(200));
+        let fast: Vec<_> = even(1000.0 / 480.0, 200).into_iter().map(f64::round).collect();
+        assert_eq!(events(Positions::Times, 1000.0 / 480.0, &fast), dots(200));
+        assert_eq!(events(Positions::Times, 1000.0 / 30.0, &even(1000.0 / 29.97, 3000)), dots(3000));
+        assert_eq!(events(Positions::Times, 1000.0 / 30.0, &even(1000.0 / 29.6, 3000)), dots(3000));
+        let mut random = fastrand::Rng::with_seed(1);
+        let late: Vec<_> = even(33.3, 300).into_iter().map(|time| time + 7.0 * (random.f64() - 0.5)).collect();
+        assert_eq!(events(Positions::Times, step(&late).unwrap(), &late), dots(300));
+        assert_eq!(events(Positions::Numbers, 2.0, &even(2.0, 99)), dots(99));
+    }
+
+    #[test]
+    fn times_of_arrival_are_even_and_a_changed_rate_is_not() {
+        let mut random = fastrand::Rng::with_seed(2);
+        for _ in 0..20 {
+            let late: Vec<_> = even(33.3, 300).into_iter().map(|time| time + 12.0 * (random.f64() - 0.5)).collect();
+            assert_eq!(events(Positions::Times, 33.3, &late), dots(300));
+        }
+        for changed in [0.97, 1.03, 1.2, 1.4, 1.5] {
+            let mut times = even(33.3, 30);
+            times.extend((1..30).map(|frame| times[29] + 33.3 * changed * f64::from(frame)).collect::<Vec<_>>());
+            let found = events(Positions::Times, 33.3, &times);
+            assert!(found.starts_with(&dots(30)) && found.contains("uneven"), "{changed}: {found}");
+        }
+        // One late frame, after which all are as late.
+        let times: Vec<_> =
+            even(33.3, 40).into_iter().map(|time| if time > 666.0 { time + 12.0 } else { time }).collect();
+        assert!(events(Positions::Times, 33.3, &times).contains("uneven"));
+    }
+
+    #[test]
+    fn gaps_are_lost_frames_in_their_places() {
+        assert_eq!(events(Positions::Numbers, 1.0, &[1.0, 2.0, 4.0, 5.0, 9.0]), ".. 1 missing .. 3 missing .");
+        let times = [0.0, 33.0, 67.0, 133.0, 167.0, 267.0];
+        assert_eq!(events(Positions::Times, 33.3, &times), "... 1 missing .. 2 missing .");
+        assert!(events(Positions::Numbers, 1.0, &[0.0, 1e18]).contains(" 1000000000000000000 missing"));
+    }
+
+    #[test]
+    fn what_is_neither_is_uneven_until_it_is_even_again() {
+        let mut times = even(33.3, 20);
+        let slow: Vec<_> = (1..=5).map(|frame| times[19] + 50.0 * f64::from(frame)).collect();
+        times.extend(slow);
+        let last = times[24];
+        times.extend((1..=20).map(|frame| last + 33.3 * f64::from(frame)));
+        let found = events(Positions::Times, 33.3, &times);
+        assert!(found.starts_with(&format!("{} uneven ", dots(20))), "{found}");
+        assert!(found.ends_with(&format!("{} even {}", dots(9), dots(11))), "{found}");
+        // Frames at once or backward, and a rate that changes by 5 %.
+        for times in [&[0.0, 33.0, 33.0][..], &[33.0, 0.0]] {
+            assert!(events(Positions::Times, 33.3, times).contains("uneven"), "{times:?}");
+        }
+        assert!(events(Positions::Times, 33.3, &even(35.0, 100)).contains("uneven"));
+    }
+
+    #[test]
+    fn the_usual_distance_is_found() {
+        assert_eq!(step(&[]), None);
+        assert_eq!(step(&[4.0]), None);
+        assert_eq!(step(&[1.0, 2.0, 3.0, 9.0, 10.0]), Some(1.0));
+        let mut times: Vec<_> = even(1000.0 / 30.0, 150).into_iter().map(f64::round).collect();
+        assert!((step(&times).unwrap() - 33.333).abs() < 0.01);
+        for at in (60..100).rev().step_by(2) {
+            times.remove(at);
+        }
+        assert!((step(&times).unwrap() - 33.333).abs() < 0.01);
+        let mut spacing = Spacing::new("a.mp4".into(), Positions::Times, step(&times).unwrap());
+        times.iter().for_each(|time| spacing.arrive(*time));
+        spacing.finish();
+        let Some(SourceEvent::Fault(fault)) = spacing.ready.pop_back() else { panic!() };
+        assert_eq!(
+            fault.to_string(),
+            "a.mp4: by time stamps, 20 frames are missing and 0 come unevenly: 33.0 ms to 67.0 ms apart, expected 33.3 ms"
+        );
+    }
+}
