@@ -11,8 +11,8 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, SimulatedFrame, Slide};
 
-use crate::interval;
 use crate::touches::{Kind, each, script};
+use crate::{interval, share};
 
 /// Touches of a table.
 const SLIDES: u64 = 2000;
@@ -112,11 +112,6 @@ fn follow(kind: Kind, number: u64) -> Followed {
         }
     }
     followed
-}
-
-/// Percent of a number in another.
-fn share(count: usize, of: usize) -> String {
-    if of == 0 { "–".into() } else { format!("{:.1}", 100.0 * count as f64 / of as f64) }
 }
 
 /// The columns that first and all answers share.

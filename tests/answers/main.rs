@@ -1,8 +1,9 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `textures` it writes only that section.
+//! `live`, `readout` or `textures` it writes only that section.
 
 mod live;
+mod readout;
 mod textures;
 mod touches;
 
@@ -66,10 +67,6 @@ impl Result {
         let of = |numbers: &[f64], fraction, unit: f64| {
             percentile(numbers.to_vec(), fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
         };
-        let share = |count: usize, of: usize| match of {
-            0 => "–".into(),
-            _ => format!("{:.1}", 100.0 * count as f64 / of as f64),
-        };
         let wrong = self.speed.iter().filter(|error| **error > 0.1).count();
         format!(
             "| {name} | {} | {} | {} | {} | {} | {} | {wrong} | {} | {} |",
@@ -104,6 +101,11 @@ fn table(page: &mut String, property: &str, cases: &[Case<'_>], of: impl Fn(&Cas
         let _ = writeln!(page, "{}", Result::new(rows).row(&format!("{low} to {high}")));
     }
     page.push('\n');
+}
+
+/// Percent of a number in another.
+pub(crate) fn share(count: usize, of: usize) -> String {
+    if of == 0 { "–".into() } else { format!("{:.1}", 100.0 * count as f64 / of as f64) }
 }
 
 /// Returns a share in percent with Wilson's interval of 95 %.
@@ -218,8 +220,14 @@ fn kinds(page: &mut String) {
 }
 
 fn main() {
-    if std::env::args().nth(1).as_deref() == Some("textures") {
-        print!("{}", textures::section());
+    if let Some(part) = std::env::args().nth(1) {
+        let mut section = String::new();
+        match part.as_str() {
+            "live" => live::tables(&mut section),
+            "readout" => readout::table(&mut section),
+            _ => section = textures::section(),
+        }
+        print!("{section}");
         return;
     }
     let mut page = String::from(include_str!("head.txt"));
@@ -283,6 +291,7 @@ fn main() {
         let answered = answers(kind, OTHERS);
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));
     }
+    readout::table(&mut page);
     live::tables(&mut page);
     page += &textures::section();
     print!("{page}");

@@ -69,6 +69,8 @@ pub(crate) enum Kind {
     OneDead,
     /// One whisker has 15 % of its light.
     OneWeak,
+    /// Slides before a camera that reads its rows one after the other.
+    Readout,
 }
 
 /// A touch, and the answers to its first event.

@@ -174,7 +174,11 @@ class Tools {
     let step = "Measures the sensor for 10 s while nothing touches it, and says what to change.";
     if (runs) step = "Measuring: do not touch the sensor.";
     else if (last && last.error) step = "No advice: " + last.error;
-    else if (last) step = last.verdict.length ? `${plural(last.verdict.length, "thing")} to change:` : "Nothing to change.";
+    else if (last) {
+      // That a camera may have a rolling shutter is no change.
+      const changes = last.verdict.filter(({ kind }) => kind !== "readout").length;
+      step = changes ? `${plural(changes, "thing")} to change:` : "Nothing to change.";
+    }
     this.set("doctor", "step", step);
     this.tool("doctor").querySelector(".step").classList.toggle("bad", !runs && Boolean(last && last.error));
     progressOf(this.tool("doctor"), runs && job.seconds);

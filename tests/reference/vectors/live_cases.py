@@ -34,9 +34,12 @@ def surface(path: float, length: float, texture: float) -> float:
     return min(path / 2.5, 1.0) * (0.3 + texture * ripple)
 
 
-def frames_of(rng: SplitMix64, speeds: tuple[float, float], degrees: float, texture: float, lines: range) -> np.ndarray:
-    """Frames of ten features. Lines that are not in `lines` stay dark."""
+def frames_of(
+    rng: SplitMix64, speeds: tuple[float, float], degrees: float, texture: float, lines: range, outer: float = 1.0
+) -> np.ndarray:
+    """Frames of ten features. Lines that are not in `lines` stay dark; those at the rim have `outer` times the light."""
     gains = 0.8 + rng.below(400, FEATURES) / 1000
+    gains[[0, ROWS - 1, ROWS, FEATURES - 1]] *= outer
     angle = math.radians(degrees)
     lags = [PITCH * (k - 2) * -math.sin(angle) for k in range(ROWS)]
     lags += [PITCH * (k - 2) * math.cos(angle) for k in range(ROWS)]
@@ -70,6 +73,7 @@ def live_cases() -> list[dict[str, Any]]:
     every = range(FEATURES)
     cases = [(f"slide-{speed}-{angle}", ((speed, speed), angle, 0.05, every)) for speed, angle in SLIDES]
     cases += [(f"change-{before}-{after}", ((before, after), 30.0, 0.0, every)) for before, after in CHANGES]
+    cases.append(("narrow-60-47", ((60, 60), 47, 0.05, every, 0.4)))
     cases += [("press", every), ("poke", range(1, FEATURES, 5)), ("dark", range(0))]
     for name, how in cases:
         rng = SplitMix64(seed_of(f"live-{name}", SEED))
@@ -82,7 +86,8 @@ def live_cases() -> list[dict[str, Any]]:
         said = [live.push(frame) for frame in features]
         if not isinstance(how, range):
             # What is left of the light after the last velocity is noise.
-            said = said[: 1 + max(t for t, one in enumerate(said) if one is not None and one.mm_s is not None)]
+            moving = (t for t, one in enumerate(said) if one is not None and one.mm_s is not None)
+            said = said[: 1 + max(moving, default=len(said))]
         made.append(
             {
                 "name": name,

@@ -52,6 +52,12 @@ def spline(u: float) -> tuple[np.ndarray, np.ndarray]:
     return values, np.array([u - 0.5, -2 * u, u + 0.5])
 
 
+def alike(light: np.ndarray) -> bool:
+    """Whether the peaks of five lines are those of something that crosses the whole sensor."""
+    mirrored = np.minimum(light, light[::-1]) > 0.65 * np.maximum(light, light[::-1])
+    return bool(light.min() > light.max() / 2 and mirrored.all())
+
+
 class Live:
     """Follows one stream. `totals` are the baseline's sums over `frames` frames."""
 
@@ -97,6 +103,8 @@ class Live:
             answer = LiveAnswer(self.arrive(now))
         else:
             self.follow(now)
+            if not any(axis.is_behind for axis in self.axes):
+                self.look(now, 1)
             answer = self.answer()
         return answer if lit.any() else None
 
@@ -122,7 +130,26 @@ class Live:
         self.settled_from = self.level_from + max(math.ceil(0.5 * self.whole) - 1, 0)
         self.changing = 0
         self.off = 0.0
+        self.peaks = np.full(FEATURES, -16.0)
+        self.seen = [0, 0]
+        self.all_seen = [math.floor(4 * abs(axis.slowness)) + 3 for axis in reversed(axes)]
+        self.look(now, 16)
         return self.contact()
+
+    def look(self, now: int, most: int) -> None:
+        """Compares the lines of each axis in up to `most` further frames since each was first lit."""
+        is_new = False
+        for axis, first in enumerate((0, 5)):
+            onsets = self.onset[first : first + 5]
+            end = min(self.all_seen[axis], now - max(onsets) + 1, self.seen[axis] + most)
+            for line, onset in enumerate(onsets, first):
+                for frame in range(onset + self.seen[axis], onset + end):
+                    if now - frame < RING:
+                        self.peaks[line] = max(self.peaks[line], self.history[frame][line])
+            is_new |= self.seen[axis] < end
+            self.seen[axis] = max(self.seen[axis], end)
+        if is_new:
+            self.is_alike = all(alike(light) for light in (np.exp(self.peaks) - self.base).reshape(2, 5))
 
     def edge(self, line: int, onset: int) -> float:
         values = [self.light(onset + t, line) for t in (-1, 0, 1, 2)]
@@ -216,7 +243,7 @@ class Live:
 
     def answer(self) -> LiveAnswer:
         contact, whole = self.contact(), self.whole
-        if contact != "slide" or self.faded < -717 / UNIT:
+        if contact != "slide" or self.faded < -717 / UNIT or not self.is_alike:
             return LiveAnswer(contact)
         always = (0.001 + 0.005 * min(whole, 1.5)) ** 2 + self.excess**2
         (row, row_sd), (column, column_sd) = (

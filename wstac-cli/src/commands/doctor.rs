@@ -160,8 +160,9 @@ Output with --json, one object (wrapped here):
   verdict    what to change, the worst first: kind, found, advice. Kinds:
              touched, frozen, unlocked, drifting_control, slow, rate,
              jitter, lost, saturated, clipped, leak, always_lit, noisy,
-             insensitive, drift, mjpeg
-  healthy    true if there is no verdict
+             insensitive, drift, mjpeg, readout
+  healthy    true if nothing is to be changed; readout, which every camera
+             has, does not count
 
 The threshold of the trigger:
   A row or column whose five taxels add up to R levels at rest fires when

@@ -221,7 +221,7 @@ pub fn examine(
         verdict: Vec::new(),
     };
     report.verdict = verdict::verdict(&report, info, measured);
-    report.healthy = report.verdict.is_empty();
+    report.healthy = report.verdict.iter().all(|finding| finding.kind == verdict::READOUT);
     Ok(report)
 }
 

@@ -93,7 +93,8 @@ impl Page<'_> {
         writeln!(page, "<p>{}</p>\n<h2>Advice</h2>", escaped(&report.source))?;
         if report.healthy {
             writeln!(page, "<p>Nothing to change.</p>")?;
-        } else {
+        }
+        if !report.verdict.is_empty() {
             writeln!(page, "<ul>")?;
             for finding in &report.verdict {
                 let (found, advice) = (escaped(&finding.found), escaped(&finding.advice));

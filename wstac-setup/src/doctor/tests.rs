@@ -216,6 +216,19 @@ fn a_sensor_in_order_has_nothing_to_change() {
 }
 
 #[test]
+fn what_a_rolling_shutter_costs_is_told_of_cameras_only() {
+    let frames = (0..150).map(|_| Shown::Level(1.4)).collect();
+    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
+    let camera = CameraReport { device: DeviceInfo::default(), format: "GREY".into() };
+    let (config, known) = (Config::default(), Known::default());
+    let report = examine(&info, &config, &measured, known, (Some(camera), Vec::new()), None).unwrap();
+    assert_eq!(kinds(&report), ["readout"], "{report}");
+    // The camera is as good as it can be, so nothing is to be changed.
+    let text = report.to_string();
+    assert!(report.healthy && text.contains("\nNothing to change.\n- most cameras without a global shutter"), "{text}");
+}
+
+#[test]
 fn drift_is_measured_and_told_in_minutes() {
     // 18 levels per minute, from 20 levels to 23.
     let frames = (0..300).map(|t| Shown::Level(20.0 + 18.0 / 1800.0 * f64::from(t))).collect();

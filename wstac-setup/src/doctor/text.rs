@@ -31,10 +31,7 @@ impl fmt::Display for Report {
         }
         self.controls(f)?;
         self.compression(f)?;
-        if self.healthy {
-            return write!(f, "\nNothing to change.");
-        }
-        write!(f, "\nTo change:")?;
+        write!(f, "\n{}", if self.healthy { "Nothing to change." } else { "To change:" })?;
         self.verdict.iter().try_for_each(|finding| write!(f, "\n- {}:\n  {}", OneLine(&finding.found), finding.advice))
     }
 }

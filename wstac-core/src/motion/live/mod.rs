@@ -1,5 +1,6 @@
 //! Speed and direction while something slides, frame by frame (SPEC §9, "Live").
 
+mod alike;
 mod arrival;
 mod level;
 mod light;
@@ -12,6 +13,7 @@ use crate::sample::Sample;
 
 use super::edges::LINES;
 use super::{Contact, LEAST_SLIDE, MOST_SLOWNESS, MotionConfig, Velocity, degrees};
+use alike::Alike;
 use arrival::arrival;
 use level::{Change, Level};
 use light::light;
@@ -92,6 +94,8 @@ struct Slide {
     /// Standard deviation of both slownesses by edges that are not on a straight line.
     excess: f32,
     level: Level,
+    /// Whether all lines are lit alike. Whatever is narrower than the sensor leaves some of them darker.
+    alike: Alike,
     /// Deviation of the speed by a change of the light that is too small to follow, as a fraction.
     off: f32,
 }
@@ -181,7 +185,13 @@ impl LiveMotion {
         let is_crossing = self.slide.as_ref().is_some_and(|slide| !slide.level.is_whole());
         self.faded = if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
         match &mut self.slide {
-            Some(slide) => slide.follow(recent, newest, &self.base, frames),
+            Some(slide) => {
+                slide.follow(recent, newest, &self.base, frames);
+                // Not in the longest frames, which catch up.
+                if !slide.tracks.iter().any(|track| track.is_behind) {
+                    slide.alike.look(recent, &self.ages, &self.base, 1);
+                }
+            }
             None => match self.arrive(recent) {
                 Ok(slide) => {
                     let contact = slide.contact();
@@ -210,8 +220,10 @@ impl LiveMotion {
         }
         let arrival = arrival(recent, &self.ages, &self.base).ok_or(Contact::Unclear)?;
         let slowness = slowness(&arrival.tracks);
-        let level = Level::new(arrival.tracks.map(|track| track.slowness), slowness);
-        Ok(Slide { tracks: arrival.tracks, slowness, excess: arrival.excess, level, off: 0.0 })
+        let each = arrival.tracks.map(|track| track.slowness);
+        let level = Level::new(each, slowness);
+        let alike = Alike::new(each, recent, &self.ages, &self.base);
+        Ok(Slide { tracks: arrival.tracks, slowness, excess: arrival.excess, level, alike, off: 0.0 })
     }
 }
 
@@ -245,7 +257,7 @@ impl Slide {
 
     fn answer(&self, config: MotionConfig, has_faded: bool) -> LiveContact {
         let contact = self.contact();
-        let is_sliding = contact == Contact::Slide && !has_faded;
+        let is_sliding = contact == Contact::Slide && !has_faded && self.alike.is_alike;
         LiveContact { contact, velocity: if is_sliding { self.velocity(self.slowness, config) } else { None } }
     }
 
