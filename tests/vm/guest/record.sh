@@ -8,11 +8,11 @@ control test_pattern=4,horizontal_movement=3,vertical_movement=3,osd_text_mode=2
 asked="--format GREY --size 320x180"
 frame=57600
 
-# grown FILE FRAMES: waits until a recording has the size of this many frames, for at most five minutes. It has other records,
-# too, and its last frame may be written in part.
+# grown FILE FRAMES: waits until a recording has the size of this many frames, for at most five minutes or until its program has
+# ended. It has other records, too, and its last frame may be written in part.
 grown() {
     local tries=0
-    until [ "$(stat -c %s "$1" 2> /dev/null || echo 0)" -ge $(($2 * frame)) ] || [ $tries -ge 3000 ]; do
+    until [ "$(stat -c %s "$1" 2> /dev/null || echo 0)" -ge $(($2 * frame)) ] || [ -e "${1%.mcap}.exit" ] || [ $tries -ge 3000 ]; do
         usleep 100000
         tries=$((tries + 1))
     done

@@ -7,7 +7,7 @@ watched() {
     shift
     echo "$name" # on the console: how far the guest has come
     echo > /sys/kernel/tracing/trace
-    timeout -s KILL 300 "$@" > "/out/$name.out" 2> "/out/$name.err"
+    timeout -s KILL 900 "$@" > "/out/$name.out" 2> "/out/$name.err"
     echo $? > "/out/$name.exit"
     grep "v4l2_dqbuf:.*VIDEO_CAPTURE" /sys/kernel/tracing/trace > "/out/$name.trace"
 }
