@@ -15,7 +15,7 @@ use wstac_tests::random::Random;
 
 use super::cuts::chunks;
 use super::flips::{ended, outcome, small};
-use super::several_damage::{Stream, check, message_moved, sector_moved, stream};
+use super::several_damage::{Stream, check_frames, message_moved, sector_moved, stream};
 
 /// Frames of the clip.
 const FRAMES: u32 = 300;
@@ -52,7 +52,7 @@ fn recovered(folder: &Folder, bytes: &[u8], truth: &Stream) -> (Option<i32>, u64
         assert_eq!(code, Some(1), "{}", said(&done));
         return (code, 0, said(&done));
     };
-    check(&found, truth).unwrap_or_else(|why| panic!("{why}: {}", said(&done)));
+    check_frames(&found, truth).unwrap_or_else(|why| panic!("{why}: {}", said(&done)));
     (code, found.frames.iter().flatten().count() as u64, said(&done))
 }
 
