@@ -261,7 +261,12 @@ fn a_recording_in_another_order_is_refused() {
             "another tool changed them or their order",
             "has no frame that can be",
         ),
-        ("without frames", named(&no_camera), "up to a checksum", "has no frame that can be recovered (found 1"),
+        (
+            "without frames",
+            named(&no_camera),
+            "expected /camera or /taxels/sums",
+            "has no frame that can be recovered (found 1",
+        ),
         ("with another name", named(&other), "has no frame (found the topics ", "/robot/picture"),
         ("with two prefixes", named(&two), "has the topics of two recordings", "\"/right/\""),
     ] {
