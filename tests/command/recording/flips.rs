@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
-use super::several_damage::{self, stream};
+use super::several_damage::{check_frames, stream};
 use super::{good, run, said};
 
 /// Bytes of an operation code and a length.
@@ -185,7 +185,7 @@ fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
                     let mut damaged = bytes.clone();
                     damaged[at] ^= 1 << bit;
                     let checked = check(&folder.0, &damaged, recorded, tally).and_then(|()| match stream(&new, None) {
-                        Some(found) => several_damage::check(&found, truth),
+                        Some(found) => check_frames(&found, truth),
                         None => Ok(()),
                     });
                     if let Err(why) = checked {

@@ -65,9 +65,8 @@ pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
     Some(Stream { frames, events: events.collect() })
 }
 
-/// Checks that a sensor's frames are those that were recorded, each at its own place, and that its answers are right, or
-/// said to be not reliable.
-pub(super) fn check(found: &Stream, whole: &Stream) -> Result<(), String> {
+/// Checks that a sensor's frames are those that were recorded, each at its own place.
+pub(super) fn check_frames(found: &Stream, whole: &Stream) -> Result<(), String> {
     // If the start is missing, the first frame that was found stands for it.
     let first = found.frames.iter().position(Option::is_some);
     for (number, frame) in found.frames.iter().enumerate() {
@@ -78,6 +77,12 @@ pub(super) fn check(found: &Stream, whole: &Stream) -> Result<(), String> {
             return Err(format!("frame {number} is another one"));
         }
     }
+    Ok(())
+}
+
+/// Checks a sensor's frames, and that its answers are right, or said to be not reliable.
+fn check(found: &Stream, whole: &Stream) -> Result<(), String> {
+    check_frames(found, whole)?;
     for event in &found.events {
         // Of 60 frames per second, two are one frame of features.
         let mut before = found.frames.iter().zip(&whole.frames).take(2 * (event.frame as usize + 70));

@@ -72,7 +72,7 @@ impl Channels {
     pub(super) fn ambiguity(&self) -> Option<String> {
         let (first, second) = (self.prefix()?, self.second.as_ref()?);
         Some(format!(
-            "has the topics of two recordings (found those of \"{first}/\" and of \"{second}/\", expected one)"
+            "has the topics of two recordings (found those of \"{first}/\" and of \"{second}/\", expected those of one)"
         ))
     }
 
