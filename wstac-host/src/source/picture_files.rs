@@ -37,21 +37,21 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<Vec<PathBuf>, Erro
 /// Returns the positions of pictures by the numbers in their names: the only number that differs from name to name.
 /// `None` if names differ by something else.
 pub(super) fn positions(files: &[PathBuf]) -> Option<Vec<f64>> {
-    let numbers: Option<Vec<i128>> = match files.iter().map(|file| decimal(stem(file))).collect() {
-        Some(decimals) => Some(decimals),
-        None => {
-            let names: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
-            let first = names.first()?;
-            let differs = |at: &usize| names.iter().any(|name| name.get(*at) != first.get(*at));
-            let at = (0..names.iter().map(Vec::len).max()?).filter(differs).collect::<Vec<_>>();
-            let [at] = at[..] else { return None };
-            names.iter().map(|name| if let Part::Number(number) = name.get(at)? { *number } else { None }).collect()
-        }
-    };
-    let numbers = numbers?;
+    let decimals: Option<Vec<i128>> = files.iter().map(|file| decimal(stem(file))).collect();
+    let numbers = decimals.or_else(|| only_numbers(files))?;
     let first = *numbers.first()?;
     // Large numbers keep their differences.
     Some(numbers.into_iter().map(|number| number.saturating_sub(first) as f64).collect())
+}
+
+/// Returns the number of each name that differs from name to name, if nothing else does.
+fn only_numbers(files: &[PathBuf]) -> Option<Vec<i128>> {
+    let names: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
+    let first = names.first()?;
+    let differs = |at: &usize| names.iter().any(|name| name.get(*at) != first.get(*at));
+    let [at] = (0..names.iter().map(Vec::len).max()?).filter(differs).collect::<Vec<_>>()[..] else { return None };
+    let number = |name: &Vec<Part<'_>>| if let Part::Number(number) = name.get(at)? { *number } else { None };
+    names.iter().map(number).collect()
 }
 
 /// A part of a name.

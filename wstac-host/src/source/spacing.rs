@@ -65,10 +65,16 @@ impl Spacing {
         Self { subject, positions, step, last, mean, frame, even, is_uneven, missing, uneven, least, most, ready }
     }
 
-    /// Takes the position of the next frame. [`Self::next_event`] has what comes before it.
+    /// Takes the position of the next frame. [`Self::next_event`] has what comes before it. If it is not a number, the
+    /// frame is taken to be in its place.
     pub(super) fn arrive(&mut self, position: f64) {
         let frame = self.frame;
         self.frame += 1;
+        let position = match self.last {
+            Some((_, place)) if position.is_nan() => place + self.step,
+            None if position.is_nan() => return,
+            _ => position,
+        };
         let Some((last, place)) = self.last.replace((position, position)) else { return };
         let distance = position - last;
         (self.least, self.most) = (self.least.min(distance), self.most.max(distance));
@@ -313,7 +319,9 @@ mod tests {
         }
         assert!((step(&times).unwrap() - 33.333).abs() < 0.01);
         let mut spacing = Spacing::new("a.mp4".into(), Positions::Times, step(&times).unwrap());
-        times.iter().for_each(|time| spacing.arrive(*time));
+        for time in times {
+            spacing.arrive(time);
+        }
         spacing.finish();
         let Some(SourceEvent::Fault(fault)) = spacing.ready.pop_back() else { panic!() };
         assert_eq!(

@@ -69,8 +69,8 @@ struct Decoder {
     process: Child,
     reported: Arc<Mutex<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
-    /// The times of frames in milliseconds; `None` for a frame without.
-    times: Receiver<Option<f64>>,
+    /// The times of frames in milliseconds; not a number for a frame without.
+    times: Receiver<f64>,
 }
 
 /// The properties of a video that `ffprobe` states.
@@ -148,7 +148,7 @@ impl Source for Video {
         if let Some(spacing) = spacing {
             if !*has_arrived && !*ended {
                 match decoder.times.recv_timeout(LONGEST_WAIT) {
-                    Ok(time) => time.into_iter().for_each(|time| spacing.arrive(time)),
+                    Ok(time) => spacing.arrive(time),
                     Err(RecvTimeoutError::Timeout) => return Ok(SourceEvent::Waiting),
                     // ffmpeg has ended. There may be a reason.
                     Err(RecvTimeoutError::Disconnected) => {}
@@ -378,19 +378,19 @@ fn error_in(line: &str) -> Option<&str> {
 }
 
 /// Returns the time of a frame in milliseconds that ffmpeg reports in a line of its log: `frame:0 pts:33333 pts_time:…`.
-/// The inner `None` stands for a frame without a time.
-fn time_in(line: &str) -> Option<Option<f64>> {
+/// It is not a number for a frame without a time.
+fn time_in(line: &str) -> Option<f64> {
     let line = line.strip_prefix("[Parsed_metadata_")?;
     let (_, time) = line.split_once("] [info] frame:")?.1.split_once(" pts:")?;
     let time = time.split(' ').next()?;
-    Some(time.parse::<i64>().ok().map(|time| time as f64 / 1000.0))
+    Some(time.parse::<i64>().map_or(f64::NAN, |time| time as f64 / 1000.0))
 }
 
 /// Reads what a process reports, so that it never waits: keeps the beginning of errors, and sends the times of frames.
 fn read_reports(
     errors: impl Read + Send + 'static,
     reported: Arc<Mutex<Vec<u8>>>,
-    times: Sender<Option<f64>>,
+    times: Sender<f64>,
 ) -> JoinHandle<()> {
     std::thread::spawn(move || {
         let (mut errors, mut bytes) = (BufReader::new(errors), Vec::new());
@@ -476,8 +476,9 @@ mod tests {
     #[test]
     fn the_log_of_ffmpeg_is_read() {
         let time = "[Parsed_metadata_3 @ 0x560dd031a040] [info] frame:7    pts:233333  pts_time:0.233333\n";
-        assert_eq!(time_in(time), Some(Some(233.333)));
-        assert_eq!(time_in("[Parsed_metadata_3 @ 0x5] [info] frame:7    pts:NOPTS  pts_time:NOPTS"), Some(None));
+        assert_eq!(time_in(time), Some(233.333));
+        let without = time_in("[Parsed_metadata_3 @ 0x5] [info] frame:7    pts:NOPTS  pts_time:NOPTS");
+        assert!(without.is_some_and(f64::is_nan));
         assert_eq!(time_in("[Parsed_metadata_3 @ 0x5] [info] wstac=time"), None);
         assert_eq!(time_in("[info]     title           : [info] frame:7 pts:3 pts_time:0.233333"), None);
         assert_eq!(error_in("[h264 @ 0x560dd031a040] [error] no frame!\n"), Some("no frame!"));
