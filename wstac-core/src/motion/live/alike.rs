@@ -24,7 +24,7 @@ pub(super) struct Alike {
     seen: [u8; 2],
     all: [u8; 2],
     /// Whether all lines of each axis are alike, as far as they were looked at.
-    pub is_alike: bool,
+    pub holds: bool,
 }
 
 impl Alike {
@@ -38,7 +38,7 @@ impl Alike {
         base: &[i32; FEATURES],
     ) -> Self {
         let all = [columns, rows].map(|slowness| ((4.0 * slowness.abs()) as u8).saturating_add(MORE));
-        let mut alike = Self { peaks: [i16::MIN; FEATURES], seen: [0; 2], all, is_alike: false };
+        let mut alike = Self { peaks: [i16::MIN; FEATURES], seen: [0; 2], all, holds: false };
         alike.look(recent, ages, base, FIRST);
         alike
     }
@@ -65,7 +65,7 @@ impl Alike {
         }
         if is_new {
             let mut axes = self.peaks.as_chunks::<LINES>().0.iter().zip(base.as_chunks::<LINES>().0);
-            self.is_alike = axes.all(|(peaks, base)| are_alike(peaks, base));
+            self.holds = axes.all(|(peaks, base)| are_alike(peaks, base));
         }
     }
 }

@@ -257,7 +257,7 @@ impl Slide {
 
     fn answer(&self, config: MotionConfig, has_faded: bool) -> LiveContact {
         let contact = self.contact();
-        let is_sliding = contact == Contact::Slide && !has_faded && self.alike.is_alike;
+        let is_sliding = contact == Contact::Slide && !has_faded && self.alike.holds;
         LiveContact { contact, velocity: if is_sliding { self.velocity(self.slowness, config) } else { None } }
     }
 
