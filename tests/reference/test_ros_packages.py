@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import unittest
 from pathlib import Path
 
@@ -14,12 +13,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 class PackagesTest(unittest.TestCase):
     def test_every_package_is_read_without_a_complaint(self) -> None:
-        listed = subprocess.run(["git", "ls-files", "*package.xml"], cwd=ROOT, check=True, capture_output=True, text=True)
         names = set()
-        for file in listed.stdout.split():
-            with self.subTest(file):
+        for file in sorted((ROOT / "wstac-node").glob("*/package.xml")):
+            with self.subTest(file.parent.name):
                 complaints: list[str] = []
-                names.add(parse_package(ROOT / file, warnings=complaints).name)
+                names.add(parse_package(file, warnings=complaints).name)
                 self.assertEqual(complaints, [])
         self.assertLessEqual({"wstac_bringup", "wstac_msgs"}, names)
 

@@ -101,7 +101,7 @@ fn a_recording_that_claims_gigabytes_takes_little_memory() {
             let done = limited(&folder, arguments);
             assert_eq!(done.status.code(), Some(1), "{name} {arguments:?}: {}", said(&done));
             // Attachments and private records are no part of the stream, whatever their length is.
-            let is_skipped = ["record-9", "record-144"].contains(&name.as_str());
+            let is_skipped = ["record-9", "record-144"].contains(&name.as_str()) && arguments[0] == "run";
             assert!(!is_skipped || said(&done).contains("has no frame"), "{name} {arguments:?}: {}", said(&done));
             assert!(said(&done).contains(&format!("{name}.mcap")), "{arguments:?}: {}", said(&done));
         }

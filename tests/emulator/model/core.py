@@ -8,9 +8,9 @@ VTOR, AIRCR, CPUID, ICSR = 0x108, 0x10C, 0x100, 0x104
 RESET_REQUEST = 0x05FA_0004
 CCR, DATA_CACHE, CCSIDR = 0x114, 1 << 16, 0x180
 MPU_TYPE, MPU_CTRL, MPU_RNR, MPU_RBAR, MPU_RASR, REGIONS = 0x190, 0x194, 0x198, 0x19C, 0x1A0, 16
-# TEX, S, C and B of memory that is not cached: normal, strongly ordered, device.
 # Of the AXI interconnect's registers for target 7, the AXI SRAM (RM0433, 2.2.4).
 AXI_TARGET_7, FN_MOD, READ_ISS_OVERRIDE = 0x5100_8000, 0x108, 1
+# TEX, S, C and B of memory that is not cached: normal, strongly ordered, device.
 UNCACHED = {tex << 3 | shared << 2 | bits for tex, bits in ((1, 0), (0, 0), (0, 1), (2, 0)) for shared in (0, 1)}
 
 

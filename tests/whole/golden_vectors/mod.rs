@@ -247,6 +247,12 @@ fn every_golden_vector_is_met() {
     let expected: HashMap<String, Expected> = read(&directory().join("expected.json"));
     assert_eq!(expected.len(), manifest.cases.len(), "expected.json has other cases than the manifest");
     let every_frame = fs::read(directory().join("frames.raw")).unwrap();
+    let mut end = 0;
+    for case in &manifest.cases {
+        assert_eq!(case.at, end, "{}: its frames begin elsewhere than those before end", case.name);
+        end += case.frames * case.frame_bytes;
+    }
+    assert_eq!(end, every_frame.len(), "frames.raw has frames of no case");
     let mut found = Found::default();
     let mut failed = Vec::new();
     for case in &manifest.cases {

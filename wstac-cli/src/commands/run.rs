@@ -76,7 +76,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     features: bool,
 
-    /// Also print speed and direction of every frame while something slides
+    /// Also print speed and direction of every frame while something slides over all whiskers
     ///
     /// For most slides (docs/ANSWERS.md), the first is printed at most three frames after the leading edge has crossed
     /// all whiskers.

@@ -8,6 +8,8 @@ mod data;
 mod headers;
 mod tables;
 
+use std::ops::Range;
+
 use wstac_core::layout::FrameSize;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
@@ -71,17 +73,13 @@ impl Decoder {
         let (start, data) = picture.split_at_checked(headers.data).ok_or(NO_HEADERS)?;
         let picture = if let Some(scan) = headers.scan() {
             let Whole { extra, end } = scan.walk(data)?;
-            if extra.is_empty() && data.get(end..).is_some_and(|rest| rest.starts_with(&END)) {
+            let is_clean = headers.extra.is_empty() && extra.is_empty();
+            if is_clean && data.get(end..).is_some_and(|rest| rest.starts_with(&END)) {
                 &picture[..start.len() + end + END.len()]
             } else {
                 self.mended.clear();
-                self.mended.extend_from_slice(start);
-                let mut from = 0;
-                for extra in extra {
-                    self.mended.extend_from_slice(data.get(from..extra.start).unwrap_or_default());
-                    from = extra.end;
-                }
-                self.mended.extend_from_slice(data.get(from..end).unwrap_or_default());
+                append_without(&mut self.mended, start, &headers.extra);
+                append_without(&mut self.mended, &data[..end], &extra);
                 self.mended.extend_from_slice(&END);
                 &self.mended
             }
@@ -94,6 +92,16 @@ impl Decoder {
         decoder.decode_into(&mut self.rgb).map_err(|_| "the decoder refuses it")?;
         Ok(&self.rgb)
     }
+}
+
+/// Appends bytes without these parts of them.
+fn append_without(to: &mut Vec<u8>, bytes: &[u8], extra: &[Range<usize>]) {
+    let mut from = 0;
+    for extra in extra {
+        to.extend_from_slice(bytes.get(from..extra.start).unwrap_or_default());
+        from = extra.end;
+    }
+    to.extend_from_slice(bytes.get(from..).unwrap_or_default());
 }
 
 /// Returns the width and the height of a picture by its headers; `None` if they are not those of a JPEG.
@@ -233,6 +241,32 @@ mod tests {
                 assert_eq!(decoder.decode(&every), Ok(&expected[..]), "{extra:?} before every marker");
                 assert_eq!(decoder.decode(&every[..every.len() - 2]), Ok(&expected[..]), "{extra:?}, no end marker");
             }
+        }
+    }
+
+    #[test]
+    fn bytes_before_a_marker_of_the_headers_are_left_out() {
+        for whole in [jpeg(SamplingFactor::F_2_1), jpeg_with_restarts()] {
+            let mut decoder = Decoder::new(size());
+            let expected = decoder.decode(&whole).unwrap().to_vec();
+            let (data, mut at, mut starts) = (Headers::read(&whole).unwrap().data, 2, Vec::new());
+            while at < data {
+                starts.push(at);
+                at += 2 + usize::from(u16::from_be_bytes([whole[at + 2], whole[at + 3]]));
+            }
+            assert!(starts.len() > 4 && at == data, "{starts:?}, {at} of {data}");
+            for extra in [&[0][..], &[0xff], &[0x5a], &[0xff, 0], &[1, 2, 3, 0xff, 0], &[0; 16]] {
+                let mut every = whole.clone();
+                for &at in starts.iter().rev() {
+                    let one = [&whole[..at], extra, &whole[at..]].concat();
+                    assert_eq!(decoder.decode(&one), Ok(&expected[..]), "{extra:?} before the segment at {at}");
+                    every.splice(at..at, extra.iter().copied());
+                }
+                assert_eq!(decoder.decode(&every), Ok(&expected[..]), "{extra:?} before every segment");
+                assert_eq!(picture_size(&every), picture_size(&whole));
+            }
+            let far = [&whole[..2], &[0x5a; 17], &whole[2..]].concat();
+            assert_eq!(decoder.decode(&far), Err(NO_HEADERS));
         }
     }
 

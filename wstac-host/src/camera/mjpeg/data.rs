@@ -18,7 +18,7 @@ const DIRECT_BITS: u32 = 9;
 /// Most bytes between the last block before a marker and that marker, if they are no padding.
 ///
 /// After a missing packet, blocks may end before their data do. Then there are mostly more bytes.
-const MOST_EXTRA: usize = 16;
+pub(super) const MOST_EXTRA: usize = 16;
 /// Why a picture is refused.
 const TRUNCATED: &str = "it ends before its last block";
 const WITHOUT_TABLE: &str = "it has no Huffman table for its blocks";

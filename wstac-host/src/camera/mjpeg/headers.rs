@@ -1,6 +1,8 @@
 //! The headers of a JPEG picture, as far as the check for whole data needs them.
 
-use super::data::{Blocks, Scan, Table};
+use std::ops::Range;
+
+use super::data::{Blocks, MOST_EXTRA, Scan, Table};
 
 /// Most components that are read: Y, Cb, Cr.
 const COMPONENTS: usize = 3;
@@ -11,6 +13,8 @@ pub(super) struct Headers {
     pub(super) size: (u16, u16),
     /// The start of the entropy-coded data.
     pub(super) data: usize,
+    /// The bytes before markers that belong to no segment.
+    pub(super) extra: Vec<Range<usize>>,
     /// Whether the picture has Huffman-coded blocks in one pass.
     sequential: bool,
     /// Identifier, horizontal and vertical sampling of each component.
@@ -31,6 +35,7 @@ impl Headers {
         let mut headers = Self {
             size: (0, 0),
             data: 2,
+            extra: Vec::new(),
             sequential: false,
             components: Vec::new(),
             scanned: Vec::new(),
@@ -40,9 +45,16 @@ impl Headers {
         };
         loop {
             let rest = bytes.get(headers.data..)?;
-            let [0xff, marker, ..] = *rest else { return None };
-            if marker == 0xff {
-                // This is a fill byte.
+            let skipped = rest.iter().take(MOST_EXTRA + 1).position(|byte| *byte == 0xff)?;
+            if skipped > 0 {
+                headers.extra.push(headers.data..headers.data + skipped);
+                headers.data += skipped;
+                continue;
+            }
+            let marker = *rest.get(1)?;
+            if marker == 0xff || marker == 0 {
+                // A fill byte, or one that is no marker.
+                headers.extra.push(headers.data..headers.data + 1);
                 headers.data += 1;
                 continue;
             }
