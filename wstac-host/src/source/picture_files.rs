@@ -269,6 +269,7 @@ pub(super) fn without_pictures(folder: &Path) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use super::Positions::{NamedTimes, Numbers};
     use super::*;
 
     fn found(names: &[&str]) -> Option<Vec<f64>> {
@@ -299,10 +300,9 @@ mod tests {
                 &found.iter().copied().filter(|position| !position.is_nan()).collect::<Vec<_>>(),
             )
             .unwrap();
-            let gaps = found.windows(2).filter(|pair| ((pair[1] - pair[0]) / step).round() == 2.0).count();
+            let gaps = found.windows(2).filter(|pair| ((pair[1] - pair[0]) / step).round() as u32 == 2).count();
             (kind, (step * 10.0).round() / 10.0, gaps, stray.map(|at| found[at].is_nan()))
         };
-        use Positions::{NamedTimes, Numbers};
         let clock = |ms: u64| (12 + ms / 60_000, ms / 1000 % 60, ms % 1000);
         let at = |ms| {
             let (minute, second, ms) = clock(ms);

@@ -166,11 +166,13 @@ impl Spacing {
         if uneven > 0 {
             found.push(counted(uneven, "frame") + if uneven == 1 { " comes unevenly" } else { " come unevenly" });
         }
-        let mut message = format!("{}, by {by}", found.join(" and "));
-        if self.most > 0.0 {
+        let apart = if self.most > 0.0 {
             let (least, most) = (self.distance(self.least), self.distance(self.most));
-            message += &format!(": {least} to {most} apart, expected {}", self.distance(self.step));
-        }
+            format!(": {least} to {most} apart, expected {}", self.distance(self.step))
+        } else {
+            String::new()
+        };
+        let message = format!("{}, by {by}{apart}", found.join(" and "));
         self.fault(FaultKind::Spacing, &message);
     }
 

@@ -153,7 +153,7 @@ impl Source for Video {
         let Self { subject, frames, decoder, spacing, has_arrived, waits, ended, .. } = self;
         if let Some(spacing) = spacing {
             if let Some(times) = decoder.times.as_ref().filter(|_| !*has_arrived && !*ended) {
-                if !frames.is_ready() {
+                if !frames.has_next() {
                     return Ok(SourceEvent::Waiting);
                 }
                 // ffmpeg reports the time before the frame.

@@ -171,7 +171,7 @@ impl Y4m {
     }
 
     /// Returns whether the next frame, the end or an error is there, so that [`Source::next_event`] does not wait.
-    pub(super) fn is_ready(&mut self) -> bool {
+    pub(super) fn has_next(&mut self) -> bool {
         self.ended || !matches!(self.gather(), Ok(Step::Waiting))
     }
 
