@@ -123,10 +123,12 @@ words! {
     Calibration = "calibration",
     /// The decoder of a video or of JPEG pictures reports something.
     Decoder = "decoder",
-    /// The frames of a file come unevenly from here on, or some of them are missing.
+    /// The frames of a file come unevenly from here on.
     Uneven = "uneven",
     /// The frames of a file come evenly again.
     Even = "even",
+    /// Says at the end of a file how many of its frames are missing or came unevenly.
+    Spacing = "spacing",
 }
 
 words! {

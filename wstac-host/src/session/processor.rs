@@ -483,3 +483,44 @@ impl Answers<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uneven_parts_are_kept_from_their_first_frame_to_that_behind_them() {
+        let sample = SAMPLE_FRAMES as u64;
+        let mut uneven = UnevenFrames::default();
+        uneven.fault(&FaultKind::Even, 5);
+        assert!(!uneven.touch(0));
+        uneven.fault(&FaultKind::Uneven, 100);
+        // A sample ends at the first frame of the part, or before it.
+        assert!(uneven.touch(101 - sample) && !uneven.touch(100 - sample));
+        assert!(uneven.touch(u64::MAX - 1));
+        // The part goes on, and ends once.
+        uneven.fault(&FaultKind::Uneven, 150);
+        uneven.fault(&FaultKind::Spacing, 160);
+        uneven.fault(&FaultKind::Even, 200);
+        uneven.fault(&FaultKind::Even, 300);
+        assert!(uneven.touch(199) && !uneven.touch(200));
+        // Another part at the frame where the last one ended.
+        uneven.fault(&FaultKind::Uneven, 200);
+        assert!(uneven.touch(200));
+    }
+
+    #[test]
+    fn of_many_uneven_parts_the_first_ones_count_as_one() {
+        let mut uneven = UnevenFrames::default();
+        let parts = (0..20).map(|part| 1000 * part);
+        for start in parts.clone() {
+            uneven.fault(&FaultKind::Uneven, start);
+            uneven.fault(&FaultKind::Even, start + 10);
+        }
+        assert_eq!(uneven.parts.len(), UNEVEN_PARTS);
+        assert!(parts.clone().all(|start| uneven.touch(start + 9)));
+        // Between the first five parts nothing is reliable; between the others, all is.
+        let between: Vec<_> = parts.map(|start| uneven.touch(start + 500)).collect();
+        assert_eq!(between, [[true; 4].as_slice(), &[false; 16]].concat());
+    }
+}

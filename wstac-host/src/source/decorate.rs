@@ -173,6 +173,7 @@ impl<S: Source, F: FnMut(u64) -> Injection + Send> Source for FaultInjector<S, F
 mod tests {
     use wstac_core::green::any::PixelFormat;
     use wstac_core::layout::FrameSize;
+    use wstac_core::motion::Doubt;
     use wstac_core::rate::FrameRate;
 
     use super::*;
@@ -274,6 +275,29 @@ mod tests {
         assert_eq!((report.frame, &report.fault.kind), (10, &FaultKind::Slow));
         // The lost frame lies before the sample.
         assert_eq!(event_and_dropped(&found), (Some((30, 0)), 1));
+    }
+
+    #[test]
+    fn an_event_with_uneven_frames_is_not_reliable_and_one_after_them_is() {
+        let event = |from, to| {
+            let found = outputs(move |number| match number {
+                _ if number == from => Injection::Fault(FaultKind::Uneven),
+                _ if number == to => Injection::Fault(FaultKind::Even),
+                _ => Injection::Keep,
+            });
+            let event = found.into_iter().flatten().find_map(|output| match output {
+                Output::Event(event) => Some((event.frame, event.reliable, event.sample_reliable, event.doubt)),
+                _ => None,
+            });
+            event.unwrap()
+        };
+        let whole = event(u64::MAX, u64::MAX);
+        assert_eq!((whole.0, whole.2), (30, true));
+        assert_eq!(event(10, 30), whole);
+        let uneven = (30, false, false, Some(Doubt::Uneven));
+        assert_eq!(event(10, 31), uneven);
+        assert_eq!(event(99, 110), uneven);
+        assert_eq!(event(100, 110), whole);
     }
 
     #[test]

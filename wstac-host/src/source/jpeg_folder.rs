@@ -10,7 +10,8 @@ use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
-use super::picture_files::{JPEG, list, positions, without_pictures};
+use super::picture_files::{JPEG, list, positions, remark, without_pictures};
+use super::spacing::Positions;
 use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::{Decoder, picture_size};
 use crate::error::{Error, ErrorKind};
@@ -57,14 +58,15 @@ impl JpegFolder {
         }
         let rate = fps.unwrap_or(FrameRate::NOMINAL);
         let about = format!(
-            "{}: {} JPEG files, {}x{}, {}:{} frames per second{}",
+            "{}: {} JPEG files, {}x{}, {}:{} frames per second{}{}",
             path.display(),
             files.len(),
             size.width(),
             size.height(),
             rate.numerator(),
             rate.denominator(),
-            if fps.is_none() { " (assumed: state another with --fps)" } else { "" }
+            if fps.is_none() { " (assumed: state another with --fps)" } else { "" },
+            remark(&files)
         );
         let info = StreamInfo::new(about, size, PixelFormat::Rgb24, rate);
         let model = first.file_name().unwrap_or_default().display().to_string();
@@ -73,7 +75,7 @@ impl JpegFolder {
     }
 
     /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
-    pub(super) fn positions(&self) -> Option<Vec<f64>> {
+    pub(super) fn positions(&self) -> Option<(Positions, Vec<f64>)> {
         positions(self.files.as_slice())
     }
 

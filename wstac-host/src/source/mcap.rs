@@ -127,8 +127,7 @@ impl McapSource {
         let of_sensor = sensor.map_or_else(String::new, |sensor| format!("sensor {sensor}, "));
         let mut replaced = replaced_rate::remark(Some(about.info.rate), fps);
         if !replaced.is_empty() {
-            let rate = info.rate;
-            replaced = format!("; {}:{} frames per second{replaced}", rate.numerator(), rate.denominator());
+            replaced = format!("; {} frames per second{replaced}", replaced_rate::readable(info.rate));
         }
         let vouched = if reader.has_sums() || outline.has_crcs {
             ""

@@ -18,7 +18,7 @@ use super::picture_files::{self, PictureKind};
 #[cfg(feature = "png")]
 use super::png_folder::PngFolder;
 #[cfg(any(feature = "jpeg", feature = "png"))]
-use super::spacing::Spaced;
+use super::spacing::{Positions, Spaced};
 use super::video::{self, Video};
 use super::y4m::{MAGIC, Y4m};
 use super::{FramePolicy, Source};
@@ -192,9 +192,9 @@ fn open_jpegs(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, E
 
 /// Reports the gaps between pictures of these positions.
 #[cfg(any(feature = "jpeg", feature = "png"))]
-fn spaced(path: &Path, folder: impl Source + 'static, positions: Option<Vec<f64>>) -> Box<dyn Source> {
+fn spaced(path: &Path, folder: impl Source + 'static, positions: Option<(Positions, Vec<f64>)>) -> Box<dyn Source> {
     match positions {
-        Some(positions) => Box::new(Spaced::new(folder, path.display().to_string(), positions)),
+        Some((kind, positions)) => Box::new(Spaced::new(folder, path.display().to_string(), kind, positions)),
         None => Box::new(folder),
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::natural;
+use super::spacing::Positions;
 use crate::error::{Error, ErrorKind};
 
 /// The endings of pictures' names, without the dot and in small letters.
@@ -10,6 +11,13 @@ use crate::error::{Error, ErrorKind};
 pub(super) const PNG: &[&str] = &["png"];
 #[cfg(feature = "jpeg")]
 pub(super) const JPEG: &[&str] = &["jpg", "jpeg"];
+
+/// Digits of a date and a time of day.
+const DATE: usize = 14;
+/// At most this part of names may be unlike the others.
+const STRAY: usize = 10;
+const NS_PER_S: i128 = 1_000_000_000;
+const NS_PER_MS: f64 = 1e6;
 
 /// Returns the files of a folder whose names end so, in natural order, or by their numbers if all are decimals.
 ///
@@ -28,45 +36,179 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<Vec<PathBuf>, Erro
         }
     }
     files.sort_by(|a, b| natural::compare(a.as_os_str().as_encoded_bytes(), b.as_os_str().as_encoded_bytes()));
-    if files.iter().all(|file| decimal(stem(file)).is_some()) {
-        files.sort_by_cached_key(|file| decimal(stem(file)));
+    if let Some(times) = decimals(&files) {
+        let mut timed: Vec<_> = times.into_iter().zip(files).collect();
+        timed.sort_by_key(|(time, _)| *time);
+        files = timed.into_iter().map(|(_, file)| file).collect();
     }
     Ok(files)
 }
 
-/// Returns the positions of pictures by the numbers in their names: the only number that differs from name to name.
-/// `None` if names differ by something else.
-pub(super) fn positions(files: &[PathBuf]) -> Option<Vec<f64>> {
-    let decimals: Option<Vec<i128>> = files.iter().map(|file| decimal(stem(file))).collect();
-    let numbers = decimals.or_else(|| only_numbers(files))?;
-    let first = *numbers.first()?;
-    // Large numbers keep their differences.
-    Some(numbers.into_iter().map(|number| number.saturating_sub(first) as f64).collect())
+/// Returns the positions of pictures by the numbers in their names, and what they are. That of a name that is not as the
+/// others is not a number. `None` if the names do not tell.
+///
+/// Names tell by decimals, by dates with a fraction of a second, by the only number that differs, by a number that rises
+/// by the same step, or by seconds and their fraction.
+pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
+    let found = |kind, unit: f64, numbers: Vec<Option<i128>>| {
+        // Large numbers keep their differences.
+        let first = numbers.iter().flatten().next().copied()?;
+        let position =
+            |number: Option<i128>| number.map_or(f64::NAN, |number| number.saturating_sub(first) as f64 / unit);
+        Some((kind, numbers.into_iter().map(position).collect()))
+    };
+    if let Some(times) = decimals(files) {
+        return found(Positions::NamedTimes, NS_PER_MS, times.into_iter().map(Some).collect());
+    }
+    let names: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
+    let usual = usual(&names)?;
+    let fits: Vec<bool> = names.iter().map(|name| is_alike(name, usual)).collect();
+    let column = |number: &dyn Fn(&[Part<'_>]) -> Option<i128>| -> Option<Vec<Option<i128>>> {
+        // A number that cannot be read is no stray name.
+        let read = |(name, fits): (&Vec<Part<'_>>, &bool)| if *fits { number(name).map(Some) } else { Some(None) };
+        names.iter().zip(&fits).map(read).collect()
+    };
+    let of_column = |at: usize| column(&|name: &[Part<'_>]| number(name.get(at)?.digits()?));
+    let rises = |numbers: &[Option<i128>]| {
+        let known: Vec<i128> = numbers.iter().flatten().copied().collect();
+        known.windows(2).all(|pair| pair[0] < pair[1])
+    };
+    let differs = |at: &usize| names.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
+    let differing: Vec<usize> = (0..usual.len()).filter(differs).collect();
+    for at in 0..usual.len() {
+        if let Some(times) = column(&|name: &[Part<'_>]| date(name.get(at..)?)).filter(|times| rises(times))
+            && !differing.iter().any(|other| of_column(*other).is_some_and(|numbers| is_index(&numbers)))
+        {
+            return found(Positions::NamedTimes, NS_PER_MS, times);
+        }
+    }
+    if let [at] = differing[..] {
+        return found(Positions::Numbers, 1.0, of_column(at)?);
+    }
+    if differing.is_empty() {
+        return (files.len() == 1).then(|| (Positions::Numbers, vec![0.0]));
+    }
+    if let Some(index) = differing.iter().filter_map(|at| of_column(*at)).find(|numbers| is_index(numbers)) {
+        return found(Positions::Numbers, 1.0, index);
+    }
+    let seconds = differing.iter().filter_map(|at| column(&|name: &[Part<'_>]| seconds(name.get(*at..)?)));
+    found(Positions::NamedTimes, NS_PER_MS, seconds.into_iter().find(|times| rises(times))?)
 }
 
-/// Returns the number of each name that differs from name to name, if nothing else does.
-fn only_numbers(files: &[PathBuf]) -> Option<Vec<i128>> {
-    let names: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
-    let first = names.first()?;
-    let differs = |at: &usize| names.iter().any(|name| name.get(*at) != first.get(*at));
-    let [at] = (0..names.iter().map(Vec::len).max()?).filter(differs).collect::<Vec<_>>()[..] else { return None };
-    let number = |name: &Vec<Part<'_>>| if let Part::Number(number) = name.get(at)? { *number } else { None };
-    names.iter().map(number).collect()
+/// Returns what the description of a folder says of its names, if they do not tell the positions of pictures.
+pub(super) fn remark(files: &[PathBuf]) -> &'static str {
+    if positions(files).is_some() { "" } else { "; the names do not say whether pictures are missing" }
+}
+
+/// Returns the decimals of names that consist of them alone, apart from what all have at their start and end, in parts
+/// of 10⁻⁹.
+fn decimals(files: &[PathBuf]) -> Option<Vec<i128>> {
+    let first = stem(files.first()?);
+    let (mut start, mut end) = (first.len(), first.len());
+    for file in files {
+        let name = stem(file);
+        start = start.min(name.iter().zip(first).take_while(|(a, b)| a == b).count());
+        end = end
+            .min(name.iter().rev().zip(first.iter().rev()).take_while(|(a, b)| a == b && !a.is_ascii_digit()).count());
+    }
+    let is_of_number = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
+    let shared = first.get(..start)?;
+    start -= shared.iter().rev().take_while(|byte| is_of_number(byte)).count();
+    // The number of `cam1.0007` is 7.
+    if shared.get(..start)?.last().is_some_and(u8::is_ascii_alphabetic) {
+        return None;
+    }
+    files.iter().map(|file| decimal(stem(file).get(start..stem(file).len().checked_sub(end)?)?)).collect()
+}
+
+/// Returns the name that nearly all are like: they differ only by numbers.
+fn usual<'a, 'b>(names: &'a [Vec<Part<'b>>]) -> Option<&'a [Part<'b>]> {
+    // If a stray one is like none, one of the next is like nearly all.
+    let is_usual = |usual: &&Vec<Part<'_>>| {
+        let alike = names.iter().filter(|name| is_alike(name, usual)).count();
+        names.len() - alike <= names.len() / STRAY
+    };
+    names.iter().step_by((names.len() / 16).max(1)).find(is_usual).map(Vec::as_slice)
+}
+
+fn is_alike(a: &[Part<'_>], b: &[Part<'_>]) -> bool {
+    a.len() == b.len()
+        && a.iter().zip(b).all(|pair| match pair {
+            (Part::Text(a), Part::Text(b)) => a == b,
+            (Part::Number(_), Part::Number(_)) => true,
+            _ => false,
+        })
+}
+
+/// Returns whether numbers rise, by the same step or several of it, and mostly by one.
+fn is_index(numbers: &[Option<i128>]) -> bool {
+    let known: Vec<i128> = numbers.iter().flatten().copied().collect();
+    let distances: Vec<i128> = known.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+    let mut sorted = distances.clone();
+    sorted.sort_unstable();
+    let Some(step) = sorted.get(sorted.len() / 2).copied().filter(|step| *step > 0) else { return false };
+    let is_whole = |distance: &i128| *distance > 0 && distance % step == 0;
+    let once = distances.iter().filter(|distance| **distance == step).count();
+    distances.iter().all(is_whole) && 2 * once > distances.len()
+}
+
+/// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of 10⁻⁹.
+fn date(name: &[Part<'_>]) -> Option<i128> {
+    let mut digits = Vec::new();
+    let mut numbers = name.iter().filter_map(Part::digits);
+    name.first()?.digits()?;
+    while digits.len() < DATE {
+        digits.extend_from_slice(numbers.next()?);
+    }
+    if digits.len() == DATE {
+        digits.extend_from_slice(numbers.next().unwrap_or_default());
+    }
+    let field = |from: usize, to: usize, range: std::ops::RangeInclusive<i128>| {
+        number(digits.get(from..to)?).filter(|field| range.contains(field))
+    };
+    let (year, month, day) = (field(0, 4, 1900..=2099)?, field(4, 6, 1..=12)?, field(6, 8, 1..=31)?);
+    let (hour, minute, second) = (field(8, 10, 0..=23)?, field(10, 12, 0..=59)?, field(12, 14, 0..=60)?);
+    let fraction = digits.get(DATE..).filter(|fraction| matches!(fraction.len(), 3 | 6 | 9))?;
+    // The year begins in March, so that a leap day is its last.
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
+    let seconds = ((24 * days + hour) * 60 + minute) * 60 + second;
+    Some(seconds * NS_PER_S + nanoseconds(fraction)?)
+}
+
+/// Returns the time of whole seconds and their fraction that a name begins with, in parts of 10⁻⁹.
+fn seconds(name: &[Part<'_>]) -> Option<i128> {
+    let [seconds, Part::Text(between), fraction, ..] = name else { return None };
+    let fraction = fraction.digits()?;
+    let is_decimal = *between == b"." || (matches!(*between, b"_" | b"-") && matches!(fraction.len(), 3 | 6 | 9));
+    number(seconds.digits()?)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(fraction).filter(|_| is_decimal)?)
 }
 
 /// A part of a name.
 #[derive(PartialEq)]
 enum Part<'a> {
-    /// Digits, as a number; `None` if there are too many.
-    Number(Option<i128>),
+    /// Digits.
+    Number(&'a [u8]),
     Text(&'a [u8]),
+}
+
+impl<'a> Part<'a> {
+    fn digits(&self) -> Option<&'a [u8]> {
+        if let Self::Number(digits) = self { Some(digits) } else { None }
+    }
 }
 
 fn parts(name: &[u8]) -> Vec<Part<'_>> {
     let is_number = |part: &[u8]| part.first().is_some_and(u8::is_ascii_digit);
     name.chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit())
-        .map(|part| if is_number(part) { Part::Number(number(part)) } else { Part::Text(part) })
+        .map(|part| if is_number(part) { Part::Number(part) } else { Part::Text(part) })
         .collect()
+}
+
+/// Returns the digits of a fraction as parts of 10⁻⁹.
+fn nanoseconds(fraction: &[u8]) -> Option<i128> {
+    let digits: Vec<u8> = fraction.iter().copied().chain(std::iter::repeat(b'0')).take(9).collect();
+    number(&digits)
 }
 
 /// Returns a decimal such as a time of a name in parts of 10⁻⁹; `None` if the name is anything else.
@@ -76,8 +218,7 @@ fn decimal(name: &[u8]) -> Option<i128> {
     if fraction.is_empty() || !fraction.iter().all(u8::is_ascii_digit) {
         return None;
     }
-    let digits: Vec<u8> = fraction.iter().copied().chain(std::iter::repeat(b'0')).take(9).collect();
-    number(whole)?.checked_mul(1_000_000_000)?.checked_add(number(&digits)?)
+    number(whole)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(fraction)?)
 }
 
 /// Returns the value of digits; `None` if there are none, other bytes or too many digits.
@@ -128,22 +269,84 @@ pub(super) fn without_pictures(folder: &Path) -> Error {
 
 #[cfg(test)]
 mod tests {
+    use super::Positions::{NamedTimes, Numbers};
     use super::*;
 
     fn found(names: &[&str]) -> Option<Vec<f64>> {
-        positions(&names.iter().map(PathBuf::from).collect::<Vec<_>>())
+        positions(&names.iter().map(PathBuf::from).collect::<Vec<_>>()).map(|(_, positions)| positions)
     }
 
     #[test]
     fn pictures_are_placed_by_the_one_number_that_differs() {
         assert_eq!(found(&["a8.png", "a09.png", "a10.png"]), Some(vec![0.0, 1.0, 2.0]));
         assert_eq!(found(&["2_frame1.png", "2_frame3_.png"]), None);
-        assert_eq!(found(&["2-1.png", "3-2.png"]), None);
         assert_eq!(found(&["cam1.0007.png", "cam1.0009.png"]), Some(vec![0.0, 2.0]));
-        assert_eq!(found(&["0.5.png", "0.75.png", "1.0.png"]), Some(vec![0.0, 25e7, 5e8]));
+        assert_eq!(found(&["0.5.png", "0.75.png", "1.0.png"]), Some(vec![0.0, 250.0, 500.0]));
         assert_eq!(found(&["1764100000000000001.png", "1764100000000000003.png"]), Some(vec![0.0, 2.0]));
         assert_eq!(found(&["a.png", "b.png"]), None);
-        assert_eq!(found(&["1.png"]), None);
+        assert_eq!(found(&["1.png"]), Some(vec![0.0]));
         assert_eq!(found(&[&"9".repeat(99), &"8".repeat(99)]), None);
+    }
+
+    #[test]
+    fn of_several_numbers_an_index_or_a_time_places_pictures() {
+        // Every frame of 60 but those of odd numbers from 20 to 40, 30 per second from 59.2 s on.
+        let placed = |name: &dyn Fn(u64, u64) -> String| {
+            let kept = (0..60).filter(|frame| !(20..40).contains(frame) || frame % 2 == 0);
+            let files: Vec<_> = kept.map(|frame| PathBuf::from(name(frame, 59_200 + frame * 100 / 3))).collect();
+            let stray = files.iter().position(|file| file.starts_with("background.png"));
+            let (kind, found) = positions(&files).unwrap_or_else(|| panic!("{files:?}"));
+            let step = super::super::spacing::step(
+                &found.iter().copied().filter(|position| !position.is_nan()).collect::<Vec<_>>(),
+            )
+            .unwrap();
+            let gaps = found.windows(2).filter(|pair| ((pair[1] - pair[0]) / step).round() as u32 == 2).count();
+            (kind, (step * 10.0).round() / 10.0, gaps, stray.map(|at| found[at].is_nan()))
+        };
+        let clock = |ms: u64| (12 + ms / 60_000, ms / 1000 % 60, ms % 1000);
+        let at = |ms| {
+            let (minute, second, ms) = clock(ms);
+            format!("{minute:02}-{second:02}-{ms:03}")
+        };
+        let time = |frame: u64| 1_764_100_001_533 + frame * 100 / 3;
+        for (expected, name) in [
+            (
+                (Numbers, 1.0, 10, None),
+                &(|frame, _| format!("frame{frame:05}_{}.{:03}.png", time(frame) / 1000, time(frame) % 1000))
+                    as &dyn Fn(u64, u64) -> String,
+            ),
+            ((Numbers, 1.0, 10, None), &|frame, ms| format!("{frame:05}_{ms}ms.png")),
+            ((NamedTimes, 33.3, 10, None), &|_, ms| format!("2025-11-25_12-{}.png", at(ms))),
+            ((NamedTimes, 33.3, 10, None), &|_, ms| format!("2025112512{}.png", at(ms).replace('-', ""))),
+            ((NamedTimes, 33.3, 10, None), &|frame, _| {
+                format!("img_{}.{:06}.png", time(frame) / 1000, time(frame) % 1000 * 1000)
+            }),
+            ((NamedTimes, 33.3, 10, None), &|frame, _| {
+                format!("{}_{:09}.png", time(frame) / 1000, time(frame) % 1000 * 1_000_000)
+            }),
+            ((Numbers, 1.0, 9, Some(true)), &|frame, _| {
+                if frame == 30 { "background.png".into() } else { format!("{frame}.png") }
+            }),
+        ] {
+            let (kind, step, gaps, stray) = placed(name);
+            assert_eq!((kind, step, stray), (expected.0, expected.1, expected.3), "{}", name(5, 59_300));
+            assert!(gaps.abs_diff(expected.2) <= 1, "{gaps}: {}", name(5, 59_300));
+        }
+    }
+
+    #[test]
+    fn names_that_do_not_tell_are_said() {
+        let remark = |names: &[&str]| remark(&names.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(remark(&["1.png", "2.png"]), "");
+        assert_eq!(remark(&["a.png"]), "");
+        for names in [&["1_7.png", "1_9.png", "2_3.png"][..], &["a.png", "b.png", "c.png"]] {
+            assert_eq!(remark(names), "; the names do not say whether pictures are missing");
+        }
+    }
+
+    #[test]
+    fn decimals_behind_a_prefix_are_in_the_order_of_their_values() {
+        let files = ["img_9.5.png", "img_9.45.png"].map(PathBuf::from);
+        assert_eq!(decimals(&files), Some(vec![9_500_000_000, 9_450_000_000]));
     }
 }

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use wstac_core::rate::FrameRate;
 
 use self::picture::{Picture, Problem, Shape};
-use super::picture_files::{PNG, list, positions, without_pictures};
+use super::picture_files::{PNG, list, positions, remark, without_pictures};
+use super::spacing::Positions;
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
 
@@ -42,12 +43,13 @@ impl PngFolder {
         let (first, shape) = first_picture(path, &files)?;
         let rate = fps.unwrap_or(FrameRate::NOMINAL);
         let about = format!(
-            "{}: {} PNG files, {shape}, {}:{} frames per second{}",
+            "{}: {} PNG files, {shape}, {}:{} frames per second{}{}",
             path.display(),
             files.len(),
             rate.numerator(),
             rate.denominator(),
-            if fps.is_none() { " (assumed: state another with --fps)" } else { "" }
+            if fps.is_none() { " (assumed: state another with --fps)" } else { "" },
+            remark(&files)
         );
         let info = StreamInfo {
             bytes_per_row: shape.bytes_per_row(),
@@ -58,7 +60,7 @@ impl PngFolder {
     }
 
     /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
-    pub(super) fn positions(&self) -> Option<Vec<f64>> {
+    pub(super) fn positions(&self) -> Option<(Positions, Vec<f64>)> {
         positions(self.files.as_slice())
     }
 

@@ -9,8 +9,16 @@ use wstac_core::rate::FrameRate;
 pub(super) fn remark(own: Option<FrameRate>, given: Option<FrameRate>) -> String {
     match (own, given) {
         (Some(own), Some(given)) if own.per_second().total_cmp(&given.per_second()).is_ne() => {
-            format!(" as --fps says; the file says {}:{}", own.numerator(), own.denominator())
+            format!(" as --fps says; the file says {}", readable(own))
         }
         _ => String::new(),
     }
+}
+
+/// Returns a rate for a person: as a fraction, or as a decimal if its numbers are large.
+pub(super) fn readable(rate: FrameRate) -> String {
+    if rate.numerator() >= 1_000_000 {
+        return format!("{:.2}", rate.per_second());
+    }
+    format!("{}:{}", rate.numerator(), rate.denominator())
 }

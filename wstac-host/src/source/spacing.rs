@@ -29,6 +29,8 @@ const EVEN_AGAIN: u32 = 10;
 pub(super) enum Positions {
     /// Milliseconds, by the time stamps of a video.
     Times,
+    /// Milliseconds, by the names of pictures.
+    NamedTimes,
     /// Numbers in the names of pictures, whatever they count.
     Numbers,
 }
@@ -48,6 +50,7 @@ pub(super) struct Spacing {
     /// Frames in a row that were in their places.
     even: u32,
     is_uneven: bool,
+    is_lost: bool,
     /// Frames that are missing, and frames that came unevenly.
     missing: u64,
     uneven: u64,
@@ -61,8 +64,23 @@ pub(super) struct Spacing {
 impl Spacing {
     pub(super) fn new(subject: String, positions: Positions, step: f64) -> Self {
         let (least, most, ready) = (f64::INFINITY, 0.0, VecDeque::new());
-        let (last, mean, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0, 0, false, 0, 0);
-        Self { subject, positions, step, last, mean, frame, even, is_uneven, missing, uneven, least, most, ready }
+        let (last, mean, frame, even, is_uneven, is_lost, missing, uneven) = (None, 0.0, 0, 0, false, false, 0, 0);
+        Self {
+            subject,
+            positions,
+            step,
+            last,
+            mean,
+            frame,
+            even,
+            is_uneven,
+            is_lost,
+            missing,
+            uneven,
+            least,
+            most,
+            ready,
+        }
     }
 
     /// Takes the position of the next frame. [`Self::next_event`] has what comes before it. If it is not a number, the
@@ -109,25 +127,53 @@ impl Spacing {
         }
     }
 
+    /// Takes a frame of unknown position.
+    #[cfg(any(feature = "jpeg", feature = "png"))]
+    fn stray(&mut self) {
+        let frame = self.frame;
+        (self.frame, self.even) = (self.frame + 1, 0);
+        self.uneven += 1;
+        if !std::mem::replace(&mut self.is_uneven, true) {
+            let message = format!(
+                "the name of frame {frame} is not as those of the others; events are not reliable until frames come evenly"
+            );
+            self.fault(FaultKind::Uneven, &message);
+        }
+    }
+
+    /// Takes it that no frame from the next one on has a position.
+    pub(super) fn lose(&mut self) {
+        self.is_lost = true;
+        let message = format!("ffmpeg reports no time of frame {}; events are not reliable from there on", self.frame);
+        self.fault(FaultKind::Uneven, &message);
+    }
+
     /// Takes the end of the source: if frames were missing or uneven, [`Self::next_event`] says how many.
     pub(super) fn finish(&mut self) {
         let (missing, uneven) = (std::mem::take(&mut self.missing), std::mem::take(&mut self.uneven));
-        if missing == 0 && uneven == 0 {
+        if self.is_lost || (missing == 0 && uneven == 0) {
             return;
         }
         let by = match self.positions {
             Positions::Times => "time stamps",
+            Positions::NamedTimes => "the times in their names",
             Positions::Numbers => "the numbers in their names",
         };
-        let message = format!(
-            "by {by}, {} missing and {} unevenly: {} to {} apart, expected {}",
-            if missing == 1 { "1 frame is".into() } else { counted(missing, "frame") + " are" },
-            if uneven == 1 { "1 comes".into() } else { format!("{uneven} come") },
-            self.distance(self.least),
-            self.distance(self.most),
-            self.distance(self.step)
-        );
-        self.fault(FaultKind::Uneven, &message);
+        let mut found = Vec::new();
+        if missing > 0 {
+            found.push(counted(missing, "frame") + if missing == 1 { " is missing" } else { " are missing" });
+        }
+        if uneven > 0 {
+            found.push(counted(uneven, "frame") + if uneven == 1 { " comes unevenly" } else { " come unevenly" });
+        }
+        let apart = if self.most > 0.0 {
+            let (least, most) = (self.distance(self.least), self.distance(self.most));
+            format!(": {least} to {most} apart, expected {}", self.distance(self.step))
+        } else {
+            String::new()
+        };
+        let message = format!("{}, by {by}{apart}", found.join(" and "));
+        self.fault(FaultKind::Spacing, &message);
     }
 
     /// Returns the next event that comes before the frame that arrived last, or before the end.
@@ -143,7 +189,7 @@ impl Spacing {
     /// Returns a distance for a person.
     fn distance(&self, distance: f64) -> String {
         match self.positions {
-            Positions::Times => format!("{distance:.1} ms"),
+            Positions::Times | Positions::NamedTimes => format!("{distance:.1} ms"),
             Positions::Numbers => format!("{}", distance.round()),
         }
     }
@@ -185,10 +231,10 @@ pub(super) struct Spaced<S> {
 
 #[cfg(any(feature = "jpeg", feature = "png"))]
 impl<S: Source> Spaced<S> {
-    /// Wraps a source whose frames, lost ones included, have these positions.
-    pub(super) fn new(source: S, subject: String, positions: Vec<f64>) -> Self {
-        let step = step(&positions).unwrap_or(1.0);
-        let spacing = Spacing::new(subject, Positions::Numbers, step);
+    /// Wraps a source whose frames, lost ones included, have these positions: not a number for an unknown one.
+    pub(super) fn new(source: S, subject: String, kind: Positions, positions: Vec<f64>) -> Self {
+        let known: Vec<f64> = positions.iter().copied().filter(|position| !position.is_nan()).collect();
+        let spacing = Spacing::new(subject, kind, step(&known).unwrap_or(1.0));
         Self { source, spacing, positions: positions.into_iter(), has_arrived: false, is_over: false }
     }
 }
@@ -204,7 +250,11 @@ impl<S: Source> Source for Spaced<S> {
         if !std::mem::replace(has_arrived, true)
             && let Some(position) = positions.next()
         {
-            spacing.arrive(position);
+            if position.is_nan() {
+                spacing.stray();
+            } else {
+                spacing.arrive(position);
+            }
         }
         if let Some(event) = spacing.next_event() {
             return Ok(event);
@@ -326,7 +376,9 @@ mod tests {
         let Some(SourceEvent::Fault(fault)) = spacing.ready.pop_back() else { panic!() };
         assert_eq!(
             fault.to_string(),
-            "a.mp4: by time stamps, 20 frames are missing and 0 come unevenly: 33.0 ms to 67.0 ms apart, expected 33.3 ms"
+            "a.mp4: 20 frames are missing, by time stamps: 33.0 ms to 67.0 ms apart, expected 33.3 ms"
         );
+        // The sum opens no part that is uneven.
+        assert_eq!(fault.kind, FaultKind::Spacing);
     }
 }

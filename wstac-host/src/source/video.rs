@@ -48,8 +48,11 @@ const PROBED: &str = "%+#150";
 const SAME_RATE: f64 = 0.003;
 /// Most bytes that are kept of what ffmpeg reports.
 const MOST_REPORTED: usize = 2000;
-/// Longest wait for a frame.
+/// Longest wait for the time of a frame that has come, and the number of such waits after which no time is expected.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
+const MOST_WAITS: u32 = 10;
+/// Most bytes of a line of ffmpeg's log that are read as one.
+const LONGEST_LINE: u64 = 4096;
 
 /// A video file, decoded by ffmpeg.
 pub struct Video {
@@ -61,6 +64,8 @@ pub struct Video {
     spacing: Option<Spacing>,
     /// Whether the time of the next frame was taken.
     has_arrived: bool,
+    /// Waits for the time of the next frame.
+    waits: u32,
     ended: bool,
 }
 
@@ -69,8 +74,8 @@ struct Decoder {
     process: Child,
     reported: Arc<Mutex<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
-    /// The times of frames in milliseconds; not a number for a frame without.
-    times: Receiver<f64>,
+    /// The times of frames in milliseconds; not a number for a frame without. `None` if nobody reads them.
+    times: Option<Receiver<f64>>,
 }
 
 /// The properties of a video that `ffprobe` states.
@@ -126,6 +131,7 @@ impl Video {
         let reported = Arc::new(Mutex::new(Vec::new()));
         let (sender, times) = channel();
         let reader = errors.map(|errors| read_reports(errors, Arc::clone(&reported), sender));
+        let times = stated.step.map(|_| times);
         let mut decoder = Decoder { process, reported, reader, times };
         let Some(output) = output else {
             return Err(Error::new(ErrorKind::Io, &subject, "ffmpeg has no output"));
@@ -134,7 +140,7 @@ impl Video {
         let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
         let info = stated.describe(&subject, frames.info(), fps);
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
-        Ok(Self { subject, info, frames, decoder, spacing, has_arrived: false, ended: false })
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived: false, waits: 0, ended: false })
     }
 }
 
@@ -144,16 +150,28 @@ impl Source for Video {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        let Self { subject, frames, decoder, spacing, has_arrived, ended, .. } = self;
+        let Self { subject, frames, decoder, spacing, has_arrived, waits, ended, .. } = self;
         if let Some(spacing) = spacing {
-            if !*has_arrived && !*ended {
-                match decoder.times.recv_timeout(LONGEST_WAIT) {
-                    Ok(time) => spacing.arrive(time),
-                    Err(RecvTimeoutError::Timeout) => return Ok(SourceEvent::Waiting),
-                    // ffmpeg has ended. There may be a reason.
-                    Err(RecvTimeoutError::Disconnected) => {}
+            if let Some(times) = decoder.times.as_ref().filter(|_| !*has_arrived && !*ended) {
+                if !frames.has_next() {
+                    return Ok(SourceEvent::Waiting);
                 }
-                *has_arrived = true;
+                // ffmpeg reports the time before the frame.
+                match times.recv_timeout(LONGEST_WAIT) {
+                    Ok(time) => spacing.arrive(time),
+                    Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {
+                        *waits += 1;
+                        return Ok(SourceEvent::Waiting);
+                    }
+                    Err(_) => {
+                        decoder.times = None;
+                        // At the end, no time is missing.
+                        if frames.has_frame() {
+                            spacing.lose();
+                        }
+                    }
+                }
+                (*has_arrived, *waits) = (true, 0);
             }
             if let Some(event) = spacing.next_event() {
                 return Ok(event);
@@ -287,12 +305,11 @@ impl Stated {
             range: self.range.unwrap_or(frames.color.range),
         };
         let mut about = format!(
-            "{subject}: video, {}x{} {}, {}:{} frames per second",
+            "{subject}: video, {}x{} {}, {} frames per second",
             frames.size.width(),
             frames.size.height(),
             self.pixels,
-            frames.rate.numerator(),
-            frames.rate.denominator()
+            replaced_rate::readable(frames.rate)
         );
         about += &replaced_rate::remark(self.rate, given);
         if self.rate.is_none() && given.is_none() {
@@ -323,6 +340,8 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
     } else {
         command.args(["-v", "error"]);
     }
+    // The log is read.
+    command.env("AV_LOG_FORCE_NOCOLOR", "1").env_remove("AV_LOG_FORCE_COLOR");
     // A playlist could name other files or the network.
     command.args(["-protocol_whitelist", "file", "-i"]).arg(input);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -394,7 +413,7 @@ fn read_reports(
 ) -> JoinHandle<()> {
     std::thread::spawn(move || {
         let (mut errors, mut bytes) = (BufReader::new(errors), Vec::new());
-        while let Ok(1..) = errors.read_until(b'\n', &mut bytes) {
+        while let Ok(1..) = errors.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
             let line = String::from_utf8_lossy(&bytes);
             if let Some(time) = time_in(&line) {
                 // After the end of the source nobody asks.

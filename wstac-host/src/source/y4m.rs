@@ -123,13 +123,12 @@ impl Y4m {
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
-            "{}: Y4M, {}x{} {}, {}:{} frames per second{}{}",
+            "{}: Y4M, {}x{} {}, {} frames per second{}{}",
             reader.subject,
             header.size.width(),
             header.size.height(),
             header.name,
-            header.rate.numerator(),
-            header.rate.denominator(),
+            replaced_rate::readable(header.rate),
             replaced_rate::remark(header.own_rate, fps),
             if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
         );
@@ -141,7 +140,8 @@ impl Y4m {
         Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
     }
 
-    fn step(&mut self) -> Result<Step, Error> {
+    /// Reads on until the next frame is whole; it is still the next one then.
+    fn gather(&mut self) -> Result<Step, Error> {
         let started = Instant::now();
         self.reader.discard_used();
         loop {
@@ -149,9 +149,7 @@ impl Y4m {
             if let Some(line) = line
                 && self.reader.filled - line >= self.frame_bytes
             {
-                self.frame += 1;
-                self.reader.used = line + self.frame_bytes;
-                return Ok(Step::Frame(line..self.reader.used));
+                return Ok(Step::Frame(line..line + self.frame_bytes));
             }
             match self.reader.fill(self.frame_bytes + LONGEST_LINE)? {
                 Got::Nothing | Got::Interrupted => return Ok(Step::Waiting),
@@ -161,6 +159,25 @@ impl Y4m {
                 Got::Bytes(_) => {}
             }
         }
+    }
+
+    fn step(&mut self) -> Result<Step, Error> {
+        let step = self.gather()?;
+        if let Step::Frame(range) = &step {
+            self.frame += 1;
+            self.reader.used = range.end;
+        }
+        Ok(step)
+    }
+
+    /// Returns whether the next frame, the end or an error is there, so that [`Source::next_event`] does not wait.
+    pub(super) fn has_next(&mut self) -> bool {
+        self.ended || !matches!(self.gather(), Ok(Step::Waiting))
+    }
+
+    /// Returns whether the next frame is whole.
+    pub(super) fn has_frame(&mut self) -> bool {
+        !self.ended && matches!(self.gather(), Ok(Step::Frame(_)))
     }
 
     /// Creates the error for a stream that ends inside a frame.

@@ -17,6 +17,7 @@ use super::Arguments;
 use super::no_event::NoEvent;
 use super::range::Range;
 use wstac_core::motion::Doubt;
+use wstac_core::params::LONGEST_FILLED_GAP;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
@@ -253,8 +254,11 @@ impl<'a> Reading<'a> {
         let Self { session, printer, .. } = self;
         printer.losses.say(|message| printer.records.note(message));
         if let Some(uneven) = &printer.uneven {
-            let events = if printer.unreliable == 1 { "event is" } else { "events are" };
-            printer.records.note(format_args!("{uneven}; {} {events} not reliable for it", printer.unreliable));
+            match printer.unreliable {
+                0 => printer.records.note(uneven),
+                1 => printer.records.note(format_args!("{uneven}; 1 event is not reliable for it")),
+                events => printer.records.note(format_args!("{uneven}; {events} events are not reliable for it")),
+            }
         }
         say_lag(session.lag(), &printer.records);
         // The frames behind --until were not read, so nothing is known of them.
@@ -310,7 +314,9 @@ impl Observer for Printer<'_> {
                 }
             }
             SourceEvent::Lost { frames, reason } => self.losses.add(*frames, reason),
-            SourceEvent::Fault(fault) if fault.kind == FaultKind::Uneven => self.uneven = Some(fault.to_string()),
+            SourceEvent::Fault(fault) if matches!(fault.kind, FaultKind::Uneven | FaultKind::Spacing) => {
+                self.uneven = Some(fault.to_string());
+            }
             _ => {}
         }
         Ok(())
@@ -319,7 +325,11 @@ impl Observer for Printer<'_> {
     fn output(&mut self, output: Output) -> Result<(), Stop> {
         self.no_event.output(&output);
         if let Output::Event(event) = &output {
-            let has_gap = event.doubt == Some(Doubt::Uneven) || event.frames_filled > 0;
+            let has_gap = match event.doubt {
+                Some(doubt) => matches!(doubt, Doubt::Uneven | Doubt::LostFrames),
+                // Laws of durations have no doubt.
+                None => u32::from(event.frames_filled) > LONGEST_FILLED_GAP,
+            };
             self.unreliable += u64::from(!event.reliable && has_gap);
         }
         self.outputs.push_back(output);
