@@ -209,7 +209,7 @@ impl Reader {
         let header = message.header(topic.number(sensor));
         if topic == Topic::Sums {
             let sum = Sum::parse(message.data);
-            if sum.is_some_and(|sum| moment.is_right(&header, message.data, &sum)) {
+            if sum.is_some_and(|sum| moment.agrees(&header, message.data, &sum)) {
                 return Ok(());
             }
             let what = "has messages in no chunk with a checksum, and their own checksum is not right: they are damaged, or \

@@ -97,6 +97,7 @@ impl Waiting {
 }
 
 /// A file that is being recovered.
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 struct Recovery<'a> {
     walk: Walk,
     out: RecordingFile,

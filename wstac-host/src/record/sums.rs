@@ -194,7 +194,7 @@ impl MomentSum {
     }
 
     /// Returns whether a checksum is that of the messages so far. `header` and `data` are its own message.
-    pub(super) fn is_right(mut self, header: &MessageHeader, data: &[u8], sum: &Sum) -> bool {
+    pub(super) fn agrees(mut self, header: &MessageHeader, data: &[u8], sum: &Sum) -> bool {
         let covered = data.len().saturating_sub(UNCOVERED as usize);
         let bytes = self.bytes;
         self.add_start(header, data.len() as u64);

@@ -128,7 +128,6 @@ impl Spacing {
     }
 
     /// Takes a frame of unknown position.
-    #[cfg(any(feature = "jpeg", feature = "png"))]
     fn stray(&mut self) {
         let frame = self.frame;
         (self.frame, self.even) = (self.frame + 1, 0);
@@ -218,7 +217,6 @@ pub(super) fn step(positions: &[f64]) -> Option<f64> {
 }
 
 /// A source whose frames have known positions.
-#[cfg(any(feature = "jpeg", feature = "png"))]
 #[derive(Debug)]
 pub(super) struct Spaced<S> {
     source: S,
@@ -229,7 +227,6 @@ pub(super) struct Spaced<S> {
     is_over: bool,
 }
 
-#[cfg(any(feature = "jpeg", feature = "png"))]
 impl<S: Source> Spaced<S> {
     /// Wraps a source whose frames, lost ones included, have these positions: not a number for an unknown one.
     pub(super) fn new(source: S, subject: String, kind: Positions, positions: Vec<f64>) -> Self {
@@ -239,7 +236,6 @@ impl<S: Source> Spaced<S> {
     }
 }
 
-#[cfg(any(feature = "jpeg", feature = "png"))]
 impl<S: Source> Source for Spaced<S> {
     fn info(&self) -> &StreamInfo {
         self.source.info()

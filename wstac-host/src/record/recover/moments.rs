@@ -99,7 +99,7 @@ impl Recovery<'_> {
         }
         self.pending = pending;
         let header = message.header(Topic::Sums.number(0));
-        Ok(moment.is_right(&header, message.data, sum).then_some(start))
+        Ok(moment.agrees(&header, message.data, sum).then_some(start))
     }
 
     /// Returns whether the waiting messages are a moment by the checksums of their chunks, by their times and by the counts of
