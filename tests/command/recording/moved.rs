@@ -101,12 +101,12 @@ fn a_sector_or_a_message_elsewhere_never_becomes_a_wrong_frame() {
         let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
         for number in 0..count {
             let mut damaged = bytes.clone();
-            for _ in 0..1 + number % 3 {
+            for _ in 0..=number % 3 {
                 let is_sector = !options.is_empty() || random.below(2) == 0;
                 if is_sector {
-                    sector_moved(&mut damaged, &mut random)
+                    sector_moved(&mut damaged, &mut random);
                 } else {
-                    message_moved(&mut damaged, &mut random)
+                    message_moved(&mut damaged, &mut random);
                 }
             }
             let (code, found, _) = recovered(&folder, &damaged, &truth);
@@ -140,7 +140,9 @@ fn rewritten(bytes: &[u8], how: Rewrite<'_>) -> Vec<u8> {
             metadata.push(record);
         }
     }
-    metadata.iter().for_each(|metadata| writer.write_metadata(metadata).unwrap());
+    for metadata in &metadata {
+        writer.write_metadata(metadata).unwrap();
+    }
     let mut messages: Vec<Message<'_>> =
         mcap::MessageStream::new(bytes).unwrap().map(|message| message.unwrap()).collect();
     if how.by_topic {
@@ -185,10 +187,12 @@ fn unchunked() -> WriteOptions {
     WriteOptions::new().use_chunks(false)
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "others leave topics out")]
 fn same(topic: &str) -> Option<String> {
     Some(topic.to_owned())
 }
 
+#[expect(clippy::unnecessary_wraps, reason = "others leave topics out")]
 fn prefixed(topic: &str) -> Option<String> {
     Some(format!("/robot{topic}"))
 }
