@@ -387,7 +387,8 @@ fn not_started(subject: &str, error: std::io::Error) -> Error {
 fn without_context(line: &str) -> &str {
     let line = line.trim();
     let context = line.strip_prefix('[').and_then(|line| line.split_once("] "));
-    context.filter(|(context, _)| context.contains(" @ 0x")).map_or(line, |(_, rest)| rest)
+    let has_address = |context: &str| context.split_once('@').is_some_and(|(_, at)| at.trim_start().starts_with("0x"));
+    context.filter(|(context, _)| has_address(context)).map_or(line, |(_, rest)| rest)
 }
 
 /// Returns an error that ffmpeg reports in a line of its log.
@@ -400,7 +401,7 @@ fn error_in(line: &str) -> Option<&str> {
 /// It is not a number for a frame without a time.
 fn time_in(line: &str) -> Option<f64> {
     let line = line.strip_prefix("[Parsed_metadata_")?;
-    let (_, time) = line.split_once("] [info] frame:")?.1.split_once(" pts:")?;
+    let (_, time) = line.split_once("frame:")?.1.split_once(" pts:")?;
     let time = time.split(' ').next()?;
     Some(time.parse::<i64>().map_or(f64::NAN, |time| time as f64 / 1000.0))
 }
