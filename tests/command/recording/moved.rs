@@ -246,7 +246,7 @@ fn a_recording_that_another_tool_wrote_anew_is_read_and_recovered() {
     }
 }
 
-/// What cannot be put into its order is refused, with the reason.
+/// A recording that cannot be put into its order is refused, with the reason.
 #[test]
 fn a_recording_in_another_order_is_refused() {
     let folder = Folder::new("recording-moved-order");

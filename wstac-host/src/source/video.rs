@@ -60,7 +60,7 @@ pub struct Video {
     info: StreamInfo,
     frames: Y4m,
     decoder: Decoder,
-    /// What the times of the frames say; `None` if the file states none.
+    /// Finds gaps between the times of frames; `None` if the file states no times.
     spacing: Option<Spacing>,
     /// Whether the time of the next frame was taken.
     has_arrived: bool,
@@ -278,7 +278,7 @@ impl Stated {
 
     /// Returns the filter that makes pixels that are read, and their format.
     ///
-    /// ffmpeg makes limited range of anything unless it is told otherwise.
+    /// ffmpeg makes limited range of anything unless its options say otherwise.
     fn conversion(&self) -> (String, &'static str) {
         let pixels = self.pixels.as_str();
         let starts = |names: &[&str]| names.iter().any(|name| pixels.starts_with(name));
