@@ -93,7 +93,7 @@ class Messages(unittest.TestCase):
         self.assert_there([words(one) for one in re.findall(r'=> f.write_str\("(.*?)"', reasons)], 3)
 
     def test_every_fault(self):
-        names = re.findall(r'\w+ = "(.*?)"', part("wstac-host/src/words.rs", "FaultKind:", "\n}"))
+        names = re.findall(r'\w+ = "(.*?)"', part("wstac-host/src/reasons.rs", "FaultKind:", "\n}"))
         self.assert_there(names, 10)
         self.assertEqual(set(names) - set(on_page()), set())
         board = part("wstac-host/src/monitor/board.rs", "fn fault_in_words", "\n}\n")

@@ -12,8 +12,6 @@ pub mod crash_record;
 pub mod emulated;
 #[cfg(feature = "h743")]
 pub mod h743;
-#[cfg(feature = "node")]
-pub mod keeper;
 #[cfg(any(feature = "learn", test))]
 pub mod learner;
 #[cfg(feature = "node")]
@@ -37,6 +35,14 @@ pub mod sensor;
 pub mod serial;
 #[cfg(any(feature = "settings", test))]
 pub mod settings;
+#[cfg(feature = "node")]
+pub mod settings_store;
+/// The former name of [`settings_store`].
+#[cfg(feature = "node")]
+#[deprecated(since = "0.4.0", note = "use `settings_store`")]
+pub mod keeper {
+    pub use crate::settings_store::{SettingsStore as Keeper, *};
+}
 pub mod setup;
 #[cfg(feature = "node")]
 pub mod stack;

@@ -7,7 +7,7 @@ use wstac_core::wire::LONGEST_REQUEST;
 use wstac_core::wire::{self, Decoder, Fault, Message, Request};
 
 use crate::picture;
-use crate::reader::Outlet;
+use crate::reader::Publisher;
 use crate::self_test::Defect;
 use crate::sensor::{Sensor, SensorError};
 
@@ -164,7 +164,7 @@ impl<S: Line, T: OutputPin> Link<S, T> {
     }
 }
 
-impl<S: Line, T: OutputPin> Outlet for Link<S, T> {
+impl<S: Line, T: OutputPin> Publisher for Link<S, T> {
     fn send(&mut self, message: &Message<'_>) {
         // An event that is sent again is none.
         if let Message::Event(answers) = message

@@ -1,7 +1,7 @@
 //! The node: what every board does between its camera and its link. It finds the sensor and sets it up, measures what it
 //! sends, turns its frames into messages, and reports and mends every fault.
 //!
-//! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights, a [`Watchdog`], a [`Thermometer`] and a [`Keeper`] of
+//! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights, a [`Watchdog`], a [`Thermometer`] and a [`SettingsStore`] of
 //! settings. Time is embassy's.
 
 use core::future::Future;
@@ -17,7 +17,6 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Request, Text};
 
-use crate::keeper::Keeper;
 use crate::link::{Absence, Line, Link};
 use crate::picture::Picture;
 use crate::reader::Reader;
@@ -25,6 +24,7 @@ use crate::restart::restart;
 use crate::self_test::{self, Defect, Probe, RateMeter};
 use crate::sensor::watch::Watch;
 use crate::sensor::{Sensor, SensorError, Signals};
+use crate::settings_store::SettingsStore;
 use crate::stack::StackDepth;
 use crate::stripes::{self, Capture, Step, Stripes};
 use crate::{crash_record, setup};
@@ -116,7 +116,7 @@ pub trait Board {
     /// The watchdog.
     type Watchdog: Watchdog;
     /// The settings.
-    type Keeper: Keeper + 'static;
+    type SettingsStore: SettingsStore + 'static;
     /// The sensor of the chip's temperature.
     type Thermometer: Thermometer;
 }
@@ -126,7 +126,7 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     /// The sensors that the node looks for, in this order. All produce frames of one size.
     pub sensors: &'static [Sensor],
     /// The settings.
-    pub keeper: &'static mut B::Keeper,
+    pub store: &'static mut B::SettingsStore,
     /// The camera interface.
     pub camera: B::Camera,
     /// The sensor's bus.
@@ -153,11 +153,11 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 #[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
-    let Node { sensors, keeper, camera, bus: mut i2c, line, mut events, mut watchdog, hung, is_own_clock, id, .. } =
+    let Node { sensors, store, camera, bus: mut i2c, line, mut events, mut watchdog, hung, is_own_clock, id, .. } =
         node;
     let mut thermometer = node.thermometer;
     let size = sensors.first().map(|sensor| sensor.size);
-    let Some(reader) = size.and_then(|size| reader(keeper, size)) else {
+    let Some(reader) = size.and_then(|size| reader(store, size)) else {
         panic!("the configuration does not fit the camera")
     };
     if is_own_clock {
@@ -172,7 +172,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
     let telemetry = reader.telemetry_mut();
     (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
     let (mut depth, mut second) = (StackDepth::new(), 0);
-    let mut sensor = find(sensors, &mut i2c, reader, keeper, line, &mut watchdog).await;
+    let mut sensor = find(sensors, &mut i2c, reader, store, line, &mut watchdog).await;
 
     let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
     let frame_bytes = WIDTH * usize::from(sensor.size.height());
@@ -191,8 +191,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
             is_told = true;
             crash_record::erase();
         }
-        restart_if_wanted(keeper, line);
-        let asked = answer_requests(reader, keeper, line);
+        restart_if_wanted(store, line);
+        let asked = answer_requests(reader, store, line);
         if asked.hello {
             line.absence(absent);
         }
@@ -211,11 +211,11 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
         while line.has_room() && (reader.send_held(line) || is_between && reader.send_again(line)) {}
         #[cfg(feature = "learn")]
         if is_between && line.has_room() {
-            reader.keep_textures(keeper, line);
+            reader.keep_textures(store, line);
         }
         #[cfg(feature = "models")]
         if is_between && line.has_room() {
-            reader.keep_model(keeper, line);
+            reader.keep_model(store, line);
         }
         is_between = false;
         if stage != Stage::Run {
@@ -451,21 +451,21 @@ fn log(defect: Option<Defect>) {
     not(any(feature = "learn", feature = "models")),
     expect(clippy::needless_pass_by_ref_mut, reason = "learned textures and models are read")
 )]
-fn reader(keeper: &mut impl Keeper, size: FrameSize) -> Option<&'static mut Reader> {
+fn reader(store: &mut impl SettingsStore, size: FrameSize) -> Option<&'static mut Reader> {
     let reader = cortex_m::singleton!(: Option<Reader> = None)?;
-    let (layout, floor, trigger) = keeper.parameters();
+    let (layout, floor, trigger) = store.parameters();
     match Reader::with(layout, size, RATE, LAW, floor, trigger) {
         Ok(new) => {
             let reader = reader.insert(new);
             #[cfg(feature = "models")]
             if let Some(place) = cortex_m::singleton!(: Option<setup::Kind> = None)
-                && let Some(model) = keeper.model()
+                && let Some(model) = store.model()
             {
                 reader.set_model(place.insert(model));
             }
             #[cfg(feature = "learn")]
             if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::NO_NAMES) {
-                reader.load_textures(names, keeper);
+                reader.load_textures(names, store);
             }
             Some(reader)
         }
@@ -488,11 +488,15 @@ struct Asked {
 /// Answers the requests that have arrived.
 // It is not inlined, so that requests do not lie on the stack of a function that runs for ever.
 #[inline(never)]
-fn answer_requests(reader: &mut Reader, keeper: &mut impl Keeper, line: &mut Link<impl Line, impl OutputPin>) -> Asked {
+fn answer_requests(
+    reader: &mut Reader,
+    store: &mut impl SettingsStore,
+    line: &mut Link<impl Line, impl OutputPin>,
+) -> Asked {
     let mut asked = Asked::default();
     while let Some(request) = line.request() {
         reader.answer(request, line);
-        keeper.answer(request, line);
+        store.answer(request, line);
         match request {
             Request::Hello => asked.hello = true,
             Request::Picture => asked.picture = true,
@@ -504,8 +508,8 @@ fn answer_requests(reader: &mut Reader, keeper: &mut impl Keeper, line: &mut Lin
 }
 
 /// Starts again if other settings are kept, and the host has been told.
-fn restart_if_wanted(keeper: &impl Keeper, line: &Link<impl Line, impl OutputPin>) {
-    if keeper.wants_restart() && line.is_drained() {
+fn restart_if_wanted(store: &impl SettingsStore, line: &Link<impl Line, impl OutputPin>) {
+    if store.wants_restart() && line.is_drained() {
         cortex_m::asm::delay(LAST_BYTES);
         restart();
     }
@@ -533,7 +537,7 @@ async fn find(
     sensors: &'static [Sensor],
     i2c: &mut impl Bus,
     reader: &mut Reader,
-    keeper: &mut impl Keeper,
+    store: &mut impl SettingsStore,
     line: &mut Link<impl Line, impl OutputPin>,
     watchdog: &mut impl Watchdog,
 ) -> Sensor {
@@ -544,19 +548,19 @@ async fn find(
         if i2c.free() {
             defmt::warn!("the sensor held its bus");
         }
-        restart_if_wanted(keeper, line);
+        restart_if_wanted(store, line);
         // A host that has just connected should know, too.
-        if answer_requests(reader, keeper, line).hello {
+        if answer_requests(reader, store, line).hello {
             said = Absence::None;
         }
         reader.set_time(Instant::now().as_micros());
         #[cfg(feature = "learn")]
-        reader.keep_textures(keeper, line);
+        reader.keep_textures(store, line);
         #[cfg(feature = "models")]
-        reader.keep_model(keeper, line);
+        reader.keep_model(store, line);
         let mut reason = Absence::Gone;
         for sensor in sensors {
-            let sensor = Sensor { lines: keeper.exposure(), ..*sensor };
+            let sensor = Sensor { lines: store.exposure(), ..*sensor };
             match sensor.identify(i2c) {
                 Ok(()) => match sensor.set_up(i2c, &mut Delay) {
                     Ok(()) => {

@@ -6,7 +6,7 @@
 
 use wstac_core::wire::{self, Message, PICTURE_PART, PictureEnd, PicturePart};
 
-use crate::reader::Outlet;
+use crate::reader::Publisher;
 
 /// The longest frame of a part on the line: its bytes, and what is around them.
 pub const LONGEST_PART: usize = PICTURE_PART + 32;
@@ -78,7 +78,7 @@ impl<const STRIPES: usize> Picture<STRIPES> {
     /// Sends a part of frame `frame`, and the end after the last part. The line must have [`ROOM`].
     // It is not inlined, so that the message does not lie on the stack while frames are used.
     #[inline(never)]
-    pub fn send(&mut self, part: &Part, frame: u64, out: &mut impl Outlet) {
+    pub fn send(&mut self, part: &Part, frame: u64, out: &mut impl Publisher) {
         let bytes = part.bytes.get(..usize::from(part.length)).unwrap_or_default();
         let message = PicturePart::new(self.number, frame, part.first, bytes);
         self.checksum = self.checksum.wrapping_add(message.checksum());
@@ -119,7 +119,7 @@ mod tests {
         }
     }
 
-    impl Outlet for Host {
+    impl Publisher for Host {
         fn send(&mut self, message: &Message<'_>) {
             let mut buffer = [0; wire::LONGEST];
             self.longest = self.longest.max(wire::encode(message, u16::MAX, &mut buffer).len());

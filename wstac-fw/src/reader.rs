@@ -18,10 +18,10 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{ContactEnd, Event, TriggerConfig};
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
-#[cfg(any(feature = "learn", feature = "models"))]
-use crate::keeper::Keeper;
 #[cfg(feature = "learn")]
 use crate::learner::Names;
+#[cfg(any(feature = "learn", feature = "models"))]
+use crate::settings_store::SettingsStore;
 use crate::setup;
 use crate::textures::{ModelSample, Textures};
 
@@ -29,10 +29,13 @@ use crate::textures::{ModelSample, Textures};
 const STATUS_EVERY: u64 = 30;
 
 /// Takes messages. A message without room is left out.
-pub trait Outlet {
+pub trait Publisher {
     /// Takes a message.
     fn send(&mut self, message: &Message<'_>);
 }
+
+#[doc(hidden)]
+pub use Publisher as Outlet;
 
 /// The core between a camera and a link.
 #[derive(Clone, Debug)]
@@ -175,7 +178,7 @@ impl Reader {
     /// Returns the errors of [`Pipeline::push_stripe`] if the rows do not fit this layout; then nothing was taken.
     ///
     /// [`Pipeline::push_stripe`]: wstac_core::pipeline::Pipeline::push_stripe
-    pub fn rows(&mut self, rows: &[u8], out: &mut impl Outlet) -> Result<(), FrameError> {
+    pub fn rows(&mut self, rows: &[u8], out: &mut impl Publisher) -> Result<(), FrameError> {
         // The update is not moved out of the result, which would copy it.
         let result = self.pipeline.push_stripe(rows);
         let update = match &result {
@@ -194,24 +197,24 @@ impl Reader {
     }
 
     /// Gives up the frame under way, which is lost.
-    pub fn abandon_frame(&mut self, out: &mut impl Outlet) {
+    pub fn abandon_frame(&mut self, out: &mut impl Publisher) {
         self.note_lost(1, out);
         self.sender.give(&self.pipeline.abandon_frame(), out);
     }
 
     /// Takes note of frames that were lost.
-    pub fn lost(&mut self, frames: u64, out: &mut impl Outlet) {
+    pub fn lost(&mut self, frames: u64, out: &mut impl Publisher) {
         self.note_lost(frames, out);
         self.sender.give(&self.pipeline.push_lost(frames), out);
     }
 
-    fn note_lost(&mut self, frames: u64, out: &mut impl Outlet) {
+    fn note_lost(&mut self, frames: u64, out: &mut impl Publisher) {
         self.dropped = self.dropped.saturating_add(frames);
         out.send(&Message::Lost { frames });
     }
 
     /// Answers a request of the host.
-    pub fn answer(&mut self, request: Request, out: &mut impl Outlet) {
+    pub fn answer(&mut self, request: Request, out: &mut impl Publisher) {
         match request {
             Request::Hello => self.hello(out),
             Request::Features(wanted) => self.sender.wants_features = wanted,
@@ -230,17 +233,17 @@ impl Reader {
 
     /// Takes the textures that were learned. Their names have places of their own, so that events can have them.
     #[cfg(feature = "learn")]
-    pub fn load_textures(&mut self, names: &'static Names, keeper: &mut impl Keeper) {
+    pub fn load_textures(&mut self, names: &'static Names, store: &mut impl SettingsStore) {
         let model = self.sender.model().map(|model| model.checksum());
-        self.sender.textures.load(names, model, |place| keeper.texture(place));
+        self.sender.textures.load(names, model, |place| store.texture(place));
     }
 
     /// Keeps a texture that was learned, forgets one that is to be forgotten, and sends what the host has to know of
     /// that. It is to be called between frames, when there is room for a message.
     #[cfg(feature = "learn")]
     #[inline(never)]
-    pub fn keep_textures(&mut self, keeper: &mut impl Keeper, out: &mut impl Outlet) {
-        if let Some(message) = self.sender.textures.step(|place, texture| keeper.keep_texture(place, texture)) {
+    pub fn keep_textures(&mut self, store: &mut impl SettingsStore, out: &mut impl Publisher) {
+        if let Some(message) = self.sender.textures.step(|place, texture| store.keep_texture(place, texture)) {
             out.send(&message);
         }
     }
@@ -255,22 +258,22 @@ impl Reader {
     /// frames, when there is room for a message.
     #[cfg(feature = "models")]
     #[inline(never)]
-    pub fn keep_model(&mut self, keeper: &mut impl Keeper, out: &mut impl Outlet) {
+    pub fn keep_model(&mut self, store: &mut impl SettingsStore, out: &mut impl Publisher) {
         let Sender { outbox, held, .. } = &self.sender;
         let is_rest = held.is_none() && outbox.kept() == 0 && self.pipeline.end().incomplete.is_none();
-        if let Some(message) = keeper.keep_model(is_rest) {
+        if let Some(message) = store.keep_model(is_rest) {
             out.send(&message);
         }
     }
 
     /// Sends the state of the stream. Frames cause that about once per second; without frames the caller does.
-    pub fn status(&mut self, out: &mut impl Outlet) {
+    pub fn status(&mut self, out: &mut impl Publisher) {
         self.status_at = self.pipeline.next_frame().saturating_add(STATUS_EVERY);
         out.send(&Message::Status { stream: self.pipeline.end(), dropped: self.dropped });
         self.send_telemetry(out);
     }
 
-    fn send_telemetry(&mut self, out: &mut impl Outlet) {
+    fn send_telemetry(&mut self, out: &mut impl Publisher) {
         let Sender { outbox, wants_features, wants_samples, wants_motion, .. } = &self.sender;
         (self.telemetry.events, self.telemetry.kept) = (outbox.next_event(), outbox.kept());
         let wanted = &mut self.telemetry.wanted;
@@ -280,7 +283,7 @@ impl Reader {
     }
 
     /// Sends the description of the board.
-    pub fn hello(&self, out: &mut impl Outlet) {
+    pub fn hello(&self, out: &mut impl Publisher) {
         let mut models = [None; 3];
         models[0] =
             self.sender.model().map(|model| ModelFacts::new(model.task(), model.labels().len() as u8, model.frames()));
@@ -305,7 +308,7 @@ impl Reader {
     ///
     /// A part is sent while its frames are still among the last 70. One part per frame is in time. After a long gap or
     /// on a slow line the remaining parts are left out, which the host can see.
-    pub fn send_held(&mut self, out: &mut impl Outlet) -> bool {
+    pub fn send_held(&mut self, out: &mut impl Publisher) -> bool {
         self.sender.send_held(self.pipeline.recent(), out)
     }
 
@@ -314,7 +317,7 @@ impl Reader {
     /// Call it when there is room for a message.
     // It is not inlined, so that the message does not lie on the stack of a function that runs for ever.
     #[inline(never)]
-    pub fn send_again(&mut self, out: &mut impl Outlet) -> bool {
+    pub fn send_again(&mut self, out: &mut impl Publisher) -> bool {
         let due = self.sender.outbox.due(self.sender.now);
         if let Some(answers) = due {
             out.send(&Message::Event(answers));
@@ -323,7 +326,7 @@ impl Reader {
     }
 
     /// Ends a stream that has an end: fills or ends a gap of lost frames, and sends how the stream ended.
-    pub fn finish(&mut self, out: &mut impl Outlet) {
+    pub fn finish(&mut self, out: &mut impl Publisher) {
         while self.send_held(out) {}
         let finished = self.pipeline.finish();
         let (end, interrupted, contact_end) = (finished.end(), finished.interrupted(), finished.contact_end());
@@ -369,7 +372,7 @@ impl Sender {
     }
 
     /// Sends the results of a push.
-    fn give(&mut self, update: &Update<'_>, out: &mut impl Outlet) {
+    fn give(&mut self, update: &Update<'_>, out: &mut impl Publisher) {
         if self.wants_features
             && let Some(frame) = update.frame()
         {
@@ -396,7 +399,7 @@ impl Sender {
 
     /// Sends speed and direction of the newest frame if they are wanted and something slides.
     #[cfg(feature = "motion")]
-    fn give_motion(&mut self, pipeline: &setup::BoardPipeline, out: &mut impl Outlet) {
+    fn give_motion(&mut self, pipeline: &setup::BoardPipeline, out: &mut impl Publisher) {
         if !self.wants_motion {
             return;
         }
@@ -410,7 +413,7 @@ impl Sender {
 
     /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
     /// without the rest of its sample.
-    fn event(&mut self, event: &Event<'_>, taxels: Option<&TaxelRing>, out: &mut impl Outlet) {
+    fn event(&mut self, event: &Event<'_>, taxels: Option<&TaxelRing>, out: &mut impl Publisher) {
         self.send_held_event(out);
         hold(&mut self.held, event, &self.law);
         if let Some(model) = self.model() {
@@ -425,7 +428,7 @@ impl Sender {
     /// Sends the kept event, and the end of its touch if that is known.
     // It is not inlined, so that the message does not lie on the stack while answers are computed.
     #[inline(never)]
-    fn send_held_event(&mut self, out: &mut impl Outlet) {
+    fn send_held_event(&mut self, out: &mut impl Publisher) {
         if let Some(held) = self.held.take() {
             out.send(&Message::Event(self.outbox.push(held.answers, self.now)));
             if let Some(end) = held.end {
@@ -435,7 +438,7 @@ impl Sender {
     }
 
     /// Sends the end of a touch, or keeps it until its event is sent.
-    fn contact_end(&mut self, end: ContactEnd, out: &mut impl Outlet) {
+    fn contact_end(&mut self, end: ContactEnd, out: &mut impl Publisher) {
         match &mut self.held {
             Some(held) if held.answers.frame == end.event_frame => held.end = Some(end.frame),
             _ => out.send(&Message::ContactEnd(end)),
@@ -443,7 +446,7 @@ impl Sender {
     }
 
     /// Sends the next part of the kept sample, of which the last frames are `recent`, or the event.
-    fn send_held(&mut self, (end, recent): (u64, Sample<'_>), out: &mut impl Outlet) -> bool {
+    fn send_held(&mut self, (end, recent): (u64, Sample<'_>), out: &mut impl Publisher) -> bool {
         let Some(held) = &mut self.held else { return false };
         let first = (held.answers.frame + u64::from(held.next) + SAMPLE_FRAMES as u64).checked_sub(end);
         match first {
@@ -468,7 +471,7 @@ fn early_texture(
     prefix: &SamplePrefix<'_>,
     model: &'static setup::Kind,
     textures: &mut Textures,
-    out: &mut impl Outlet,
+    out: &mut impl Publisher,
 ) {
     let mut numbers = [0; INPUTS];
     prefix.copy_to(&mut numbers);

@@ -29,17 +29,22 @@ pub mod json;
 pub mod model_file;
 #[cfg(feature = "board")]
 pub mod monitor;
-pub mod near;
+/// The former name of [`suggest`].
+#[deprecated(since = "0.4.0", note = "use `suggest`")]
+pub mod near {
+    pub use crate::suggest::nearest;
+}
 pub mod output;
 pub mod picture;
 pub mod plural;
+mod reasons;
 #[cfg(feature = "mcap")]
 pub mod record;
 pub mod session;
 pub mod source;
 pub mod statistics;
+pub mod suggest;
 pub mod text;
 pub mod text_file;
 pub mod texture;
 pub mod visible;
-mod words;

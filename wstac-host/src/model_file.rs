@@ -13,7 +13,7 @@ use wstac_core::model::file::ModelError;
 use crate::builtin_models::MODELS;
 use crate::error::{Error, ErrorKind};
 use crate::files;
-use crate::near::nearest;
+use crate::suggest::nearest;
 
 /// Size of the largest model file that is read, in bytes.
 pub const MOST_BYTES: u64 = 256 << 20;

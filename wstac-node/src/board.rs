@@ -18,7 +18,7 @@ use wstac_host::plural::counted;
 
 use crate::note;
 use crate::orders::{MOST_WAITING, Order};
-use crate::outlet::Outlet;
+use crate::publisher::PublisherHandle;
 
 /// A board whose port is open.
 pub(crate) struct Board {
@@ -71,25 +71,30 @@ impl Board {
     /// Reads until the board or its connection ends, or until `ends` is set. Returns whether it did not fail.
     ///
     /// Orders are refused: what a service could change is in the board.
-    pub(crate) fn run(mut self, outlet: &Outlet, orders: &Receiver<Order>, ends: &AtomicBool) -> bool {
-        let read = self.read(outlet, orders, ends);
+    pub(crate) fn run(mut self, publisher: &PublisherHandle, orders: &Receiver<Order>, ends: &AtomicBool) -> bool {
+        let read = self.read(publisher, orders, ends);
         if let Err(error) = &read {
             note(format_args!("{}: {error}", self.name));
         }
         read.is_ok()
     }
 
-    fn read(&mut self, outlet: &Outlet, orders: &Receiver<Order>, ends: &AtomicBool) -> Result<(), Error> {
-        let read = self.read_to_end(outlet, orders, ends);
+    fn read(&mut self, publisher: &PublisherHandle, orders: &Receiver<Order>, ends: &AtomicBool) -> Result<(), Error> {
+        let read = self.read_to_end(publisher, orders, ends);
         if !matches!(read, Ok(true)) {
             // The board did not say its end: what is known here takes its place.
-            outlet.output(&self.monitor.finish(), SystemTime::now())?;
+            publisher.output(&self.monitor.finish(), SystemTime::now())?;
         }
         read.map(|_| ())
     }
 
     /// Returns whether the board has said its end.
-    fn read_to_end(&mut self, outlet: &Outlet, orders: &Receiver<Order>, ends: &AtomicBool) -> Result<bool, Error> {
+    fn read_to_end(
+        &mut self,
+        publisher: &PublisherHandle,
+        orders: &Receiver<Order>,
+        ends: &AtomicBool,
+    ) -> Result<bool, Error> {
         let mut room = [0; 4096];
         let mut waits = 0_u32;
         while !ends.load(Ordering::Relaxed) {
@@ -106,7 +111,7 @@ impl Board {
                 Got::Bytes(count) => {
                     waits = 0;
                     self.requests.extend(self.monitor.set_now(now()));
-                    if !self.take(&room[..count], outlet)? {
+                    if !self.take(&room[..count], publisher)? {
                         return Ok(true);
                     }
                 }
@@ -137,11 +142,11 @@ impl Board {
     }
 
     /// Takes bytes of the board and publishes what follows. Returns whether the board goes on.
-    fn take(&mut self, bytes: &[u8], outlet: &Outlet) -> Result<bool, Error> {
+    fn take(&mut self, bytes: &[u8], publisher: &PublisherHandle) -> Result<bool, Error> {
         let Self { name, monitor, requests, .. } = self;
         let stamp = SystemTime::now();
         let goes_on = monitor.take(bytes, |report| match report {
-            Report::Output(output) => outlet.output(&output, stamp),
+            Report::Output(output) => publisher.output(&output, stamp),
             Report::Request(request) => {
                 requests.push(request);
                 Ok(())
@@ -151,7 +156,7 @@ impl Board {
                 Ok(())
             }
             Report::LostEvents(lost) => {
-                outlet.counts().lost_events.fetch_add(lost, Ordering::Relaxed);
+                publisher.counts().lost_events.fetch_add(lost, Ordering::Relaxed);
                 note(format_args!("{name}: {} lost", counted(lost, "event")));
                 Ok(())
             }
@@ -159,8 +164,8 @@ impl Board {
             Report::Telemetry(_) => Ok(()),
         });
         if let Output::End(end) = monitor.finish() {
-            outlet.counts().frames.store(end.frames, Ordering::Relaxed);
-            outlet.counts().lost.store(end.dropped, Ordering::Relaxed);
+            publisher.counts().frames.store(end.frames, Ordering::Relaxed);
+            publisher.counts().lost.store(end.dropped, Ordering::Relaxed);
         }
         goes_on
     }

@@ -22,7 +22,7 @@ use wstac_linux::source::is_camera;
 use crate::arguments::{Arguments, NamedSource};
 use crate::note;
 use crate::orders::{Action, Order, replace, shown};
-use crate::outlet::Outlet;
+use crate::publisher::PublisherHandle;
 use crate::recording;
 use crate::ros::picture::Shape;
 use crate::sums::FrameSums;
@@ -76,7 +76,13 @@ impl Frames {
     }
 
     /// Reads to the end of the source, or until `ends` is set. Returns whether the source did not fail.
-    pub(crate) fn run(self, outlet: Outlet, orders: &Receiver<Order>, share: f64, ends: &AtomicBool) -> bool {
+    pub(crate) fn run(
+        self,
+        publisher: PublisherHandle,
+        orders: &Receiver<Order>,
+        share: f64,
+        ends: &AtomicBool,
+    ) -> bool {
         let Self { name, mut session, pace, picture, mut configured } = self;
         if pace.is_some() {
             // A frame of a file may last for hours.
@@ -85,7 +91,7 @@ impl Frames {
         let (stamp, elapsed) = (SystemTime::now(), Elapsed::default());
         let sums = FrameSums::new(session.info().rate);
         let mut reader =
-            Reader { outlet, pace, picture, passed: 0, stamp, elapsed, completed: None, sums, recording: None };
+            Reader { publisher, pace, picture, passed: 0, stamp, elapsed, completed: None, sums, recording: None };
         if let Some(pace) = &mut reader.pace {
             pace.restart();
         }
@@ -156,13 +162,13 @@ impl Configured {
                 let interrupted = session.processor_mut().reconfigure(&self.info, &config)?;
                 let interrupted = reader.restarted(interrupted, session.processor());
                 self.config = *config;
-                replace(&reader.outlet.settings().config, shown(&file));
+                replace(&reader.publisher.settings().config, shown(&file));
                 interrupted.map(|()| format!("{} is used", file.display()))
             }
             Action::UseModel { textures, about, file } => {
                 session.processor_mut().set_textures(textures);
                 self.models = vec![about];
-                replace(&reader.outlet.settings().models, vec![shown(&file)]);
+                replace(&reader.publisher.settings().models, vec![shown(&file)]);
                 Ok(format!("{} is used", file.display()))
             }
             Action::StartRecording { folder, file, features_only, labels } => {
@@ -187,7 +193,7 @@ impl Configured {
 
 /// Hands everything over that a session finds.
 struct Reader {
-    outlet: Outlet,
+    publisher: PublisherHandle,
     pace: Option<Pace>,
     /// The shape of pictures, if the source has any.
     picture: Option<Shape>,
@@ -246,7 +252,7 @@ impl Observer for Reader {
                 self.passed += 1;
                 self.stamp = frame.stamp.map_or_else(SystemTime::now, |stamp| stamp.time);
                 if let Some(picture) = self.picture {
-                    self.outlet.picture(picture, frame.bytes, self.stamp);
+                    self.publisher.picture(picture, frame.bytes, self.stamp);
                 }
             }
             SourceEvent::Taxels(frame) => {
@@ -255,7 +261,7 @@ impl Observer for Reader {
             }
             SourceEvent::Lost { frames, .. } => {
                 self.passed += frames;
-                self.outlet.counts().lost.fetch_add(*frames, Ordering::Relaxed);
+                self.publisher.counts().lost.fetch_add(*frames, Ordering::Relaxed);
             }
             _ => {}
         }
@@ -270,7 +276,7 @@ impl Observer for Reader {
         if let Output::Features(features) = &output {
             self.completed = Some(*features);
         }
-        self.outlet.output(&output, self.stamp)
+        self.publisher.output(&output, self.stamp)
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
@@ -283,7 +289,7 @@ impl Observer for Reader {
         if let Some(features) = self.completed.take()
             && let Some(sums) = self.sums.complete()
         {
-            self.outlet.taxels(&features, &sums, self.stamp);
+            self.publisher.taxels(&features, &sums, self.stamp);
         }
         if self.recording.as_mut().is_some_and(|recording| !recording.processed(event, processor)) {
             // The disk is full. The sensor goes on without it.
@@ -345,7 +351,7 @@ mod tests {
         let (control, _) = Control::new(&named.name, "", &arguments);
         let (queue, _found) = Queue::of_test();
         let counts = Arc::clone(&queue.counts);
-        let outlet = Outlet::new(queue, Arc::clone(&control.settings), &arguments);
+        let publisher = PublisherHandle::new(queue, Arc::clone(&control.settings), &arguments);
         let ends = Arc::new(AtomicBool::new(false));
         let (seen, frames_seen) = channel();
         let (orders, arriving) = sync_channel(1);
@@ -355,7 +361,7 @@ mod tests {
             stop.store(count == 9, Ordering::Relaxed);
         };
         ask(&orders, 0, Arc::new(done));
-        assert!(frames.run(outlet, &arriving, 0.0, &ends));
+        assert!(frames.run(publisher, &arriving, 0.0, &ends));
         // One order for each frame.
         assert_eq!(frames_seen.try_iter().collect::<Vec<_>>(), (0..10).collect::<Vec<_>>());
     }

@@ -1,7 +1,7 @@
 //! `wstac-node` publishes tactile sensors on a Zenoh network.
 //!
 //! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher`
-//! sends what was found. `outlet` makes messages between them, and `sums` those of taxels. A full queue makes it skip
+//! sends what was found. Its handle makes messages between them, and `sums` those of taxels. A full queue makes it skip
 //! messages, so that a slow network never holds up a sensor. `orders` are what services ask of a sensor, and `recording`
 //! is one that they start. `ending` ends all of it after a signal. `network` opens the session of Zenoh, and `refused`
 //! has in words what that refuses. `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes
@@ -15,7 +15,6 @@ mod frames;
 mod message;
 mod network;
 mod orders;
-mod outlet;
 mod publisher;
 mod recording;
 mod records;
@@ -37,8 +36,7 @@ use wstac_host::visible::OneLine;
 use self::arguments::Arguments;
 use self::ending::Ending;
 use self::orders::Control;
-use self::outlet::Outlet;
-use self::publisher::Publisher;
+use self::publisher::{Publisher, PublisherHandle};
 use self::ros::publishers::RosPublishers;
 use self::ros::services::Services;
 use self::sensor::Sensor;
@@ -102,12 +100,12 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
             .zip(controls.iter().zip(orders))
             .enumerate()
             .map(|(place, ((sensor, publisher), (control, orders)))| {
-                let outlet = Outlet::new(publisher.queue(), Arc::clone(&control.settings), arguments);
+                let handle = PublisherHandle::new(publisher.queue(), Arc::clone(&control.settings), arguments);
                 let share = place as f64 / sources.len() as f64;
                 scope.spawn(move || publisher.run());
                 scope.spawn(move || {
                     let _reading = ending.reading(&control.name);
-                    sensor.run(outlet, &orders, share, ending.flag())
+                    sensor.run(handle, &orders, share, ending.flag())
                 })
             })
             .collect();

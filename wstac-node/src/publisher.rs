@@ -1,5 +1,7 @@
 //! Publishes what one sensor has found, in a thread of its own.
 
+mod handle;
+
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
@@ -18,6 +20,8 @@ use crate::refused::in_words;
 use crate::ros::messages::{Health, RosMessage};
 use crate::ros::names::Type;
 use crate::ros::publishers::RosPublishers;
+
+pub(crate) use self::handle::PublisherHandle;
 
 /// The messages that wait for the network at most: more than half a minute of a camera's.
 const MOST_WAITING: usize = 4096;

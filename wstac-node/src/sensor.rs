@@ -11,7 +11,7 @@ use crate::board::{Board, PortKind};
 use crate::frames::Frames;
 use crate::note;
 use crate::orders::Order;
-use crate::outlet::Outlet;
+use crate::publisher::PublisherHandle;
 
 /// A sensor that is ready for reading.
 pub(crate) enum Sensor {
@@ -45,10 +45,16 @@ impl Sensor {
     ///
     /// A file or a scene begins after `share` of the time between two of its frames, so that the frames of several ones
     /// do not come all at once.
-    pub(crate) fn run(self, outlet: Outlet, orders: &Receiver<Order>, share: f64, ends: &AtomicBool) -> bool {
+    pub(crate) fn run(
+        self,
+        publisher: PublisherHandle,
+        orders: &Receiver<Order>,
+        share: f64,
+        ends: &AtomicBool,
+    ) -> bool {
         match self {
-            Self::Board(board) => board.run(&outlet, orders, ends),
-            Self::Frames(frames) => frames.run(outlet, orders, share, ends),
+            Self::Board(board) => board.run(&publisher, orders, ends),
+            Self::Frames(frames) => frames.run(publisher, orders, share, ends),
         }
     }
 }

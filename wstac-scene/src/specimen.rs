@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use wstac_host::near::nearest;
+use wstac_host::suggest::nearest;
 
 /// Length of a block along its slide, in mm: fitted, with the afterglow, to the paper's speed law (SPEC §8).
 pub const LENGTH_MM: f64 = 104.5;

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use self::progress::Progress;
 use super::files::{Outputs, check_ending};
-use super::model_words::Sample;
+use super::model_arguments::Sample;
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing, number};
 use wstac_host::atomic_write::AtomicFile;

@@ -12,7 +12,7 @@ mod files;
 mod fit_speed;
 mod man;
 mod model;
-mod model_words;
+mod model_arguments;
 mod monitor;
 mod output;
 mod plot;
@@ -40,7 +40,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use output::{Stop, note};
 use wstac_host::error::Error;
-use wstac_host::near::nearest;
+use wstac_host::suggest::nearest;
 use wstac_host::visible::{self, OneLine};
 
 /// Print tactile events of a WSTac sensor: sliding speed, direction and texture

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::dataset::{not_a_source, pool, random, recorded};
 use super::files::{Outputs, check_ending};
-use super::model_words::{Classes, Sample};
+use super::model_arguments::{Classes, Sample};
 use super::output::{Stop, note, stdout};
 use super::signals::{Ending, finishing};
 use wstac_host::config::Config;

@@ -13,7 +13,7 @@ use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, File};
 use wstac_fw::emulated::stack;
 use wstac_fw::emulated::uart::Uart;
-use wstac_fw::reader::{Outlet, Reader};
+use wstac_fw::reader::{Publisher, Reader};
 use wstac_fw::setup;
 
 const SIDE: usize = 400;
@@ -28,7 +28,7 @@ struct Link {
     sequence: u16,
 }
 
-impl Outlet for Link {
+impl Publisher for Link {
     fn send(&mut self, message: &Message<'_>) {
         let mut buffer = [0; wire::LONGEST];
         self.uart.send(wire::encode(message, self.sequence, &mut buffer));

@@ -28,10 +28,6 @@ use wstac_core::layout::{FrameSize, Layout};
 
 #[cfg(feature = "settings")]
 use self::flash::{BoardFlash, SECTORS};
-#[cfg(not(feature = "settings"))]
-use crate::keeper::FixedSettings;
-#[cfg(feature = "settings")]
-use crate::keeper::KeptSettings;
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;
@@ -41,6 +37,10 @@ use crate::sensor::ov7690::OV7690;
 use crate::sensor::ov7692::OV7692;
 use crate::sensor::ov7725::OV7725;
 use crate::serial::Serial;
+#[cfg(not(feature = "settings"))]
+use crate::settings_store::FixedSettings;
+#[cfg(feature = "settings")]
+use crate::settings_store::KeptSettings;
 use crate::setup;
 use crate::stripes::Ring;
 use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
@@ -83,9 +83,9 @@ impl Board for H743 {
     type Light = Light;
     type Watchdog = IndependentWatchdog<'static, peripherals::IWDG1>;
     #[cfg(feature = "settings")]
-    type Keeper = KeptSettings<BoardFlash>;
+    type SettingsStore = KeptSettings<BoardFlash>;
     #[cfg(not(feature = "settings"))]
-    type Keeper = FixedSettings;
+    type SettingsStore = FixedSettings;
     type Thermometer = ChipThermometer;
 }
 
@@ -136,15 +136,15 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
         panic!("the ring does not fit the frames, or is more than the DMA counts");
     };
     #[cfg(feature = "settings")]
-    let keeper = cortex_m::singleton!(: KeptSettings<BoardFlash> =
+    let store = cortex_m::singleton!(: KeptSettings<BoardFlash> =
         KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE, longest_exposure(&SENSORS)));
     #[cfg(not(feature = "settings"))]
-    let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
+    let store = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, Light> = Link::new(wiring.line, wiring.trouble));
-    let (Some(keeper), Some(line)) = (keeper, line) else { panic!("a board has one node") };
+    let (Some(store), Some(line)) = (store, line) else { panic!("a board has one node") };
     let node = Node::<H743, WIDTH, STRIPES> {
         sensors: &SENSORS,
-        keeper,
+        store,
         camera,
         bus: wiring.bus,
         line,

@@ -30,7 +30,7 @@ enum Sent {
 #[derive(Default)]
 struct Log(Vec<Sent>);
 
-impl Outlet for Log {
+impl Publisher for Log {
     fn send(&mut self, message: &Message<'_>) {
         let (mut buffer, mut decoder) = ([0; LONGEST], Decoder::<LONGEST>::new());
         for &byte in encode(message, 0, &mut buffer) {
@@ -225,7 +225,7 @@ fn rows_of_another_width_are_refused() {
 #[derive(Default)]
 struct Numbers(Vec<(u16, u8)>, Option<Telemetry>);
 
-impl Outlet for Numbers {
+impl Publisher for Numbers {
     fn send(&mut self, message: &Message<'_>) {
         match message {
             Message::Event(answers) => self.0.push((answers.number, answers.kept)),

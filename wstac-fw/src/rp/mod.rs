@@ -23,10 +23,6 @@ use wstac_core::layout::{FrameSize, Layout};
 
 #[cfg(feature = "settings")]
 use self::flash::{RpFlash, SECTORS};
-#[cfg(not(feature = "settings"))]
-use crate::keeper::FixedSettings;
-#[cfg(feature = "settings")]
-use crate::keeper::KeptSettings;
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::sensor::Sensor;
@@ -34,6 +30,10 @@ use crate::sensor::hm01b0::{DataWires, hm01b0};
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
 use crate::serial::Serial;
+#[cfg(not(feature = "settings"))]
+use crate::settings_store::FixedSettings;
+#[cfg(feature = "settings")]
+use crate::settings_store::KeptSettings;
 use crate::setup;
 use crate::stripes::pio::{Area, Blocks, Pio, PioInterrupts, Wires};
 
@@ -88,9 +88,9 @@ impl Board for Rp {
     type Light = RpLight;
     type Watchdog = Dog;
     #[cfg(feature = "settings")]
-    type Keeper = KeptSettings<RpFlash>;
+    type SettingsStore = KeptSettings<RpFlash>;
     #[cfg(not(feature = "settings"))]
-    type Keeper = FixedSettings;
+    type SettingsStore = FixedSettings;
     type Thermometer = RpThermometer;
 }
 
@@ -168,15 +168,15 @@ pub async fn run(wiring: RpWiring) -> ! {
         panic!("the ring does not fit the picture, or the camera has not 1, 4 or 8 data wires");
     };
     #[cfg(feature = "settings")]
-    let keeper = cortex_m::singleton!(: KeptSettings<RpFlash> =
+    let store = cortex_m::singleton!(: KeptSettings<RpFlash> =
         KeptSettings::new(RpFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE, longest_exposure(sensors)));
     #[cfg(not(feature = "settings"))]
-    let keeper = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
+    let store = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, RpLight> = Link::new(wiring.line, wiring.trouble));
-    let (Some(keeper), Some(line)) = (keeper, line) else { panic!("a board has one node") };
+    let (Some(store), Some(line)) = (store, line) else { panic!("a board has one node") };
     let node = Node::<Rp, WIDTH, STRIPES> {
         sensors,
-        keeper,
+        store,
         camera,
         bus: wiring.bus,
         line,

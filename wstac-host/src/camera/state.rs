@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-pub use crate::words::UnlockedReason;
+pub use crate::reasons::UnlockedReason;
 
 /// A camera and its controls. They are stored with every recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -8,8 +8,8 @@ use wstac_core::rate::FrameRate;
 
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
+use super::ordering::turns;
 use super::recorder::{Recorder, description, stored_bytes};
-use super::turns::turns;
 use super::writer::{self, Order, Patience, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;

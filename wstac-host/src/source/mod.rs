@@ -42,7 +42,7 @@ use crate::error::Error;
 
 pub use self::crop::Crop;
 pub use crate::frame_clock::{Stamp, StreamClock};
-pub use crate::words::{FaultKind, LossReason};
+pub use crate::reasons::{FaultKind, LossReason};
 
 /// The labels that a person gave, such as `specimen` `Saw3`.
 pub type Labels = BTreeMap<String, String>;

@@ -13,7 +13,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_train::dataset::path::frames_of;
 
 use super::super::files::{Outputs, check_ending};
-use super::super::model_words::{Classes, Sample};
+use super::super::model_arguments::{Classes, Sample};
 use super::super::output::{Stop, note};
 use super::super::wrong_arguments;
 use wstac_train::model::trained::Kind;

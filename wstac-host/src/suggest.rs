@@ -7,7 +7,7 @@ const MOST_TYPOS: usize = 2;
 /// and fewer than it has. Upper and lower case count as the same.
 ///
 /// ```
-/// use wstac_host::near::nearest;
+/// use wstac_host::suggest::nearest;
 ///
 /// assert_eq!(nearest("path-smv", ["path-svm", "svm"]), Some("path-svm"));
 /// assert_eq!(nearest("saw3", ["Fla0", "Saw3"]), Some("Saw3"));

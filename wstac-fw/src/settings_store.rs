@@ -18,7 +18,7 @@ use wstac_core::wire::{Message, Refusal, Settings, SettingsInUse};
 
 #[cfg(feature = "models")]
 use crate::models::{InPlace as Storage, SentModels, accepted};
-use crate::reader::Outlet;
+use crate::reader::Publisher;
 #[cfg(feature = "settings")]
 use crate::settings;
 #[cfg(feature = "learn")]
@@ -26,7 +26,7 @@ use crate::settings::KeptTexture;
 use crate::setup;
 
 /// The settings in use.
-pub trait Keeper {
+pub trait SettingsStore {
     /// Returns the layout, the darkness floor and the trigger.
     fn parameters(&self) -> (Layout, Floor, TriggerConfig);
 
@@ -34,7 +34,7 @@ pub trait Keeper {
     fn exposure(&self) -> Option<u16>;
 
     /// Answers requests about settings.
-    fn answer(&mut self, request: Request, line: &mut impl Outlet);
+    fn answer(&mut self, request: Request, line: &mut impl Publisher);
 
     /// Returns whether others are to be used, which takes a new start.
     fn wants_restart(&self) -> bool;
@@ -67,7 +67,7 @@ impl FixedSettings {
     }
 }
 
-impl Keeper for FixedSettings {
+impl SettingsStore for FixedSettings {
     fn parameters(&self) -> (Layout, Floor, TriggerConfig) {
         (self.0, setup::FLOOR, setup::TRIGGER)
     }
@@ -77,10 +77,10 @@ impl Keeper for FixedSettings {
     }
 
     #[cfg(not(feature = "models"))]
-    fn answer(&mut self, _: Request, _: &mut impl Outlet) {}
+    fn answer(&mut self, _: Request, _: &mut impl Publisher) {}
 
     #[cfg(feature = "models")]
-    fn answer(&mut self, request: Request, line: &mut impl Outlet) {
+    fn answer(&mut self, request: Request, line: &mut impl Publisher) {
         let step = match request {
             Request::Model => ModelStep::Rest,
             Request::SendModel(_) | Request::ModelPiece(_) | Request::ForgetModel => {
@@ -164,7 +164,7 @@ impl<F: Storage> KeptSettings<F> {
 }
 
 #[cfg(feature = "settings")]
-impl<F: Storage> Keeper for KeptSettings<F> {
+impl<F: Storage> SettingsStore for KeptSettings<F> {
     fn parameters(&self) -> (Layout, Floor, TriggerConfig) {
         (self.layout, self.settings.floor, self.settings.trigger)
     }
@@ -173,7 +173,7 @@ impl<F: Storage> Keeper for KeptSettings<F> {
         self.settings.exposure
     }
 
-    fn answer(&mut self, request: Request, line: &mut impl Outlet) {
+    fn answer(&mut self, request: Request, line: &mut impl Publisher) {
         let answer = match request {
             Request::Settings => {
                 line.send(&Message::Settings(SettingsInUse::new(self.settings, self.is_set)));

@@ -16,7 +16,7 @@ use crate::ros::messages::{Header, RosMessage};
 use crate::ros::picture::Shape;
 
 /// The way of a sensor's outputs to its publisher.
-pub(crate) struct Outlet {
+pub(crate) struct PublisherHandle {
     queue: Queue,
     has_records: bool,
     has_cdr_records: bool,
@@ -24,8 +24,8 @@ pub(crate) struct Outlet {
     settings: Arc<Settings>,
 }
 
-impl Outlet {
-    /// Creates the outlet of the sensor with these settings.
+impl PublisherHandle {
+    /// Creates the handle of the publisher of a sensor with these settings.
     pub(crate) fn new(queue: Queue, settings: Arc<Settings>, arguments: &Arguments) -> Self {
         let (has_records, has_cdr_records) = (arguments.has_records(), arguments.has_cdr_records());
         Self { queue, has_records, has_cdr_records, has_ros: arguments.ros, settings }
