@@ -1,6 +1,7 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `live`, `readout` or `textures` it writes only that section.
+//! `live`, `readout` or `textures` it writes only that section, and with `base` only the tables of one set of slides and
+//! of the kinds of touch, whose lines are lines of the page.
 
 mod live;
 mod readout;
@@ -225,33 +226,49 @@ fn main() {
         match part.as_str() {
             "live" => live::tables(&mut section),
             "readout" => readout::table(&mut section),
+            "base" => {
+                motion(&mut section, false);
+                kinds(&mut section);
+            }
             _ => section = textures::section(),
         }
         print!("{section}");
         return;
     }
     let mut page = String::from(include_str!("head.txt"));
+    motion(&mut page, true);
+    page.push_str(include_str!("kinds.txt"));
+    kinds(&mut page);
+    limits(&mut page);
+    readout::table(&mut page);
+    live::tables(&mut page);
+    page += &textures::section();
+    print!("{page}");
+}
+
+/// Writes the tables of both estimators, and those of single sensors if they are wanted.
+fn motion(page: &mut String, has_sensors: bool) {
     let slides = answers(Kind::Slide, SLIDES);
     for (estimator, name) in ["By coherence", "By edges"].into_iter().enumerate() {
         let cases = cases(&slides, estimator);
         let _ = writeln!(page, "## {name}\n");
-        goals(&mut page, &cases);
+        goals(page, &cases);
         let speed = |case: &Case<'_>| case.slide.speed_mm_s;
         let goals = [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0], [10.0, 100.0], [100.0, 600.0]];
-        table(&mut page, "speed, mm/s", &cases, speed, &goals);
+        table(page, "speed, mm/s", &cases, speed, &goals);
         let bounds = [10.0, 15.0, 20.0, 40.0, 60.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0];
         let bounds: Vec<[f64; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-        table(&mut page, "speed, mm/s", &cases, speed, &bounds);
+        table(page, "speed, mm/s", &cases, speed, &bounds);
         if estimator > 0 {
             continue;
         }
         let lengths = [[20.0, 40.0], [40.0, 60.0], [60.0, 80.0], [80.0, 120.0], [120.0, 160.0]];
-        table(&mut page, "length, mm", &cases, |case| case.slide.specimen.length_mm, &lengths);
+        table(page, "length, mm", &cases, |case| case.slide.specimen.length_mm, &lengths);
         let angle = |case: &Case<'_>| {
             let turned = case.slide.direction_deg % 90.0;
             turned.min(90.0 - turned)
         };
-        table(&mut page, "angle to the nearer axis, °", &cases, angle, &[[0.0, 15.0], [15.0, 30.0], [30.0, 45.0]]);
+        table(page, "angle to the nearer axis, °", &cases, angle, &[[0.0, 15.0], [15.0, 30.0], [30.0, 45.0]]);
         let _ = writeln!(page, "| specimen | {HEAD}");
         for specimen in wstac_scene::specimen::Specimen::ALL {
             let same = |case: &&Case<'_>| {
@@ -265,10 +282,14 @@ fn main() {
         units.sort_unstable();
         units.dedup();
         let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
-        sensors(&mut page);
+        if has_sensors {
+            sensors(page);
+        }
     }
-    page.push_str(include_str!("kinds.txt"));
-    kinds(&mut page);
+}
+
+/// Writes the table of conditions under which motion is hard to know.
+fn limits(page: &mut String) {
     page.push_str(include_str!("limits.txt"));
     let _ = writeln!(page, "| condition | {HEAD}");
     for (kind, name) in [
@@ -291,7 +312,7 @@ fn main() {
         let answered = answers(kind, OTHERS);
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));
     }
-    readout::table(&mut page);
+    readout::table(page);
     live::tables(&mut page);
     page += &textures::section();
     print!("{page}");
