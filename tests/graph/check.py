@@ -5,6 +5,7 @@
 Arrows point down and never in a circle. The crates with a budget stay within it and compile no C. Files contain no
 module of another package, nothing public that is hidden from the documentation, and no memory that is never freed. No library has
 two public types of one name. Only tests compare sentences: kinds and reasons are enumerations, and their words are for people.
+Each room stays below its limit of lines, and each function below 100 (lines.py).
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+
+import lines as code_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 # Crates whose build scripts compile or look for C.
@@ -302,9 +305,12 @@ def main() -> None:
     found = packages(ROOT, (file for file in files if Path(file).name == "Cargo.toml"))
     folders = {package.folder for package in found.values()}
     rooms = {package.folder for package in found.values() if package.is_room}
-    texts = {file: (ROOT / file).read_text(encoding="utf-8") for file in files if file.endswith(".rs")}
+    sources = {file: (ROOT / file).read_text(encoding="utf-8") for file in files if Path(file).suffix in code_lines.COMMENTS}
+    texts = {file: text for file, text in sources.items() if file.endswith(".rs")}
     wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms) + wrong_sentences(texts, rooms, FOREIGN)
-    wrong += wrong_names(texts, found, rules["twice"])
+    wrong += wrong_names(texts, found, rules["twice"]) + code_lines.wrong_lengths(texts, rules["long"])
+    too_large, table = code_lines.wrong_rooms(*code_lines.counted(sources), rules["lines"])
+    wrong += too_large
 
     metadata = json.loads(run("cargo", "metadata", "--locked", "--format-version", "1"))
     links = {f"{package['name']} v{package['version']}": package["links"] for package in metadata["packages"]}
@@ -313,6 +319,7 @@ def main() -> None:
     wrong += over + wrong_libclang(found, members)
     if wrong:
         sys.exit("\n".join(wrong))
+    print(table)
     said = ", ".join(f"{name} {count} of fewer than {rules['crates'][name]['fewer_than']}" for name, count in counts.items())
     print(f"graph: {len(found)} packages without a circle or a wrong arrow; crates without features: {said}")
 

@@ -5,6 +5,7 @@ import unittest
 from pathlib import Path
 
 import check
+import lines
 
 RULES = {
     "arrows": {"low": [], "middle": ["low"], "high": ["middle"]},
@@ -29,6 +30,40 @@ def files(**texts):
     sources = {f"{name}/src/lib.rs": text for name, text in texts.items()}
     folders = {Path("low"), Path("high"), Path("tests")}
     return "\n".join(check.wrong_in_files(sources, folders, folders - {Path("tests")}))
+
+
+class Lines(unittest.TestCase):
+    SOURCES = {
+        "wstac-a/src/lib.rs": "//! About.\n\n/// One.\npub fn one() {}\n#[cfg(test)]\nmod helper;\n#[cfg(test)]\nmod tests {\n    fn two() {}\n}\n",
+        "wstac-a/src/helper.rs": "fn only_for_tests() {}\n",
+        "wstac-a/src/tests.rs": "fn three() {}\n",
+        "wstac-b/page.js": "// About.\n\nlet four;\n",
+        "tests/five.rs": "fn five() {}\n",
+    }
+
+    def test_code_alone_is_counted(self):
+        rust, other = lines.counted(self.SOURCES)
+        self.assertEqual((dict(rust), dict(other)), ({"wstac-a": 3}, {"wstac-b": 1}))
+
+    def test_a_room_above_its_limit_is_wrong(self):
+        counted = lines.counted(self.SOURCES)
+        budgets = {"wstac-a": {"most": 3, "goal": 2}, "other languages": {"most": 1, "goal": 1}}
+        self.assertEqual(lines.wrong_rooms(*counted, budgets)[0], [])
+        budgets["wstac-a"]["most"] = 2
+        self.assertIn("wstac-a: 3 lines of code, expected at most 2", lines.wrong_rooms(*counted, budgets)[0])
+        del budgets["wstac-a"]
+        budgets["wstac-c"] = {"most": 1, "goal": 1}
+        self.assertEqual(len(lines.wrong_rooms(*counted, budgets)[0]), 2)
+
+    def test_a_long_function_is_wrong_unless_it_is_allowed(self):
+        def text(length):
+            return "fn short(a: [u8; 3]);\nfn long(\n    a: [u8; 3],\n) {\n" + "    a();\n" * length + "}\nfn next() {}\n"
+
+        place = "wstac-a/src/lib.rs:long"
+        self.assertEqual(lines.wrong_lengths({"wstac-a/src/lib.rs": text(96)}, {}), [])
+        self.assertEqual(len(lines.wrong_lengths({"wstac-a/src/lib.rs": text(98)}, {})), 1)
+        self.assertEqual(lines.wrong_lengths({"wstac-a/src/lib.rs": text(98)}, {place: "why"}), [])
+        self.assertEqual(len(lines.wrong_lengths({"wstac-a/src/lib.rs": text(1)}, {place: "why"})), 1)
 
 
 class Arrows(unittest.TestCase):

@@ -34,7 +34,7 @@ pub trait Publisher {
     fn send(&mut self, message: &Message<'_>);
 }
 
-#[doc(hidden)]
+/// The former name of [`Publisher`].
 pub use Publisher as Outlet;
 
 /// The core between a camera and a link.
