@@ -275,9 +275,11 @@ fn boosted_trees_answer_as_tables_do() {
     ];
     for leaves in [Leaves::Auto, Leaves::Int16, Leaves::Float32] {
         let options = Options { leaves, ..Options::default() };
-        let (made, answers) = same_answers(&format!("boosted-{leaves:?}"), &models, options, "opt-level=2", 3000);
+        // The large model takes most of the time to compile, and its leaves are as those of the others.
+        let models = if leaves == Leaves::Auto { &models[..] } else { &models[..6] };
+        let (made, answers) = same_answers(&format!("boosted-{leaves:?}"), models, options, "opt-level=2", 3000);
         assert!(!made.can_panic());
-        for model in [0, 1, 2, 3, 6] {
+        for model in [0, 1, 2, 3, 6].into_iter().filter(|model| *model < models.len()) {
             assert_different(&answers, model);
         }
         let float = text(&models[0], options).contains("f32");
