@@ -273,6 +273,9 @@ impl Stated {
             FrameRate::new(frames, time).ok()
         });
         let is_by_times = by_header.is_none() && by_times.is_some();
+        // Time stamps that never grow say nothing of the frames' places, so that all of them come unevenly.
+        let are_equal = step.is_none() && times.len() > 1;
+        let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         Self { pixels, range, matrix, rate: by_header.or(by_times), step, is_by_times }
     }
 
@@ -467,6 +470,21 @@ mod tests {
         assert_eq!(rate_of("jpeg_pipe", "25/1", "25/1", 0.04), (None, false));
         assert_eq!(rate_of("h264", "25/1", "25/1", 0.04), (None, false));
         assert_eq!(rate_of("h264", "30/1", "30/1", 0.04), (Some((30, 1)), false));
+    }
+
+    #[test]
+    fn time_stamps_that_do_not_grow_are_uneven() {
+        let head = "format_name=mov,mp4\navg_frame_rate=30/1\nr_frame_rate=30/1\n";
+        let stated = Stated::parse(&("best_effort_timestamp_time=0.5\n".repeat(20) + head));
+        assert_eq!(stated.rate, FrameRate::new(30, 1).ok());
+        let mut spacing = Spacing::new(String::new(), Positions::Times, stated.step.expect("a step"));
+        for _ in 0..20 {
+            spacing.arrive(500.0);
+        }
+        let mut events = std::iter::from_fn(|| spacing.next_event());
+        assert!(events.any(|event| matches!(event, SourceEvent::Fault(fault) if fault.kind == FaultKind::Uneven)));
+        // A picture has no second frame to compare with.
+        assert_eq!(Stated::parse(&format!("best_effort_timestamp_time=0.5\n{head}")).step, None);
     }
 
     #[test]
