@@ -167,7 +167,7 @@ pub(crate) fn tables(page: &mut String) {
         let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
         (format!("{low} to {high} mm/s"), rows)
     };
-    let mut rows = vec![within(10.0, 600.0), within(15.0, 600.0)];
+    let mut rows = vec![within(10.0, 600.0)];
     rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
     both(page, "speed", &rows);
     let conditions = [

@@ -53,8 +53,25 @@ def between(text, name, inside, command="--write"):
     return f"{before}{begin}\n\n{inside.strip()}\n\n{end}{rest.split(end)[1]}"
 
 
+def merged(tables):
+    """Returns tables of settings in which a row names what differs from the first setting, and equal rows are one."""
+    first, lines, rows = None, [], {}
+    for line in [*tables.strip().splitlines(), ""]:
+        name, _, cells = line.strip("| ").partition(" | ")
+        if not line.startswith("| ") or name in ("---", "peak light, gray levels"):
+            lines += [f"| {', '.join(names)} | {cells} |" for cells, names in rows.items()]
+            rows = {}
+            lines.append(line)
+            continue
+        parts = name.split(", ")
+        first = first or parts
+        other = [part for part, common in zip(parts, first, strict=True) if part != common]
+        rows.setdefault(cells, []).append(", ".join(other) or "default")
+    return "\n".join([f"The default is {', '.join(first)}; a row names what differs.", "", *lines])
+
+
 def points_table(wstac):
-    """Returns the recommended points as a table: each budget's choice, and all its numbers."""
+    """Returns the recommended points as a table: each budget's choice, and the numbers that one chooses by."""
     columns = []
     for name, core, budget in POINTS:
         with tempfile.TemporaryDirectory() as folder:
@@ -64,9 +81,7 @@ def points_table(wstac):
         row = dict(zip(header, claim, strict=True))
         about = re.search(r"^model +([^:\n]+)(?:: (.+))?$", said, re.MULTILINE)
 
-        def share(task):
-            return "{:.1f} ({:.1f} … {:.1f})".format(*(float(row[f"{task}{end}"]) for end in ("", "_low", "_high"))) if row[task] else "–"
-
+        share = "{:.1f} ({:.1f} … {:.1f})".format(*(float(row[f"specimen{end}"]) for end in ("", "_low", "_high")))
         frame, event = price["features"] + price["trigger"], price["texture"] + price["law"]
         columns.append({
             "": name,
@@ -74,22 +89,28 @@ def points_table(wstac):
             "format, stride, logarithm, law": f"{row['format']}, {row['stride']}, {row['ln']}, {row['law']}",
             "model": about[1],
             "what it is": about[2] or "–",
-            "specimen accuracy, % (95 % interval)": share("specimen"),
-            "pattern accuracy, %": share("pattern"),
-            "depth accuracy, %": share("depth"),
+            "specimen accuracy, % (95 % interval)": share,
             "speed error, 100 to 200 mm/s, mean; 95th percentile, %": f"{row['speed_error']}; {row['speed_error_p95']}",
-            "slides without a speed": f"{row['speed_missing']} of {row['speed_slides']}",
-            "directions wrong or missing": f"{row['direction_errors']} of {row['slides']}",
-            "feature error where lit, natural logarithms: root mean square; maximum": f"{float(row['feature_rms_lit']):.4f}; {float(row['feature_max_lit']):.4f}",
             "frames from first touch to answer": row["latency"],
             "core": f"Cortex-{core}",
             "instructions per frame": f"{frame:,}",
             "instructions per event": f"{event:,}",
             "flash; RAM, bytes": f"{price['flash']:,}; {price['ram']:,}",
-            "host that made the map, ns: per frame; per event": f"{float(row['host_frame_ns']):,.0f}; {float(row['host_event_ns']):,.0f}",
         })
     lines = ["| " + " | ".join([key, *(column[key] for column in columns)]) + " |" for key in columns[0]]
     lines.insert(1, "| --- |" + " ---: |" * len(columns))
+    return "\n".join(lines)
+
+
+def chosen(table):
+    """Returns the table of unbeaten settings with a cell for each setting, and the columns that one chooses by."""
+    lines = []
+    for line in table.splitlines():
+        if line.startswith("| "):
+            cells = line.strip("| ").split(" | ")
+            kind, setting, cells = cells[0], ", ".join(cells[:5]), [cells[5], cells[8], *cells[11:]]
+            line = "| " + " | ".join(["---" if kind == "---" else setting, *cells]) + " |"
+        lines.append(line)
     return "\n".join(lines)
 
 
@@ -100,7 +121,9 @@ def pages(wstac):
         table, picture = Path(folder, "trade.md").read_text(), Path(folder, "trade.svg").read_text()
     points = points_table(wstac)
     table, parameters = re.split(r"One (?:knob|parameter) at a time, ", table)
-    page = between(between(PAGE.read_text(), "table", table), "points", points)
+    # Of early models, those of 20 frames stand for those of 30 to 60: trade.csv has all.
+    parameters = "".join(line for line in parameters.splitlines(keepends=True) if not re.search(r"-[3-6]0f \|", line))
+    page = between(between(PAGE.read_text(), "table", chosen(table)), "points", points)
     page = between(page, "parameters", parameters[0].upper() + parameters[1:])
     return {PICTURE: picture, PAGE: page}
 
@@ -188,7 +211,7 @@ def main():
                 models = [word for name in FADING for word in ("--model", f"builtin:{name}")]
                 subprocess.run([wstac, "trade", "--fade", "--slides", "2", "--light", "200,100,50,20,10,5,2,1", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
                 tables = Path(folder, "fade.md").read_text()
-            EXTREMES.write_text(between(EXTREMES.read_text(), "fade", tables, "--fade"))
+            EXTREMES.write_text(between(EXTREMES.read_text(), "fade", merged(tables), "--fade"))
         case _:
             sys.exit(__doc__)
 
