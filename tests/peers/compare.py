@@ -200,8 +200,11 @@ def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
     base = rows[0].ns
     for row in sorted((row for row in rows + runtimes if row.ns), key=lambda row: row.ns):
         lines.append(f"| {row.name} | {row.setting} | {row.ns:,.0f} | {row.ns / base:.2f} |")
-    cannot = [f"- {row.name}, {row.setting}: {row.why}" for row in rows if row.why]
-    return "\n".join([*lines, *(["", "Not available:", "", *cannot] if cannot else []), ""])
+    cannot = [row for row in rows if row.why]
+    for row in cannot:
+        print(f"{trained.kind}: {row.name}, {row.setting}: {row.why}", file=sys.stderr)
+    names = "; ".join(f"{row.name}, {row.setting}" for row in cannot)
+    return "\n".join([*lines, *(["", f"Not available: {names}."] if cannot else []), ""])
 
 
 def main() -> None:

@@ -247,10 +247,10 @@ class PageTest(unittest.TestCase):
         self.assertEqual((said.count("**This does not hold here.**"), said.count("The same holds here.")), (2, 0))
 
     def test_page(self) -> None:
-        self.deployed["unit", "depth", "XGBoost"] = [0.123] * 20
+        self.deployed["unit", "specimen", "XGBoost"] = [0.123] * 20
         page = texture_report.page(texture_report.results_of(self.lines()), "HOW")
         # Deviation 25.65 of 20 numbers: 2.093 · 25.65 / √20 = 12.0
-        self.assertIn("| depth | 25.0 (13.0 … 37.0) | 25.0 (13.0 … 37.0) | 12.3 (12.3 … 12.3) |", page)
+        self.assertIn("| the sensor | 25.0 (13.0 … 37.0) | 25.0 (13.0 … 37.0) | 12.3 (12.3 … 12.3) |", page)
         self.assertIn("\nHOW\n", page)
         self.assertIn("do not scale.\n\n## New speeds, runs and sensors\n\nA sensor", page)
         self.assertIn("repeated 20 times", page.replace("\n", " "))
