@@ -138,15 +138,9 @@ def peers(library, plain, sizes):
         # The limit is the better of both reads.
         for times in (cached, turn):
             times[read] = min(times[read], times.pop(AHEAD))
-        published = next(iter(PYTHON[name]))
-        opencv = [label for label in PYTHON[name] if label.startswith("OpenCV")]
         for label in cached:
-            ratios = [
-                other / times[label]
-                for times in (cached, turn)
-                for other in (times[read], times[published], min(times[each] for each in opencv))
-            ]
-            rows.append([name, label, off.get(label), [cached[label], *ratios[:3]], [turn[label], *ratios[3:]]])
+            pairs = [[times[label], times[read] / times[label]] for times in (cached, turn)]
+            rows.append([name, label, off.get(label), *pairs])
     return rows
 
 
@@ -163,12 +157,12 @@ def others(library):
 
 def table(library, plain):
     """Returns lines of Markdown."""
-    head = "µs | of the read's speed | × published steps | × fastest OpenCV"
+    head = "µs | of the read's speed"
     yield f"| format | method | units off | one frame, cached: {head} | all frames in turn: {head} |"
-    yield "| --- | --- |" + " ---: |" * 9
+    yield "| --- | --- |" + " ---: |" * 5
     sizes = []
     for name, label, off, *pair in peers(library, plain, sizes):
-        cells = [f"{time:.3g} | {read:.0%} | {published:.3g} | {fastest:.3g}" for time, read, published, fastest in pair]
+        cells = [f"{time:.3g} | {read:.0%}" for time, read in pair]
         units = "" if off is None else f"{off:.2g}"
         yield f"| {name} | {label} | {units} | {' | '.join(cells)} |"
     yield ""
@@ -176,10 +170,10 @@ def table(library, plain):
     yield ""
     yield "Other formats, one frame in the cache, µs: " + ", ".join(f"{name} {least:.3g}" for name, least in others(library).items()) + "."
     yield ""
-    yield "| what grows 1, 4, 16, 64 times | µs | exponent | exponent of the last step | expected |"
-    yield "| --- | --- | ---: | ---: | ---: |"
-    for what, costs, exponent, last, expected in scaling.rows(library, measure):
-        yield f"| {what} | {', '.join(f'{cost:.3g}' for cost in costs)} | {exponent:.2f} | {last:.2f} | {expected} |"
+    yield "| what grows 1, 4, 16, 64 times | exponent | exponent of the last step | expected |"
+    yield "| --- | ---: | ---: | ---: |"
+    for what, exponent, last, expected in scaling.rows(library, measure):
+        yield f"| {what} | {exponent:.2f} | {last:.2f} | {expected} |"
     yield ""
     yield (
         f"Instruction set: {Native.instruction_set(library)}; {cpu()}. Python {platform.python_version()}, OpenCV {cv2.__version__}, "
