@@ -102,28 +102,16 @@ def points_table(wstac):
     return "\n".join(lines)
 
 
-def chosen(table):
-    """Returns the table of unbeaten settings with a cell for each setting, and the columns that one chooses by."""
-    lines = []
-    for line in table.splitlines():
-        if line.startswith("| "):
-            cells = line.strip("| ").split(" | ")
-            kind, setting, cells = cells[0], ", ".join(cells[:5]), [cells[5], cells[8], *cells[11:]]
-            line = "| " + " | ".join(["---" if kind == "---" else setting, *cells]) + " |"
-        lines.append(line)
-    return "\n".join(lines)
-
-
 def pages(wstac):
     """Returns the expected text of the pages, by file."""
     with tempfile.TemporaryDirectory() as folder:
         run(wstac, "trade", "--map", "kept", "-o", folder)
         table, picture = Path(folder, "trade.md").read_text(), Path(folder, "trade.svg").read_text()
     points = points_table(wstac)
-    table, parameters = re.split(r"One (?:knob|parameter) at a time, ", table)
+    parameters = re.split(r"One (?:knob|parameter) at a time, ", table)[1]
     # Of early models, those of 20 frames stand for those of 30 to 60: trade.csv has all.
     parameters = "".join(line for line in parameters.splitlines(keepends=True) if not re.search(r"-[3-6]0f \|", line))
-    page = between(between(PAGE.read_text(), "table", chosen(table)), "points", points)
+    page = between(PAGE.read_text(), "points", points)
     page = between(page, "parameters", parameters[0].upper() + parameters[1:])
     return {PICTURE: picture, PAGE: page}
 
@@ -210,7 +198,8 @@ def main():
             with tempfile.TemporaryDirectory() as folder:
                 models = [word for name in FADING for word in ("--model", f"builtin:{name}")]
                 subprocess.run([wstac, "trade", "--fade", "--slides", "2", "--light", "200,100,50,20,10,5,2,1", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
-                tables = Path(folder, "fade.md").read_text()
+                # Directions fail where there is no event.
+                tables = Path(folder, "fade.md").read_text().split("Directions wrong or missing")[0]
             EXTREMES.write_text(between(EXTREMES.read_text(), "fade", merged(tables), "--fade"))
         case _:
             sys.exit(__doc__)
