@@ -243,13 +243,13 @@ fn main() {
         let cases = cases(&slides, estimator);
         let _ = writeln!(page, "## {name}\n");
         goals(&mut page, &cases);
+        if estimator > 0 {
+            continue;
+        }
         let speed = |case: &Case<'_>| case.slide.speed_mm_s;
         let bounds = [10.0, 15.0, 20.0, 40.0, 60.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0];
         let bounds: Vec<[f64; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
         table(&mut page, "speed, mm/s", &cases, speed, &bounds);
-        if estimator > 0 {
-            continue;
-        }
         let angles = [[0.0, 15.0], [15.0, 30.0], [30.0, 45.0]].map(|[low, high]| {
             let turned = |case: &Case<'_>| case.slide.direction_deg % 90.0;
             let angle = |case: &Case<'_>| turned(case).min(90.0 - turned(case));

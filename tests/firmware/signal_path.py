@@ -120,14 +120,18 @@ def tables(said):
     lines.append("| --- |" + " ---: |" * len(cores))
     for each in zip(*rows("sums"), strict=True):
         lines.append(f"| {each[0]['of']} | " + " | ".join(f"{line['instructions']:,.0f}" for line in each) + " |")
-    lines += ["", "| what grows 1, 4, 16, 64 times: exponent of all steps, last step | " + " | ".join(cores) + " | expected |"]
-    lines.append("| --- |" + " ---: |" * (len(cores) + 1))
+    return lines
+
+
+def scaling(said):
+    """Returns lines of text about how the cost grows."""
+    lines = ["exponents of the cost of what grows 1, 4, 16, 64 times, over all steps and the last one:"]
     for what, expected in SCALING.items():
-        cells = []
-        for each in rows(what):
-            slope, last = exponent([line["instructions"] for line in each])
-            cells.append(f"{slope:.2f}, {last:.2f}")
-        lines.append(f"| {what} | " + " | ".join([*cells, expected]) + " |")
+        of_cores = []
+        for core, of in said.items():
+            slope, last = exponent([line["instructions"] for line in of if line["what"] == what])
+            of_cores.append(f"{core} {slope:.2f}, {last:.2f}")
+        lines.append(f"{what}: {'; '.join(of_cores)}; expected {expected}")
     return lines
 
 
@@ -158,7 +162,7 @@ def main():
             for core, numbers in counter.setting(Setting(model=model), cores=CORES).items():
                 said[core].append({"what": "trees", "of": str(trees), "instructions": numbers["event"]})
     lines = tables(said)
-    print("\n".join(lines))
+    print("\n".join([*lines, *scaling(said)]))
     if sys.argv[3:]:
         keep(lines)
 

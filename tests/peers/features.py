@@ -170,11 +170,6 @@ def table(library, plain):
     yield ""
     yield "Other formats, one frame in the cache, µs: " + ", ".join(f"{name} {least:.3g}" for name, least in others(library).items()) + "."
     yield ""
-    yield "| what grows 1, 4, 16, 64 times | exponent | exponent of the last step | expected |"
-    yield "| --- | ---: | ---: | ---: |"
-    for what, exponent, last, expected in scaling.rows(library, measure):
-        yield f"| {what} | {exponent:.2f} | {last:.2f} | {expected} |"
-    yield ""
     yield (
         f"Instruction set: {Native.instruction_set(library)}; {cpu()}. Python {platform.python_version()}, OpenCV {cv2.__version__}, "
         f"NumPy {np.__version__}, one thread each, on CPU {next(iter(os.sched_getaffinity(0)))} only; load of the machine at the end {os.getloadavg()[0]:.1f}."
@@ -198,6 +193,9 @@ def main():
     for line in table(arguments.library, arguments.plain):
         print(line, flush=True)
         lines.append(line)
+    print("exponents of the cost of what grows 1, 4, 16, 64 times, over all steps and the last one:")
+    for what, exponent, last, expected in scaling.rows(arguments.library, measure):
+        print(f"{what}: {exponent:.2f}, {last:.2f}, expected {expected}", flush=True)
     if arguments.keep:
         before, rest = PAGE.read_text().split(BEGIN)
         text = "\n".join(lines)

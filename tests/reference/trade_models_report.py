@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from report import paragraph, table
+from report import paragraph
 
 Line = tuple[str, str, dict[str, Any]]
 """A model: the name of its file, how it is trained and imported, and what `wstac model inspect --json` prints."""
@@ -24,20 +24,15 @@ def page(lines: Sequence[Line], slides: str, sources: str) -> str:
     intro = paragraph(
         "`wstac trade` compares these models with the shipped ones: they are smaller, have 8-bit weights, or need fewer frames.",
         f"All of them name the ten specimens of the simulated sensor, and were trained on {slides}, the same as the shipped ones.",
-        "An early model reads only the first frames of a sample; those of 30 to 60 frames are not listed.",
-        "`tests/reference/trade_models.py` makes them, and `wstac model inspect FILE` describes each.",
+        "An early model, `-20f` to `-60f`, reads only the first frames of a sample.",
+        "`tests/reference/trade_models.py` makes them, and `wstac model inspect FILE` says how each was trained.",
     )
     stale = paragraph(
         f"Made by sources `{sources}`, a checksum of the simulator and of the training scripts.",
         "If these change, `ci/train trade` removes and trains all models again; models of the same sources are kept.",
         "To train one model again, remove its file; to train all, remove this page.",
     )
-    rows = [
-        [f"`{name}.wsm`", f"`{words}`", str(said["frames"]), str(said["bytes"])]
-        for name, words, said in lines
-        if said["frames"] in (20, 70)
-    ]
-    head = ["file", "trained as", "frames", "bytes"]
+    names = ", ".join(f"`{name}` ({said['bytes']:,})" for name, _, said in lines)
     return f"""# Models of the trade-off study
 
 `ci/train trade` writes these files and this page.
@@ -47,5 +42,5 @@ Do not edit them.
 
 {stale}
 
-{table(head, rows, (2, 3))}
+The models, with their bytes: {names}.
 """
