@@ -63,7 +63,7 @@ def options_words(words: str, options: Sequence[str]) -> str:
 def speeds_table(models: Sequence[Judged], test: Runs) -> str:
     """Returns a table of accuracies by speed."""
     rows = []
-    for speed in np.unique(test.slides.speed):
+    for speed in np.unique(test.slides.speed)[::2]:
         mask = test.slides.speed == speed
         right = [float(np.mean(model.specimens[mask] == test.slides.specimen[mask])) for model in models]
         rows.append([f"{speed:g} mm/s", str(int(mask.sum())), *(percent(share) for share in right)])
