@@ -292,7 +292,6 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
     rows: list[list[str]] = [
         [
             name_of(model),
-            f"`{model.candidate.words}`",
             str(model.size),
             interval(model.right),
             interval(model.right[early]),
@@ -304,7 +303,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         for model in models
     ]
     head = [
-        "file", "model", "bytes", "accuracy, %", "at 50 to 200 mm/s, %", "calibration error", "unknown textures found, %",
+        "file", "bytes", "accuracy, %", "at 50 to 200 mm/s, %", "calibration error", "unknown textures found, %",
         "trained textures refused, %", "equal to the trained model"
     ]
     intro = paragraph(
@@ -323,7 +322,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         "The calibration error is the mean difference between confidence and accuracy, over 15 ranges of confidence.",
         "Unknown textures have a depth or a period at least 1.5 times outside the trained ones,"
         " which are 2 to 4 mm deep and have periods of 4 to 8 mm.",
-        "Intervals are Wilson's, 95 %:",
+        "Intervals are Wilson's, 95 %; `wstac model inspect FILE` says how each was trained:",
     )
     learning = paragraph(
         f"`wstac model learn` makes a model from {SHOTS} slides of each texture.",
@@ -345,7 +344,7 @@ Do not edit them.
 
 {training}
 
-{table(head, rows, range(2, 9))}
+{table(head, rows, range(1, 8))}
 
 [docs/ANSWERS.md](../../../docs/ANSWERS.md#textures) has the accuracy by speed, at other frame rates and with weak whiskers, and what is found of each kind of unknown texture.
 
