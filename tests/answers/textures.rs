@@ -253,7 +253,7 @@ pub(crate) fn section() -> String {
         tens.push((name.to_owned(), ten));
         unknown_ones.push(other);
     }
-    page += &head("speed", "Right answers in percent, by speed; they depend little on direction and length. The other two models of 25 taxels answer nearly as `taxel-path-svm` does:");
+    page += &head("speed", BY_SPEED);
     page += &by_speed(&tens[..DETAILED], &slides);
     page += &under_conditions(&files[..DETAILED]);
     page += &at_other_speeds(&files[..DETAILED]);
@@ -284,8 +284,10 @@ pub(crate) fn section() -> String {
     page
 }
 
-const AT_OTHER_SPEEDS: &str =
-    "More than 3 % beyond the speeds of its training, a model calls every texture unknown.
+const BY_SPEED: &str = "Right answers in percent, by speed; they depend little on direction and length.
+The other two models of 25 taxels answer nearly as `taxel-path-svm` does:";
+
+const AT_OTHER_SPEEDS: &str = "More than 3 % beyond the speeds of its training, a model calls every texture unknown.
 Without this rule, each would have named so many slides, and so many of the names would have been right:";
 
 const HEAD: &str = "
