@@ -247,7 +247,7 @@ fn main() {
             continue;
         }
         let speed = |case: &Case<'_>| case.slide.speed_mm_s;
-        let bounds = [10.0, 20.0, 60.0, 100.0, 200.0, 400.0, 600.0];
+        let bounds = [10.0, 15.0, 20.0, 40.0, 60.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0];
         let bounds: Vec<[f64; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
         table(&mut page, "speed, mm/s", &cases, speed, &bounds);
         let angles = [[0.0, 15.0], [15.0, 30.0], [30.0, 45.0]].map(|[low, high]| {
