@@ -19,30 +19,30 @@ TICK = 63
 ROWS = {
     "whole": "whole frame → features, instructions",
     "stripes": "frame → features in 50 stripes of 8 rows, instructions",
-    "logs": "logarithms of the ten line sums, instructions per frame (a part of the rows above)",
+    "logs": "logarithms, instructions per frame (a part of the rows above)",
     "trigger": "trigger, instructions per frame",
     "speed": "speed, instructions per event",
     "direction": "direction, instructions per event",
     "edges": "motion by edges, instructions per event",
     "motion": "motion by coherence, instructions per event",
     "live": "live motion, instructions in the longest frame",
-    "svm": "texture by the shipped SVM, instructions per event",
-    "forest": "texture by the shipped forest, instructions per event",
-    "boosted": "texture by the shipped boosted trees, instructions per event",
-    "path-svm": "texture by the SVM of ten sums along the path, with its sample, instructions per event",
-    "taxel-path-svm": "texture by the SVM of 25 taxels along the path, with its sample, instructions per event",
+    "svm": "texture by `svm`, instructions per event",
+    "forest": "texture by `forest`, instructions per event",
+    "boosted": "texture by `boosted`, instructions per event",
+    "path-svm": "texture by `path-svm`, with its sample, instructions per event",
+    "taxel-path-svm": "texture by `taxel-path-svm`, with its sample, instructions per event",
     "flash": "flash of the whole firmware with its link, without a model, bytes",
-    "svm, flash": "flash that the SVM adds, bytes",
-    "forest, flash": "flash that the forest adds, bytes",
-    "boosted, flash": "flash that the boosted trees add, bytes",
-    "path-svm, flash": "flash that the SVM of ten sums along the path adds, bytes",
-    "taxel-path-svm, flash": "flash that the SVM of 25 taxels along the path adds, bytes",
-    "ram": "RAM without a model: variables and the deepest stack of the run, the stripe of eight rows not counted, bytes",
-    "svm, ram": "RAM with the SVM, bytes",
-    "forest, ram": "RAM with the forest, bytes",
-    "boosted, ram": "RAM with the boosted trees, bytes",
-    "path-svm, ram": "RAM with the SVM of ten sums along the path, bytes",
-    "taxel-path-svm, ram": "RAM with the SVM of 25 taxels along the path, bytes",
+    "svm, flash": "flash that `svm` adds, bytes",
+    "forest, flash": "flash that `forest` adds, bytes",
+    "boosted, flash": "flash that `boosted` adds, bytes",
+    "path-svm, flash": "flash that `path-svm` adds, bytes",
+    "taxel-path-svm, flash": "flash that `taxel-path-svm` adds, bytes",
+    "ram": "RAM without a model, with the deepest stack and without the stripe of eight rows, bytes",
+    "svm, ram": "RAM with `svm`, bytes",
+    "forest, ram": "RAM with `forest`, bytes",
+    "boosted, ram": "RAM with `boosted`, bytes",
+    "path-svm, ram": "RAM with `path-svm`, bytes",
+    "taxel-path-svm, ram": "RAM with `taxel-path-svm`, bytes",
 } | {
     f"image {name}": f"image: {what}, bytes"
     for name, what in {
@@ -65,9 +65,13 @@ CLOCKS = (64, 168, 480)
 
 
 def table(numbers):
-    """Returns lines of Markdown."""
-    cores = [board.core for board in BOARDS if board.core in numbers]
-    lines = ["| | " + " | ".join(cores) + " |", "| --- |" + " ---: |" * len(cores)]
+    """Returns lines of Markdown. Cores with the same numbers share a column."""
+    same = {}
+    for board in BOARDS:
+        if board.core in numbers:
+            same.setdefault(tuple(sorted(numbers[board.core].items())), []).append(board.core)
+    cores = [alike[0] for alike in same.values()]
+    lines = ["| | " + " | ".join(map(", ".join, same.values())) + " |", "| --- |" + " ---: |" * len(cores)]
     for key, what in ROWS.items():
         cells = [numbers[core].get(key) for core in cores]
         if not any(cells):
@@ -107,11 +111,13 @@ def published():
     text = PAGE.read_text().split(BEGIN)[1].split(END)[0]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
     keys = {what: key for key, what in ROWS.items()}
-    numbers = {core: {} for core in rows[0][1:]}
+    columns = [cell.split(", ") for cell in rows[0][1:]]
+    numbers = {core: {} for cores in columns for core in cores}
     for what, *cells in rows[2:]:
-        for core, cell in zip(numbers, cells, strict=True):
+        for cores, cell in zip(columns, cells, strict=True):
             if what in keys and cell != "–":
-                numbers[core][keys[what]] = int(cell.replace(",", ""))
+                for core in cores:
+                    numbers[core][keys[what]] = int(cell.replace(",", ""))
     return numbers, re.search(r"^Compiler: (.*)\.$", text, re.MULTILINE)[1]
 
 

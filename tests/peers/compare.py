@@ -189,19 +189,21 @@ def compare(wstac: str, trained: Trained, folder: Path) -> str:
 
 
 def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
-    """Returns Markdown: the board's table, then the host's."""
+    """Returns Markdown: the board's table, then the host's times."""
     lines = [f"## {trained.kind.capitalize()}", "", f"{trained.facts}.", ""]
     lines += ["| Cortex-M4 | setting | instructions, mean | maximum | flash, bytes | agreement, % |", "| --- | --- | --: | --: | --: | --: |"]
+    tuned = {row.name for row in rows if row.cost and not row.setting.startswith("as written")}
     for row in rows:
-        if row.cost:
+        if row.cost and not (row.setting.startswith("as written") and row.name in tuned):
             cost = row.cost
             lines.append(f"| {row.name} | {row.setting} | {cost.mean:,.0f} | {cost.most:,} | {cost.flash:,} | {row.agreement:.2f} |")
-    lines += ["", "| host | setting | ns | relative to WSTac's table |", "| --- | --- | --: | --: |"]
-    base = rows[0].ns
-    for row in sorted((row for row in rows + runtimes if row.ns), key=lambda row: row.ns):
-        lines.append(f"| {row.name} | {row.setting} | {row.ns:,.0f} | {row.ns / base:.2f} |")
-    cannot = [f"- {row.name}, {row.setting}: {row.why}" for row in rows if row.why]
-    return "\n".join([*lines, *(["", "Not available:", "", *cannot] if cannot else []), ""])
+    times = sorted((row for row in rows + runtimes if row.ns), key=lambda row: row.ns)
+    lines += ["", "On a host, ns: " + "; ".join(f"{row.name} ({row.setting}) {row.ns:,.0f}" for row in times) + "."]
+    cannot = [row for row in rows if row.why]
+    for row in cannot:
+        print(f"{trained.kind}: {row.name}, {row.setting}: {row.why}", file=sys.stderr)
+    names = "; ".join(f"{row.name}, {row.setting}" for row in cannot)
+    return "\n".join([*lines, *(["", f"Not available: {names}."] if cannot else []), ""])
 
 
 def main() -> None:

@@ -138,15 +138,9 @@ def peers(library, plain, sizes):
         # The limit is the better of both reads.
         for times in (cached, turn):
             times[read] = min(times[read], times.pop(AHEAD))
-        published = next(iter(PYTHON[name]))
-        opencv = [label for label in PYTHON[name] if label.startswith("OpenCV")]
         for label in cached:
-            ratios = [
-                other / times[label]
-                for times in (cached, turn)
-                for other in (times[read], times[published], min(times[each] for each in opencv))
-            ]
-            rows.append([name, label, off.get(label), [cached[label], *ratios[:3]], [turn[label], *ratios[3:]]])
+            pairs = [[times[label], times[read] / times[label]] for times in (cached, turn)]
+            rows.append([name, label, off.get(label), *pairs])
     return rows
 
 
@@ -163,23 +157,18 @@ def others(library):
 
 def table(library, plain):
     """Returns lines of Markdown."""
-    head = "µs | of the read's speed | × published steps | × fastest OpenCV"
+    head = "µs | of the read's speed"
     yield f"| format | method | units off | one frame, cached: {head} | all frames in turn: {head} |"
-    yield "| --- | --- |" + " ---: |" * 9
+    yield "| --- | --- |" + " ---: |" * 5
     sizes = []
     for name, label, off, *pair in peers(library, plain, sizes):
-        cells = [f"{time:.3g} | {read:.0%} | {published:.3g} | {fastest:.3g}" for time, read, published, fastest in pair]
+        cells = [f"{time:.3g} | {read:.0%}" for time, read in pair]
         units = "" if off is None else f"{off:.2g}"
         yield f"| {name} | {label} | {units} | {' | '.join(cells)} |"
     yield ""
     yield f"All frames in turn: {'; '.join(sizes)}; the largest cache has {farthest_cache() / 1e6:.0f} MB."
     yield ""
     yield "Other formats, one frame in the cache, µs: " + ", ".join(f"{name} {least:.3g}" for name, least in others(library).items()) + "."
-    yield ""
-    yield "| what grows 1, 4, 16, 64 times | µs | exponent | exponent of the last step | expected |"
-    yield "| --- | --- | ---: | ---: | ---: |"
-    for what, costs, exponent, last, expected in scaling.rows(library, measure):
-        yield f"| {what} | {', '.join(f'{cost:.3g}' for cost in costs)} | {exponent:.2f} | {last:.2f} | {expected} |"
     yield ""
     yield (
         f"Instruction set: {Native.instruction_set(library)}; {cpu()}. Python {platform.python_version()}, OpenCV {cv2.__version__}, "
@@ -204,6 +193,9 @@ def main():
     for line in table(arguments.library, arguments.plain):
         print(line, flush=True)
         lines.append(line)
+    print("exponents of the cost of what grows 1, 4, 16, 64 times, over all steps and the last one:")
+    for what, exponent, last, expected in scaling.rows(arguments.library, measure):
+        print(f"{what}: {exponent:.2f}, {last:.2f}, expected {expected}", flush=True)
     if arguments.keep:
         before, rest = PAGE.read_text().split(BEGIN)
         text = "\n".join(lines)

@@ -29,9 +29,7 @@ def streams(library, name):
 
 
 def rows(library, measure):
-    """Returns rows: what grows, its costs in microseconds, the exponent over all and over the last step, and the
-    expected one.
-    """
+    """Returns rows: what grows, the exponent over all steps and over the last step, and the expected one."""
     rng = np.random.default_rng(3)
     for name in ("GREY", "YUYV linear", "YUYV exact"):
         for what, expected, natives in streams(library, name):
@@ -52,4 +50,4 @@ def rows(library, measure):
 def row(what, expected, least):
     costs = [least[step] for step in STEPS]
     last = float(np.log(costs[-1] / costs[-2]) / np.log(STEPS[-1] / STEPS[-2]))
-    return what, costs, exponent(costs), last, expected
+    return what, exponent(costs), last, expected

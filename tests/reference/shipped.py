@@ -82,6 +82,5 @@ def write(folder: Path) -> None:
             found = named(best.path, test.slides)
             alike = int(np.sum(found == answers(best.trained, test.slides.features())))
             lines.append(Judged(kind, best.candidate.words, best.candidate.options, best.said, found, alike))
-        trade = [(one.candidate.words, one.candidate.options, one.said, right) for one, right in judged]
-        (folder / "README.md").write_text(page(lines, trade, test, len(train), TRAIN_RUNS))
+        (folder / "README.md").write_text(page(lines, test, len(train), TRAIN_RUNS))
     print(folder / "README.md")

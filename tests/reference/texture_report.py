@@ -122,59 +122,44 @@ def orders(found: dict[tuple[str, str], list[float]]) -> str:
     )
 
 
-def unscaled_table(found: dict[tuple[str, str], list[float]], models: Sequence[str]) -> str:
+def others(found: dict[tuple[str, str], list[float]], models: Sequence[str]) -> str:
     """Describes other readings of the paper's "Linear-SVM"."""
-    rows = [[labels, *(cell(found[labels, model]) for model in models)] for labels in LABELS]
-    return table(["labels", *models], rows, range(1, len(models) + 1))
+    means = [sum(found[labels, model]) / len(found[labels, model]) for labels in LABELS for model in models]
+    return f" name {fixed(100 * min(means), 1)} to {fixed(100 * max(means), 1)} % right" if means else ""
 
 
 def deployed_table(found: dict[tuple[str, str, str], list[float]]) -> str:
-    """Returns a table with a row for each kind of test and label set, and a column per model."""
+    """Returns a table of specimens with a row for each kind of test, and a column per model."""
     models = list(dict.fromkeys(model for _, _, model in found))
-    rows = []
-    for kind, words in DEPLOYED_TESTS.items():
-        for labels in LABELS:
-            first = words if labels == LABELS[0] else ""
-            rows.append([first, labels, *(cell(found[kind, labels, model]) for model in models)])
-    return table(["new to the model", "labels", *models], rows, range(2, len(models) + 2))
+    rows = [
+        [words, *(cell(found[kind, "specimen", model]) for model in models)] for kind, words in DEPLOYED_TESTS.items()
+    ]
+    return table(["new to the model", *models], rows, range(1, len(models) + 1))
 
 
 def page(results: Results, how: str) -> str:
     """Returns the report's text. `how` has hyperparameters and versions."""
     intro = paragraph(
         "Every slide on this page is simulated.",
-        "The page shows how well the textures of the simulated sensor agree with those of the published sensor.",
-        "It also shows what models that were trained on the simulated sensor can do.",
-        "It says nothing about a real sensor.",
+        "This part compares its textures with those of the published sensor, and says nothing about a real one.",
     )
     protocol = paragraph(
         "The protocol is the paper's: 100 slides of each of ten specimens, of which 90 % train a model and 10 % test it.",
         f"Here it is repeated {len(next(iter(results.paper.values())))} times with new slides and a new split.",
         "Intervals are Student intervals of the mean over the repeats.",
-    ) + "\n\n" + paragraph(
         "Slides differ only by chance: their start within a frame, a gain of the light, rubbing, and the camera's noise.",
         "All slides are at 150 mm/s in one direction, which the paper does not state.",
     )
     fitted = paragraph(
-        "One cell is not a prediction.",
-        "The scale of the simulator's noise was fitted to it, with other slides and splits than here"
-        " (`tests/reference/calibrate.py noise`).",
-        "Nothing was fitted to the other cells.",
+        "The scale of the simulator's noise was fitted to one cell, with other slides and splits than here"
+        " (`tests/reference/calibrate.py noise`); nothing was fitted to the other cells.",
     )
     unscaled = paragraph(
         "The paper says only \"Linear-SVM\".",
-        "Here it is scikit-learn's `SVC(kernel=\"linear\", C=1)` behind a `StandardScaler`.",
-        "The noise was fitted with this model.",
-        "The table shows three other readings with the same noise:",
-    ) + "\n\n" + "\n".join((
-        "- with the scaler, but without the features of frames without light, which deviate less than 0.02 between slides;",
-        "- without a scaler;",
-        "- the one-vs-rest `LinearSVC` without a scaler.",
-    ))
-    advice = paragraph(
-        "The scaler makes the fitted cell hard.",
-        "It makes the noise of frames without light as large as the signal of other frames.",
-        "With another reading, the fit would have found much more noise.",
+        "Here it is scikit-learn's `SVC(kernel=\"linear\", C=1)` behind a `StandardScaler`, with which the noise was fitted.",
+        "With the same noise, three other readings (without the features of frames without light, without a scaler,"
+        f" and the one-vs-rest `LinearSVC` without a scaler){others(results.paper, list(dict.fromkeys(name for _, name in results.paper))[3:])}.",
+        "The scaler makes the noise of frames without light as large as the signal of other frames.",
         "So the linear row of the table, and the scale of the noise, depend on this reading.",
         "If you train your own model, do not scale.",
     )
@@ -197,28 +182,18 @@ def page(results: Results, how: str) -> str:
 ### Which linear SVM
 
 {unscaled}
-
-{unscaled_table(results.paper, list(dict.fromkeys(name for _, name in results.paper))[3:])}
-
-{advice}
 {fair_section(results.deployed) if results.deployed else ""}"""
 
 
 def fair_section(found: dict[tuple[str, str, str], list[float]]) -> str:
     """Describes the tests with new speeds, runs and sensors."""
     said = paragraph(
-        "A sensor in use differs from the training data in three ways.",
-        "It slides at speeds that were not trained.",
-        "Its light has another gain after it is mounted again (a *run*).",
-        "It is not the sensor that was trained with.",
-    ) + "\n\n" + paragraph(
-        "These tests have eleven speeds, 100 to 200 mm/s, in four directions.",
-        "There are ten runs of one sensor with gains of 1 ± 0.2.",
+        "A sensor in use slides at other speeds, has another gain of its light after it is mounted again (a *run*),"
+        " or is another sensor.",
+        "These tests have eleven speeds, 100 to 200 mm/s, in four directions, and ten runs of one sensor with gains of 1 ± 0.2.",
         "Training leaves out two speeds and two runs, drawn anew in every repeat, and 10 % of the rest.",
         "The last test is a run of another sensor, whose whiskers have other gains.",
-    ) + "\n\n" + paragraph(
-        "One model of specimens answers all three label sets.",
-        "Numbers are percentages with 95 % intervals:",
+        "Specimen accuracy in percent, with 95 % intervals:",
     )
     return f"""
 ## New speeds, runs and sensors
