@@ -3,7 +3,7 @@
 //
 //     node check.mjs WSTAC [FOLDER]
 //
-// Pictures of the page go to FOLDER, if it is given. `ci/browser` installs what this needs.
+// Pictures of the page go to FOLDER, if it is given. `ci/pages browser` installs what this needs.
 
 import { chromium } from 'playwright-core';
 

@@ -2,7 +2,7 @@
 """Checks the C interfaces: every warning is an error, programs run at their edges and on streams, and results equal
 those of `wstac run`.
 
-    check.py WSTAC PREFIX    PREFIX: where ci/libwstac has installed, and ci/libwstac-fw for this machine and for a Cortex-M4F of either ABI
+    check.py WSTAC PREFIX    PREFIX: where ci/build libwstac has installed, and ci/build libwstac-fw for this machine and for a Cortex-M4F of either ABI
 """
 
 import datetime
@@ -409,7 +409,7 @@ def check_cmake(programs, wstac):
     refused = [
         (host, [found, toolchain], "libwstac.so is for the host"),
         (fw, ["-DCMAKE_PREFIX_PATH=/nowhere"], "wstacConfig.cmake"),
-        (fw, [found, toolchain, "-DCMAKE_C_FLAGS=-mcpu=cortex-m3 -mthumb"], "ci/libwstac-fw installs it for thumbv7m-none-eabi"),
+        (fw, [found, toolchain, "-DCMAKE_C_FLAGS=-mcpu=cortex-m3 -mthumb"], "ci/build libwstac-fw installs it for thumbv7m-none-eabi"),
         (fw, [found, "-Dwstac_TARGET=riscv32imc-unknown-none-elf"], "for riscv32imc-unknown-none-elf"),
     ]
     for version, taken in (("0.3", True), ("0.3.0", True), ("0.3.1", False), ("0.2", False), ("1", False)):
@@ -482,7 +482,7 @@ def check_zephyr(programs):
     events = programs.on_board(folder / "build/program", "slides.raw", 400, 400, MODEL)
     same("contact=slide" in events, True, "events of the Zephyr module's program")
     code, said = configure(folder, folder / "refused", *given, "-DCONFIG_WSTAC_TARGET=")
-    if code == 0 or "ci/libwstac-fw installs it for CONFIG_WSTAC_TARGET" not in said:
+    if code == 0 or "ci/build libwstac-fw installs it for CONFIG_WSTAC_TARGET" not in said:
         fail(f"the Zephyr module without a library says {said[-1000:]!r}")
     print(f"Zephyr module: {len(ZEPHYR)} choices of Kconfig, and a program with stubs of Zephyr's functions")
 

@@ -227,7 +227,7 @@ fn a_model_without_a_price_keeps_what_is_known() {
     let own = kept.filter(|line| !line.contains("builtin:") || line.contains("builtin:svm-20f,"));
     std::fs::write(&map, own.map(|line| line.replace("builtin:svm-20f", &model) + "\n").collect::<String>()).unwrap();
     folder.file("base.toml", "");
-    let says = "own.wsm has no price on boards: ci/prices --keep ";
+    let says = "own.wsm has no price on boards: ci/measure prices --keep ";
     let table = output(&["trade", "--map", &map]).join("\n");
     // Of a frame, the price is known without the model.
     let mut own = table.lines().filter(|line| line.starts_with('|') && line.contains("own.wsm"));

@@ -58,7 +58,7 @@ fn a_page_has_advice_picture_numbers_system_and_configuration() {
         assert!(known.contains(&&**tag) || more.contains(&&**tag), "{tag}");
     }
     assert_eq!(list("addresses").len(), 1);
-    // A phone lays it out as wide as itself; ci/browser shows it to one.
+    // A phone lays it out as wide as itself; ci/pages browser shows it to one.
     assert!(fs::read_to_string(&page).unwrap().contains("content=\"width=device-width, initial-scale=1\""));
     let text = list("text").concat();
     // The numbers, the advice and the configuration are there to the letter.

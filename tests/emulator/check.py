@@ -6,7 +6,7 @@ frames, whatever happens to the camera.
 
 WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7. TAKING
 takes linear models of the path over the link (feature `models`), and SENT is such a model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. The last OTHER
-learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/emulator`).
+learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be

@@ -46,7 +46,7 @@ def cargo(target, *what, model=None, config=None, pixels=None, debug=True, **how
     named = {"WSTAC_MODEL": model, "WSTAC_CONFIG": config, "WSTAC_PIXELS": pixels}
     variables |= {name: str(value) for name, value in named.items() if value is not None}
     arguments = ["--quiet", "--locked", "--release", "--no-default-features", "--features", "emulated"]
-    command = [ROOT / "ci/thumb", target, "build", *arguments, "--target-dir", folder(), *what]
+    command = [ROOT / "ci/tool", "thumb", target, "build", *arguments, "--target-dir", folder(), *what]
     return subprocess.run(command, cwd=FIRMWARE, env=variables, **how)
 
 
@@ -112,4 +112,4 @@ def sizes(elf):
 
 def compiler():
     """Returns the compiler's version, on which instructions and sizes depend."""
-    return subprocess.check_output([ROOT / "ci/thumb", "--version"], text=True, cwd=FIRMWARE).strip()
+    return subprocess.check_output([ROOT / "ci/tool", "thumb", "--version"], text=True, cwd=FIRMWARE).strip()

@@ -60,7 +60,7 @@ def records(copy, *command):
 def build(copy):
     """Builds the new program for an RP2040. Returns its path, and that of the build script."""
     named = ["--features", "rp2040", "--bin", "new_board", "--target-dir", boards.folder(), "--message-format", "json"]
-    found = records(copy, ROOT / "ci/thumb", M0, "build", "--quiet", "--locked", "--release", "--no-default-features", *named)
+    found = records(copy, ROOT / "ci/tool", "thumb", M0, "build", "--quiet", "--locked", "--release", "--no-default-features", *named)
     # Those of the copy.
     own = [one for one in found if one["reason"] == "compiler-artifact" and one["manifest_path"] == str(copy / "Cargo.toml")]
     program = next(one["executable"] for one in own if one["target"]["name"] == "new_board")

@@ -156,7 +156,7 @@ def compare(cores, kept, at=""):
             fine &= compare(new, old, here)
         elif new != old and (isinstance(new, str) or None in (new, old) or abs(new - old) > max(PUBLISHED_SLACK * abs(old), 64)):
             fine = False
-            print(f"{here}: {new}, kept {old}: ci/prices --keep keeps it")
+            print(f"{here}: {new}, kept {old}: ci/measure prices --keep keeps it")
     return fine
 
 

@@ -60,7 +60,7 @@ def peers(core, cmsis, folder):
 def measure(board, cmsis, folder):
     """Returns the board's lines in their order, and every logarithm's largest error in units of 1/2048."""
     where = boards.folder()
-    command = [ROOT / "ci/thumb", board.target, "build", "--quiet", "--locked", "--release", "--target-dir", where]
+    command = [ROOT / "ci/tool", "thumb", board.target, "build", "--quiet", "--locked", "--release", "--target-dir", where]
     environment = boards.environment() | {"WSTAC_PEERS": str(peers(board.core, cmsis, folder)), "CARGO_PROFILE_RELEASE_DEBUG": "0"}
     subprocess.run(command, cwd=HERE / "signal_path", env=environment, check=True)
     said = boards.run(board, where / board.target / "release/signal", folder)

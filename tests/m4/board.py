@@ -58,7 +58,7 @@ def build(file=None, program="measure", board=M4):
         environment[VARIABLES[Path(file).suffix]] = str(Path(file).resolve())
     folder = Path(environment.get("CARGO_TARGET_DIR", HERE / "../../target")).resolve() / "m4"
     options = ["--quiet", "--locked", "--release", "--target-dir", folder, "--bin", program]
-    subprocess.run([HERE / "../../ci/thumb", board.target, "build", *options], cwd=HERE, env=environment, check=True)
+    subprocess.run([HERE / "../../ci/tool", "thumb", board.target, "build", *options], cwd=HERE, env=environment, check=True)
     return folder / board.target / "release" / program
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks that models answer on the emulated Cortex-M4 as on the host.
 
-    check.py WSTAC MODEL.wsm…    the command that answers on the host; needs NumPy (`ci/python`)
+    check.py WSTAC MODEL.wsm…    the command that answers on the host; needs NumPy (`ci/tool python`)
 """
 
 import json

@@ -3,6 +3,10 @@
 # Prints its time, the time of processors, and its size.
 set -euo pipefail
 folder=$1 slides=${2:-1000000} wstac=${WSTAC:-wstac}
+if ! [[ $slides =~ ^[1-9][0-9]*0$ ]]; then
+    echo "million.sh: slides is \"$slides\", expected a multiple of 10" >&2
+    exit 2
+fi
 mkdir -p "$folder"
 cat > "$folder/sweep.toml" << END
 slides = $((slides / 10)) # of each of ten specimens

@@ -209,7 +209,7 @@ def latencies(meter, kind):
 def write(rows):
     """Puts the table between its two marks into the page."""
     text = PAGE.read_text()
-    before, mark, rest = text.partition("<!-- sensors: ci/sensors --write -->\n")
+    before, mark, rest = text.partition("<!-- sensors: ci/node sensors --write -->\n")
     _, end, after = rest.partition("<!-- sensors end -->")
     if not mark or not end:
         fail(f"{PAGE}: has no marks for the table")

@@ -2,7 +2,7 @@
 
 A page of docs/ that only includes another page of the repository becomes that page. A link to a page of the book, by
 whatever name, leads to it in the book. A link to any other file of the repository becomes its path, because the book is
-used alone, and the place of the repository is unknown. Code that has a reference in the book (`ci/api`) leads to that.
+used alone, and the place of the repository is unknown. Code that has a reference in the book (`ci/book api`) leads to that.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 The commands of a page run one after the other in an empty folder, which has links to the folders of this repository.
 commands.toml lists the commands that are not run, with the reason, and what takes the place of hardware. Of a command that is
 not run, the options of `wstac` and `wstac-node` are checked. A command that fails, or that prints other things than a ```text
-block behind it says, fails the page; so does an entry of the list that matches no command. docs/tutorials are pages of ci/tutorials.
+block behind it says, fails the page; so does an entry of the list that matches no command. docs/tutorials are run by ci/pages tutorials.
 """
 
 from __future__ import annotations
@@ -125,10 +125,10 @@ def free_port() -> int:
 
 
 def tutorials() -> list[str]:
-    """Returns the tutorials that ci/tutorials does not run."""
-    default = re.search(r"\|\| set -- (.*)$", (ROOT / "ci/tutorials").read_text(), re.MULTILINE)
+    """Returns the tutorials that ci/pages tutorials does not run."""
+    default = re.search(r"\|\| set -- (.*)$", (ROOT / "ci/pages").read_text(), re.MULTILINE)
     names = set(default[1].split()) if default else set()
-    return [f"{page.relative_to(ROOT)}: ci/tutorials does not run it" for page in (ROOT / "docs/tutorials").glob("*.md") if page.stem not in names]
+    return [f"{page.relative_to(ROOT)}: ci/pages tutorials does not run it" for page in (ROOT / "docs/tutorials").glob("*.md") if page.stem not in names]
 
 
 def main() -> None:

@@ -2,7 +2,7 @@
 """Compares our texture models with other translations of the same trained models, on an emulated Cortex-M4 and on this
 machine, and writes docs/MODELS.md.
 
-    compare.py WSTAC FOLDER    the command, and the folder where everything is made and kept (`ci/peers` does it)
+    compare.py WSTAC FOLDER    the command, and the folder where everything is made and kept (`ci/measure peers` does it)
 """
 
 from __future__ import annotations

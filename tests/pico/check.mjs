@@ -4,7 +4,7 @@
 //     node check.mjs WSTAC ONE FOUR EIGHT [TAKING COMPILED SENT]
 //
 // WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. TAKING, for 8 of them, has
-// the model COMPILED compiled in, learns textures, and takes models over the link: SENT is one. `ci/pico` installs what it
+// the model COMPILED compiled in, learns textures, and takes models over the link: SENT is one. `ci/boards pico` installs what it
 // needs and builds the programs.
 
 import { learning, models } from './models.mjs';

@@ -4,7 +4,7 @@
 //     node check2.mjs WSTAC PLAYER ONE FOUR EIGHT [TAKING MODEL]
 //
 // WSTAC is the command on the host, and PLAYER runs a program on a clip. The others are the program, built for 1, 4 and
-// 8 data wires, and TAKING for 8 of them with models over the link; MODEL is one to send. `ci/pico` builds all of them.
+// 8 data wires, and TAKING for 8 of them with models over the link; MODEL is one to send. `ci/boards pico` builds all of them.
 
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';

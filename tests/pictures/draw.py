@@ -258,7 +258,7 @@ def main():
             before, now = (compared(part if isinstance(picture, bytes) else part.decode()) for part in (kept, content))
             if before != now:
                 shown = "other pixels" if isinstance(picture, bytes) else f"{before}, expected {now}"
-                sys.exit(f"{path}: says {shown}; ci/pictures writes it")
+                sys.exit(f"{path}: says {shown}; ci/pages pictures writes it")
         print(f"{path}: {len(content):,} bytes")
 
 

@@ -33,7 +33,7 @@ NEAR = 2.0**-20
 
 
 @unittest.skipIf(MISSING, f"needs requirements-train.txt: {MISSING}")
-@unittest.skipUnless("WSTAC" in os.environ, "needs WSTAC, the path that ci/wstac prints")
+@unittest.skipUnless("WSTAC" in os.environ, "needs WSTAC, the path that ci/build wstac prints")
 class Imported(unittest.TestCase):
     """Provides training data, and a folder for files."""
 

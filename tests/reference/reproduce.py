@@ -230,7 +230,7 @@ def report(done: Sequence[Protocol]) -> str:
     )
     text = f"""# The simulated sensor and the paper's numbers
 
-`ci/reproduce` writes this page and its plots, and `ci/reproduce --check` checks them.
+`ci/measure reproduce` writes this page and its plots, and `ci/measure reproduce --check` checks them.
 Do not edit this page.
 
 {intro}

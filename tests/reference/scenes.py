@@ -91,7 +91,7 @@ def command() -> str:
     """Returns the path of the wstac command."""
     path = os.environ.get("WSTAC")
     if not path:
-        raise SystemExit("WSTAC is not set, expected the path of the wstac command (ci/wstac prints it)")
+        raise SystemExit("WSTAC is not set, expected the path of the wstac command (ci/build wstac prints it)")
     return path
 
 

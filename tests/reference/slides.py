@@ -1,4 +1,4 @@
-"""Slides for training: sweeps and their samples. Needs NumPy; `made` needs the Python package (`ci/wheel into PYTHON`)."""
+"""Slides for training: sweeps and their samples. Needs NumPy; `made` needs the Python package (`ci/build wheel into PYTHON`)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Tests `wstac model`: imported models answer as the trained ones do. Skipped without scikit-learn, xgboost and
 skl2onnx.
 
-    WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model
+    WSTAC=$(../../ci/build wstac) $(../../ci/tool python train) -m unittest -v test_model
 """
 
 import unittest

@@ -1,6 +1,6 @@
 """Tests known pitfalls in the import of trained models. Each of them occurred, or is in the description of a format.
 
-    WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model_pitfalls
+    WSTAC=$(../../ci/build wstac) $(../../ci/tool python train) -m unittest -v test_model_pitfalls
 """
 
 import json

@@ -1,6 +1,6 @@
 """Tests `wstac model` with models that nobody chose: random hyperparameters, classes, labels and frames.
 
-    WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model_unseen
+    WSTAC=$(../../ci/build wstac) $(../../ci/tool python train) -m unittest -v test_model_unseen
 
 Environment: UNSEEN_SEED (1) is the first model's seed, and UNSEEN_COUNT (30) is the number of models. A failure names
 its seed.

@@ -1,7 +1,7 @@
 """Tests `wstac model` with TreeEnsemble, of version 5 of ONNX's machine learning operators, which scikit-learn's
 converter does not write yet. Forests are written in it here, and compared with scikit-learn and ONNX's own reference.
 
-    WSTAC=$(../../ci/wstac) $(../../ci/python train) -m unittest -v test_model_version5
+    WSTAC=$(../../ci/build wstac) $(../../ci/tool python train) -m unittest -v test_model_version5
 """
 
 import unittest

@@ -1,6 +1,6 @@
 """The paper's texture task on simulated slides: data from `wstac.dataset`, and the accuracy of a linear SVM.
 
-Needs scikit-learn (requirements-train.txt) and the Python package (`ci/wheel into PYTHON`).
+Needs scikit-learn (requirements-train.txt) and the Python package (`ci/build wheel into PYTHON`).
 """
 
 from __future__ import annotations

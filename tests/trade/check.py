@@ -134,7 +134,7 @@ def models_are_those_that_were_counted():
             file = next(file for file in (MODELS / folder / name for folder in ("path", ".", "tradeoff")) if file.exists())
             if hashlib.sha256(file.read_bytes()).hexdigest() != price["sha256"]:
                 fine = False
-                print(f"{name}: another file than the one counted on {core}: ci/prices --keep counts it")
+                print(f"{name}: another file than the one counted on {core}: ci/measure prices --keep counts it")
     return fine
 
 

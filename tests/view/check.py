@@ -466,7 +466,7 @@ The picture is scaled so that white is the given percentage of full scale.
 Below it, each trace shows one feature, r1 to r5 for rows and c1 to c5 for columns: a dot per frame, and the newest value beside it.
 The dashes are the threshold of the trigger.
 The lines at the bottom list the events.
-`ci/view --keep` writes this page.
+`ci/long view --keep` writes this page.
 """
     for (width, height), screen in screens:
         text += fenced(f"{width} × {height}", screen)

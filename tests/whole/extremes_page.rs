@@ -155,7 +155,9 @@ fn every_line_names_a_test_that_runs_and_no_extreme_is_left_out() {
             continue;
         }
         for name in last.split(", ").map(|name| name.trim_matches('`')) {
-            if let Some(stage) = name.strip_prefix("ci/") {
+            if let Some(command) = name.strip_prefix("ci/") {
+                // A script, or what a script does with a word behind it.
+                let stage = command.split_whitespace().next_back().unwrap();
                 assert!(stages.contains(stage), "{name} is no stage of ci/test, nor ci/long: {row}");
                 continue;
             }

@@ -1,4 +1,4 @@
-# WSTac for CMake. ci/libwstac and ci/libwstac-fw install this file with the libraries that it finds beside itself.
+# WSTac for CMake. ci/build libwstac and ci/build libwstac-fw install this file with the libraries that it finds beside itself.
 #
 #   find_package(wstac REQUIRED)                  wstac::wstac   libwstac.so, for programs on a host
 #   find_package(wstac REQUIRED COMPONENTS fw)    wstac::fw      libwstac_fw.a, for firmware
@@ -66,7 +66,7 @@ if(EXISTS "${_wstac_prefix}/lib/libwstac.so" AND NOT CMAKE_CROSSCOMPILING)
 elseif(CMAKE_CROSSCOMPILING)
     set(_wstac_missing_wstac "libwstac.so is for the host, and this build is for another machine")
 else()
-    set(_wstac_missing_wstac "${_wstac_prefix}/lib has no libwstac.so: ci/libwstac installs it")
+    set(_wstac_missing_wstac "${_wstac_prefix}/lib has no libwstac.so: ci/build libwstac installs it")
 endif()
 
 if(wstac_TARGET)
@@ -84,7 +84,7 @@ if(_wstac_target AND EXISTS "${_wstac_archive}")
     endif()
     set(wstac_fw_FOUND TRUE)
 elseif(_wstac_target)
-    set(_wstac_missing_fw "${_wstac_archive} is not there: ci/libwstac-fw installs it for ${_wstac_target}")
+    set(_wstac_missing_fw "${_wstac_archive} is not there: ci/build libwstac-fw installs it for ${_wstac_target}")
 else()
     set(_wstac_missing_fw "the compiler's target is unknown: set wstac_TARGET to the Rust target of the library")
 endif()

@@ -2,7 +2,7 @@
  * @file
  * WSTac for hosts: tactile events from cameras, recordings and scenes, or from frames that a program pushes.
  *
- * The library is libwstac.so, which ci/libwstac builds and installs. docs/C.md describes its use.
+ * The library is libwstac.so, which ci/build libwstac builds and installs. docs/C.md describes its use.
  * The header for firmware is wstac_fw.h.
  * cbindgen makes this file from wstac-c/src: change it there.
  */

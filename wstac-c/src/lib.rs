@@ -1,5 +1,5 @@
 //! WSTac for C programs on hosts: `libwstac.so`. cbindgen makes its header, `include/wstac.h`, from this crate
-//! (`ci/headers`).
+//! (`ci/generated headers`).
 //!
 //! A handle is a [`Session`](wstac_host::session::Session). [`wstac_open`] opens a source; [`wstac_open_frames`] takes
 //! frames that the program pushes. [`wstac_next`] returns the next record, and [`wstac_close`] frees the handle. Every

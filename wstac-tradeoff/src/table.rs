@@ -35,7 +35,7 @@ pub fn unpriced(rows: &[Row], prices: &Prices, core: Core) -> String {
             names.push(name);
         }
     }
-    let line = |name| format!("\n{} has no price on boards: ci/prices --keep {0} counts it.\n", short(name));
+    let line = |name| format!("\n{} has no price on boards: ci/measure prices --keep {0} counts it.\n", short(name));
     names.into_iter().map(line).collect()
 }
 

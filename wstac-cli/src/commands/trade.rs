@@ -100,7 +100,7 @@ pub(super) struct Arguments {
     #[arg(long, requires = "map", conflicts_with = "budget")]
     times: bool,
 
-    /// Prices that ci/prices counted, instead of the built-in ones
+    /// Prices that ci/measure prices counted, instead of the built-in ones
     #[arg(long, value_name = "prices.json", conflicts_with_all = ["verify", "fade"])]
     prices: Option<PathBuf>,
 

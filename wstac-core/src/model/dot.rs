@@ -2,7 +2,7 @@
 //!
 //! The plain code is right anywhere. If 32 bits are enough, a host's compiler makes packed instructions of it. A
 //! Cortex-M4 or M7 has packed multiply-accumulate instructions, which no compiler finds here: two products and their
-//! sum to 64 bits are one instruction. Ten rows of 700 take 7,277 instructions (`ci/m4 FILE SAMPLES`) instead of
+//! sum to 64 bits are one instruction. Ten rows of 700 take 7,277 instructions (`ci/boards m4 FILE SAMPLES`) instead of
 //! 22,017. Both ways are tested to give the same sums.
 
 use self::plain::Sum;

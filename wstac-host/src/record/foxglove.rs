@@ -1,7 +1,7 @@
 //! Messages that viewers know: Foxglove's schemas in protocol buffers, and one of ROS 2.
 //!
 //! An MCAP file carries a schema of protocol buffers as a `FileDescriptorSet`, which [`Schema::data`] returns.
-//! `messages.rs` and the descriptors beside it are written by `ci/protobuf`.
+//! `messages.rs` and the descriptors beside it are written by `ci/generated protobuf --write`.
 
 #[allow(dead_code, unreachable_pub, clippy::pedantic, reason = "generated")]
 mod messages;

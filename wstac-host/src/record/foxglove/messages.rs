@@ -1,4 +1,4 @@
-// Written by ci/protobuf, from tests/protobuf/proto.
+// Written by ci/generated protobuf, from tests/protobuf/proto.
 
 /// A picture as a camera gives it.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]

@@ -2,7 +2,7 @@
 //!
 //! The first trees of every score are added up, then the other trees of the score that leads. Any other score is left
 //! as soon as the largest leaves of its other trees cannot lift it to the highest one. A single score is left as soon
-//! as its side of the bound is certain. `ci/peers` has the gain.
+//! as its side of the bound is certain. `ci/measure peers` has the gain.
 //!
 //! For int16 leaves, each tree's smallest leaf is added to the score's start, and the rest of a leaf is 0 to 65 535. A
 //! Cortex-M builds such a number in one instruction; a negative number takes two. The code takes 124 612 bytes instead

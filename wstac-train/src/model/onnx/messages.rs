@@ -1,4 +1,4 @@
-// Written by ci/protobuf, from tests/protobuf/proto.
+// Written by ci/generated protobuf, from tests/protobuf/proto.
 
 /// A model's file.
 #[derive(Clone, PartialEq, ::prost::Message)]

@@ -1,6 +1,6 @@
 //! The parts of ONNX that models need: nodes with their attributes, constants, inputs and outputs.
 //!
-//! `messages.rs` is written by `ci/protobuf`.
+//! `messages.rs` is written by `ci/generated protobuf --write`.
 
 use prost::Message;
 

@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Writes the licenses of what is built into a program. They ask to go along with it.
 
-    notices MANIFEST TARGET FOLDER    of the package of MANIFEST, as it is built for TARGET
+    notices.py MANIFEST TARGET FOLDER    of the package of MANIFEST, as it is built for TARGET
 
 FOLDER gets dependencies.txt, with a list of crates and the texts that are in their packages; rust-standard-library.html if
 the compiler has it; and musl.txt if the target has this C library, and this Python has zig. Needs no network once the
@@ -24,7 +23,7 @@ UNUSED = {"contrib", "examples", "programs", "tests"}
 
 
 def fail(message):
-    sys.exit(f"ci/notices: {message}")
+    sys.exit(f"notices.py: {message}")
 
 
 def cargo(*arguments):
