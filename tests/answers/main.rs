@@ -328,8 +328,4 @@ fn limits(page: &mut String) {
         let answered = answers(kind, OTHERS);
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));
     }
-    readout::table(page);
-    live::tables(&mut page);
-    page += &textures::section();
-    print!("{page}");
 }
