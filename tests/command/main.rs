@@ -24,7 +24,7 @@ mod report;
 mod scene;
 mod serve;
 mod sets;
-mod shards;
 mod signals;
 mod texture;
 mod train;
+mod units;

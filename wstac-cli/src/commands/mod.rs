@@ -23,11 +23,11 @@ mod run;
 mod scene;
 #[cfg(feature = "serve")]
 mod serve;
-mod shards;
 pub(crate) mod signals;
 mod source_arguments;
 mod trade;
 mod train;
+mod units;
 mod view;
 
 use std::ffi::OsString;
