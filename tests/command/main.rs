@@ -20,6 +20,7 @@ mod program;
 mod progress;
 mod recording;
 mod records;
+mod removed;
 mod report;
 mod scene;
 mod serve;

@@ -19,6 +19,7 @@ mod plot;
 mod record;
 mod records;
 mod recover;
+mod removed;
 mod run;
 mod scene;
 #[cfg(feature = "serve")]
@@ -193,7 +194,9 @@ fn refuse(error: &clap::Error) -> ExitCode {
             _ => ExitCode::SUCCESS,
         };
     }
-    let wrong = Arguments::try_parse_from(shown_arguments()).err().filter(clap::Error::use_stderr).map(with_suggestion);
+    let given: Vec<_> = shown_arguments().skip(1).collect();
+    let wrong = Arguments::try_parse_from(shown_arguments()).err().filter(clap::Error::use_stderr);
+    let wrong = wrong.map(|error| removed::answer(&error, &given).unwrap_or_else(|| with_suggestion(error)));
     let unshown = match error.kind() {
         ErrorKind::InvalidUtf8 => "an argument is not UTF-8, expected UTF-8 except in names of files",
         _ => "wrong arguments, expected those of wstac --help",

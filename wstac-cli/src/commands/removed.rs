@@ -1,0 +1,28 @@
+//! What `wstac` no longer has, and what to use instead.
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+/// A command line that was removed, up to the command or option that is gone, and what to use instead.
+///
+/// The table "Removed" of CHANGELOG.md has the same rows, which a test asks `wstac` for.
+const REMOVED: &[(&str, &str)] =
+    &[("wstac view --loop", "wstac serve --loop FILE plays a file or a scene again and again on a page")];
+
+/// Returns what to use instead of a removed command or option, if that is what clap does not know.
+///
+/// `given` are the arguments of the command line after the program's name.
+pub(super) fn answer(unknown: &clap::Error, given: &[String]) -> Option<clap::Error> {
+    let Some(ContextValue::String(name)) =
+        unknown.get(ContextKind::InvalidSubcommand).or_else(|| unknown.get(ContextKind::InvalidArg))
+    else {
+        return None;
+    };
+    let is_asked = |line: &str| {
+        let words: Vec<_> = line.split(' ').skip(1).collect();
+        words.split_last().is_some_and(|(last, before)| {
+            last == name && given.len() > before.len() && given.iter().zip(before).all(|(given, word)| given == word)
+        })
+    };
+    let (line, instead) = REMOVED.iter().find(|(line, _)| is_asked(line))?;
+    Some(super::wrong_arguments(ErrorKind::UnknownArgument, format_args!("{line}: was removed; help: {instead}")))
+}
