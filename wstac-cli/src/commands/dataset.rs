@@ -8,6 +8,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
+
 use self::progress::Progress;
 use super::files::{Outputs, check_ending};
 use super::model_words::Sample;
@@ -34,7 +36,7 @@ pub(super) struct Arguments {
     ///
     /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any, the
     /// slides are 12000 random ones, along the path.
-    #[arg(value_name = "SWEEP|RECORDING")]
+    #[arg(value_name = "SWEEP|RECORDING", value_parser = PathBufValueParser::new().try_map(not_merge))]
     sources: Vec<PathBuf>,
 
     /// The samples: over time, or along the path of a touch
@@ -215,6 +217,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Source::Random(file) => random::run(arguments, file),
         Source::Recordings => recorded::run(arguments),
     }
+}
+
+/// Refuses the name of a command that was removed, unless it is a file's.
+fn not_merge(source: PathBuf) -> Result<PathBuf, &'static str> {
+    if source == Path::new("merge") && !source.exists() { Err("was removed") } else { Ok(source) }
 }
 
 /// The endings of videos, which `wstac record` reads, but which have no labels.
