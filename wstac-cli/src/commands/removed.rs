@@ -7,6 +7,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 /// The table "Removed" of CHANGELOG.md has the same rows, which a test asks `wstac` for.
 const REMOVED: &[(&str, &str)] = &[
     ("wstac view --loop", "wstac serve --loop FILE plays a file or a scene again and again on a page"),
+    ("wstac fit-speed --law", "wstac fit-speed fits the published law, the only one"),
     ("wstac dataset --shard", DATASET),
     ("wstac dataset merge", DATASET),
     ("wstac trade --shard", TRADE),
