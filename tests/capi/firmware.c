@@ -79,7 +79,7 @@ static void memory_is_checked(void)
     EXPECT(wstac_fw_take_contact_end(NULL, &contact_end) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_classify(NULL, sample, NULL, &texture) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_trigger_defaults(NULL) == WSTAC_FW_STATUS_NULL);
-    EXPECT(wstac_fw_speed_law_defaults(NULL, false) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_fw_speed_law_defaults(NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_set_trigger(NULL, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_set_speed_law(NULL, NULL) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_set_floor(NULL, 0.5) == WSTAC_FW_STATUS_NULL);
@@ -169,13 +169,11 @@ static void settings_are_checked(void)
     EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_BACKTRACK);
     trigger.window = 71;
     EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == WSTAC_FW_STATUS_WINDOW);
-    for (int physical = 0; physical < 2; physical++) {
-        EXPECT(wstac_fw_speed_law_defaults(&law, (WstacFwBool)physical) == WSTAC_FW_STATUS_OK);
-        EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_OK);
-    }
+    EXPECT(wstac_fw_speed_law_defaults(&law) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_OK);
     law.slowest_mm_s = 300;
     EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_FITTED_RANGE);
-    law.intercept_or_track = INFINITY;
+    law.intercept = INFINITY;
     EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_SPEED_LAW);
     law.threshold = 0;
     EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == WSTAC_FW_STATUS_SPEED_THRESHOLD);
@@ -211,11 +209,8 @@ static void choices_are_checked(void)
         EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == expected);
         trigger.literal = 0, trigger.one_event_per_touch = (WstacFwBool)byte;
         EXPECT(wstac_fw_set_trigger(&pipeline, &trigger) == expected);
-        EXPECT(wstac_fw_speed_law_defaults(&law, (WstacFwBool)byte) == expected);
-        EXPECT(wstac_fw_speed_law_defaults(&law, false) == WSTAC_FW_STATUS_OK);
+        EXPECT(wstac_fw_speed_law_defaults(&law) == WSTAC_FW_STATUS_OK);
         law.above_baseline = (WstacFwBool)byte;
-        EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == expected);
-        law.above_baseline = 0, law.physical = (WstacFwBool)byte;
         EXPECT(wstac_fw_set_speed_law(&pipeline, &law) == expected);
     }
 }

@@ -9,14 +9,13 @@ use wstac_tests::command::{good, said, wstac};
 use wstac_tests::folder::Folder;
 
 /// Commands and the ending of the output that stands for `OUT`.
-const COMMANDS: [(&str, &str); 18] = [
+const COMMANDS: [(&str, &str); 17] = [
     ("run scene:Saw3@150 -o OUT", ".jsonl"),
     ("run scene:Saw3@150 -o OUT", ".csv"),
     ("record scene:Saw3@150 -o OUT", ".mcap"),
     ("record cam:a=scene:Saw3@150 cam:b=scene:Saw3@120 -o OUT", ".mcap"),
     ("recover a.mcap -o OUT", ".mcap"),
     ("dataset a.toml -o OUT", ".npz"),
-    ("dataset a.toml --shard 1/2 -o OUT", ".shard"),
     ("scene render Saw3@150 -o OUT", ".y4m"),
     ("plot scene:Saw3@150 -o OUT", ".svg"),
     ("calibrate scene:Fla0@100 -o OUT", ".toml"),

@@ -163,7 +163,7 @@ fn every_other_command_ends_at_once_and_leaves_nothing() {
             let number = signal.as_raw();
             let ended = status.code() == Some(128 + number) || status.signal() == Some(number);
             assert!(ended || is_handled, "{command:?} {status:?}");
-            for name in ["new.npz.part", "new.png", "new.toml", "new.refused.png"] {
+            for name in ["new.png", "new.toml", "new.refused.png"] {
                 let _ = fs::remove_file(folder.0.join(name));
             }
             assert_eq!(folder.names(), before, "{command:?} {signal:?}");
@@ -299,8 +299,6 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
         assert!(said(&done).contains("new"), "{command}: {}", said(&done));
         assert!(!said(&done).contains(".wstac-"), "{command}: {}", said(&done));
         let _ = fs::remove_dir(folder.0.join("new"));
-        // The unfinished part of a data set is kept on purpose.
-        let _ = fs::remove_file(folder.0.join("new.npz.part"));
         assert_eq!(folder.names(), before, "{command}");
     }
     // Of raw frames, the whole ones are kept.

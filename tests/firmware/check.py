@@ -32,7 +32,7 @@ BASE = ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "m
 # The boards of --base.
 FEW = ("M0", "M4F")
 # Keys of [speed].
-LAWS = ('estimator = "edges"', 'law = "published"', 'law = "physical"', 'law = "arrival"')
+LAWS = ('estimator = "edges"', 'law = "published"', 'law = "arrival"')
 FRAME = 400 * 400
 STRIPE = 8 * 400
 

@@ -33,7 +33,7 @@ def packed(case, every_frame):
     words += struct.pack("<52I", *taxel, *(number for corner in corners for number in corner))
     words += struct.pack("<d", case["floor_levels"])
     words += struct.pack("<IdIId", trigger["window"], trigger["multiplier"], trigger["backtrack"], trigger["rule"] == "signed", trigger["margin"])
-    words += struct.pack("<IdIff", speed["law"] == "physical", speed["threshold"], speed["threshold_on"] == "above_baseline", speed["length_mm"], speed["afterglow_frames"])
+    words += struct.pack("<dI", speed["threshold"], speed["threshold_on"] == "above_baseline")
     words += struct.pack("<II", trigger.get("per_touch", False), case["frames"])
     words = words.ljust(4 * HEADER, b"\0")
     frames = every_frame[case["at"] :]

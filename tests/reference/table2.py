@@ -5,11 +5,14 @@ Needs scikit-learn (requirements-train.txt).
 
 from __future__ import annotations
 
+import json
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-import table_shards
 import texture
 from runs import run_all, sweeps
 from scenes import WORKERS
@@ -19,6 +22,8 @@ from splits import deployed, tenth
 from texture_report import DEPLOYED_TESTS, LABELS, record
 from trainers import OTHER_SVMS, TABLE, fit, new_model
 
+Job = tuple[str, int]
+"""A kind of results and a repeat, from 0."""
 PAPER_SEED = 10_000_000
 DEPLOYED_SEED = 20_000_000
 """Data sets of the paper's protocol have this seed and every 100 000th after it; those of the other tests likewise.
@@ -78,18 +83,26 @@ def accuracies(slides: Slides, specimens: np.ndarray) -> dict[str, float]:
 
 def measure(file: Path, repeats: int, only: str | None = None) -> None:
     """Runs all jobs, or one of JOBS, this many times. Adds a line to the file for each that is missing there."""
-    table_shards.run(jobs_of(repeats, only), file, line_of, WORKERS)
+    jobs = [(kind, n) for kind in JOBS if only in (None, kind) for n in range(repeats)]
+    run(jobs, file, lambda job: record(*job, JOBS[job[0]](job[1])), WORKERS)
 
 
-def jobs_of(repeats: int, only: str | None = None) -> list[table_shards.Job]:
-    """Returns all jobs, or those of one of JOBS."""
-    return [(kind, n) for kind in JOBS if only in (None, kind) for n in range(repeats)]
+def run(jobs: Sequence[Job], file: Path, do: Callable[[Job], str], workers: int) -> None:
+    """Does the jobs, and adds a line for each that is missing in the file, in their order.
 
-
-def line_of(job: table_shards.Job) -> str:
-    """Does a job, and returns its line for a file of results."""
-    kind, n = job
-    return record(kind, n, JOBS[kind](n))
+    A last line that a killed process left without an end is dropped.
+    """
+    text = file.read_text() if file.exists() else ""
+    there = text[:text.rfind("\n") + 1]
+    if there != text:
+        file.write_text(there)
+    lines = [json.loads(line) for line in there.splitlines()]
+    done = {(line["kind"], line["repeat"]) for line in lines}
+    with ThreadPoolExecutor(workers) as pool, file.open("a") as out:
+        running: list[tuple[Job, Future[str]]] = [(job, pool.submit(do, job)) for job in jobs if job not in done]
+        for (kind, repeat), result in running:
+            print(result.result(), file=out, flush=True)
+            print(f"{kind}: repeat {repeat + 1}", file=sys.stderr, flush=True)
 
 
 JOBS = {"paper": paper_repeat, "deployed": deployed_repeat}

@@ -356,10 +356,6 @@ class SpeedTest(unittest.TestCase):
         self.assertTrue(self.ask([10, 49]).extrapolated)  # 97.9
         self.assertTrue(self.ask([10, 30]).extrapolated)  # 212.9
 
-    def test_physical(self) -> None:
-        self.assertAlmostEqual(self.ask([10, 35], law="physical").mm_s, 171)  # 3420 / 20
-        self.assertEqual(self.ask([10, 15], law="physical").why, "pole")
-
     def test_none(self) -> None:
         self.assertEqual((self.ask([]).why, self.ask([]).duration), ("no_light", None))
         for frames in ([0, 38], [31, 69]):

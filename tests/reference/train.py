@@ -2,8 +2,6 @@
 """Trains texture models on simulated slides. Needs requirements-train.txt.
 
     WSTAC=… train.py measure RESULTS [--only KIND] [--repeats N]  # the paper's table 2, and tests that are fair to use
-    WSTAC=… train.py measure SHARD --shard K/N [--made-by TEXT]   # one part of it, by one of several processes
-    train.py merge RESULTS SHARD…                                 # all parts of it
     train.py page RESULTS PAGE.md                                 # the page about them
     WSTAC=… train.py models FOLDER                                # the models that are shipped, and README.md about them
     WSTAC=… PATH_SLIDES=… train.py path FOLDER                    # the models of light along the path, and their README.md
@@ -23,7 +21,6 @@ from pathlib import Path
 import path_models
 import shipped
 import table2
-import table_shards
 import texture_report
 import trade_models
 from report import STUDENT, paragraph
@@ -50,11 +47,6 @@ def main() -> int:
     measure.add_argument("results", type=Path, help="file to write, or to go on with")
     measure.add_argument("--only", choices=list(table2.JOBS), help="one of the two, paper or deployed; both by default")
     measure.add_argument("--repeats", type=int, choices=sorted(STUDENT), default=20, help="default 20")
-    measure.add_argument("--shard", type=table_shards.numbers, metavar="K/N", help="do every Nth job; RESULTS is a shard")
-    measure.add_argument("--made-by", default="", help="what the results depend on: shards of others are not merged")
-    merge = commands.add_parser("merge", help="all shards of measure, put together")
-    merge.add_argument("results", type=Path, help="file to write")
-    merge.add_argument("shards", type=Path, nargs="+", help="what measure --shard wrote")
     page = commands.add_parser("page", help="the page about them")
     page.add_argument("results", type=Path, help="what measure wrote")
     page.add_argument("page", type=Path, help="file to write")
@@ -68,14 +60,7 @@ def main() -> int:
     trade.add_argument("--keep", action="store_true", help="keep models of any sources, and what their page says made them")
     arguments = parser.parse_args()
     if arguments.what == "measure":
-        if arguments.shard:
-            jobs = table2.jobs_of(arguments.repeats, arguments.only)
-            header = table_shards.Header(*arguments.shard, f"{arguments.made_by} {how()}", jobs)
-            table_shards.make(header, arguments.results, table2.line_of, table2.WORKERS)
-        else:
-            table2.measure(arguments.results, arguments.repeats, arguments.only)
-    elif arguments.what == "merge":
-        arguments.results.write_text(table_shards.merged(arguments.shards))
+        table2.measure(arguments.results, arguments.repeats, arguments.only)
     elif arguments.what == "page":
         results = texture_report.results_of(arguments.results.read_text().splitlines())
         arguments.page.write_text(texture_report.page(results, how()))

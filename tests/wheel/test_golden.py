@@ -41,9 +41,6 @@ UNIT = 1
 
 def config(case: dict[str, Any]) -> wstac.Config:
     speed, trigger = dict(case["speed"]), dict(case["trigger"])
-    track, afterglow = speed.pop("length_mm"), speed.pop("afterglow_frames")
-    if speed["law"] == "physical":
-        speed.update(track_mm=track, afterglow_frames=afterglow)
     if trigger.pop("per_touch", False):
         # The law with one event per touch. Its speeds are compared elsewhere.
         speed["law"] = "arrival"

@@ -111,14 +111,10 @@ pub enum ConfigError {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum LawParameter {
-    /// The frames at 1 mm/s, of the published law.
+    /// The frames at 1 mm/s.
     Intercept,
-    /// The frames per decade, of the published law.
+    /// The frames per decade.
     Slope,
-    /// The lit track in mm, of the physical law.
-    Track,
-    /// The afterglow in frames, of the physical law.
-    Afterglow,
 }
 
 /// The reason why a frame or a stripe was not taken.
@@ -256,8 +252,6 @@ impl fmt::Display for ConfigError {
             Self::SpeedLaw { parameter, found } => match parameter {
                 LawParameter::Intercept => write!(f, "intercept is {found}, expected a finite number"),
                 LawParameter::Slope => write!(f, "slope is {found}, expected a finite number above 0"),
-                LawParameter::Track => write!(f, "track_mm is {found}, expected a finite number above 0"),
-                LawParameter::Afterglow => write!(f, "afterglow_frames is {found}, expected a finite number"),
             },
         }
     }

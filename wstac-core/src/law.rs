@@ -113,7 +113,7 @@ impl EventLaw for ByEdges {
     }
 }
 
-/// The law of durations and the direction of centroids: the published algorithm, or the physical law in its place.
+/// The law of durations and the direction of centroids: the published algorithm.
 impl EventLaw for SpeedConfig {
     fn answer(&self, event: &Event<'_>) -> Answer {
         Answer {

@@ -72,12 +72,6 @@ pub const SPEED_SLOPE: f32 = 56.29;
 pub const SLOWEST_FITTED: f32 = 100.0;
 /// Fastest slide that the speed law was fitted on, in mm/s (paper).
 pub const FASTEST_FITTED: f32 = 200.0;
-/// Lit track of the physical speed law D = L / v + τ, in mm. It is a least-squares fit to the published law at 100, 110
-/// … 200 mm/s.
-pub const TRACK_LENGTH: f32 = 113.4;
-/// Afterglow τ of the physical speed law, in frames at 30 frames per second. It was fitted together with
-/// [`TRACK_LENGTH`].
-pub const AFTERGLOW_FRAMES: f32 = 5.36;
 
 /// Least confidence of a direction, as numerator and denominator: 0.2 (decided).
 pub const LEAST_CONFIDENCE: (u64, u64) = (1, 5);

@@ -11,39 +11,25 @@ use crate::features::Features;
 use crate::ln::constant;
 use crate::motion::Contact;
 use crate::params::{
-    AFTERGLOW_FRAMES, FASTEST_FITTED, FEATURE_FRACTION_BITS, NOMINAL_FRAME_RATE, SAMPLE_FRAMES, SLOWEST_FITTED,
-    SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,
+    FASTEST_FITTED, FEATURE_FRACTION_BITS, SAMPLE_FRAMES, SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, VALID_THRESHOLD,
 };
 use crate::rate::FrameRate;
 use crate::trigger::Event;
 
-/// The law from a duration D, in frames at 30 per second, to a speed v in mm/s.
+/// The published law from a duration D, in frames at 30 per second, to a speed v in mm/s: D = intercept − slope · log10 v.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-// It is exhaustive: whoever writes or draws a law must not miss one.
-pub enum Law {
-    /// The published law: D = intercept − slope · log10 v (paper).
-    Published {
-        /// The frames at 1 mm/s.
-        intercept: f32,
-        /// The frames per decade, above 0.
-        slope: f32,
-    },
-    /// The physical law: D = 30 · track / v + afterglow.
-    Physical {
-        /// The lit track in mm, above 0.
-        track: f32,
-        /// The afterglow in frames.
-        afterglow: f32,
-    },
+pub struct Law {
+    /// The frames at 1 mm/s.
+    pub intercept: f32,
+    /// The frames per decade, above 0.
+    pub slope: f32,
 }
 
 impl Law {
-    /// The published law with the paper's numbers.
-    pub const PUBLISHED: Self = Self::Published { intercept: SPEED_INTERCEPT, slope: SPEED_SLOPE };
-    /// The physical law, fitted to the published law.
-    pub const PHYSICAL: Self = Self::Physical { track: TRACK_LENGTH, afterglow: AFTERGLOW_FRAMES };
+    /// The law with the paper's numbers.
+    pub const PUBLISHED: Self = Self { intercept: SPEED_INTERCEPT, slope: SPEED_SLOPE };
 
     /// Returns the speed in mm/s of a slide that lasted `frames` at 30 per second; `None` if the law has no finite
     /// speed.
@@ -52,33 +38,20 @@ impl Law {
     /// up to six of them, intercept and slope by one each. Their difference is then off by (intercept + 6 D) u, which
     /// the law multiplies by ln 10 / slope. Three operations and the two parameters add 5 |ln v| u, and e^x adds 3 u.
     ///
-    /// So `Published` is off by at most ((intercept + 6 D) ln 10 / slope + 5 |ln v| + 3) u: 2.5e-6 from 100 to 200
-    /// mm/s. `Physical` is off by at most ((6 D + afterglow) / (D − afterglow) + 5) u: 8e-7 in that range, and more
-    /// towards its pole.
+    /// So it is off by at most ((intercept + 6 D) ln 10 / slope + 5 |ln v| + 3) u: 2.5e-6 from 100 to 200 mm/s.
     pub fn speed(&self, frames: f32) -> Option<f32> {
-        let mm_s = match *self {
-            Self::Published { intercept, slope } => libm::expf((intercept - frames) / slope * core::f32::consts::LN_10),
-            Self::Physical { track, afterglow } if frames > afterglow => {
-                track * NOMINAL_FRAME_RATE as f32 / (frames - afterglow)
-            }
-            Self::Physical { .. } => return None,
-        };
+        let mm_s = libm::expf((self.intercept - frames) / self.slope * core::f32::consts::LN_10);
         // There is no answer if 32 bits cannot tell it from 0 or from infinity.
         (mm_s > 0.0 && mm_s.is_finite()).then_some(mm_s)
     }
 
     const fn check(&self) -> Result<(), ConfigError> {
-        let (any, positive) = match *self {
-            Self::Published { intercept, slope } => {
-                ((LawParameter::Intercept, intercept), (LawParameter::Slope, slope))
-            }
-            Self::Physical { track, afterglow } => ((LawParameter::Afterglow, afterglow), (LawParameter::Track, track)),
-        };
-        if !any.1.is_finite() {
-            return Err(ConfigError::SpeedLaw { parameter: any.0, found: any.1 });
+        let Self { intercept, slope } = *self;
+        if !intercept.is_finite() {
+            return Err(ConfigError::SpeedLaw { parameter: LawParameter::Intercept, found: intercept });
         }
-        if !(positive.1 > 0.0 && positive.1.is_finite()) {
-            return Err(ConfigError::SpeedLaw { parameter: positive.0, found: positive.1 });
+        if !(slope > 0.0 && slope.is_finite()) {
+            return Err(ConfigError::SpeedLaw { parameter: LawParameter::Slope, found: slope });
         }
         Ok(())
     }

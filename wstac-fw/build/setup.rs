@@ -175,7 +175,7 @@ pub const fn motion(rate: FrameRate) -> Result<MotionConfig, ConfigError> {{
 /// # Errors
 /// Returns the errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
 pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
-    match SpeedConfig::new(wstac_core::speed::Law::{durations:?}, {:?}, ThresholdOn::{:?}, rate) {{
+    match SpeedConfig::new(wstac_core::speed::{durations:?}, {:?}, ThresholdOn::{:?}, rate) {{
         Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
         Err(error) => Err(error),
     }}

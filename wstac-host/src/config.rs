@@ -191,7 +191,10 @@ impl Config {
         const SUBJECT: &str = "configuration";
         let wrong = |message: String| Error::new(ErrorKind::Config, SUBJECT, message);
         let in_table = |table: &str, error: ConfigError| wrong(format!("{table} {error}")).caused_by(error);
-        let config: Self = toml::from_str(text).map_err(|error| wrong(toml_error(text, &error)).caused_by(error))?;
+        let config: Self = toml::from_str(text).map_err(|error| {
+            let message = removed_law(text).unwrap_or_else(|| toml_error(text, &error));
+            wrong(message).caused_by(error)
+        })?;
         config.layout.check().map_err(wrong)?;
         config.speed.check().map_err(wrong)?;
         config.trigger().map_err(|error| in_table("[trigger]", error))?;
@@ -204,6 +207,16 @@ impl Config {
             return Err(in_table("[features]", ConfigError::FloorLevels(config.features.floor_levels)));
         }
         Ok(config)
+    }
+
+    /// Reads and checks a recording's configuration without `[speed]`: its law may be one that was removed.
+    ///
+    /// # Errors
+    /// The errors of [`parse`](Self::parse).
+    pub(crate) fn parse_without_law(text: &str) -> Result<Self, Error> {
+        let Ok(mut table) = text.parse::<toml::Table>() else { return Self::parse(text) };
+        table.remove("speed");
+        Self::parse(&table.to_string())
     }
 
     /// Returns all of the configuration as TOML, with the defaults written out. [`parse`](Self::parse) reads the same
@@ -289,6 +302,22 @@ impl Config {
             None => Layout::paper(frame),
         }
     }
+}
+
+/// Returns what to use instead of the law `"physical"`, if a configuration names it or one of its keys.
+fn removed_law(text: &str) -> Option<String> {
+    let table = text.parse::<toml::Table>().ok()?;
+    let speed = table.get("speed")?;
+    let names_it = speed.get("law").and_then(toml::Value::as_str) == Some("physical");
+    let found = if names_it {
+        "law = \"physical\""
+    } else {
+        *["track_mm", "afterglow_frames"].iter().find(|key| speed.get(**key).is_some())?
+    };
+    Some(format!(
+        "[speed] has {found}, which was removed (expected law = \"arrival\" or \"published\"); help: \
+         law = \"arrival\" holds for slides of any length, and --config gives a recording another law"
+    ))
 }
 
 impl LayoutConfig {
@@ -390,10 +419,8 @@ pitch_mm = 4            # distance between neighboring whiskers
 law = "arrival"         # arrival times: any speed, length, direction
                         # "published": the duration, as published;
                         # with intercept = 151.06, slope = 56.29
-                        # "physical": the duration; with
-                        # track_mm = 113.4, afterglow_frames = 5.36
-                        # laws of durations: range_mm_s = [100, 200];
-                        # answers outside are marked as extrapolated
+                        # and range_mm_s = [100, 200]; answers
+                        # outside are marked as extrapolated
 estimator = "coherence" # of arrival times; or "edges": cheaper, and
                         # less accurate
 threshold = 0.0475      # not the trigger's threshold: only laws of
@@ -459,9 +486,9 @@ mod tests {
             "",
             &explicit,
             "[green]\nyuv = \"linear\"\nstride = 3\n[features]\nln = \"libm\"\nfloor_levels = 0.1",
-            "[trigger]\nrule = \"literal\"\nmultiplier = 0.7\nwindow = 7\n[speed]\nlaw = \"physical\"\ntrack_mm = 101.3",
+            "[trigger]\nrule = \"literal\"\nmultiplier = 0.7\nwindow = 7\n[speed]\nlaw = \"published\"\nintercept = 101.3",
             "[speed]\nlaw = \"published\"\nslope = 56.123\nthreshold_on = \"above_baseline\"",
-            "[trigger]\nfollow = 64\n[speed]\nlaw = \"physical\"\nrange_mm_s = [80.1, 212.5]",
+            "[trigger]\nfollow = 64\n[speed]\nlaw = \"published\"\nrange_mm_s = [80.1, 212.5]",
             "[sensor]\npitch_mm = 3.5\n[speed]\nestimator = \"edges\"",
         ] {
             let config = Config::parse(text).unwrap();
@@ -513,11 +540,16 @@ mod tests {
             ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
             ("[speed]\nthreshold = inf", vec!["threshold is inf"]),
             ("[speed]\nlaw = \"published\"\nslope = 0", vec!["slope is 0"]),
-            ("[speed]\ntrack_mm = 4.0", vec!["track_mm with law = \"arrival\"", "with law = \"physical\" only"]),
-            ("[speed]\nrange_mm_s = [1, 2]", vec!["law = \"published\" or law = \"physical\" only"]),
-            ("[speed]\nlaw = \"physical\"\nestimator = \"edges\"", vec!["estimator", "law = \"arrival\" only"]),
+            ("[speed]\nslope = 4.0", vec!["slope with law = \"arrival\"", "with law = \"published\" only"]),
+            ("[speed]\nrange_mm_s = [1, 2]", vec!["range_mm_s", "law = \"published\" only"]),
+            ("[speed]\nlaw = \"published\"\nestimator = \"edges\"", vec!["estimator", "law = \"arrival\" only"]),
+            (
+                "[speed]\ntrack_mm = 9.0\nlaw = \"physical\"",
+                vec!["has law = \"physical\"", "removed", "help: law = \"arrival\""],
+            ),
+            ("[speed]\nafterglow_frames = 5.0", vec!["[speed] has afterglow_frames", "\"arrival\" or \"published\""]),
             ("[speed]\nestimator = \"fast\"", vec!["fast", "coherence"]),
-            ("[speed]\nlaw = \"fast\"", vec!["fast", "arrival", "published", "physical"]),
+            ("[speed]\nlaw = \"fast\"", vec!["fast", "arrival", "published"]),
             ("[sensor]\npitch_mm = 0", vec!["[sensor]", "0", "above 0"]),
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),

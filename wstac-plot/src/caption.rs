@@ -40,11 +40,7 @@ fn capitalized(text: &str) -> String {
 }
 
 fn speed(record: &TactileEvent, law: Option<Law>) -> String {
-    let law = match law {
-        Some(Law::Published { .. }) => "logarithmic law",
-        Some(Law::Physical { .. }) => "physical law",
-        None => "arrival times",
-    };
+    let law = if law.is_some() { "logarithmic law" } else { "arrival times" };
     match (record.speed, record.speed_at_most) {
         (Ok(speed), _) => {
             let doubt = if speed.extrapolated { ", extrapolated" } else { "" };

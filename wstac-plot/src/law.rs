@@ -18,10 +18,7 @@ const STEPS: u32 = 80;
 
 /// Returns the duration of a slide of this speed, in frames at 30 per second.
 fn frames(law: Law, mm_s: f64) -> f64 {
-    match law {
-        Law::Published { intercept, slope } => f64::from(intercept) - f64::from(slope) * mm_s.log10(),
-        Law::Physical { track, afterglow } => 30.0 * f64::from(track) / mm_s + f64::from(afterglow),
-    }
+    f64::from(law.intercept) - f64::from(law.slope) * mm_s.log10()
 }
 
 /// Returns the event's duration at 30 frames per second and its speed, and whether it is only a bound.

@@ -153,7 +153,7 @@ fn no_answers_are_no_trouble() {
     let (found, text) = figure("scene:Saw3@150", "[speed]\nlaw = \"published\"\nthreshold = 5.0");
     assert!(found.lit.is_none() && text.contains("no speed"), "{text}");
     legible(&text);
-    let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"physical\"");
+    let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"published\"");
     found.record.direction.degrees = Err(Unclear::NoOrder);
     found.taxels.iter_mut().flatten().for_each(|taxels| taxels[7] = 1.0);
     let text = draw(&found);
@@ -237,7 +237,7 @@ fn fits_have_every_slide_twice_and_every_law_its_lines() {
         formula: format!("D = 30 · {track:.1} / v + 5.2, R² 0.9951"),
         law: move |mm_s: f64| 30.0 * track / mm_s + 5.2,
     };
-    let fits = [fit("published", 113.0), fit("physical", 111.0)];
+    let fits = [fit("published", 113.0), fit("another", 111.0)];
     for count in 1..=2 {
         let figure = SpeedFits { slides: &slides, fits: &fits[..count] }.draw();
         well_formed(&figure);

@@ -99,9 +99,8 @@ pub(crate) fn path_dataset<'py>(
     };
     let bytes = in_thread(py, move |stop| {
         let goes_on = || !stop.load(Ordering::Relaxed);
-        let numbers: Vec<u32> = (0..sweep.slides.slides).collect();
-        let row = |slide| Ok(PathRow::of(&slide, input));
-        let slides = pool(threads)?.install(|| sweep.slides.some_while(&numbers, goes_on, row))?;
+        let row = |slide| PathRow::of(&slide, input);
+        let slides = pool(threads)?.install(|| sweep.slides.some_while(0..sweep.slides.slides, goes_on, row))?;
         let mut file = Cursor::new(Vec::new());
         let written = write_split(&mut file, &slides.ok_or_else(stopped)?, input, |sensor| sweep.is_for_tests(sensor));
         written.map_err(|error| Error::io("sweep", error))?;

@@ -233,7 +233,7 @@ mod tests {
             "",
             "[speed]\nestimator = \"edges\"\nthreshold = 0.05\n",
             "[speed]\nlaw = \"published\"\nslope = 200.0\nthreshold = 0.05\n",
-            "[speed]\nlaw = \"physical\"\ntrack_mm = 90.0\n",
+            "[speed]\nlaw = \"published\"\nrange_mm_s = [50, 90]\n",
         ];
         for base in bases {
             for law in AnswerLaw::ALL {

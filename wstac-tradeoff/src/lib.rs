@@ -5,7 +5,6 @@
 //! | [`slides`] | the simulated slides of the study |
 //! | [`parameters`], [`candidate`] | the settings and models to choose among |
 //! | [`sweep`], [`row`] | their evaluation, and the results of each |
-//! | [`shard`] | the part of a sweep that one of several processes makes |
 //! | [`map`], [`table`], [`plot`] | all rows: stored, as a table, as a figure |
 //! | [`prices`], [`host`] | the cost of a setting on a board and on a host |
 //! | [`budget`], [`pareto`], [`chosen`] | the best row within a budget, the unbeaten rows, and their files |
@@ -25,7 +24,6 @@ pub mod pareto;
 pub mod plot;
 pub mod prices;
 pub mod row;
-pub mod shard;
 pub mod slides;
 pub mod statistics;
 mod streams;

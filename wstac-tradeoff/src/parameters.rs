@@ -239,7 +239,7 @@ mod tests {
                 assert_eq!(AnswerLaw::of(&config), law, "{base}");
             }
         }
-        let own = Config::parse("[speed]\nlaw = \"physical\"\n").unwrap();
+        let own = Config::parse("[speed]\nlaw = \"published\"\nslope = 60.0\n").unwrap();
         assert_eq!(own.speed.with_estimator(None).law(), own.speed.law());
         assert_eq!(AnswerLaw::of(&Config::default()), Setting::DEFAULT.law);
     }

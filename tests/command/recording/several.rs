@@ -190,15 +190,6 @@ fn a_data_set_has_the_samples_of_all_sensors() {
     let done = run(&["dataset", &both, "-o", &set]);
     let said = String::from_utf8(done.stderr).unwrap();
     assert!(said.contains("set.npz: 2 samples of 2 recordings"), "{said}");
-    // Shards have the same ones.
-    let shards = ["1/2", "2/2"].map(|shard| {
-        let file = folder.0.join(shard.replace('/', "-")).display().to_string();
-        good(&["dataset", &both, "--shard", shard, "-o", &file]);
-        file
-    });
-    let merged = folder.0.join("merged.npz").display().to_string();
-    good(&["dataset", "merge", &shards[0], &shards[1], "-o", &merged]);
-    assert!(fs::read(&set).unwrap() == fs::read(&merged).unwrap());
 }
 
 #[test]

@@ -131,7 +131,7 @@ fn settings(pipeline: &mut WstacFwPipeline, input: &mut Unstructured<'_>) -> Res
     // SAFETY: all memory is there.
     unsafe {
         check(wstac_fw_trigger_defaults(&raw mut trigger));
-        check(wstac_fw_speed_law_defaults(&raw mut law, choice(input)?));
+        check(wstac_fw_speed_law_defaults(&raw mut law));
     }
     trigger.window = any(input, trigger.window)?;
     trigger.multiplier = any(input, trigger.multiplier)?;
@@ -139,10 +139,10 @@ fn settings(pipeline: &mut WstacFwPipeline, input: &mut Unstructured<'_>) -> Res
     trigger.margin = any(input, trigger.margin)?;
     trigger.follow = if input.ratio(1, 4)? { 1 << input.int_in_range(0..=16)? } else { any(input, 0)? };
     (trigger.literal, trigger.one_event_per_touch) = (choice(input)?, choice(input)?);
-    (law.physical, law.above_baseline) = (choice(input)?, choice(input)?);
+    law.above_baseline = choice(input)?;
     law.threshold = any(input, law.threshold)?;
-    law.intercept_or_track = any(input, law.intercept_or_track)?;
-    law.slope_or_afterglow = any(input, law.slope_or_afterglow)?;
+    law.intercept = any(input, law.intercept)?;
+    law.slope = any(input, law.slope)?;
     law.slowest_mm_s = any(input, law.slowest_mm_s)?;
     law.fastest_mm_s = any(input, law.fastest_mm_s)?;
     let choices = [trigger.literal, trigger.one_event_per_touch];
@@ -153,7 +153,7 @@ fn settings(pipeline: &mut WstacFwPipeline, input: &mut Unstructured<'_>) -> Res
         assert!(status != WstacFwStatus::Ok || choices.iter().all(|choice| *choice <= 1));
         let status = wstac_fw_set_speed_law(pipeline, &raw const law);
         check(status);
-        assert!(status != WstacFwStatus::Ok || (law.physical <= 1 && law.above_baseline <= 1));
+        assert!(status != WstacFwStatus::Ok || law.above_baseline <= 1);
         check(wstac_fw_set_floor(pipeline, any(input, 0.5)?));
     }
     Ok(())

@@ -63,11 +63,9 @@ fn trigger(input: &mut Unstructured<'_>) -> Result<Option<TriggerConfig>> {
 }
 
 fn speed(input: &mut Unstructured<'_>, rate: FrameRate) -> Result<Option<SpeedConfig>> {
-    let law = match input.int_in_range(0..=3)? {
+    let law = match input.int_in_range(0..=1)? {
         0 => Law::PUBLISHED,
-        1 => Law::PHYSICAL,
-        2 => Law::Published { intercept: input.arbitrary()?, slope: input.arbitrary()? },
-        _ => Law::Physical { track: input.arbitrary()?, afterglow: input.arbitrary()? },
+        _ => Law { intercept: input.arbitrary()?, slope: input.arbitrary()? },
     };
     let on = *input.choose(&[ThresholdOn::Absolute, ThresholdOn::AboveBaseline])?;
     let threshold = if input.arbitrary()? { 0.0475 } else { input.arbitrary()? };

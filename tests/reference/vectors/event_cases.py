@@ -106,16 +106,12 @@ def speeds() -> list[Case]:
         stream(f"speed-step{step}", f"columns {step} frames apart", slides=(Slide(40, step=step),))
         for step in (1, 4, 6, 8, 10)
     ]
-    physical = SpeedConfig(law="physical")
     above = SpeedConfig(threshold_on="above_baseline")
     return cases + [
         stream("speed-cut-end", "still lit when the sample ends: a bound", frames=120, slides=(Slide(40, step=14,
                fall=20),)),
         stream("speed-cut-start", "lit from the sample's first frame: a bound", frames=120,
                slides=(Slide(40, step=6, rise=6),), trigger=TriggerConfig(backtrack=0)),
-        stream("speed-cut-pole", "cut off, physical law without afterglow to spare: no bound", frames=120,
-               slides=(Slide(41, ORDERS["press"], rise=2, fall=3),), trigger=TriggerConfig(backtrack=0),
-               speed=physical),
         stream("speed-bright", "the baseline is above the threshold: no speed", base=300, shake=5),
         stream("speed-bright-above", "the same with threshold_on above_baseline: a speed", base=300, shake=5,
                speed=above),
@@ -123,12 +119,6 @@ def speeds() -> list[Case]:
         stream("speed-dim", "fires, but no frame is valid", base=10, shake=0, slides=(Slide(40, rise=10, fall=20,
                peak=26),)),
         stream("speed-threshold", "a higher threshold shortens the event", speed=SpeedConfig(threshold=0.3)),
-        stream("speed-physical", "the physical law", speed=physical),
-        stream("speed-physical-fit", "the physical law with other constants",
-               speed=SpeedConfig(law="physical", length_mm=90.0, afterglow_frames=7.5)),
-        stream("speed-physical-pole", "an event shorter than the afterglow: no speed", slides=(Slide(40,
-               ORDERS["press"],
-               rise=2, fall=3),), speed=physical),
         stream("speed-25fps", "25 frames per second: durations scale", fps=(25, 1)),
         stream("speed-ntsc", "30000/1001 frames per second", fps=(30000, 1001)),
         stream("speed-5fps", "5 frames per second: no binning, scaled duration", slides=(Slide(40, step=1),), fps=(5, 1)),

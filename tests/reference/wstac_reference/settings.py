@@ -26,8 +26,6 @@ OPTIONS: dict[str, tuple[str, str, type]] = {
     "law": ("speed", "law", str),
     "threshold": ("speed", "threshold", float),
     "threshold_on": ("speed", "threshold_on", str),
-    "length_mm": ("speed", "length_mm", float),
-    "afterglow_frames": ("speed", "afterglow_frames", float),
 }
 """Command-line options that stand for one key of the configuration."""
 

@@ -20,21 +20,17 @@ FITTED_MM_S = (100.0, 200.0)
 class SpeedConfig:
     """The law, and the threshold of light.
 
-    "paper" is the earlier name of the published law, which golden cases have.
-
-    `length_mm` and `afterglow_frames` (L and tau, at 30 frames per second) belong to the physical law D = 30 L / v +
-    tau. `range_mm_s` are the slowest and the fastest speed that the law was fitted on.
+    "paper" is the earlier name of the published law, which golden cases have. `range_mm_s` are the slowest and the
+    fastest speed that the law was fitted on.
     """
 
     law: str = "paper"
     threshold: float = 0.0475
     threshold_on: str = "absolute"
-    length_mm: float = 114.0
-    afterglow_frames: float = 5.0
     range_mm_s: Sequence[float] = FITTED_MM_S
 
     def __post_init__(self) -> None:
-        if self.law not in ("published", "paper", "physical"):
+        if self.law not in ("published", "paper"):
             raise ValueError(f"law {self.law!r}")
         if self.threshold_on not in ("absolute", "above_baseline"):
             raise ValueError(f"threshold_on {self.threshold_on!r}")
@@ -43,12 +39,9 @@ class SpeedConfig:
         if len(self.range_mm_s) != 2 or not 0 < self.range_mm_s[0] <= self.range_mm_s[1] < math.inf:
             raise ValueError(f"range_mm_s {self.range_mm_s}")
 
-    def speed(self, duration: float) -> float | None:
-        """Returns the speed in mm/s for a duration in frames at 30 per second; None at the pole."""
-        if self.law != "physical":
-            return 10 ** ((PAPER_INTERCEPT - duration) / PAPER_SLOPE)
-        lit = duration - self.afterglow_frames
-        return NOMINAL_FPS * self.length_mm / lit if lit > 0 else None
+    def speed(self, duration: float) -> float:
+        """Returns the speed in mm/s for a duration in frames at 30 per second."""
+        return 10 ** ((PAPER_INTERCEPT - duration) / PAPER_SLOPE)
 
 
 @dataclass(frozen=True)
@@ -57,8 +50,7 @@ class SpeedAnswer:
 
     `why` is the reason why there is no speed: "baseline" (the baseline itself is above the threshold), "no_light" (no
     valid frame), "cut_off" (the sample's first or last frame is valid: the duration is only a lower bound, so
-    `bound_mm_s` is an upper bound of the speed), "pole" (the physical law has none for so short an event). They are
-    tested in this order (*decided*).
+    `bound_mm_s` is an upper bound of the speed). They are tested in this order (*decided*).
     """
 
     first_valid: int | None
@@ -102,7 +94,5 @@ def measure_speed(config: SpeedConfig, baseline: Baseline, sample: Sample, fps: 
     speed = config.speed(float((last - first) * Fraction(NOMINAL_FPS) / fps))
     if first == 0 or last == len(sample.features) - 1:
         return SpeedAnswer(first, last, why="cut_off", bound_mm_s=speed)
-    if speed is None:
-        return SpeedAnswer(first, last, why="pole")
     inside = config.range_mm_s[0] <= speed <= config.range_mm_s[1]
     return SpeedAnswer(first, last, mm_s=speed, extrapolated=not inside)

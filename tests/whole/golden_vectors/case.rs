@@ -73,8 +73,6 @@ pub(super) struct SpeedOf {
     pub(super) law: String,
     pub(super) threshold: f64,
     pub(super) threshold_on: ThresholdOn,
-    pub(super) length_mm: f32,
-    pub(super) afterglow_frames: f32,
     range_mm_s: Option<[f32; 2]>,
 }
 
@@ -253,12 +251,9 @@ impl Case {
     }
 
     pub(super) fn speed(&self) -> SpeedConfig {
-        let law = match self.speed.law.as_str() {
-            "paper" | "published" => Law::PUBLISHED,
-            "physical" => Law::Physical { track: self.speed.length_mm, afterglow: self.speed.afterglow_frames },
-            other => panic!("law {other}"),
-        };
-        let config = SpeedConfig::new(law, self.speed.threshold, self.speed.threshold_on, self.rate()).unwrap();
+        assert!(matches!(self.speed.law.as_str(), "paper" | "published"), "law {}", self.speed.law);
+        let config =
+            SpeedConfig::new(Law::PUBLISHED, self.speed.threshold, self.speed.threshold_on, self.rate()).unwrap();
         self.speed.range_mm_s.map_or(config, |[slowest, fastest]| config.fitted_on(slowest, fastest).unwrap())
     }
 }

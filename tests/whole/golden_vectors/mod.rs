@@ -55,7 +55,6 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
                 NoSpeed::BaselineAbove => ("baseline", None),
                 NoSpeed::NeverValid => ("no_light", None),
                 NoSpeed::CutOff { at_most } => ("cut_off", at_most),
-                NoSpeed::OutsideLaw => ("pole", None),
                 other => panic!("{at}: {other:?} is no reason of the reference"),
             };
             assert_eq!(Some(why), answer.why.as_deref(), "{at}: why there is no speed");

@@ -54,12 +54,7 @@ fn any_rate() -> impl Strategy<Value = FrameRate> {
 
 fn any_law() -> impl Strategy<Value = Law> {
     let number = || any::<u32>().prop_map(f32::from_bits);
-    prop_oneof![
-        Just(Law::PUBLISHED),
-        Just(Law::PHYSICAL),
-        (number(), number()).prop_map(|(intercept, slope)| Law::Published { intercept, slope }),
-        (number(), number()).prop_map(|(track, afterglow)| Law::Physical { track, afterglow }),
-    ]
+    prop_oneof![Just(Law::PUBLISHED), (number(), number()).prop_map(|(intercept, slope)| Law { intercept, slope }),]
 }
 
 fn any_speed_config() -> impl Strategy<Value = SpeedConfig> {

@@ -3,24 +3,25 @@
 pub(super) mod progress;
 pub(super) mod random;
 pub(super) mod recorded;
-mod shard;
 
-use std::ffi::OsString;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
+
+use clap::builder::{PathBufValueParser, TypedValueParser};
 
 use self::progress::Progress;
 use super::files::{Outputs, check_ending};
 use super::model_arguments::Sample;
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing, number};
+use super::units;
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
-use wstac_train::dataset::part::{Part, fingerprint};
 use wstac_train::dataset::sweep::Sweep;
-use wstac_train::dataset::{arrays, check, each_sample};
+use wstac_train::dataset::{Facts, Outcome, arrays, check, each_sample};
 
 /// Make a training set of simulated slides or recordings, for NumPy
 ///
@@ -29,16 +30,13 @@ use wstac_train::dataset::{arrays, check, each_sample};
 /// that are cut off or not reliable are counted and kept. The same sweep gives the same bytes with any number of
 /// threads.
 #[derive(Debug, clap::Args)]
-#[command(after_long_help = HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    #[command(subcommand)]
-    command: Option<Command>,
-
     /// A sweep of simulated slides, or recordings
     ///
     /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any, the
     /// slides are 12000 random ones, along the path.
-    #[arg(value_name = "SWEEP|RECORDING")]
+    #[arg(value_name = "SWEEP|RECORDING", value_parser = PathBufValueParser::new().try_map(not_merge))]
     sources: Vec<PathBuf>,
 
     /// The samples: over time, or along the path of a touch
@@ -49,14 +47,14 @@ pub(super) struct Arguments {
     input: Option<Sample>,
 
     /// Write the samples to this new file
-    #[arg(short, long, value_name = "FILE.npz", required = true)]
-    output: Option<PathBuf>,
+    #[arg(short, long, value_name = "FILE.npz")]
+    output: PathBuf,
 
-    /// Make only shard K of N of the set
+    /// Make only the slides or recordings from number A on, and below number B
     ///
-    /// wstac dataset merge makes the set of all N shards. A shard that is already there, and whole, stays.
-    #[arg(long, value_name = "K/N", value_parser = super::shards::numbers)]
-    shard: Option<[u32; 2]>,
+    /// The first one has number 0. Parts of a set, put together in order, are the whole set.
+    #[arg(long, value_name = "A..B", value_parser = units::range)]
+    units: Option<Range<u32>>,
 
     /// Number of threads; by default, one per processor
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -75,24 +73,11 @@ pub(super) struct Arguments {
     config: Option<PathBuf>,
 
     /// Overwrite FILE.npz
-    ///
-    /// It also starts anew if FILE.npz.part is of another sweep.
     #[arg(long)]
     force: bool,
 }
 
-#[derive(Debug, clap::Subcommand)]
-enum Command {
-    Merge(shard::Arguments),
-}
-
 impl Arguments {
-    /// Returns the file to write.
-    fn output(&self) -> &Path {
-        // Only a subcommand goes without it.
-        self.output.as_deref().unwrap_or(Path::new(""))
-    }
-
     /// Returns the wanted samples.
     fn sample(&self) -> Sample {
         self.input.unwrap_or(if self.sources.is_empty() { Sample::Path } else { Sample::Frames })
@@ -211,36 +196,32 @@ In Python:
   X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
   model.fit(X, set["y_specimen"])
 
-On many machines (docs/MANY.md):
-  wstac dataset sweep.toml --shard 1/2 -o 1.shard
-  wstac dataset sweep.toml --shard 2/2 -o 2.shard
-  wstac dataset merge 1.shard 2.shard -o set.npz
-  The set equals that of one process, byte for byte: of a sweep, with
-  any --input, or of recordings. Shard K has every Nth slide or
-  recording from the Kth on. A process that is killed leaves no shard:
-  start the same command again. Recordings need the same names on all
-  machines; the merge does not read them.
-
-Interrupted runs:
-  FILE.npz.part keeps the finished slides. After Ctrl-C or a crash, the
-  same command continues from there.
+In parts, on many machines (docs/MANY.md):
+  wstac dataset sweep.toml --units 0..500 -o 0.npz
+  wstac dataset sweep.toml --units 500..1000 -o 500.npz
+  A unit is a slide of a sweep, or a recording in the order of names.
+  The seed of a slide follows from its number in the whole set. So
+  numpy.concatenate of the same array of all parts, in order, is that
+  array of the whole set. All recordings must be there for every part:
+  their labels decide which are for tests.
+  A command that is stopped leaves no file. Start it again, or make a
+  large set in parts. A process keeps its slides in memory, 1.5 kB each.
   Exit code: 0 if there is a sample, 1 if there is none or a file cannot
   be used, 2 for wrong arguments, 130 after Ctrl-C, 143 after SIGTERM.
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    if let Some(Command::Merge(arguments)) = &arguments.command {
-        return shard::merge_all(arguments);
-    }
-    if let Some(numbers) = arguments.shard {
-        return shard::run(arguments, numbers);
-    }
-    check_ending(arguments.output(), &["npz"])?;
+    check_ending(&arguments.output, &["npz"])?;
     match arguments.source()? {
         Source::Sweep(file) => simulated(arguments, file),
         Source::Random(file) => random::run(arguments, file),
         Source::Recordings => recorded::run(arguments),
     }
+}
+
+/// Refuses the name of a command that was removed, unless it is a file's.
+fn not_merge(source: PathBuf) -> Result<PathBuf, &'static str> {
+    if source == Path::new("merge") && !source.exists() { Err("was removed") } else { Ok(source) }
 }
 
 /// The endings of videos, which `wstac record` reads, but which have no labels.
@@ -271,52 +252,52 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     let sweep = Sweep::read(sweep_file)?;
     // All slides have the same camera.
     check(&sweep.script(0), &config).map_err(|error| Error::new(ErrorKind::Config, sweep_file.display(), error))?;
-    let output = arguments.output();
     let outputs = outputs(arguments);
-    outputs.check([output])?;
-    finishing(Ending::InTime);
-    let signal = number();
-    let path = beside(output, ".part");
-    let mut part = Part::open(&path, fingerprint(&sweep, &config), sweep.count(), arguments.force)?;
-    let (there, count) = (part.tally().done(), sweep.count());
-    if there > 0 {
-        note(format_args!("{}: {there} of {count} slides are already done", path.display()));
+    outputs.check([&arguments.output])?;
+    let units = units::chosen(arguments.units.as_ref(), sweep.count() as usize, "slides")?;
+    let outcomes = make(&sweep, &config, units, arguments.threads)?;
+    let samples = tell(&outcomes);
+    if samples == 0 && arguments.units.is_none() {
+        let message = format_args!("none of {} slides became a sample, expected at least 1", outcomes.len());
+        return Err(Error::new(ErrorKind::Data, sweep_file.display(), message).into());
     }
-    make(&sweep, &config, &mut part, arguments.threads, &signal).inspect_err(|stop| {
-        if matches!(stop, Stop::Interrupted(_)) {
-            let (done, path) = (part.tally().done(), path.display());
-            note(format_args!("stopped after {done} of {count} slides; the same command continues from {path}"));
-        }
-    })?;
-    finish(&outputs, output, &sweep, part, sweep_file)
+    write_all(&outputs, &arguments.output, |file| arrays::write(file, &sweep, &outcomes))?;
+    note(format_args!("{}: {}", arguments.output.display(), counted(samples, "sample")));
+    Ok(())
 }
 
-/// Writes the finished data set of a sweep, which `subject` names, and removes the part.
-fn finish(outputs: &Outputs, output: &Path, sweep: &Sweep, part: Part, subject: &Path) -> Result<(), Stop> {
-    let count = sweep.count();
-    let tally = part.tally();
-    for (slides, why) in [(tally.no_event, "had no event"), (tally.incomplete, "had an incomplete sample")] {
-        if slides > 0 {
-            note(format_args!("left out: {slides} of {count} slides {why}"));
+/// Prints what is unusual about the outcomes of slides, and returns the number of samples.
+fn tell(outcomes: &[(u32, Outcome)]) -> usize {
+    let outcomes = || outcomes.iter().map(|(_, outcome)| outcome);
+    let slides = outcomes().count();
+    for (kind, why) in [(Outcome::NoEvent, "had no event"), (Outcome::Incomplete, "had an incomplete sample")] {
+        let left_out = outcomes().filter(|outcome| **outcome == kind).count();
+        if left_out > 0 {
+            note(format_args!("left out: {left_out} of {slides} slides {why}"));
         }
     }
-    for (samples, why) in [
-        (tally.unreliable, "not reliable: the baseline was not quiet, or too many frames were lost (array reliable)"),
-        (tally.without_duration, "without a duration: the slide is cut off or never lit (array duration)"),
-    ] {
-        if samples > 0 {
-            note(format_args!("{samples} of {}: {why}", counted(tally.samples, "sample")));
-        }
+    let facts = outcomes().filter_map(|outcome| match outcome {
+        Outcome::Sample(_, facts) => Some(*facts),
+        Outcome::NoEvent | Outcome::Incomplete => None,
+    });
+    let facts: Vec<Facts> = facts.collect();
+    tell_facts(&facts);
+    facts.len()
+}
+
+/// Prints how many samples are not reliable or have no duration.
+fn tell_facts(facts: &[Facts]) {
+    let all = counted(facts.len(), "sample");
+    let unreliable = facts.iter().filter(|facts| !facts.reliable).count();
+    if unreliable > 0 {
+        let why = "the baseline was not quiet, or too many frames were lost (array reliable)";
+        note(format_args!("{unreliable} of {all}: not reliable: {why}"));
     }
-    if tally.samples == 0 {
-        part.remove()?;
-        let message = format_args!("none of {count} slides became a sample, expected at least 1");
-        return Err(Error::new(ErrorKind::Data, subject.display(), message).into());
+    let without_duration = facts.iter().filter(|facts| facts.duration.is_none()).count();
+    if without_duration > 0 {
+        let why = "the slide is cut off or never lit (array duration)";
+        note(format_args!("{without_duration} of {all}: without a duration: {why}"));
     }
-    write_all(outputs, output, |file| arrays::write(file, sweep, &part))?;
-    part.remove()?;
-    note(format_args!("{}: {}", output.display(), counted(tally.samples, "sample")));
-    Ok(())
 }
 
 /// Returns what the command may write.
@@ -347,37 +328,28 @@ pub(super) fn fraction(text: &str) -> Result<f64, String> {
     fraction.ok_or_else(|| format!("{text:?} is no fraction, expected at least 0 and below 1"))
 }
 
-/// Makes the slides that are missing.
-fn make(
-    sweep: &Sweep,
-    config: &Config,
-    part: &mut Part,
-    threads: Option<u16>,
-    signal: &AtomicUsize,
-) -> Result<(), Stop> {
-    let pool = pool(threads)?;
-    let missing = part.missing();
-    let mut progress = Progress::new("slides", part.tally().done(), sweep.count());
-    pool.install(|| {
+/// Makes the slides of these numbers, in order.
+fn make(sweep: &Sweep, config: &Config, units: Range<u32>, threads: Option<u16>) -> Result<Vec<(u32, Outcome)>, Stop> {
+    finishing(Ending::InTime);
+    let signal = number();
+    let numbers: Vec<u32> = units.collect();
+    let mut outcomes = Vec::with_capacity(numbers.len());
+    let mut progress = Progress::new("slides", numbers.len());
+    pool(threads)?.install(|| {
         each_sample(
-            &missing,
+            &numbers,
             |number| sweep.script(number),
             config,
             |number, outcome| {
-                part.append(number, &outcome)?;
-                progress.say(part.tally().done());
+                outcomes.push((number, outcome));
+                progress.say(outcomes.len());
                 match signal.load(Ordering::Relaxed) {
                     0 => Ok(()),
                     signal => Err(Stop::Interrupted(signal as u8)),
                 }
             },
         )
-    })
-}
-
-/// Returns the path with a suffix.
-fn beside(path: &Path, more: &str) -> PathBuf {
-    let mut name = OsString::from(path);
-    name.push(more);
-    name.into()
+    })?;
+    outcomes.sort_unstable_by_key(|(number, _)| *number);
+    Ok(outcomes)
 }

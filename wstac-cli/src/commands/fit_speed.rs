@@ -3,7 +3,6 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use serde_json::json;
 use wstac_core::rate::FrameRate;
 use wstac_core::speed::ThresholdOn;
@@ -14,15 +13,14 @@ use wstac_host::config::Config;
 use wstac_host::plural::counted;
 use wstac_host::source::option_text::frame_rate;
 use wstac_plot::{Format, SpeedFit, SpeedFits};
+use wstac_train::fit::Fit;
 use wstac_train::fit::data::Slides;
-use wstac_train::fit::{Fit, LawKind};
 
 /// Fit the speed law to slides of known speeds
 ///
-/// The slower a slide is, the longer it is lit. Two laws relate its duration D (in frames at 30 per second) to its
-/// speed v (in mm/s). The published law is D = intercept − slope · log10 v. The physical law is D = 30 · track / v +
-/// afterglow. Both are fitted by least squares. The result is valid for one sensor, one specimen length and one
-/// threshold.
+/// The slower a slide is, the longer it is lit. The published law relates its duration D (in frames at 30 per second) to
+/// its speed v (in mm/s): D = intercept − slope · log10 v. It is fitted by least squares. The result is valid for one
+/// sensor, one specimen length and one threshold.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -30,17 +28,13 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "DATA.npz")]
     data: Vec<PathBuf>,
 
-    /// Which law to fit
-    #[arg(long, value_enum, default_value_t = Laws::Both)]
-    law: Laws,
-
     /// Write the law to this new file, for wstac run --config
     ///
-    /// The file has one table, [speed]. If both laws are fitted, it is the law with the smaller residuals.
+    /// The file has one table, [speed].
     #[arg(short, long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
 
-    /// Draw durations, laws and residuals to this new file
+    /// Draw durations, the law and residuals to this new file
     ///
     /// The ending of the name says what it is: SVG, PNG (300 dots per inch) or PDF.
     #[arg(long, value_name = "FILE.svg|png|pdf")]
@@ -58,22 +52,13 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
 
-    /// Print one JSON object per law instead of text
+    /// Print one JSON object instead of text
     #[arg(long)]
     json: bool,
 
     /// Overwrite the files
     #[arg(long)]
     force: bool,
-}
-
-/// Laws to fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Laws {
-    #[value(alias = "paper")]
-    Published,
-    Physical,
-    Both,
 }
 
 const HELP: &str = r#"Input:
@@ -85,25 +70,22 @@ const HELP: &str = r#"Input:
   Slides that are left out are counted by their reason. At least three
   different speeds are needed.
 
-Output, for each law:
-  - its parameters with their standard errors, and R²
+Output:
+  - the law's parameters with their standard errors, and R²
   - by how much the durations deviate from it
   - by how much the speeds that it gives for the durations are off
   - the speeds that it was fitted on
   - the speeds that it can answer: slower slides are cut off by the
-    sample of 70 frames, and faster ones last a frame or less (physical
-    law: less than the afterglow)
-  In this range both laws give exactly one speed for each duration.
+    sample of 70 frames, and faster ones last a frame or less
 
-Output with --json, one object per line (wrapped here):
+Output with --json, one line (wrapped here):
   {"kind":"fit","law":"published","intercept":151.06,
    "intercept_error":1.2,"slope":56.29,"slope_error":0.55,"r2":0.9951,
    "deviation_frames":0.41,"speed_error":0.017,"range_mm_s":[100,200],
    "answers_mm_s":[31.1,463.7],"slides":55,"speeds":11,
    "left_out":{"no_speed":0,"no_duration":0,"unreliable":0}}
-  The law "physical" has track_mm and afterglow_frames instead, each with
-  its _error. speed_error is the root mean square of fractions. It is
-  null if the law has no speed for one of the slides.
+  speed_error is the root mean square of fractions. It is null if the law
+  has no speed for one of the slides.
 
 Output file (-o):
   The table [speed] has law, its parameters and range_mm_s, the speeds
@@ -134,20 +116,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let nominal_frames = f64::from(slides.rate.unwrap_or(FrameRate::NOMINAL).nominal_frames());
     let names: Vec<String> = arguments.data.iter().map(|path| path.display().to_string()).collect();
     let names = names.join(", ");
-    let kinds = match arguments.law {
-        Laws::Published => vec![LawKind::Published],
-        Laws::Physical => vec![LawKind::Physical],
-        Laws::Both => vec![LawKind::Published, LawKind::Physical],
-    };
-    let fits = kinds.into_iter().map(|kind| Fit::new(kind, &slides, &names)).collect::<Result<Vec<_>, _>>()?;
+    let fit = Fit::new(&slides, &names)?;
     if let (Some(path), Some(format)) = (&arguments.plot, format) {
-        outputs.write(path, format.encode(&figure(&fits, &slides))?)?;
+        outputs.write(path, format.encode(&figure(&fit, &slides))?)?;
         note(format_args!("drawn to {}", path.display()));
     }
-    let best = fits.iter().min_by(|a, b| a.line.deviation.total_cmp(&b.line.deviation));
-    if let (Some(path), Some(best)) = (&arguments.output, best) {
-        outputs.write(path, table(best, &slides, &names, config.as_ref()))?;
-        note(format_args!("law \"{}\" written to {}", best.kind.name(), path.display()));
+    if let Some(path) = &arguments.output {
+        outputs.write(path, table(&fit, &slides, &names, config.as_ref()))?;
+        note(format_args!("law written to {}", path.display()));
         if config.is_none() {
             note(format_args!(
                 "{} has no threshold: use it with the threshold that the durations were found with, or give --config",
@@ -156,28 +132,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         }
     }
     let mut out = super::output::stdout();
-    if !arguments.json {
+    if arguments.json {
+        writeln!(out, "{}", as_json(&fit, &slides, nominal_frames))?;
+    } else {
         writeln!(out, "{}", in_words(&slides))?;
-    }
-    for fit in &fits {
-        if arguments.json {
-            writeln!(out, "{}", as_json(fit, &slides, nominal_frames))?;
-        } else {
-            write!(out, "{}", text(fit, nominal_frames))?;
-        }
+        write!(out, "{}", text(&fit, nominal_frames))?;
     }
     Ok(out.flush()?)
 }
 
-/// Draws the durations, the laws and the residuals.
-fn figure<'f>(fits: &'f [Fit], slides: &Slides) -> String {
+/// Draws the durations, the law and the residuals.
+fn figure(fit: &Fit, slides: &Slides) -> String {
     let slides: Vec<_> = slides.used.iter().map(|slide| [slide.speed_mm_s, slide.frames]).collect();
-    let plain = |fit: &'f Fit| SpeedFit {
-        name: fit.kind.name(),
+    let fit = SpeedFit {
+        name: "published",
         formula: format!("{}, R² {:.4}", fit.words(), fit.line.r2),
-        law: move |mm_s| fit.frames(mm_s),
+        law: |mm_s| fit.frames(mm_s),
     };
-    SpeedFits { slides: &slides, fits: &fits.iter().map(plain).collect::<Vec<_>>() }.draw()
+    SpeedFits { slides: &slides, fits: &[fit] }.draw()
 }
 
 /// Returns the slowest and the fastest speed of the slides.
@@ -200,29 +172,16 @@ fn in_words(slides: &Slides) -> String {
     words.join("; left out: ")
 }
 
-/// Returns the names of the intercept and the slope, each with its sign.
-fn parameters(kind: LawKind) -> [(&'static str, f64); 2] {
-    match kind {
-        LawKind::Published => [("intercept", 1.0), ("slope", -1.0)],
-        LawKind::Physical => [("afterglow_frames", 1.0), ("track_mm", 1.0)],
-    }
-}
-
 fn text(fit: &Fit, nominal_frames: f64) -> String {
     let line = &fit.line;
-    let [(intercept, _), (slope, sign)] = parameters(fit.kind);
-    let law = format!("{}: {}, R² {:.4}\n", fit.kind.name(), fit.words(), line.r2);
+    let law = format!("published: {}, R² {:.4}\n", fit.words(), line.r2);
     let parameters = format!(
-        "  {intercept} {:.3} ± {:.3}, {slope} {:.3} ± {:.3} (standard errors); durations deviate by {:.2} frames\n",
-        line.intercept,
-        line.intercept_error,
-        sign * line.slope,
-        line.slope_error,
-        line.deviation
+        "  intercept {:.3} ± {:.3}, slope {:.3} ± {:.3} (standard errors); durations deviate by {:.2} frames\n",
+        line.intercept, line.intercept_error, -line.slope, line.slope_error, line.deviation
     );
     let read = match fit.speed_error {
         Some(error) => format!("  speeds that it reads off these durations are off by {:.1} % (rms)\n", 100.0 * error),
-        None => "  it has no speed for some of these durations, which are shorter than its afterglow\n".into(),
+        None => "  it has no speed for some of these durations\n".into(),
     };
     let answers = fit.answers(nominal_frames).map_or_else(String::new, |[slowest, fastest]| {
         format!("  it can answer {slowest:.0} to {fastest:.0} mm/s; outside what it was fitted on it is extrapolated\n")
@@ -232,10 +191,13 @@ fn text(fit: &Fit, nominal_frames: f64) -> String {
 
 fn as_json(fit: &Fit, slides: &Slides, nominal_frames: f64) -> serde_json::Value {
     let line = &fit.line;
-    let [(intercept, _), (slope, sign)] = parameters(fit.kind);
-    let mut value = json!({
+    json!({
         "kind": "fit",
-        "law": fit.kind.name(),
+        "law": "published",
+        "intercept": line.intercept,
+        "intercept_error": line.intercept_error,
+        "slope": -line.slope,
+        "slope_error": line.slope_error,
         "r2": line.r2,
         "deviation_frames": line.deviation,
         "speed_error": fit.speed_error,
@@ -246,30 +208,23 @@ fn as_json(fit: &Fit, slides: &Slides, nominal_frames: f64) -> serde_json::Value
         "left_out": {
             "no_speed": slides.no_speed, "no_duration": slides.no_duration, "unreliable": slides.unreliable,
         },
-    });
-    value[intercept] = line.intercept.into();
-    value[format!("{intercept}_error")] = line.intercept_error.into();
-    value[slope] = (sign * line.slope).into();
-    value[format!("{slope}_error")] = line.slope_error.into();
-    value
+    })
 }
 
 /// Returns the table of the configuration, in the 32 bits that the core works with.
 fn table(fit: &Fit, slides: &Slides, names: &str, config: Option<&Config>) -> String {
     let [slowest, fastest] = range(slides);
     let line = &fit.line;
-    let [(intercept, _), (slope, sign)] = parameters(fit.kind);
     // The range is rounded outwards, so that it holds every speed of the slides.
     let (slowest, fastest) = (below(slowest), -below(-fastest));
     let names = names.replace(|character: char| character.is_control(), " ");
     let table = format!(
-        "# wstac fit-speed {names}: {}\n# R² {:.4}, durations deviate by {:.2} frames\n[speed]\nlaw = \"{}\"\n{intercept} = {}\n{slope} = {}\nrange_mm_s = [{slowest}, {fastest}]\n",
+        "# wstac fit-speed {names}: {}\n# R² {:.4}, durations deviate by {:.2} frames\n[speed]\nlaw = \"published\"\nintercept = {}\nslope = {}\nrange_mm_s = [{slowest}, {fastest}]\n",
         in_words(slides),
         line.r2,
         line.deviation,
-        fit.kind.name(),
-        line.intercept as f32,
-        (sign * line.slope) as f32,
+        fit.law.intercept,
+        fit.law.slope,
     );
     let threshold = config.map_or_else(String::new, |config| {
         let on = match config.speed.threshold_on {
@@ -300,17 +255,15 @@ mod tests {
         };
         let slides = Slides { used: (0..9).map(slide).collect(), no_duration: 2, ..Slides::default() };
         let with = Config::parse("[speed]\nthreshold = 0.03\nthreshold_on = \"above_baseline\"").unwrap();
-        for kind in [LawKind::Published, LawKind::Physical] {
-            let fit = Fit::new(kind, &slides, "it").unwrap();
-            let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
-            let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
-            assert_eq!(config.speed.law(), Some(fit.law), "{text}");
-            assert!((config.speed.threshold - 0.03).abs() < 1e-12, "{text}");
-            assert_eq!(config.speed.threshold_on, ThresholdOn::AboveBaseline, "{text}");
-            let speed = config.durations(FrameRate::NOMINAL).unwrap();
-            for (mm_s, extrapolated) in [(80.0, true), (80.1, false), (186.5, false), (186.6, true)] {
-                assert_eq!(speed.marked(mm_s).extrapolated, extrapolated, "{mm_s}: {text}");
-            }
+        let fit = Fit::new(&slides, "it").unwrap();
+        let text = table(&fit, &slides, "a.npz\n[trigger]", Some(&with));
+        let config = Config::parse(&text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert_eq!(config.speed.law(), Some(fit.law), "{text}");
+        assert!((config.speed.threshold - 0.03).abs() < 1e-12, "{text}");
+        assert_eq!(config.speed.threshold_on, ThresholdOn::AboveBaseline, "{text}");
+        let speed = config.durations(FrameRate::NOMINAL).unwrap();
+        for (mm_s, extrapolated) in [(80.0, true), (80.1, false), (186.5, false), (186.6, true)] {
+            assert_eq!(speed.marked(mm_s).extrapolated, extrapolated, "{mm_s}: {text}");
         }
     }
 }

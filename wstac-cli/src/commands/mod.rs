@@ -19,15 +19,16 @@ mod plot;
 mod record;
 mod records;
 mod recover;
+mod removed;
 mod run;
 mod scene;
 #[cfg(feature = "serve")]
 mod serve;
-mod shards;
 pub(crate) mod signals;
 mod source_arguments;
 mod trade;
 mod train;
+mod units;
 mod view;
 
 use std::ffi::OsString;
@@ -193,7 +194,9 @@ fn refuse(error: &clap::Error) -> ExitCode {
             _ => ExitCode::SUCCESS,
         };
     }
-    let wrong = Arguments::try_parse_from(shown_arguments()).err().filter(clap::Error::use_stderr).map(with_suggestion);
+    let given: Vec<_> = shown_arguments().skip(1).collect();
+    let wrong = Arguments::try_parse_from(shown_arguments()).err().filter(clap::Error::use_stderr);
+    let wrong = wrong.map(|error| removed::answer(&error, &given).unwrap_or_else(|| with_suggestion(error)));
     let unshown = match error.kind() {
         ErrorKind::InvalidUtf8 => "an argument is not UTF-8, expected UTF-8 except in names of files",
         _ => "wrong arguments, expected those of wstac --help",

@@ -219,8 +219,7 @@ Meaning of the answers:
   Its speed law was fitted from 100 to 200 mm/s at 30 frames per second,
   for specimens of the published length (105 mm in the simulation).
   Answers outside are marked "extrapolated" and may be far off. For
-  another length, set law = "physical", and track_mm to the specimen's
-  length plus 16 mm, the span of the whiskers.
+  another length, fit the law to its slides (wstac fit-speed).
 
 Output to a file or as a table:
   -o slide.jsonl, slide.csv or slide.txt says the form by its name, and
@@ -306,8 +305,7 @@ Output with --json, one object per line (wrapped here):
               no names.
               Both are null for a model that does not tell.
               --samples adds "sample": 10 lists of 70 numbers like "f".
-              With law = "published" or "physical" the fields from
-              "touch_frame" to "contact" are missing, "time_ns" is the
+              With law = "published" the fields from "touch_frame" to "contact" are missing, "time_ns" is the
               time of "frame", "speed" has
               "extrapolated" and "direction" has "confidence" instead of
               "sd", and "speed_at_most" is an upper bound of the speed

@@ -2,12 +2,13 @@
 
 mod choose;
 mod fade;
-mod shard;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::files::Outputs;
 use super::output::{Stop, note};
+use super::units;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -70,19 +71,13 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "M4F", conflicts_with_all = ["verify", "fade"])]
     core: Core,
 
-    /// Make only shard K of N of the sweep, and write it to the file -o
+    /// Run only the settings from number A on, and below number B
     ///
-    /// wstac trade --merge puts all N shards together. A shard that is already there, and whole, stays.
-    #[arg(long, value_name = "K/N", value_parser = super::shards::numbers, requires = "output",
-        conflicts_with_all = ["map", "budget", "verify", "fade", "prices", "merge", "no_times"])]
-    shard: Option<[u32; 2]>,
-
-    /// Merge all shards of a sweep, in any order
-    ///
-    /// The results are those of one process. Times are of this machine.
-    #[arg(long, value_name = "SHARD", num_args = 1..,
-        conflicts_with_all = ["map", "budget", "verify", "fade", "slides", "quick", "models", "config"])]
-    merge: Vec<PathBuf>,
+    /// A setting is a format, stride, logarithm and law; the first has number 0. The results are map.csv and base.toml.
+    /// Rows of all parts, in order, are those of the whole map.csv.
+    #[arg(long, value_name = "A..B", value_parser = units::range, requires = "output",
+        conflicts_with_all = ["map", "budget", "verify", "fade", "prices", "core"])]
+    units: Option<Range<u32>>,
 
     /// Leave out the times on this machine
     ///
@@ -168,10 +163,10 @@ Examples:
       digit; also print the result on other sensors
   wstac trade -o found
       run the whole sweep, which takes minutes
-  wstac trade --shard 1/2 -o 1.shard
-  wstac trade --shard 2/2 -o 2.shard
-  wstac trade --merge 1.shard 2.shard -o found
-      run it in parts, on any number of machines (docs/MANY.md)
+  wstac trade --units 0..126 -o 0
+  wstac trade --units 126..252 -o 126
+      run it in parts, on any number of machines; the rows of map.csv
+      of all parts, in order, are the map (docs/MANY.md)
   wstac trade --quick --model my.wsm -o found
   wstac trade --budget 'frames<=40' --map found/map.csv -o early
   wstac trade --map kept -o map.pdf
@@ -192,19 +187,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.fade {
         return fade::fade(arguments, &config);
     }
-    if let Some(numbers) = arguments.shard {
-        return shard::make(arguments, numbers, &config);
+    if let Some(units) = &arguments.units {
+        return part(arguments, units, &config);
     }
     match figure {
         Some((path, _)) => outputs(arguments).check([path])?,
         None => check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?,
     }
-    let (prices, (_, mut base)) = (prices(arguments)?, base(arguments)?);
-    let (rows, models) = if !arguments.merge.is_empty() {
-        let merged = shard::merged(arguments)?;
-        base = merged.base;
-        (merged.rows, merged.models)
-    } else if let Some(path) = &arguments.map {
+    let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
+    let (rows, models) = if let Some(path) = &arguments.map {
         let mut rows = read(path)?;
         let models = of_rows(&rows)?;
         if arguments.times {
@@ -213,7 +204,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         (rows, models)
     } else {
         let models = models(&arguments.models)?;
-        (swept(arguments, &config, &models)?, models)
+        (swept(arguments, &config, &models, &Setting::all())?, models)
     };
     let (pareto, parameters) =
         (table::pareto(&rows, &prices, arguments.core), ablation::one_at_a_time(&rows, &prices, arguments.core));
@@ -222,15 +213,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some((path, format)) = figure {
         outputs(arguments).write(path, format.encode(&draw())?)?;
     } else if let Some(folder) = &arguments.output {
-        std::fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
-        let outputs = outputs(arguments);
+        let outputs = write_map(arguments, folder, &rows, &base)?;
         write(&outputs, folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
         write(&outputs, folder, "trade.md", &text)?;
         write(&outputs, folder, "trade.svg", &draw())?;
-        write(&outputs, folder, "map.csv", &map::write(&rows))?;
-        write(&outputs, folder, BASE, &base)?;
     }
     print(&text)
+}
+
+/// Runs some of the settings, and writes their rows of the map.
+fn part(arguments: &Arguments, units: &Range<u32>, config: &Config) -> Result<(), Stop> {
+    check_new_all(arguments, &["map.csv", BASE])?;
+    let (settings, models) = (Setting::all(), models(&arguments.models)?);
+    let units = units::chosen(Some(units), settings.len(), "settings")?;
+    let rows = swept(arguments, config, &models, &settings[units.start as usize..units.end as usize])?;
+    // The option needs an output.
+    let folder = arguments.output.as_deref().unwrap_or(Path::new("."));
+    write_map(arguments, folder, &rows, &base(arguments)?.1)?;
+    Ok(())
+}
+
+/// Writes a map and its configuration to a folder, and returns what else may be written there.
+fn write_map(arguments: &Arguments, folder: &Path, rows: &[Row], base: &str) -> Result<Outputs, Error> {
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+    let outputs = outputs(arguments);
+    write(&outputs, folder, "map.csv", &map::write(rows))?;
+    write(&outputs, folder, BASE, base)?;
+    Ok(outputs)
 }
 
 /// Ends the program if options of a sweep are given with options that run nothing.
@@ -292,7 +301,7 @@ fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
 fn outputs(arguments: &Arguments) -> Outputs {
     let base = arguments.map.as_ref().map(|map| map.with_file_name(BASE));
     let outputs = Outputs::new(arguments.force).reading(&arguments.models).reading(&arguments.config);
-    outputs.reading(&arguments.merge).reading(&arguments.map).reading(&base).reading(&arguments.prices)
+    outputs.reading(&arguments.map).reading(&base).reading(&arguments.prices)
 }
 
 /// Returns the name and the text of the configuration of a sweep: everything that the study does not vary.
@@ -329,20 +338,22 @@ fn of_each(arguments: &Arguments) -> u32 {
     if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) }
 }
 
-/// Runs every setting, and then measures its time.
-fn swept(arguments: &Arguments, config: &Config, models: &[Candidate]) -> Result<Vec<Row>, Error> {
-    let (settings, slides) = (Setting::all(), slides(of_each(arguments)));
+/// Runs these settings, and then measures their times unless they are left out.
+fn swept(
+    arguments: &Arguments,
+    config: &Config,
+    models: &[Candidate],
+    settings: &[Setting],
+) -> Result<Vec<Row>, Error> {
+    let slides = slides(of_each(arguments));
     let (all, every, count) = (slides.len(), settings.len(), models.len());
     note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
-    let plan = Plan { config, settings: &settings, models, slides: &slides, light: 1.0 };
+    let plan = Plan { config, settings, models, slides: &slides, light: 1.0 };
     let mut rows = rows(&plan, &sweep::run(&plan)?);
-    timed(arguments, &mut rows, models, config)?;
+    if !arguments.no_times {
+        host::measure(&mut rows, models, config)?;
+    }
     Ok(rows)
-}
-
-/// Measures the times of rows, unless they are left out.
-fn timed(arguments: &Arguments, rows: &mut [Row], models: &[Candidate], config: &Config) -> Result<(), Error> {
-    if arguments.no_times { Ok(()) } else { host::measure(rows, models, config) }
 }
 
 /// Returns the map of an earlier sweep, or the one that comes with the program.

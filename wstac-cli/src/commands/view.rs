@@ -48,10 +48,6 @@ pub(super) struct Arguments {
     #[arg(long)]
     fast: bool,
 
-    /// Start a file or a scene again at its end
-    #[arg(long = "loop")]
-    repeats: bool,
-
     /// Name of the first recording
     ///
     /// Later recordings are FILE-2.mcap and so on. By default, the names are wstac-1.mcap, wstac-2.mcap and so on.
@@ -92,7 +88,7 @@ Several sensors:
   on a narrow one, each with its state, motion and last event, and with
   taxels, traces and picture if there is room. The first line counts the
   sensors that have no room: Tab and the digits show them.
-  All files and scenes are on one time line: seek, step, pause and --loop
+  All files and scenes are on one time line: seek, step, and pause
   move all of them. The sensors of one recording keep the distances of
   their times; other files start together. A step is a frame of the
   sensor that is shown alone, or of the first one. z is for the sensor
@@ -177,7 +173,7 @@ fn watch(source: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
     if let Some(path) = arguments.record.as_ref().filter(|path| path.symlink_metadata().is_ok()) {
         return Err(Error::new(ErrorKind::AlreadyExists, path.display(), "exists already, expected a new file").into());
     }
-    let can_reopen = can_reopen(source, arguments)?;
+    let can_reopen = can_reopen(source);
     let live = is_camera(source);
     let name = source;
     let (mut source, info, config) =
@@ -193,7 +189,7 @@ fn watch(source: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
         let processor = processor(&info)?;
         Ok((source, processor))
     };
-    let options = view::Options { live, fast: arguments.fast, repeats: arguments.repeats };
+    let options = view::Options { live, fast: arguments.fast, repeats: false };
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&info, &config, Labels::default(), models);
     let mut recordings = Recordings::new(about, arguments.record.clone(), text_of);
@@ -207,11 +203,10 @@ fn watch(source: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
 
 /// Shows a board.
 fn watch_board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<(), Stop> {
-    let Arguments { config, models, fast, repeats, record, options, .. } = arguments;
+    let Arguments { config, models, fast, record, options, .. } = arguments;
     options.expect_none(source)?;
-    if config.is_some() || !models.is_empty() || *fast || *repeats || record.is_some() {
-        let message =
-            "is a board, expected no --config, --model, --fast, --loop or --record: its firmware has the first two";
+    if config.is_some() || !models.is_empty() || *fast || record.is_some() {
+        let message = "is a board, expected no --config, --model, --fast or --record: its firmware has the first two";
         return Err(Error::new(ErrorKind::Usage, source.display(), message).into());
     }
     let mut port = Port::open(port, arguments.baud)?;
@@ -221,17 +216,9 @@ fn watch_board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<()
 }
 
 /// Returns whether a source can be read again from its start: a scene, a file or a folder.
-///
-/// # Errors
-/// It cannot, and is to be read again and again.
-fn can_reopen(source: &OsStr, arguments: &Arguments) -> Result<bool, Error> {
+fn can_reopen(source: &OsStr) -> bool {
     let is_scene = source.as_encoded_bytes().starts_with(b"scene:");
-    let can = is_scene || Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir());
-    if arguments.repeats && !can {
-        let message = "can be read once, expected a file or a scene with --loop";
-        return Err(Error::new(ErrorKind::Usage, source.display(), message));
-    }
-    Ok(can)
+    is_scene || Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir())
 }
 
 /// Returns what was seen of a sensor.

@@ -470,15 +470,13 @@ typedef struct WstacFwTrigger {
   WstacFwBool one_event_per_touch;
 } WstacFwTrigger;
 
-/// The law from a duration to a speed: `[speed]` of a configuration file with `law = "published"` or `"physical"`.
+/// The law from a duration D, in frames at 30 per second, to a speed v in mm/s: D = intercept - slope log10 v. It is
+/// `[speed]` of a configuration file with `law = "published"`.
 typedef struct WstacFwSpeedLaw {
-  /// Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
-  /// in frames at 30 per second.
-  WstacFwBool physical;
-  /// The intercept in frames; with `physical` the track in mm.
-  float intercept_or_track;
-  /// The slope in frames per decade; with `physical` the afterglow in frames.
-  float slope_or_afterglow;
+  /// The intercept in frames.
+  float intercept;
+  /// The slope in frames per decade, above 0.
+  float slope;
   /// The threshold: a frame is lit if a row or column is brighter than this fraction of full scale. It is above 0 and
   /// at most 5.
   double threshold;
@@ -856,13 +854,11 @@ WstacFwStatus wstac_fw_trigger_defaults(struct WstacFwTrigger *trigger);
 /// `pipeline` is null or a pipeline's memory; `trigger` is null or a trigger.
 WstacFwStatus wstac_fw_set_trigger(struct WstacFwPipeline *pipeline, const struct WstacFwTrigger *trigger);
 
-/// Writes the default law of durations, so that a program can change parts of it. It is the published law, or with `physical`
-/// the physical one.
+/// Writes the published law of durations, so that a program can change parts of it.
 ///
 /// # Safety
 /// `law` is null or memory for it.
-WstacFwStatus wstac_fw_speed_law_defaults(struct WstacFwSpeedLaw *law,
-                                          WstacFwBool physical);
+WstacFwStatus wstac_fw_speed_law_defaults(struct WstacFwSpeedLaw *law);
 
 /// Sets the law of durations, which wstac_fw_speed answers by, of a pipeline that has not had a frame.
 ///

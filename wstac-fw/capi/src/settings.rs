@@ -4,8 +4,8 @@
 use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::features::Floor;
 use wstac_core::params::{
-    AFTERGLOW_FRAMES, DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FASTEST_FITTED,
-    SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, TRACK_LENGTH, VALID_THRESHOLD,
+    DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FASTEST_FITTED, SLOWEST_FITTED,
+    SPEED_INTERCEPT, SPEED_SLOPE, VALID_THRESHOLD,
 };
 use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::trigger::{Rule, TriggerConfig};
@@ -35,16 +35,14 @@ pub struct WstacFwTrigger {
     pub one_event_per_touch: WstacFwBool,
 }
 
-/// The law from a duration to a speed: `[speed]` of a configuration file with `law = "published"` or `"physical"`.
+/// The law from a duration D, in frames at 30 per second, to a speed v in mm/s: D = intercept - slope log10 v. It is
+/// `[speed]` of a configuration file with `law = "published"`.
 #[repr(C)]
 pub struct WstacFwSpeedLaw {
-    /// Whether the law is the physical one: D = 30 track / v + afterglow instead of D = intercept - slope log10 v. D is
-    /// in frames at 30 per second.
-    pub physical: WstacFwBool,
-    /// The intercept in frames; with `physical` the track in mm.
-    pub intercept_or_track: f32,
-    /// The slope in frames per decade; with `physical` the afterglow in frames.
-    pub slope_or_afterglow: f32,
+    /// The intercept in frames.
+    pub intercept: f32,
+    /// The slope in frames per decade, above 0.
+    pub slope: f32,
     /// The threshold: a frame is lit if a row or column is brighter than this fraction of full scale. It is above 0 and
     /// at most 5.
     pub threshold: f64,
@@ -109,32 +107,22 @@ pub unsafe extern "C" fn wstac_fw_set_trigger(
     status(set())
 }
 
-/// Writes the default law of durations, so that a program can change parts of it. It is the published law, or with `physical`
-/// the physical one.
+/// Writes the published law of durations, so that a program can change parts of it.
 ///
 /// # Safety
 /// `law` is null or memory for it.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn wstac_fw_speed_law_defaults(
-    law: *mut WstacFwSpeedLaw,
-    physical: WstacFwBool,
-) -> WstacFwStatus {
-    let defaults = || {
-        let (first, second) =
-            if choice(physical)? { (TRACK_LENGTH, AFTERGLOW_FRAMES) } else { (SPEED_INTERCEPT, SPEED_SLOPE) };
-        let defaults = WstacFwSpeedLaw {
-            physical,
-            intercept_or_track: first,
-            slope_or_afterglow: second,
-            threshold: VALID_THRESHOLD,
-            above_baseline: 0,
-            slowest_mm_s: SLOWEST_FITTED,
-            fastest_mm_s: FASTEST_FITTED,
-        };
-        // SAFETY: the caller guarantees it.
-        unsafe { give(law, defaults) }
+pub unsafe extern "C" fn wstac_fw_speed_law_defaults(law: *mut WstacFwSpeedLaw) -> WstacFwStatus {
+    let defaults = WstacFwSpeedLaw {
+        intercept: SPEED_INTERCEPT,
+        slope: SPEED_SLOPE,
+        threshold: VALID_THRESHOLD,
+        above_baseline: 0,
+        slowest_mm_s: SLOWEST_FITTED,
+        fastest_mm_s: FASTEST_FITTED,
     };
-    status(defaults())
+    // SAFETY: the caller guarantees it.
+    status(unsafe { give(law, defaults) })
 }
 
 /// Sets the law of durations, which wstac_fw_speed answers by, of a pipeline that has not had a frame.
@@ -151,12 +139,7 @@ pub unsafe extern "C" fn wstac_fw_set_speed_law(
         let state = unsafe { fresh(pipeline) }?;
         // SAFETY: the caller guarantees it.
         let keys = unsafe { borrowed(law) }?;
-        let (first, second) = (keys.intercept_or_track, keys.slope_or_afterglow);
-        let law = if choice(keys.physical)? {
-            Law::Physical { track: first, afterglow: second }
-        } else {
-            Law::Published { intercept: first, slope: second }
-        };
+        let law = Law { intercept: keys.intercept, slope: keys.slope };
         let on = if choice(keys.above_baseline)? { ThresholdOn::AboveBaseline } else { ThresholdOn::Absolute };
         let config = SpeedConfig::new(law, keys.threshold, on, state.pipeline.geometry().rate())?;
         state.speed = config.fitted_on(keys.slowest_mm_s, keys.fastest_mm_s)?;

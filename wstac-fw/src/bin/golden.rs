@@ -54,10 +54,6 @@ impl Words<'_> {
         let low = self.u32();
         f64::from_bits(u64::from(low) | u64::from(self.u32()) << 32)
     }
-
-    fn f32(&mut self) -> f32 {
-        f32::from_bits(self.u32())
-    }
 }
 
 #[entry]
@@ -185,11 +181,9 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let (window, multiplier, backtrack) = (words.u32(), words.f64(), words.u32());
     let rule = if words.u32() == 0 { Rule::Literal } else { Rule::Signed };
     let trigger = TriggerConfig::new(window, multiplier, backtrack, rule, words.f64())?;
-    let physical = words.u32() == 1;
     let threshold = words.f64();
     let on = if words.u32() == 0 { ThresholdOn::Absolute } else { ThresholdOn::AboveBaseline };
-    let law = Law::Physical { track: words.f32(), afterglow: words.f32() };
-    let speed = SpeedConfig::new(if physical { law } else { Law::PUBLISHED }, threshold, on, rate)?;
+    let speed = SpeedConfig::new(Law::PUBLISHED, threshold, on, rate)?;
     let trigger = if words.u32() == 0 { trigger } else { trigger.one_event_per_touch() };
     let frames = words.u32();
 

@@ -18,7 +18,6 @@ enum LawName {
     #[default]
     Arrival,
     Published,
-    Physical,
 }
 
 impl LawName {
@@ -26,7 +25,6 @@ impl LawName {
         match self {
             Self::Arrival => "arrival",
             Self::Published => "published",
-            Self::Physical => "physical",
         }
     }
 }
@@ -37,8 +35,7 @@ impl<'de> Deserialize<'de> for LawName {
         match String::deserialize(deserializer)?.as_str() {
             "arrival" => Ok(Self::Arrival),
             "published" | "paper" => Ok(Self::Published),
-            "physical" => Ok(Self::Physical),
-            other => Err(D::Error::unknown_variant(other, &["arrival", "published", "physical"])),
+            other => Err(D::Error::unknown_variant(other, &["arrival", "published"])),
         }
     }
 }
@@ -80,8 +77,6 @@ pub struct SpeedKeys {
     pub threshold_on: ThresholdOn,
     intercept: Option<f32>,
     slope: Option<f32>,
-    track_mm: Option<f32>,
-    afterglow_frames: Option<f32>,
     #[serde(deserialize_with = "whole_if_any")]
     range_mm_s: Option<[f32; 2]>,
 }
@@ -95,8 +90,6 @@ impl Default for SpeedKeys {
             threshold_on: ThresholdOn::default(),
             intercept: None,
             slope: None,
-            track_mm: None,
-            afterglow_frames: None,
             range_mm_s: None,
         }
     }
@@ -107,13 +100,9 @@ impl SpeedKeys {
     pub fn law(&self) -> Option<Law> {
         match self.law {
             LawName::Arrival => None,
-            LawName::Published => Some(Law::Published {
+            LawName::Published => Some(Law {
                 intercept: self.intercept.unwrap_or(params::SPEED_INTERCEPT),
                 slope: self.slope.unwrap_or(params::SPEED_SLOPE),
-            }),
-            LawName::Physical => Some(Law::Physical {
-                track: self.track_mm.unwrap_or(params::TRACK_LENGTH),
-                afterglow: self.afterglow_frames.unwrap_or(params::AFTERGLOW_FRAMES),
             }),
         }
     }
@@ -163,11 +152,8 @@ impl SpeedKeys {
         let range_mm_s = Some(self.range());
         match self.law() {
             None => Self { estimator: self.estimator(), ..self },
-            Some(Law::Published { intercept, slope }) => {
+            Some(Law { intercept, slope }) => {
                 Self { intercept: Some(intercept), slope: Some(slope), range_mm_s, ..self }
-            }
-            Some(Law::Physical { track, afterglow }) => {
-                Self { track_mm: Some(track), afterglow_frames: Some(afterglow), range_mm_s, ..self }
             }
         }
     }
@@ -175,18 +161,17 @@ impl SpeedKeys {
     /// Refuses a parameter of a law that is not in force, because it would silently change nothing.
     pub(super) fn check(&self) -> Result<(), String> {
         let keys = [
-            ("estimator", self.estimator.is_some(), &[LawName::Arrival][..]),
-            ("intercept", self.intercept.is_some(), &[LawName::Published]),
-            ("slope", self.slope.is_some(), &[LawName::Published]),
-            ("track_mm", self.track_mm.is_some(), &[LawName::Physical]),
-            ("afterglow_frames", self.afterglow_frames.is_some(), &[LawName::Physical]),
-            ("range_mm_s", self.range_mm_s.is_some(), &[LawName::Published, LawName::Physical]),
+            ("estimator", self.estimator.is_some(), LawName::Arrival),
+            ("intercept", self.intercept.is_some(), LawName::Published),
+            ("slope", self.slope.is_some(), LawName::Published),
+            ("range_mm_s", self.range_mm_s.is_some(), LawName::Published),
         ];
-        for (key, is_given, laws) in keys {
-            if is_given && !laws.contains(&self.law) {
-                let expected: Vec<String> = laws.iter().map(|law| format!("law = \"{}\"", law.name())).collect();
-                let (law, expected) = (self.law.name(), expected.join(" or "));
-                return Err(format!("[speed] has {key} with law = \"{law}\", expected it with {expected} only"));
+        for (key, is_given, law) in keys {
+            if is_given && law != self.law {
+                let (found, expected) = (self.law.name(), law.name());
+                return Err(format!(
+                    "[speed] has {key} with law = \"{found}\", expected it with law = \"{expected}\" only"
+                ));
             }
         }
         Ok(())

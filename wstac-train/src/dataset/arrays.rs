@@ -6,24 +6,33 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 
 use super::npz::{Dtype, Npz};
-use super::part::Part;
 use super::sweep::Sweep;
+use super::{Facts, Outcome, Sample};
 use wstac_scene::specimen::{Pattern, Specimen};
 use wstac_scene::{Slide, Touch};
 
-/// Writes all samples with their labels, in the order of their slides.
+/// Writes the samples among the outcomes of slides of these numbers with their labels, in the order of the outcomes.
 ///
 /// Every array has an element for each sample, except `scale` and `fps`, which have no dimension.
 ///
 /// # Errors
-/// The part cannot be read, or the file cannot be written.
-pub fn write(file: impl Write + Seek, sweep: &Sweep, part: &Part) -> io::Result<()> {
-    let numbers = part.samples();
-    let n = numbers.len();
-    let slides = || numbers.iter().map(|&number| sweep.slide(number));
+/// The file cannot be written.
+pub fn write(file: impl Write + Seek, sweep: &Sweep, outcomes: &[(u32, Outcome)]) -> io::Result<()> {
+    let samples: Vec<(u32, &Sample, Facts)> = outcomes
+        .iter()
+        .filter_map(|(number, outcome)| match outcome {
+            Outcome::Sample(sample, facts) => Some((*number, &**sample, *facts)),
+            Outcome::NoEvent | Outcome::Incomplete => None,
+        })
+        .collect();
+    let n = samples.len();
+    let slides = || samples.iter().map(|&(number, ..)| sweep.slide(number));
     let mut npz = Npz::new(file);
     npz.array("X", Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
-        numbers.iter().try_for_each(|&number| out.write_all(&part.sample(number)?))
+        samples.iter().try_for_each(|(_, sample, _)| {
+            let bytes = sample.as_flattened().iter().flat_map(|feature| feature.to_le_bytes());
+            out.write_all(&bytes.collect::<Vec<u8>>())
+        })
     })?;
     let scale = 1.0 / f64::from(FEATURE_ONE);
     npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;
@@ -44,14 +53,12 @@ pub fn write(file: impl Write + Seek, sweep: &Sweep, part: &Part) -> io::Result<
         numbers_of(&mut npz, "direction", Dtype::Float64, degrees().map(f64::to_le_bytes))?;
     }
     numbers_of(&mut npz, "seed", Dtype::Uint64, slides().map(|(_, seed)| seed.to_le_bytes()))?;
-    let facts = || numbers.iter().filter_map(|&number| part.facts(number));
+    let facts = || samples.iter().map(|(.., facts)| facts);
     npz.array("reliable", Dtype::Bool, &[n], |out| {
         facts().try_for_each(|facts| out.write_all(&[u8::from(facts.reliable)]))
     })?;
-    npz.array("duration", Dtype::Int64, &[n], |out| {
-        let durations = facts().map(|facts| facts.duration.map_or(-1, i64::from));
-        durations.into_iter().try_for_each(|duration| out.write_all(&duration.to_le_bytes()))
-    })?;
+    let durations = facts().map(|facts| facts.duration.map_or(-1, i64::from).to_le_bytes());
+    numbers_of(&mut npz, "duration", Dtype::Int64, durations)?;
     npz.strings("source", slides().map(|(slide, seed)| source(&slide, seed)))?;
     fps(&mut npz, sweep.rate())?;
     npz.finish().map(drop)

@@ -1,17 +1,15 @@
 //! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
-//! [`sweep`] selects the slides, [`samples`] computes them, and [`part`] stores them meanwhile. [`shard`] has what one
-//! of several processes makes. [`npz`] and [`arrays`] write them for NumPy. [`path`] has random slides and their samples along the path, and [`random`] the file that selects
-//! them. [`recordings`] and [`recorded_arrays`] do the same for recordings.
+//! [`sweep`] selects the slides, and [`samples`] computes them. [`npz`] and [`arrays`] write them for NumPy. [`path`] has
+//! random slides and their samples along the path, and [`random`] the file that selects them. [`recordings`] and
+//! [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;
 pub mod npz;
-pub mod part;
 pub mod path;
 pub mod random;
 pub mod recorded_arrays;
 pub mod recordings;
-pub mod shard;
 pub mod sweep;
 pub mod textures;
 
@@ -26,11 +24,6 @@ use wstac_host::session::Session;
 use wstac_host::source::Source;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
-
-/// Version of the samples that a sweep gives; every change of the samples must raise it.
-///
-/// Half a data set of the old version must not be completed with the new one (a test checks this).
-pub const DATA_VERSION: u32 = 2;
 
 /// A sample in units of 2^-11: ten features over 70 frames.
 pub type Sample = [[i16; SAMPLE_FRAMES]; FEATURES];

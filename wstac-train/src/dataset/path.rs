@@ -3,6 +3,7 @@
 //! Each slide is a scene of its own. Its velocity is the one that the core measures, as on a real sensor.
 
 use std::io::{self, Seek, Write};
+use std::ops::Range;
 
 use rayon::prelude::*;
 use wstac_core::green::gray::Gray;
@@ -106,12 +107,6 @@ pub struct PathSlide {
 }
 
 impl RandomSlides {
-    /// Returns the slide of a number, and its sensor.
-    pub fn slide_of(&self, number: u32) -> (Slide, u32) {
-        let (slide, sensor, _) = self.drawn(number);
-        (slide, sensor)
-    }
-
     /// Returns the slide of a number, its sensor, and its scene.
     fn drawn(&self, number: u32) -> (Slide, u32, SceneConfig) {
         let mut rng = Rng::new(self.seed, 1_000_000 + u64::from(number));
@@ -209,21 +204,21 @@ impl RandomSlides {
     /// # Errors
     /// A scene is not valid.
     pub fn all_while(&self, goes_on: impl Fn() -> bool + Sync) -> Result<Option<Vec<PathSlide>>, Error> {
-        self.some_while(&(0..self.slides).collect::<Vec<_>>(), goes_on, Ok)
+        self.some_while(0..self.slides, goes_on, |slide| slide)
     }
 
     /// Simulates the slides of some numbers as [`all_while`](Self::all_while) does, and returns what `keep` makes of them.
     ///
     /// # Errors
-    /// A scene is not valid, or `keep` fails.
+    /// A scene is not valid.
     pub fn some_while<T: Send>(
         &self,
-        numbers: &[u32],
+        numbers: Range<u32>,
         goes_on: impl Fn() -> bool + Sync,
-        keep: impl Fn(PathSlide) -> Result<T, Error> + Sync,
+        keep: impl Fn(PathSlide) -> T + Sync,
     ) -> Result<Option<Vec<T>>, Error> {
-        let each = numbers.par_iter().with_max_len(16).map(|&number| {
-            let kept = keep(self.slide(number)?)?;
+        let each = numbers.into_par_iter().with_max_len(16).map(|number| {
+            let kept = keep(self.slide(number)?);
             Ok(goes_on().then_some(kept))
         });
         each.collect()

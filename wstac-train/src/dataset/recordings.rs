@@ -4,7 +4,6 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
 use wstac_core::law::EventLaw;
 use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::motion;
@@ -28,7 +27,7 @@ use wstac_host::texture::pattern_and_depth;
 pub use wstac_host::record::labels::{NAMES, check};
 
 /// A part of a recording: what one of its sensors has recorded.
-#[derive(Clone, Debug, Eq, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Eq, PartialEq)]
 pub struct RecordingPart {
     /// The recording.
     pub file: PathBuf,
@@ -82,7 +81,7 @@ impl Recording {
     ///
     /// # Errors
     /// Its labels or its configuration cannot be used.
-    pub(super) fn labeled(part: &RecordingPart, about: &About, config: Option<Config>) -> Result<Self, Error> {
+    fn labeled(part: &RecordingPart, about: &About, config: Option<Config>) -> Result<Self, Error> {
         let name = part.name();
         let own = || Config::parse(&about.configuration).map_err(|error| error.about(&name));
         let config = config.map_or_else(own, Ok)?;
@@ -91,11 +90,6 @@ impl Recording {
         part.file.clone_into(&mut recording.file);
         recording.sensor = recording.sensor.or_else(|| part.sensor.clone());
         Ok(recording)
-    }
-
-    /// Returns its description.
-    pub(super) fn about(&self) -> &About {
-        &self.about
     }
 
     /// Returns the samples along the path that a model of this input takes, one for each event; `None` for an event
@@ -181,6 +175,14 @@ pub fn parts(files: Vec<PathBuf>) -> Vec<RecordingPart> {
         }
     }
     found
+}
+
+/// Reads the labels and the description of a recording, without its samples.
+///
+/// # Errors
+/// The recording cannot be read, or its labels cannot be used.
+pub fn read_labels(part: &RecordingPart, config: Option<&Config>) -> Result<Recording, Error> {
+    Recording::labeled(part, part.open()?.about(), config.cloned())
 }
 
 /// Reads a recording, or one sensor of a recording of several, with its own configuration unless another is given.

@@ -1,4 +1,4 @@
-//! Speed laws fitted to labeled slides (SPEC §4), by least squares in the duration.
+//! The speed law fitted to labeled slides (SPEC §4), by least squares in the duration.
 
 pub mod data;
 
@@ -12,39 +12,10 @@ use wstac_host::statistics::{Line, rms};
 /// Longest and shortest duration of an event that is not cut off and not a single frame, in frames of its sample.
 pub const DURATIONS: [u8; 2] = [67, 1];
 
-/// The kind of a law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LawKind {
-    /// D = intercept − slope · log10 v.
-    Published,
-    /// D = 30 · track / v + afterglow.
-    Physical,
-}
-
-impl LawKind {
-    /// Returns its name in the configuration.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Published => "published",
-            Self::Physical => "physical",
-        }
-    }
-
-    /// Returns the quantity in which the duration is linear.
-    fn transformed(self, mm_s: f64) -> f64 {
-        match self {
-            Self::Published => mm_s.log10(),
-            Self::Physical => 30.0 / mm_s,
-        }
-    }
-}
-
 /// A fitted law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// The kind of the law.
-    pub kind: LawKind,
-    /// The line through durations over log10 v, or over 30/v.
+    /// The line through durations over log10 v.
     pub line: Line,
     /// The law as the core computes it, in 32 bits.
     pub law: Law,
@@ -55,13 +26,13 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Fits a law to slides; `subject` names their origin.
+    /// Fits the law to slides; `subject` names their origin.
     ///
     /// # Errors
     /// - There are fewer than three different speeds.
     /// - All durations are equal.
     /// - The durations do not fall with speed.
-    pub fn new(kind: LawKind, slides: &Slides, subject: &str) -> Result<Self, Error> {
+    pub fn new(slides: &Slides, subject: &str) -> Result<Self, Error> {
         let wrong = |message: String| Err(Error::new(ErrorKind::Data, subject, message));
         let speeds = slides.speeds().len();
         if speeds < 3 {
@@ -69,51 +40,39 @@ impl Fit {
             let left_out = slides.left_out();
             return wrong(format!("{used} at {speeds} ({left_out} left out), expected at least 3 different speeds"));
         }
-        let points: Vec<_> =
-            slides.used.iter().map(|slide| [kind.transformed(slide.speed_mm_s), slide.frames]).collect();
+        let points: Vec<_> = slides.used.iter().map(|slide| [slide.speed_mm_s.log10(), slide.frames]).collect();
         let Some(line) = Line::fit(&points) else {
             return wrong("all slides last equally long, expected durations that fall with speed".into());
         };
-        let law = match kind {
-            LawKind::Published => Law::Published { intercept: line.intercept as f32, slope: -line.slope as f32 },
-            LawKind::Physical => Law::Physical { track: line.slope as f32, afterglow: line.intercept as f32 },
-        };
-        let falls = if kind == LawKind::Published { line.slope < 0.0 } else { line.slope > 0.0 };
-        if !falls {
-            return wrong(format!("durations do not fall with speed (law {}), expected that they do", kind.name()));
+        if line.slope >= 0.0 {
+            return wrong("durations do not fall with speed, expected that they do".into());
         }
+        let law = Law { intercept: line.intercept as f32, slope: -line.slope as f32 };
         let errors = slides.used.iter().map(|slide| {
             let read = f64::from(law.speed(slide.frames as f32)?);
             Some(read / slide.speed_mm_s - 1.0)
         });
         let speed_error = errors.collect::<Option<Vec<f64>>>().and_then(rms);
-        Ok(Self { kind, line, law, speed_error })
+        Ok(Self { line, law, speed_error })
     }
 
     /// Returns the law in words: frames at 30 per second, v in mm/s.
     pub fn words(&self) -> String {
-        let (sign, rest) =
-            if self.line.intercept < 0.0 { ("−", -self.line.intercept) } else { ("+", self.line.intercept) };
-        match self.kind {
-            LawKind::Published => format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope),
-            LawKind::Physical => format!("D = 30 · {:.2} / v {sign} {rest:.2}", self.line.slope),
-        }
+        format!("D = {:.2} − {:.2} log10 v", self.line.intercept, -self.line.slope)
     }
 
     /// Returns the law's duration for a speed, in frames at 30 per second.
     pub fn frames(&self, mm_s: f64) -> f64 {
-        self.line.intercept + self.line.slope * self.kind.transformed(mm_s)
+        self.line.intercept + self.line.slope * mm_s.log10()
     }
 
     /// Returns the slowest and the fastest speed of the law for an event that is not cut off.
     ///
-    /// Each frame is `nominal_frames` long at 30 per second. A physical law has no speed for events shorter than its
-    /// afterglow. Then the fastest speed is that of the shortest duration above it.
+    /// Each frame is `nominal_frames` long at 30 per second.
     pub fn answers(&self, nominal_frames: f64) -> Option<[f64; 2]> {
         let [longest, shortest] = DURATIONS;
         let at = |frames: u8| self.law.speed((f64::from(frames) * nominal_frames) as f32).map(f64::from);
-        let fastest = (shortest..=longest).find_map(at)?;
-        Some([at(longest)?, fastest])
+        Some([at(longest)?, at(shortest)?])
     }
 }
 
@@ -131,24 +90,24 @@ mod tests {
     #[test]
     fn a_law_is_found_again() {
         let paper = slides(|v| 151.06 - 56.29 * v.log10());
-        let fit = Fit::new(LawKind::Published, &paper, "it").unwrap();
+        let fit = Fit::new(&paper, "it").unwrap();
         assert_eq!(fit.law, Law::PUBLISHED);
         assert!(fit.line.r2 > 1.0 - 1e-12 && fit.line.deviation < 1e-9 && fit.speed_error.unwrap() < 1e-5);
-        // The core's own constants of the physical law are least squares on the paper's.
-        let physical = Fit::new(LawKind::Physical, &paper, "it").unwrap();
-        assert!((physical.line.slope - 113.4).abs() < 0.05, "{physical:?}");
-        assert!((physical.line.intercept - 5.36).abs() < 0.005, "{physical:?}");
-        assert!((physical.frames(150.0) - (30.0 * 113.4 / 150.0 + 5.36)).abs() < 0.02);
+        assert!((fit.frames(150.0) - 28.57).abs() < 0.01, "{fit:?}");
     }
 
     #[test]
-    fn answers_end_where_events_are_cut_off_and_where_the_law_has_its_pole() {
-        let fit = Fit::new(LawKind::Physical, &slides(|v| 3000.0 / v + 5.5), "it").unwrap();
-        let [slowest, fastest] = fit.answers(1.0).unwrap();
-        assert!((slowest - 3000.0 / 61.5).abs() < 1e-3 && (fastest - 3000.0 / 0.5).abs() < 1.0, "{slowest} {fastest}");
+    fn answers_end_where_events_are_cut_off_or_a_single_frame() {
+        let fit = Fit::new(&slides(|v| 150.0 - 50.0 * v.log10()), "it").unwrap();
+        let is_at = |answers: [f64; 2], frames: [f64; 2]| {
+            answers
+                .iter()
+                .zip(frames)
+                .all(|(mm_s, frames)| (mm_s / 10_f64.powf((150.0 - frames) / 50.0) - 1.0).abs() < 1e-5)
+        };
+        assert!(is_at(fit.answers(1.0).unwrap(), [67.0, 1.0]));
         // At 15 frames per second one frame counts as two.
-        let [slowest, fastest] = fit.answers(2.0).unwrap();
-        assert!((slowest - 3000.0 / 128.5).abs() < 1e-3 && (fastest - 3000.0 / 0.5).abs() < 1.0, "{slowest} {fastest}");
+        assert!(is_at(fit.answers(2.0).unwrap(), [134.0, 2.0]));
     }
 
     #[test]
@@ -162,10 +121,8 @@ mod tests {
             (slides(|_| 30.0), "equally long"),
             (slides(|v| v), "do not fall"),
         ] {
-            for kind in [LawKind::Published, LawKind::Physical] {
-                let message = Fit::new(kind, &slides, "it.npz").unwrap_err().to_string();
-                assert!(message.starts_with("it.npz: ") && message.contains(part), "{message}");
-            }
+            let message = Fit::new(&slides, "it.npz").unwrap_err().to_string();
+            assert!(message.starts_with("it.npz: ") && message.contains(part), "{message}");
         }
     }
 }

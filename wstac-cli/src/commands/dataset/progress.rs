@@ -11,38 +11,37 @@ use crate::commands::output::note;
 pub(in crate::commands) struct Progress {
     /// The counted things: slides or recordings.
     what: &'static str,
-    /// The count at the start, and the final count.
-    there: u32,
-    count: u32,
+    /// The final count.
+    count: usize,
     started: Instant,
     /// The time of the last update; `None` if standard error is no terminal.
     said: Option<Instant>,
 }
 
 impl Progress {
-    /// Creates a progress line that starts with `there` of `count`, and prints it at once.
-    pub(in crate::commands) fn new(what: &'static str, there: u32, count: u32) -> Self {
+    /// Creates a progress line that starts with 0 of `count`, and prints it at once.
+    pub(in crate::commands) fn new(what: &'static str, count: usize) -> Self {
         let now = Instant::now();
         let is_terminal = std::io::stderr().is_terminal();
-        let progress = Self { what, there, count, started: now, said: is_terminal.then_some(now) };
+        let progress = Self { what, count, started: now, said: is_terminal.then_some(now) };
         if is_terminal {
-            progress.write(there, "");
+            progress.write(0, "");
         } else {
-            note(format_args!("{there} of {count} {what} done"));
+            note(format_args!("0 of {count} {what} done"));
         }
         progress
     }
 
     /// Updates the line, unless it was updated just now.
-    pub(in crate::commands) fn say(&mut self, done: u32) {
+    pub(in crate::commands) fn say(&mut self, done: usize) {
         let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
-        let each = self.started.elapsed().as_secs_f64() / f64::from(done.saturating_sub(self.there).max(1));
-        let left = (each * f64::from(self.count.saturating_sub(done))).ceil();
+        let each = self.started.elapsed().as_secs_f64() / done.max(1) as f64;
+        let left = (each * self.count.saturating_sub(done) as f64).ceil();
         self.write(done, format_args!(", {left} s left"));
         self.said = said.checked_add(said.elapsed());
     }
 
-    fn write(&self, done: u32, left: impl fmt::Display) {
+    fn write(&self, done: usize, left: impl fmt::Display) {
         let _ = write!(std::io::stderr(), "\r{done} of {} {} done{left}\x1b[K", self.count, self.what);
     }
 }

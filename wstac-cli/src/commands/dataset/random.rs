@@ -1,5 +1,6 @@
 //! `wstac dataset --input path` makes a data set of random slides.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
@@ -7,10 +8,8 @@ use std::sync::atomic::Ordering;
 use wstac_core::model::file::Input;
 
 use super::progress::Progress;
-use super::{Arguments, Ending, finishing, note, number, outputs, pool, write_all};
-use crate::commands::files::Outputs;
+use super::{Arguments, Ending, finishing, note, number, outputs, pool, units, write_all};
 use crate::commands::output::Stop;
-use wstac_host::error::Error;
 use wstac_host::plural::counted;
 use wstac_train::dataset::path::{PathRow, PathSlide, write_split};
 use wstac_train::dataset::random::RandomSweep;
@@ -19,24 +18,13 @@ use wstac_train::dataset::random::RandomSweep;
 pub(super) fn run(arguments: &Arguments, file: Option<&Path>) -> Result<(), Stop> {
     let sweep = sweep(file)?;
     let input: Input = arguments.sample().into();
-    let outputs = outputs(arguments);
-    outputs.check([arguments.output()])?;
-    let numbers: Vec<u32> = (0..sweep.slides.slides).collect();
-    let rows = simulated(&sweep, &numbers, &pool(arguments.threads)?, |slide| Ok(PathRow::of(&slide, input)))?;
-    finish(&outputs, arguments.output(), &sweep, input, &rows)
-}
-
-/// Writes the data set of a sweep.
-pub(super) fn finish(
-    outputs: &Outputs,
-    output: &Path,
-    sweep: &RandomSweep,
-    input: Input,
-    rows: &[PathRow],
-) -> Result<(), Stop> {
+    let (outputs, output) = (outputs(arguments), &arguments.output);
+    outputs.check([output])?;
+    let units = units::chosen(arguments.units.as_ref(), sweep.slides.slides as usize, "slides")?;
+    let rows = simulated(&sweep, units, &pool(arguments.threads)?, |slide| PathRow::of(&slide, input))?;
     without_path(rows.iter().filter(|row| row.sample.is_none()).count(), rows.len());
     let is_for_tests = |sensor| sweep.is_for_tests(sensor);
-    write_all(outputs, output, |file| write_split(file, rows, input, is_for_tests))?;
+    write_all(&outputs, output, |file| write_split(file, &rows, input, is_for_tests))?;
     let tests = rows.iter().filter(|row| sweep.is_for_tests(row.sensor)).count();
     let (path, count) = (output.display(), counted(rows.len(), "slide"));
     note(format_args!("{path}: {count}, {tests} of them on sensors for tests"));
@@ -50,19 +38,19 @@ pub(in crate::commands) fn sweep(file: Option<&Path>) -> Result<RandomSweep, Sto
 
 /// Simulates the slides of a sweep.
 pub(in crate::commands) fn simulate(sweep: &RandomSweep, threads: &rayon::ThreadPool) -> Result<Vec<PathSlide>, Stop> {
-    simulated(sweep, &(0..sweep.slides.slides).collect::<Vec<_>>(), threads, Ok)
+    simulated(sweep, 0..sweep.slides.slides, threads, |slide| slide)
 }
 
 /// Simulates the slides of some numbers, and returns what `keep` makes of each, in order.
-pub(super) fn simulated<T: Send>(
+fn simulated<T: Send>(
     sweep: &RandomSweep,
-    numbers: &[u32],
+    numbers: Range<u32>,
     threads: &rayon::ThreadPool,
-    keep: impl Fn(PathSlide) -> Result<T, Error> + Send + Sync,
+    keep: impl Fn(PathSlide) -> T + Send + Sync,
 ) -> Result<Vec<T>, Stop> {
     finishing(Ending::InTime);
     let signal = number();
-    let progress = Mutex::new((Progress::new("slides", 0, numbers.len() as u32), 0));
+    let progress = Mutex::new((Progress::new("slides", numbers.len()), 0));
     let goes_on = || {
         if let Ok(mut progress) = progress.lock() {
             progress.1 += 1;

@@ -90,7 +90,7 @@ fn open<'a>(
     textures: &Textures,
     start: f64,
 ) -> Result<Opened<'a>, Error> {
-    let (live, can_reopen) = (is_camera(source), can_reopen(source, arguments)?);
+    let (live, can_reopen) = (is_camera(source), can_reopen(source));
     let name = source;
     let (source, info, config) = options.open_configured(name, FramePolicy::Newest, arguments.config.as_deref())?;
     let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
@@ -110,7 +110,7 @@ fn open<'a>(
 /// Shows sensors, and says what was seen of each.
 fn show(sensors: Vec<Sensor<'_>>, arguments: &Arguments) -> Result<(), Stop> {
     let count = sensors.len();
-    let outcomes = run(sensors, arguments.fast, arguments.repeats)?;
+    let outcomes = run(sensors, arguments.fast, false)?;
     let mut failures = 0;
     for Outcome { name, ending, failure } in &outcomes {
         note(format_args!("{name}: {}", counts(ending)));

@@ -1,0 +1,40 @@
+//! What `wstac` no longer has, and what to use instead.
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+/// A command line that was removed, up to the command or option that is gone, and what to use instead.
+///
+/// The table "Removed" of CHANGELOG.md has the same rows, which a test asks `wstac` for.
+const REMOVED: &[(&str, &str)] = &[
+    ("wstac view --loop", "wstac serve --loop FILE plays a file or a scene again and again on a page"),
+    ("wstac fit-speed --law", "wstac fit-speed fits the published law, the only one"),
+    ("wstac dataset --shard", DATASET),
+    ("wstac dataset merge", DATASET),
+    ("wstac trade --shard", TRADE),
+    ("wstac trade --merge", TRADE),
+];
+const DATASET: &str = "wstac dataset --units A..B makes a part, and wstac train and numpy.concatenate take all parts \
+    (docs/MANY.md)";
+const TRADE: &str =
+    "wstac trade --units A..B runs a part, and the rows of map.csv of all parts are the map (docs/MANY.md)";
+
+/// Returns what to use instead of a removed command or option, if that is what clap does not know.
+///
+/// `given` are the arguments of the command line after the program's name.
+pub(super) fn answer(unknown: &clap::Error, given: &[String]) -> Option<clap::Error> {
+    let Some(ContextValue::String(name)) =
+        [ContextKind::InvalidSubcommand, ContextKind::InvalidValue, ContextKind::InvalidArg]
+            .into_iter()
+            .find_map(|kind| unknown.get(kind))
+    else {
+        return None;
+    };
+    let is_asked = |line: &str| {
+        let words: Vec<_> = line.split(' ').skip(1).collect();
+        words.split_last().is_some_and(|(last, before)| {
+            last == name && given.len() > before.len() && given.iter().zip(before).all(|(given, word)| given == word)
+        })
+    };
+    let (line, instead) = REMOVED.iter().find(|(line, _)| is_asked(line))?;
+    Some(super::wrong_arguments(ErrorKind::UnknownArgument, format_args!("{line}: was removed; help: {instead}")))
+}
