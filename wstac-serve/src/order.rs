@@ -36,6 +36,12 @@ pub(crate) enum Action {
     },
     /// Start the doctor's examination.
     Examine {},
+    /// Play a file or a scene, or pause it.
+    Play { on: bool },
+    /// Go forward by so many frames in a file or a scene, or back.
+    Seek { frames: i64 },
+    /// The same, and pause there.
+    Step { frames: i64 },
 }
 
 /// An order for a sensor, and where the reason goes if it is refused.
@@ -127,6 +133,7 @@ mod tests {
         assert!(labels(r#"3 {"order":"record"}"#).is_empty());
         assert_eq!(parse(r#"0 {"order":"use","proposal":4}"#), Ok((0, Action::Use { proposal: 4 })));
         assert_eq!(parse(r#"1 {"order":"examine"}"#), Ok((1, Action::Examine {})));
+        assert_eq!(parse(r#"0 {"order":"step","frames":-1}"#), Ok((0, Action::Step { frames: -1 })));
     }
 
     #[test]
@@ -138,6 +145,7 @@ mod tests {
             ("0", "not known"),
             (r#"0 {"order":"erase"}"#, "unknown variant `erase`"),
             (r#"0 {"order":"use"}"#, "missing field `proposal`"),
+            (r#"0 {"order":"seek","frames":1e30}"#, "invalid type: floating point"),
             (r#"0 {"order":"record","file":"/etc/passwd"}"#, "unknown field `file`"),
             (r#"0 {"order":"calibrate","file":"a.toml"}"#, "unknown field `file`"),
             (r#"0 {"order":"record","labels":{"speed":"fast"}}"#, "label speed is \"fast\", expected mm/s such as 150"),

@@ -121,6 +121,11 @@ impl Jobs {
         }
     }
 
+    /// Returns the configuration in use.
+    pub(crate) fn config(&self) -> &Config {
+        &self.config
+    }
+
     /// Refuses a second job, and a new baseline while a recording is in progress, whose replay would not know of it.
     pub(crate) fn expect_none(&self, is_baseline: bool) -> Result<(), Refusal> {
         let what = match self.job {
