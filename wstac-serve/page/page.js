@@ -104,8 +104,8 @@ class Sensor {
   // Goes back or forth in a file or a scene, or pauses or plays it.
   go(key, factor = 1) {
     const { seconds, frames } = WAYS[key];
-    if (frames) this.tools.order({ order: "step", frames });
-    else if (seconds) this.tools.order({ order: "seek", frames: Math.round(seconds * factor * this.about.rate) });
+    if (frames) this.tools.order({ order: "seek", frames, pause: true });
+    else if (seconds) this.tools.order({ order: "seek", frames: Math.round(seconds * factor * this.about.rate), pause: false });
     else this.tools.order({ order: "play", on: Boolean(this.status?.paused) });
   }
 

@@ -38,10 +38,8 @@ pub(crate) enum Action {
     Examine {},
     /// Play a file or a scene, or pause it.
     Play { on: bool },
-    /// Go forward by so many frames in a file or a scene, or back.
-    Seek { frames: i64 },
-    /// The same, and pause there.
-    Step { frames: i64 },
+    /// Go forward by so many frames in a file or a scene, or back, and perhaps pause there.
+    Seek { frames: i64, pause: bool },
 }
 
 /// An order for a sensor, and where the reason goes if it is refused.
@@ -133,7 +131,10 @@ mod tests {
         assert!(labels(r#"3 {"order":"record"}"#).is_empty());
         assert_eq!(parse(r#"0 {"order":"use","proposal":4}"#), Ok((0, Action::Use { proposal: 4 })));
         assert_eq!(parse(r#"1 {"order":"examine"}"#), Ok((1, Action::Examine {})));
-        assert_eq!(parse(r#"0 {"order":"step","frames":-1}"#), Ok((0, Action::Step { frames: -1 })));
+        assert_eq!(
+            parse(r#"0 {"order":"seek","frames":-1,"pause":false}"#),
+            Ok((0, Action::Seek { frames: -1, pause: false }))
+        );
     }
 
     #[test]

@@ -133,11 +133,11 @@ impl Sensor {
             if starts_again {
                 read = reader.start_again(&mut session);
             }
+            is_good &= read.is_ok();
             if let Err(error) = &read {
                 tell(&error.to_string());
-                is_good = false;
             }
-            if !hub.is_over() && !(starts_again && read.is_ok()) {
+            if !(hub.is_over() || starts_again && read.is_ok()) {
                 reader.end(read.as_ref().err());
             }
             // A calibration may wait for a person's word, and a file or a scene may be read again. Everything else is refused.
@@ -245,12 +245,7 @@ impl Reader<'_> {
             }
             Action::Stop {} => self.jobs.stop(),
             Action::Find {} => self.jobs.find(),
-            Action::Seek { frames } => self.go(frames, session),
-            Action::Step { frames } => {
-                self.go(frames, session)?;
-                self.status.paused = true;
-                Ok(())
-            }
+            Action::Seek { frames, pause } => self.go(frames, session).map(|()| self.status.paused |= pause),
             _ if is_over => Err("the source has ended, expected one that is read".to_owned()),
             Action::Rezero {} => {
                 self.jobs.expect_none(true)?;
@@ -269,10 +264,7 @@ impl Reader<'_> {
             }
             Action::Calibrate {} => self.jobs.calibrate(),
             Action::Examine {} => self.jobs.examine(),
-            Action::Play { on } => {
-                self.status.paused = self.seekable().map(|()| !on)?;
-                Ok(())
-            }
+            Action::Play { on } => self.seekable().map(|()| self.status.paused = !on),
         }
     }
 
@@ -301,7 +293,7 @@ impl Reader<'_> {
     fn start_again(&mut self, session: &mut Session) -> Result<(), Error> {
         let Some(reopen) = &self.reopen else { return Ok(()) };
         let (source, info) = reopen()?;
-        *session = self::session(source, info, self.jobs.config().clone(), self.textures.clone())?;
+        *session = self::session(source, info, self.jobs.config.clone(), self.textures.clone())?;
         let (paused, starts) = (self.status.paused, self.status.starts + 1);
         self.status = Status { phase: "baseline", paused, starts, ..Status::default() };
         (self.zero, self.elapsed, self.target) = (0, Elapsed::default(), None);

@@ -6,10 +6,8 @@
 //! | [`model`] | models of other trainers, written as model files or as Rust |
 //! | [`train`] | linear texture models, trained here |
 //! | [`shard`] | sets that several processes or machines make together |
-//! | [`fit`] | speed laws, fitted to labeled slides |
 
 pub mod dataset;
-pub mod fit;
 pub mod model;
 pub mod shard;
 pub mod train;

@@ -5,8 +5,15 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 /// A command line that was removed, up to the command or option that is gone, and what to use instead.
 ///
 /// The table "Removed" of CHANGELOG.md has the same rows, which a test asks `wstac` for.
-const REMOVED: &[(&str, &str)] =
-    &[("wstac view --loop", "wstac serve --loop FILE plays a file or a scene again and again on a page")];
+const REMOVED: &[(&str, &str)] = &[
+    (
+        "wstac fit-speed",
+        "wstac.fit_speed(data) in Python fits the published speed law, with a figure and a [speed] table",
+    ),
+    ("wstac view --fast", "wstac run FILE reads as fast as possible"),
+    ("wstac view --record", "wstac record writes recordings, as does wstac serve --record-to FOLDER while you watch"),
+    ("wstac view --loop", "wstac serve --loop FILE plays a file or a scene again and again on a page"),
+];
 
 /// Returns what to use instead of a removed command or option, if that is what clap does not know.
 ///

@@ -71,7 +71,7 @@ pub(crate) struct Jobs {
     name: Option<String>,
     /// The stream and the configuration in use.
     info: StreamInfo,
-    config: Config,
+    pub(crate) config: Config,
     job: Option<Job>,
     recorded: Option<Recorded>,
     calibrated: Option<Calibrated>,
@@ -119,11 +119,6 @@ impl Jobs {
             told: Vec::new(),
             failures: 0,
         }
-    }
-
-    /// Returns the configuration in use.
-    pub(crate) fn config(&self) -> &Config {
-        &self.config
     }
 
     /// Refuses a second job, and a new baseline while a recording is in progress, whose replay would not know of it.

@@ -11,7 +11,7 @@ use super::page::{Page, Served};
 const ALL: u64 = 10_000;
 
 fn seek(page: &mut Page, frames: i64) {
-    page.order(&json!({"order": "seek", "frames": frames}));
+    page.order(&json!({"order": "seek", "frames": frames, "pause": false}));
 }
 
 fn until_ended(page: &mut Page) {
@@ -48,7 +48,7 @@ fn a_frame_that_is_gone_back_to_looks_as_it_did() {
     assert_eq!(events.as_array().unwrap().len(), 1, "{events}");
     let mut at = all;
     for (frame, before) in before.iter().rev() {
-        page.order(&json!({"order": "step", "frames": *frame as i64 - at as i64}));
+        page.order(&json!({"order": "seek", "frames": *frame as i64 - at as i64, "pause": true}));
         assert_eq!(until_shown(&mut page, *frame), *before);
         assert_eq!(page.status["paused"], true);
         at = *frame;
@@ -56,7 +56,7 @@ fn a_frame_that_is_gone_back_to_looks_as_it_did() {
     // Another page that comes now sees the same.
     let mut other = served.page();
     assert_eq!(until_shown(&mut other, at), before[0].1);
-    page.order(&json!({"order": "step", "frames": 1}));
+    page.order(&json!({"order": "seek", "frames": 1, "pause": true}));
     page.order(&json!({"order": "play", "on": false}));
     until_shown(&mut page, at + 1);
     seek(&mut page, -1_000_000_000);
@@ -64,7 +64,10 @@ fn a_frame_that_is_gone_back_to_looks_as_it_did() {
     page.order(&json!({"order": "play", "on": true}));
     until_ended(&mut page);
     assert_eq!(shown(&page)[4], events);
-    assert_eq!(page.refusal(&json!({"order": "seek", "frames": 5})), "the source has ended, expected a way back");
+    assert_eq!(
+        page.refusal(&json!({"order": "seek", "frames": 5, "pause": false})),
+        "the source has ended, expected a way back"
+    );
     assert_eq!(served.end().0, 0);
 }
 
@@ -87,7 +90,7 @@ fn what_can_be_read_once_or_is_recorded_has_no_way_back() {
     let served = Served::new(None, &Config::default(), Tools::default());
     let mut page = served.page();
     assert_eq!(page.about["seeks"], false);
-    for order in [json!({"order": "seek", "frames": -1}), json!({"order": "play", "on": false})] {
+    for order in [json!({"order": "seek", "frames": -1, "pause": false}), json!({"order": "play", "on": false})] {
         assert_eq!(page.refusal(&order), "this source can be read once, expected a file or a scene");
     }
     let folder = tempdir().unwrap();
@@ -96,7 +99,7 @@ fn what_can_be_read_once_or_is_recorded_has_no_way_back() {
     served.allow(50);
     page.until_frame(50);
     page.record(&json!({}));
-    let why = page.refusal(&json!({"order": "step", "frames": -1}));
+    let why = page.refusal(&json!({"order": "seek", "frames": -1, "pause": true}));
     assert_eq!(why, "a recording is in progress, expected none: end it first");
     assert_eq!((&page.status["frame"], &page.status["paused"]), (&json!(50), &json!(false)));
     served.allow(60);
