@@ -67,6 +67,30 @@ const [left, right] = [0, 1].map((number) => two.page.locator('.sensor').nth(num
 say('two sensors', [...(await differences(left, event)), ...(await differences(right, eventsOf(OTHER)[0]))]);
 await server.stop();
 
+// Keys and buttons pause a scene and go back and forth in it, and what was shown is shown again.
+server = await serve(SCENE, ...MODEL, '--listen', '127.0.0.1:0');
+const film = await open(browser, server.address, 360, 740, 'light');
+await ended(film.page, 1);
+const frameIs = (frame) =>
+  film.page.waitForFunction((frame) => document.querySelector('dd.frame').textContent === String(frame), frame, { timeout: LIMIT_MS });
+const frames = Number(await film.page.locator('dd.frame').textContent());
+const rows = () => film.page.locator('tr[data-kind=event]').count();
+await film.page.keyboard.press(',');
+await frameIs(frames - 1);
+const problems = (await film.page.locator('.phase').textContent()) === 'paused' ? [] : ['a step does not pause'];
+await film.page.getByRole('button', { name: '−1 s' }).click();
+await frameIs(frames - 31);
+if ((await rows()) !== 1) problems.push('the event is not there before the end');
+await film.page.keyboard.press('.');
+await frameIs(frames - 30);
+await film.page.keyboard.press('0');
+await frameIs(1);
+if ((await rows()) !== 0) problems.push('the event is there at the start');
+await film.page.getByRole('button', { name: 'Play' }).click();
+await ended(film.page, 1);
+say('a way back and forth', [...problems, ...(await differences(film.page.locator('.sensor'), event)), ...film.errors]);
+await server.stop();
+
 await tools(browser);
 
 await browser.close();

@@ -129,7 +129,6 @@ fn names_and_contents_of_files_never_control_the_terminal() {
         &["recover", FORGED, "-o", "a.mcap"],
         &["calibrate", FORGED, "-o", "a.toml"],
         &["dataset", FORGED, "-o", "a.npz"],
-        &["fit-speed", FORGED],
         &["model", "import", FORGED, "-o", "a.wsm"],
         &["model", "inspect", FORGED],
         &["model", "eval", FORGED, "a.npz"],
@@ -178,7 +177,6 @@ fn names_and_contents_of_files_never_control_the_terminal() {
     check(&["record", "scene:Saw3@150", "--guide", "plan.toml", "-o", "files"], r"\u{1b}]52");
     // Members of an archive, and strings of ONNX.
     folder.file("a.npz", archive(&format!("{FORGED}.npy")));
-    check(&["fit-speed", "a.npz"], r"\u001b]52");
     check(&["model", "eval", "builtin:svm", "a.npz"], r"\u001b]52");
     check(&["train", "a.npz", "-o", "a.wsm"], "a.npz");
     check(&["model", "learn", "builtin:embedding", "a.npz", "-o", "a.wsm"], r"\u001b]52");

@@ -9,7 +9,7 @@ use wstac_tests::command::{good, said, wstac};
 use wstac_tests::folder::Folder;
 
 /// Commands and the ending of the output that stands for `OUT`.
-const COMMANDS: [(&str, &str); 17] = [
+const COMMANDS: [(&str, &str); 15] = [
     ("run scene:Saw3@150 -o OUT", ".jsonl"),
     ("run scene:Saw3@150 -o OUT", ".csv"),
     ("record scene:Saw3@150 -o OUT", ".mcap"),
@@ -24,8 +24,6 @@ const COMMANDS: [(&str, &str); 17] = [
     ("trade --map map.csv -o OUT", ".svg"),
     ("trade --budget M4F<60k -o OUT", ""),
     ("doctor scene:Saw3@150 --report OUT", ".html"),
-    ("fit-speed a.npz -o OUT", ".toml"),
-    ("fit-speed a.npz --plot OUT", ".svg"),
     ("train a.npz --input frames -o OUT", ".wsm"),
 ];
 

@@ -57,7 +57,6 @@ fn names_of_files_need_not_be_utf_8() {
         ("record scene:@.scene.toml --guide @.plan.toml -o @.files", 0),
         ("dataset @.mcap -o @.npz", 0),
         ("dataset @.sweep.toml -o @.slides.npz", 0),
-        ("fit-speed @.slides.npz -o @.speed.toml --plot @.fit.svg", 0),
         ("model import @.onnx -o @.forest.wsm", 0),
         ("model inspect @.wsm", 0),
         ("model eval @.wsm @.slides.npz", 0),

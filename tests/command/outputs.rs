@@ -62,8 +62,6 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
     ),
     (&["calibrate", "a.mcap", "-o", "OUT"], &["a.mcap"]),
     (&["calibrate", "a.mcap", "-o", "new.toml", "--overlay", "OUT"], &["a.mcap"]),
-    (&["fit-speed", "a.npz", "--config", "wstac.toml", "-o", "OUT"], &["a.npz", "wstac.toml"]),
-    (&["fit-speed", "a.npz", "--plot", "OUT.svg"], &["a.npz"]),
     (&["scene", "render", "scene.toml", "-o", "OUT.y4m"], &["scene.toml"]),
     (
         &["trade", "--map", "map.csv", "--prices", "prices.json", "-o", "OUT.svg"],
@@ -142,7 +140,7 @@ fn two_outputs_have_two_names() {
     let folder = Folder::new("outputs-two");
     inputs(&folder);
     let mut process = Command::new(wstac());
-    process.args(["fit-speed", "a.npz", "-o", "fit.svg", "--plot", "./fit.svg"]).current_dir(&folder.0);
+    process.args(["run", "a.mcap", "-o", "a.jsonl", "--save-raw", "./a.jsonl"]).current_dir(&folder.0);
     let done = process.output().unwrap();
     assert!(said(&done).contains("is the name of two outputs"), "{}", said(&done));
 }

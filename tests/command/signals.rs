@@ -242,7 +242,6 @@ fn opening_a_pipe_never_blocks_for_good() {
     for command in [
         &["recover", mcap, "-o", &path("new.mcap")][..],
         &["dataset", mcap, "-o", &path("new.npz")],
-        &["fit-speed", npz],
         &["model", "eval", "builtin:svm", npz],
         &["run", &pictures],
     ] {

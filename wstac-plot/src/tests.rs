@@ -227,27 +227,6 @@ fn a_source_without_the_event_says_how_many_it_has() {
 }
 
 #[test]
-fn fits_have_every_slide_twice_and_every_law_its_lines() {
-    let slides: Vec<[f64; 2]> = (0..11_u8)
-        .map(|n| (100.0 + 10.0 * f64::from(n), 0.3 * f64::from(n % 3)))
-        .map(|(mm_s, noise)| [mm_s, 3400.0 / mm_s + 5.0 + noise])
-        .collect();
-    let fit = |name, track: f64| SpeedFit {
-        name,
-        formula: format!("D = 30 · {track:.1} / v + 5.2, R² 0.9951"),
-        law: move |mm_s: f64| 30.0 * track / mm_s + 5.2,
-    };
-    let fits = [fit("published", 113.0), fit("another", 111.0)];
-    for count in 1..=2 {
-        let figure = SpeedFits { slides: &slides, fits: &fits[..count] }.draw();
-        well_formed(&figure);
-        legible(&figure);
-        assert_eq!(figure.matches("<circle").count(), count * 2 * 11);
-        assert_eq!(figure.matches(style::RED).count(), count * 2);
-    }
-}
-
-#[test]
 fn a_long_name_of_a_source_stays_on_the_page() {
     let (mut found, _) = figure("scene:Saw3@150", "");
     found.about = format!("/{}/WWWWWWWWWWWWWWWWWWWW\u{1b} & a <clip>.y4m", "a-folder/".repeat(40));

@@ -5,6 +5,10 @@ const FRAMES = 300; // of the traces
 const ROWS = 200; // of the table
 const SILENT = 6000; // ms without a message after which the connection is dead
 const AGAIN = 1000; // ms between two attempts to connect
+// What keys and buttons do in a file or a scene: seconds or frames to go.
+const WAYS = {
+  0: { seconds: -1e9 }, ArrowLeft: { seconds: -1 }, ArrowRight: { seconds: 1 }, ",": { frames: -1 }, ".": { frames: 1 }, " ": {},
+};
 const main = document.getElementById("sensors");
 const connection = document.getElementById("connection");
 const pauseButton = document.getElementById("pause");
@@ -84,6 +88,9 @@ class Sensor {
       button.append(" ", Object.assign(document.createElement("kbd"), { textContent: number + 1 }));
     }
     button.addEventListener("click", () => this.rezero());
+    part("film").hidden = !about.seeks;
+    part("film").setAttribute("aria-label", "Play " + this.title);
+    for (const button of part("film").children) button.addEventListener("click", () => this.go(button.dataset.key));
     this.tools = new Tools(this.root, about, this.title, (action) => this.ask(action));
     for (const event of ["pointerdown", "focusin"]) this.root.addEventListener(event, () => choose(number));
     this.body = this.root.querySelector("tbody");
@@ -92,6 +99,14 @@ class Sensor {
 
   rezero() {
     this.tools.order({ order: "rezero" });
+  }
+
+  // Goes back or forth in a file or a scene, or pauses or plays it.
+  go(key, factor = 1) {
+    const { seconds, frames } = WAYS[key];
+    if (frames) this.tools.order({ order: "seek", frames, pause: true });
+    else if (seconds) this.tools.order({ order: "seek", frames: Math.round(seconds * factor * this.about.rate), pause: false });
+    else this.tools.order({ order: "play", on: Boolean(this.status?.paused) });
   }
 
   // Asks the server for something. Returns whether there is a connection.
@@ -103,6 +118,12 @@ class Sensor {
 
   take(update) {
     const now = performance.now();
+    if (this.status && this.status.starts !== update.status.starts) {
+      this.features = [];
+      this.body.replaceChildren();
+      this.part("newest").textContent = "";
+      this.note("no event yet");
+    }
     this.times.push(now);
     while (now - this.times[0] > 2000) this.times.shift();
     Object.assign(this, { status: update.status, motion: update.motion, skipped: update.skipped });
@@ -173,8 +194,10 @@ class Sensor {
       baseline: "gathering the baseline: keep everything off the sensor", watching: "watching for a touch",
       capturing: "capturing an event", ended: "the source has ended", failed: "the source has failed",
     };
-    set("phase", phases[status.phase] || status.phase);
+    const ran = status.phase !== "ended" && status.phase !== "failed";
+    set("phase", status.paused && ran ? "paused" : phases[status.phase] || status.phase);
     this.part("phase").className = "phase " + status.phase;
+    set("play", status.paused ? "Play" : "Pause");
     const progress = this.root.querySelector(".state progress");
     progress.hidden = !status.progress;
     if (status.progress) [progress.value, progress.max] = status.progress;
@@ -191,7 +214,6 @@ class Sensor {
     set("dropped", plural(status.dropped, "frame"));
     set("skipped", plural(this.skipped, "frame"));
     const span = this.times.length > 1 ? (this.times.at(-1) - this.times[0]) / 1000 : 0;
-    const ran = status.phase !== "ended" && status.phase !== "failed";
     set("rate", span > 0 && ran ? ((this.times.length - 1) / span).toFixed(0) : "–");
     this.part("delay").hidden = status.latency_ms === null;
     set("latency", `${status.latency_ms} ms, ${plural(status.camera_skipped, "frame")} skipped`);
@@ -498,6 +520,13 @@ document.addEventListener("keydown", (event) => {
   // Keys that a person types into a field are text.
   if (event.target.closest && event.target.closest("input") && event.key !== "Escape") return;
   if (event.key === "p") pause();
+  // Where a key has a use of its own, such as on a button or in a list that scrolls, it keeps that.
+  const users = event.key === " " ? "button, summary, a, [tabindex]" : "[tabindex]";
+  if (Object.hasOwn(WAYS, event.key) && !event.target.closest?.(users)) {
+    const films = sensors.filter((sensor) => sensor.about.seeks && sensor.status);
+    films.forEach((sensor) => sensor.go(event.key, event.shiftKey ? 10 : 1));
+    if (films.length) event.preventDefault();
+  }
   const tools = sensors[chosen] && sensors[chosen].tools;
   const actions = { r: "record", c: "calibrate", u: "use", d: "examine", Escape: "cancel" };
   if (tools && Object.hasOwn(actions, event.key)) tools[actions[event.key]]();

@@ -36,6 +36,8 @@ pub(crate) struct About {
     pub(crate) record_to: Option<String>,
     /// The file of a calibration, if it goes to one.
     pub(crate) calibrate_to: Option<String>,
+    /// Whether pages can pause it and go back and forth.
+    pub(crate) seeks: bool,
 }
 
 /// The state of a sensor at its newest frame, as the page gets it.
@@ -61,6 +63,10 @@ pub(crate) struct Status {
     pub(crate) latency_ms: Option<f64>,
     /// Whether something disturbed the baseline.
     pub(crate) disturbed: bool,
+    /// Whether a file or a scene is paused.
+    pub(crate) paused: bool,
+    /// How often a file or a scene has started again.
+    pub(crate) starts: u64,
 }
 
 /// A picture, as the page gets it: width and height, two bytes each, and the square root of the light of each pixel,
@@ -225,6 +231,10 @@ impl Hub {
     pub(crate) fn publish(&self, sensor: usize, news: News, status: Status) {
         let mut channels = self.locked();
         let Some(channel) = channels.get_mut(sensor) else { return };
+        if channel.status.starts != status.starts {
+            channel.features.kept.clear();
+            channel.records.kept.clear();
+        }
         channel.features.extend(news.features);
         channel.records.extend(news.records);
         channel.motion = news.motion.map(Into::into);
@@ -348,8 +358,8 @@ mod tests {
     fn about() -> About {
         let (about, corners) = (String::new(), Vec::new());
         let (record_to, calibrate_to) = (None, None);
-        let (size, taxel) = ([1, 1], [1, 1]);
-        About { name: None, source: about, size, taxel, corners, pictures: false, rate: 30.0, record_to, calibrate_to }
+        let ([size, taxel], [pictures, seeks]) = ([[1, 1]; 2], [false; 2]);
+        About { name: None, source: about, size, taxel, corners, pictures, rate: 30.0, record_to, calibrate_to, seeks }
     }
 
     fn of_features(number: usize) -> News {

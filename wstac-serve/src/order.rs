@@ -36,6 +36,10 @@ pub(crate) enum Action {
     },
     /// Start the doctor's examination.
     Examine {},
+    /// Play a file or a scene, or pause it.
+    Play { on: bool },
+    /// Go forward by so many frames in a file or a scene, or back, and perhaps pause there.
+    Seek { frames: i64, pause: bool },
 }
 
 /// An order for a sensor, and where the reason goes if it is refused.
@@ -127,6 +131,10 @@ mod tests {
         assert!(labels(r#"3 {"order":"record"}"#).is_empty());
         assert_eq!(parse(r#"0 {"order":"use","proposal":4}"#), Ok((0, Action::Use { proposal: 4 })));
         assert_eq!(parse(r#"1 {"order":"examine"}"#), Ok((1, Action::Examine {})));
+        assert_eq!(
+            parse(r#"0 {"order":"seek","frames":-1,"pause":false}"#),
+            Ok((0, Action::Seek { frames: -1, pause: false }))
+        );
     }
 
     #[test]
@@ -138,6 +146,7 @@ mod tests {
             ("0", "not known"),
             (r#"0 {"order":"erase"}"#, "unknown variant `erase`"),
             (r#"0 {"order":"use"}"#, "missing field `proposal`"),
+            (r#"0 {"order":"seek","frames":1e30}"#, "invalid type: floating point"),
             (r#"0 {"order":"record","file":"/etc/passwd"}"#, "unknown field `file`"),
             (r#"0 {"order":"calibrate","file":"a.toml"}"#, "unknown field `file`"),
             (r#"0 {"order":"record","labels":{"speed":"fast"}}"#, "label speed is \"fast\", expected mm/s such as 150"),

@@ -33,6 +33,9 @@ pub struct Sensor {
     about: About,
     sampler: Option<Sampler>,
     pace: Option<Pace>,
+    textures: Textures,
+    reopen: Option<Box<Reopen>>,
+    repeats: bool,
     jobs: Jobs,
 }
 
@@ -54,7 +57,14 @@ pub struct Opened {
     pub textures: Textures,
     /// The pace of a file; `None` for a camera, which has its own.
     pub pace: Option<Pace>,
+    /// Opens a file or a scene again, so that pages can go back; `None` for a source that can be read once.
+    pub reopen: Option<Box<Reopen>>,
+    /// Whether a source that can be opened again starts again at its end.
+    pub repeats: bool,
 }
+
+/// Opens a source again, from its first frame on.
+pub type Reopen = dyn Fn() -> Result<(Box<dyn Source>, StreamInfo), Error> + Send;
 
 impl fmt::Debug for Opened {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -68,10 +78,8 @@ impl Sensor {
     /// # Errors
     /// The session cannot be built.
     pub fn new(name: Option<&str>, opened: Opened, tools: Tools) -> Result<Self, Error> {
-        let Opened { source, info, config, textures, pace } = opened;
-        let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
-        let session = Session::builder(source).config(config.clone()).textures(textures);
-        let session = session.info(info.clone()).outputs(wanted).build()?;
+        let Opened { source, info, config, textures, pace, reopen, repeats } = opened;
+        let session = session(source, info.clone(), config.clone(), textures.clone())?;
         let layout = *session.processor().geometry().layout();
         let [record_to, calibrate_to] = Jobs::places(&tools);
         let about = About {
@@ -84,10 +92,11 @@ impl Sensor {
             rate: info.rate.per_second() / f64::from(info.rate.frames_added()),
             record_to,
             calibrate_to,
+            seeks: reopen.is_some(),
         };
         let sampler = (!info.taxels_only).then(|| Sampler::new(&info));
         let jobs = Jobs::new(name, info, config, tools);
-        Ok(Self { session, about, sampler, pace, jobs })
+        Ok(Self { session, about, sampler, pace, textures, reopen, repeats, jobs })
     }
 
     pub(crate) fn about(&self) -> &About {
@@ -98,7 +107,7 @@ impl Sensor {
     ///
     /// `tell` gets lines about the sensor: why its source has failed, and what was recorded. The page shows them, too.
     pub(crate) fn run(self, number: usize, hub: &Hub, tell: &dyn Fn(&str)) -> bool {
-        let Self { mut session, about, sampler, pace, jobs } = self;
+        let Self { mut session, about, sampler, pace, textures, reopen, repeats, jobs } = self;
         let mut reader = Reader {
             number,
             name: about.name,
@@ -110,23 +119,41 @@ impl Sensor {
             zero: 0,
             elapsed: Elapsed::default(),
             passed: 0,
+            textures,
+            reopen,
+            target: None,
             jobs,
             camera: None,
         };
-        let read = reader.read(&mut session, pace, tell);
-        if let Err(error) = &read {
-            tell(&error.to_string());
-        }
-        if !hub.is_over() {
-            reader.end(read.as_ref().err());
-        }
-        // A calibration may wait for a person's word. Everything else is refused.
+        let mut is_good = true;
         while !hub.is_over() {
-            reader.follow_orders(&mut session, tell);
-            hub.wait(NAP);
+            let mut read = reader.read(&mut session, pace, tell);
+            // A source without frames would start again for ever.
+            let starts_again = repeats && read.is_ok() && reader.status.frame > 0 && !hub.is_over();
+            if starts_again {
+                read = reader.start_again(&mut session);
+            }
+            is_good &= read.is_ok();
+            if let Err(error) = &read {
+                tell(&error.to_string());
+            }
+            if !(hub.is_over() || starts_again && read.is_ok()) {
+                reader.end(read.as_ref().err());
+            }
+            // A calibration may wait for a person's word, and a file or a scene may be read again. Everything else is refused.
+            while reader.has_ended() && !hub.is_over() {
+                reader.follow_orders(&mut session, tell);
+                hub.wait(NAP);
+            }
         }
-        read.is_ok() && reader.jobs.failures() == 0
+        is_good && reader.jobs.failures() == 0
     }
+}
+
+/// Creates a session with all that a page shows.
+fn session(source: Box<dyn Source>, info: StreamInfo, config: Config, textures: Textures) -> Result<Session, Error> {
+    let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
+    Session::builder(source).config(config).textures(textures).info(info).outputs(wanted).build()
 }
 
 /// Turns what a session finds into news.
@@ -145,6 +172,10 @@ struct Reader<'h> {
     elapsed: Elapsed,
     /// The camera frames of the last step.
     passed: u64,
+    textures: Textures,
+    reopen: Option<Box<Reopen>>,
+    /// The frame that a file or a scene is read up to as fast as possible, because a page goes there.
+    target: Option<u64>,
     jobs: Jobs,
     /// The state of the camera, while it is examined.
     camera: Option<Box<CameraState>>,
@@ -161,6 +192,10 @@ impl Reader<'_> {
                 break session.finish(self);
             }
             self.follow_orders(session, tell);
+            if self.status.paused && self.target.is_none() {
+                self.hub.wait(NAP);
+                continue;
+            }
             if self.jobs.is_examining() {
                 self.camera.clone_from(&session.info().camera);
             }
@@ -172,6 +207,9 @@ impl Reader<'_> {
             let passed = std::mem::take(&mut self.passed);
             if let Some(pace) = &mut pace {
                 pace.advance(passed);
+                if self.target.is_some() {
+                    pace.restart();
+                }
                 while !pace.wait().is_zero() && !self.hub.is_over() {
                     thread::sleep(pace.wait().min(NAP));
                 }
@@ -207,6 +245,7 @@ impl Reader<'_> {
             }
             Action::Stop {} => self.jobs.stop(),
             Action::Find {} => self.jobs.find(),
+            Action::Seek { frames, pause } => self.go(frames, session).map(|()| self.status.paused |= pause),
             _ if is_over => Err("the source has ended, expected one that is read".to_owned()),
             Action::Rezero {} => {
                 self.jobs.expect_none(true)?;
@@ -225,7 +264,40 @@ impl Reader<'_> {
             }
             Action::Calibrate {} => self.jobs.calibrate(),
             Action::Examine {} => self.jobs.examine(),
+            Action::Play { on } => self.seekable().map(|()| self.status.paused = !on),
         }
+    }
+
+    /// Goes to the frame that is so many frames from the one that is shown, or that is gone to now.
+    fn go(&mut self, frames: i64, session: &mut Session) -> Result<(), Refusal> {
+        self.seekable()?;
+        self.jobs.expect_none(false)?;
+        let now = session.processor().pipeline().next_frame();
+        let target = self.target.unwrap_or(now).saturating_add_signed(frames).max(1);
+        if target < now {
+            self.start_again(session).map_err(|error| error.to_string())?;
+        } else if self.has_ended() {
+            return Err("the source has ended, expected a way back".to_owned());
+        }
+        self.target = Some(target);
+        Ok(())
+    }
+
+    /// Refuses a source that can be read once.
+    fn seekable(&self) -> Result<(), Refusal> {
+        let refusal = || "this source can be read once, expected a file or a scene".to_owned();
+        self.reopen.as_ref().map(|_| ()).ok_or_else(refusal)
+    }
+
+    /// Starts again from the first frame.
+    fn start_again(&mut self, session: &mut Session) -> Result<(), Error> {
+        let Some(reopen) = &self.reopen else { return Ok(()) };
+        let (source, info) = reopen()?;
+        *session = self::session(source, info, self.jobs.config.clone(), self.textures.clone())?;
+        let (paused, starts) = (self.status.paused, self.status.starts + 1);
+        self.status = Status { phase: "baseline", paused, starts, ..Status::default() };
+        (self.zero, self.elapsed, self.target) = (0, Elapsed::default(), None);
+        Ok(())
     }
 
     /// Takes the beginning of a new baseline, which ended this sample.
@@ -243,8 +315,12 @@ impl Reader<'_> {
     fn end(&mut self, error: Option<&Error>) {
         self.status.phase = if error.is_some() { "failed" } else { "ended" };
         self.status.error = error.map(ToString::to_string);
-        self.status.progress = None;
+        (self.status.progress, self.target) = (None, None);
         self.publish();
+    }
+
+    fn has_ended(&self) -> bool {
+        matches!(self.status.phase, "ended" | "failed")
     }
 
     fn publish(&mut self) {
@@ -255,7 +331,8 @@ impl Reader<'_> {
 
     /// Returns whether it is time for a picture that somebody sees.
     fn wants_picture(&mut self) -> bool {
-        let is_due = self.pictured.is_none_or(|at| at.elapsed() >= BETWEEN_PICTURES);
+        let arrives = self.target.is_some_and(|target| self.status.frame + 1 >= target);
+        let is_due = arrives || self.pictured.is_none_or(|at| at.elapsed() >= BETWEEN_PICTURES);
         if is_due && self.hub.is_watched() {
             self.pictured = Some(Instant::now());
             return true;
@@ -265,7 +342,7 @@ impl Reader<'_> {
 
     /// Takes the state of the trigger, unless the source is over.
     fn look(&mut self, processor: &Processor) {
-        if matches!(self.status.phase, "ended" | "failed") {
+        if self.has_ended() {
             return;
         }
         let pipeline = processor.pipeline();
@@ -346,6 +423,7 @@ impl Observer for Reader<'_> {
         // By a driver's clock it is known from the first frame on.
         self.elapsed = processor.elapsed();
         self.look(processor);
+        self.target = self.target.filter(|target| self.status.frame < *target);
         self.status.taxels = processor.taxels();
         self.publish();
         true

@@ -37,7 +37,14 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// let source = open("slide.y4m", &OpenOptions::default(), &[])?;
 /// let info = source.info().clone();
 /// let (config, textures, pace) = (Config::default(), Textures::default(), Some(Pace::new(info.rate)));
-/// let sensor = Sensor::new(None, Opened { source, info, config, textures, pace }, Tools::default())?;
+/// // Pages can go back in a file that can be opened again.
+/// let reopen = || {
+///     let source = open("slide.y4m", &OpenOptions::default(), &[])?;
+///     let info = source.info().clone();
+///     Ok((source, info))
+/// };
+/// let opened = Opened { source, info, config, textures, pace, reopen: Some(Box::new(reopen)), repeats: false };
+/// let sensor = Sensor::new(None, opened, Tools::default())?;
 /// let server = Server::bind("127.0.0.1:0".parse().expect("an address"), None)?;
 /// println!("{}", server.address());
 /// server.run(vec![sensor], &AtomicBool::new(false), &|name, line| eprintln!("{name:?}: {line}"));

@@ -146,7 +146,7 @@ fn texts_and_models_without_an_end_take_little_memory() {
         (&["model", "import", "hole.json", "-o", "new.wsm"], "hole.json"),
         (&["model", "import", "hole.ubj", "-o", "new.wsm"], "hole.ubj"),
         (&["model", "import", "hole.npz", "-o", "new.wsm"], "hole.npz"),
-        (&["fit-speed", "hole.npz"], "hole.npz"),
+        (&["model", "eval", "builtin:svm", "hole.npz"], "hole.npz"),
     ] {
         let done = limited(&folder, arguments);
         assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));

@@ -1,5 +1,5 @@
-//! Reads any bytes as a data set for `wstac model eval` and for `wstac fit-speed`. The result is an error that names the
-//! file, or an answer for each sample, or slides.
+//! Reads any bytes as a data set for `wstac model eval`. The result is an error that names the file, or an answer for
+//! each sample.
 #![no_main]
 
 use std::path::PathBuf;
@@ -7,7 +7,6 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use wstac_core::model::Model;
-use wstac_train::fit::data::Slides;
 use wstac_train::model::eval::answers;
 use wstac_train::model::{Import, import_bytes};
 
@@ -23,9 +22,6 @@ static PATH: LazyLock<PathBuf> =
 fuzz_target!(|data: &[u8]| {
     std::fs::write(&*PATH, data).expect("a temporary file");
     let model = Model::from_words(&WORDS).expect("the seed is a model");
-    if let Err(error) = Slides::default().add(&PATH, None) {
-        assert!(error.to_string().contains("wstac-fuzz-"));
-    }
     match answers(&model, &PATH) {
         Err(error) => assert!(error.to_string().contains("wstac-fuzz-")),
         Ok(answers) => assert!(answers.right().is_none_or(|right| right <= answers.predictions.len())),

@@ -1,6 +1,7 @@
 //! The command line: arguments and output only, one file per command.
 
 mod board;
+pub(crate) mod board_line;
 mod calibrate;
 mod completions;
 mod csv;
@@ -9,7 +10,6 @@ mod demo;
 mod devices;
 mod doctor;
 mod files;
-mod fit_speed;
 mod man;
 mod model;
 mod model_arguments;
@@ -100,11 +100,9 @@ Recordings and other sources:
   wstac board /dev/ttyACM0 --set wstac.toml
       set the layout and the trigger of a board
 
-Figures, fits and budgets:
+Figures and budgets:
   wstac plot clip.y4m -o event.svg
       draw one event as a figure for a paper
-  wstac fit-speed slides.npz -o speed.toml
-      fit the speed law to your own sensor
   wstac trade --budget 'M4F<60000,flash<64K'
       choose the most accurate configuration that a board can afford
 
@@ -129,7 +127,6 @@ enum Command {
     Doctor(doctor::Arguments),
     Calibrate(calibrate::Arguments),
     Dataset(dataset::Arguments),
-    FitSpeed(fit_speed::Arguments),
     Train(train::Arguments),
     Model(model::Arguments),
     Monitor(monitor::Arguments),
@@ -162,7 +159,6 @@ pub(crate) fn main() -> ExitCode {
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
-        Command::FitSpeed(arguments) => fit_speed::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),

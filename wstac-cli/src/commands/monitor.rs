@@ -3,14 +3,14 @@
 use std::ffi::OsString;
 use std::sync::atomic::Ordering;
 
+use super::board_line::{BoardLine, LineStep};
 use super::output::{Stop, note};
 use super::records::{Form, Records};
 use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::monitor::port::{Got, Port, SILENT, WAIT};
-use wstac_host::monitor::requests::Requests;
-use wstac_host::monitor::{Monitor, Report, now, telemetry};
+use wstac_host::monitor::port::Port;
+use wstac_host::monitor::{Report, telemetry};
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
 
@@ -80,92 +80,42 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let Arguments { features, samples, motion, .. } = *arguments;
     let mut wanted = OutputOptions::default();
     (wanted.features, wanted.samples, wanted.motion) = (features, samples, motion);
-    let mut line = Port::open(&arguments.port, arguments.baud)?;
+    let mut line = BoardLine::new(Port::open(&arguments.port, arguments.baud)?, wanted);
     let interrupted = finishing(Ending::InTime);
     let mut records = Records::new(Form::json_if(arguments.json));
-    let mut monitor = Monitor::new(wanted);
-    let mut requests = Requests::default();
-    requests.extend(monitor.requests());
-    let mut room = [0; 4096];
-    let (mut waits, mut lost_events) = (0, 0);
+    let mut lost_events = 0;
     while !interrupted.load(Ordering::Relaxed) {
-        // A file has the answers of a clock that is gone.
-        if line.takes_requests() {
-            requests.extend(monitor.set_now(now()));
-        }
-        if let Some(reading) = requests.send(&mut line) {
-            note(reading.in_words(line.name()));
-        }
-        let bytes = match line.read(&mut room) {
-            Ok(Got::Bytes(count)) => {
-                waits = 0;
-                if line.takes_requests() {
-                    requests.extend(monitor.set_now(now()));
+        let clock = line.monitor().clock_match();
+        let step = line.step(|report| {
+            match report {
+                Report::Output(output) => records.write(&output)?,
+                Report::Note(text) => note(text),
+                Report::LostEvents(lost) => {
+                    lost_events += lost;
+                    note(format_args!("{} lost, {lost_events} since the start", counted(lost, "event")));
                 }
-                &room[..count]
-            }
-            Ok(Got::Nothing) => {
-                waits = u32::saturating_add(waits, 1);
-                if waits == SILENT {
-                    note(format_args!("no data for {} s", (WAIT * SILENT).as_secs()));
-                }
-                continue;
-            }
-            Ok(Got::Gone) => {
-                // A device that is gone needs no note about its silence.
-                waits = SILENT;
-                note(format_args!("{} is gone; waiting for it", line.name()));
-                continue;
-            }
-            Ok(Got::Back) => {
-                waits = 0;
-                note(format_args!("{} is back", line.name()));
-                requests.extend(monitor.requests());
-                continue;
-            }
-            Ok(Got::Ended) => {
-                records.write(&monitor.finish())?;
-                let silent =
-                    || Error::new(ErrorKind::Data, line.name(), "has no messages, expected those of a board").into();
-                return if monitor.heard() { Ok(()) } else { Err(silent()) };
-            }
-            Err(error) => {
-                // The error of the port matters more than the end record.
-                let _ = records.write(&monitor.finish());
-                return Err(error.into());
-            }
-        };
-        let clock = monitor.clock_match();
-        let goes_on = monitor.take(bytes, |report| match report {
-            Report::Output(output) => records.write(&output),
-            Report::Note(text) => {
-                note(text);
-                Ok(())
-            }
-            Report::Request(request) => {
-                requests.push(request);
-                Ok(())
-            }
-            Report::LostEvents(lost) => {
-                lost_events += lost;
-                note(format_args!("{} lost, {lost_events} since the start", counted(lost, "event")));
-                Ok(())
-            }
-            Report::Telemetry(telemetry) => {
-                if arguments.status {
+                Report::Telemetry(telemetry) if arguments.status => {
                     note(format_args!("the board: {}", telemetry::in_words(&telemetry, clock)));
                 }
-                Ok(())
+                Report::Telemetry(_) | Report::Request(_) => {}
             }
+            Ok::<(), Stop>(())
         });
-        match goes_on {
-            Ok(true) => {}
-            Ok(false) => return Ok(()),
+        match step {
+            Ok(LineStep::GoesOn) => {}
+            Ok(LineStep::Over) => return Ok(()),
+            Ok(LineStep::Ended) => {
+                records.write(&line.monitor().finish())?;
+                let silent =
+                    || Error::new(ErrorKind::Data, line.name(), "has no messages, expected those of a board").into();
+                return if line.monitor().heard() { Ok(()) } else { Err(silent()) };
+            }
             Err(stop) => {
-                let _ = records.write(&monitor.finish());
+                // The error of the port matters more than the end record.
+                let _ = records.write(&line.monitor().finish());
                 return Err(stop);
             }
         }
     }
-    records.write(&monitor.finish())
+    records.write(&line.monitor().finish())
 }

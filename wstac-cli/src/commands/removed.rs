@@ -6,8 +6,13 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 ///
 /// The table "Removed" of CHANGELOG.md has the same rows, which a test asks `wstac` for.
 const REMOVED: &[(&str, &str)] = &[
+    (
+        "wstac fit-speed",
+        "wstac.fit_speed(data) in Python fits the published speed law, with a figure and a [speed] table",
+    ),
+    ("wstac view --fast", "wstac run FILE reads as fast as possible"),
+    ("wstac view --record", "wstac record writes recordings, as does wstac serve --record-to FOLDER while you watch"),
     ("wstac view --loop", "wstac serve --loop FILE plays a file or a scene again and again on a page"),
-    ("wstac fit-speed --law", "wstac fit-speed fits the published law, the only one"),
     ("wstac dataset --shard", DATASET),
     ("wstac dataset merge", DATASET),
     ("wstac trade --shard", TRADE),

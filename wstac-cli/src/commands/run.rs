@@ -219,7 +219,7 @@ Meaning of the answers:
   Its speed law was fitted from 100 to 200 mm/s at 30 frames per second,
   for specimens of the published length (105 mm in the simulation).
   Answers outside are marked "extrapolated" and may be far off. For
-  another length, fit the law to its slides (wstac fit-speed).
+  another length, fit the law to its slides (wstac.fit_speed in Python).
 
 Output to a file or as a table:
   -o slide.jsonl, slide.csv or slide.txt says the form by its name, and

@@ -1,6 +1,6 @@
 //! `wstac serve` shows sensors on a page in a browser.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use wstac_host::texture::Textures;
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
 use wstac_linux::source::is_camera;
-use wstac_serve::{CalibrationFile, ExaminedCamera, Opened, Server, Token, Tools};
+use wstac_serve::{CalibrationFile, ExaminedCamera, Opened, Reopen, Server, Token, Tools};
 
 /// The address without --listen.
 const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8025);
@@ -34,7 +34,7 @@ const MOST_SENSORS: usize = 20;
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
 /// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene
-/// is played once, at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may
+/// is played at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may
 /// touch the sensor during them. The page can also record with labels, calibrate the sensor and examine it. Ctrl-C ends
 /// the command.
 #[derive(Debug, clap::Args)]
@@ -73,6 +73,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE.toml")]
     calibrate_to: Option<PathBuf>,
 
+    /// Start files and scenes again at their end
+    #[arg(long = "loop")]
+    repeats: bool,
+
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -102,6 +106,10 @@ The page, for each sensor:
             faults are shown here, too
 Keys:
   p         pause the page; sensors are still read
+  space     pause all files and scenes, or play them
+  left, right   go back or forth by 1 s in all of them; with Shift by 10 s
+  , and .   pause them, and go back or forth by one frame
+  0         go to their first frame
   1 to 9    gather a new baseline for sensor 1 to 9, as its button does
   r         start a recording of the chosen sensor with the labels on the
             page, or end it
@@ -111,6 +119,12 @@ Keys:
   Escape    end the calibration or the examination
   Of several sensors, the one that was clicked last is chosen, or the
   one that has the keyboard's focus.
+
+Files and scenes:
+  Buttons below the picture do the same as the keys, for one of them.
+  Going back reads the source again from its first frame, so the page is
+  the same as before. Standard input, pipes and cameras can be read once.
+  While a recording is written, there is no way back or forth.
 
 Recordings (--record-to FOLDER):
   They are files of wstac record, with the labels specimen, speed,
@@ -224,8 +238,21 @@ fn open(
         words: text_of,
     };
     let pace = (!is_live).then(|| Pace::new(info.rate));
-    let opened = Opened { source, info, config, textures: Textures::new(files)?, pace };
+    let (again, repeats) = (options.clone(), arguments.repeats);
+    let name = sensor.source.clone();
+    let reopen = can_reopen(&name).then(|| Box::new(move || again.open(&name, policy)) as Box<Reopen>);
+    if repeats && reopen.is_none() {
+        let message = "can be read once, expected a file or a scene with --loop";
+        return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message));
+    }
+    let opened = Opened { source, info, config, textures: Textures::new(files)?, pace, reopen, repeats };
     Ok((wstac_serve::Sensor::new(sensor.name.as_deref(), opened, tools)?, notes))
+}
+
+/// Returns whether a source can be read again from its start: a scene, a file or a folder.
+fn can_reopen(source: &OsStr) -> bool {
+    let is_scene = source.as_encoded_bytes().starts_with(b"scene:");
+    is_scene || Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir())
 }
 
 /// Returns the file for the calibration of a sensor, which does not exist yet.

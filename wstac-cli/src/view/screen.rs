@@ -1,27 +1,55 @@
 //! Sets the terminal up, draws to it, reads keys from it, and always restores it.
 
 use std::fs::File;
-use std::io::{self, IsTerminal};
-use std::os::fd::{AsFd, BorrowedFd};
-use std::sync::atomic::Ordering;
+use std::io;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
 use ratatui::DefaultTerminal;
-use ratatui::crossterm::event;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::getpgrp;
 use rustix::termios::{OptionalActions, tcgetattr, tcgetpgrp, tcsetattr};
 
-use super::Shared;
-use super::draw::{Colors, View, draw};
-use super::keys::{Key, key};
-use super::player::locked;
+use super::draw::{Colors, draw};
 use super::state::State;
+use super::{Shared, locked};
 use wstac_host::error::{Error, ErrorKind};
 
 /// Time between two drawings: 15 per second.
 const PERIOD: Duration = Duration::from_millis(67);
+
+/// A request of the user.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    Quit,
+    /// Gather a new baseline.
+    Rezero,
+    /// Pause or continue.
+    Pause,
+    /// A key that was removed, with what to use instead.
+    Removed(&'static str),
+}
+
+/// What to use instead of the keys that went back and forth, and of those that chose one of several sensors.
+const SEEK: &str = "seek and step: were removed; help: wstac serve FILE goes back and forth on a page";
+const RECORD: &str = "key r: was removed; help: wstac record writes recordings, as does wstac serve --record-to FOLDER";
+
+/// Returns what an event of the terminal means, or `None` if it means nothing.
+fn key(event: &Event) -> Option<Key> {
+    let key = event.as_key_event().filter(|key| key.kind != KeyEventKind::Release)?;
+    Some(match key.code {
+        // In raw mode, Ctrl-C is a key and no signal.
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
+        KeyCode::Char('q' | 'Q') | KeyCode::Esc => Key::Quit,
+        KeyCode::Char('z' | 'Z') => Key::Rezero,
+        KeyCode::Char(' ') => Key::Pause,
+        KeyCode::Char('r' | 'R') => Key::Removed(RECORD),
+        KeyCode::Left | KeyCode::Right | KeyCode::Up | KeyCode::Down => Key::Removed(SEEK),
+        KeyCode::PageUp | KeyCode::PageDown | KeyCode::Home | KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
+        _ => return None,
+    })
+}
 
 /// A terminal in use, with its alternate screen and raw keys. It is restored after a panic, too.
 pub(super) struct Screen {
@@ -33,7 +61,7 @@ pub(super) struct Screen {
 impl Screen {
     /// Takes over the terminal of this process.
     pub(super) fn open() -> Result<Self, Error> {
-        let keyboard = Keyboard::open().map_err(|error| Error::io("the terminal's keys", error))?;
+        let keyboard = File::open("/dev/tty").map(Keyboard).map_err(|error| Error::io("the terminal's keys", error))?;
         keyboard.check_foreground()?;
         let terminal = ratatui::try_init().map_err(|error| Error::io("the terminal", error))?;
         Ok(Self { terminal, colors: Colors::of(|name| std::env::var(name).ok()), keyboard })
@@ -41,61 +69,32 @@ impl Screen {
 
     /// Draws the state and passes keys on until the end, or until the terminal is gone.
     pub(super) fn show(mut self, shared: &Shared, keys: &Sender<Key>) {
-        let mut with_help = false;
+        // What a camera brings is not drawn while the screen is paused.
+        let mut frozen = None;
         while !shared.is_over() {
-            if self.draw(shared, with_help).is_err() {
+            if self.draw(shared, &mut frozen).is_err() {
                 return;
             }
-            shared.sensors.iter().for_each(|watched| watched.picture.store(true, Ordering::Relaxed));
-            match self.keyboard.pressed() {
-                Ok(pressed) => {
-                    for key in pressed {
-                        match key {
-                            Key::Quit => return,
-                            Key::Help => with_help = !with_help,
-                            Key::Next | Key::Previous | Key::Choose(_) => choose(shared, key),
-                            key => {
-                                // Nobody receives keys any more: the end is near.
-                                let _ = keys.send(key);
-                            }
-                        }
-                    }
+            let Ok(pressed) = self.keyboard.pressed() else { return };
+            for key in pressed {
+                // If nobody receives keys any more, the end is near.
+                if key == Key::Quit || keys.send(key).is_err() {
+                    return;
                 }
-                Err(_) => return,
             }
         }
     }
 
-    /// Draws the states. They are locked while they are drawn in memory, but not while the terminal receives the result.
-    fn draw(&mut self, shared: &Shared, with_help: bool) -> io::Result<()> {
+    /// Draws the state. It is locked while it is drawn in memory, but not while the terminal receives the result.
+    fn draw(&mut self, shared: &Shared, frozen: &mut Option<State>) -> io::Result<()> {
         let colors = self.colors;
         self.terminal.draw(|frame| {
-            let area = frame.area();
-            let states: Vec<_> = shared.sensors.iter().map(|watched| locked(&watched.state)).collect();
-            let states: Vec<&State> = states.iter().map(|state| &**state).collect();
-            let chosen = shared.chosen.load(Ordering::Relaxed);
-            draw(&View { states: &states, chosen, with_help, colors }, area, frame.buffer_mut());
+            let mut state = locked(&shared.state);
+            state.wants_picture = true;
+            *frozen = (state.paused && state.live).then(|| frozen.take().unwrap_or_else(|| state.clone()));
+            draw(frozen.as_ref().unwrap_or(&state), colors, frame.area(), frame.buffer_mut());
         })?;
         Ok(())
-    }
-}
-
-/// Shows one of several sensors alone, or all of them.
-fn choose(shared: &Shared, key: Key) {
-    let (count, chosen) = (shared.sensors.len(), shared.chosen.load(Ordering::Relaxed));
-    if count > 1 {
-        shared.chosen.store(chosen_by(key, chosen, count), Ordering::Relaxed);
-    }
-}
-
-/// Returns the number of the sensor that a key chooses of so many, or 0 for all.
-fn chosen_by(key: Key, chosen: usize, count: usize) -> usize {
-    match key {
-        Key::Next => (chosen + 1) % (count + 1),
-        Key::Previous => (chosen + count) % (count + 1),
-        Key::Choose(number) if number == chosen => 0,
-        Key::Choose(number) if number <= count => number,
-        _ => chosen,
     }
 }
 
@@ -106,29 +105,14 @@ impl Drop for Screen {
     }
 }
 
-/// The source of keys: standard input, or the terminal itself if standard input is something else.
-enum Keyboard {
-    Input(io::Stdin),
-    Terminal(File),
-}
+/// The source of keys: the terminal of this process, whatever standard input is.
+struct Keyboard(File);
 
 impl Keyboard {
-    fn open() -> io::Result<Self> {
-        let input = io::stdin();
-        if input.is_terminal() { Ok(Self::Input(input)) } else { File::open("/dev/tty").map(Self::Terminal) }
-    }
-
-    fn handle(&self) -> BorrowedFd<'_> {
-        match self {
-            Self::Input(input) => input.as_fd(),
-            Self::Terminal(file) => file.as_fd(),
-        }
-    }
-
     /// Refuses a terminal that another process group uses: the kernel would stop this process as soon as it touches the
     /// terminal, and a stopped process does not end at a signal.
     fn check_foreground(&self) -> Result<(), Error> {
-        match tcgetpgrp(self.handle()) {
+        match tcgetpgrp(&self.0) {
             Ok(group) if group != getpgrp() => {
                 let message = "not in the foreground, expected the program that the terminal waits for; \
                                start it without & or timeout, or use timeout --foreground";
@@ -162,8 +146,7 @@ impl Keyboard {
     /// Lets crossterm learn of keys again. It waits for news of the terminal, and forgets them if the size of the screen
     /// has changed before the key: without this, a key would wait for the next one. Setting what is set is such news.
     fn remind(&self) -> io::Result<()> {
-        let terminal = self.handle();
-        tcsetattr(terminal, OptionalActions::Now, &tcgetattr(terminal)?)?;
+        tcsetattr(&self.0, OptionalActions::Now, &tcgetattr(&self.0)?)?;
         Ok(())
     }
 
@@ -171,7 +154,7 @@ impl Keyboard {
     /// read its end for ever.
     fn wait(&self, longest: Duration) -> io::Result<bool> {
         let longest = Timespec { tv_sec: 0, tv_nsec: longest.subsec_nanos().into() };
-        let mut handles = [PollFd::from_borrowed_fd(self.handle(), PollFlags::IN)];
+        let mut handles = [PollFd::new(&self.0, PollFlags::IN)];
         match poll(&mut handles, Some(&longest)) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(error.into()),
@@ -186,17 +169,26 @@ impl Keyboard {
 
 #[cfg(test)]
 mod tests {
+    use ratatui::crossterm::event::KeyEvent;
+
     use super::*;
 
     #[test]
-    fn keys_choose_one_of_several_sensors_and_all_again() {
-        let mut chosen = 0;
-        let mut press = |key| {
-            chosen = chosen_by(key, chosen, 3);
-            chosen
-        };
-        assert_eq!([Key::Next; 5].map(&mut press), [1, 2, 3, 0, 1]);
-        assert_eq!([Key::Previous; 3].map(&mut press), [0, 3, 2]);
-        assert_eq!([3, 3, 1, 4, 9].map(|number| press(Key::Choose(number))), [3, 0, 1, 1, 1]);
+    fn keys_with_and_without_capitals_and_those_that_were_removed() {
+        let pressed = |code| key(&Event::Key(KeyEvent::new(code, KeyModifiers::NONE)));
+        for (code, expected) in [
+            (KeyCode::Char('z'), Some(Key::Rezero)),
+            (KeyCode::Char('Q'), Some(Key::Quit)),
+            (KeyCode::Char('R'), Some(Key::Removed(RECORD))),
+            (KeyCode::Left, Some(Key::Removed(SEEK))),
+            (KeyCode::Char(','), Some(Key::Removed(SEEK))),
+            (KeyCode::Home, Some(Key::Removed(SEEK))),
+            (KeyCode::Char('x'), None),
+        ] {
+            assert_eq!(pressed(code), expected, "{code:?}");
+        }
+        for answer in [SEEK, RECORD] {
+            assert!(answer.contains("removed; help: wstac "), "{answer}");
+        }
     }
 }

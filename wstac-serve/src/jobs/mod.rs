@@ -71,7 +71,7 @@ pub(crate) struct Jobs {
     name: Option<String>,
     /// The stream and the configuration in use.
     info: StreamInfo,
-    config: Config,
+    pub(crate) config: Config,
     job: Option<Job>,
     recorded: Option<Recorded>,
     calibrated: Option<Calibrated>,

@@ -17,7 +17,7 @@ use wstac_host::source::{Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
-use wstac_serve::{Opened, Sensor, Server, Token, Tools};
+use wstac_serve::{Opened, Reopen, Sensor, Server, Token, Tools};
 
 /// The longest that anything here may take.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -73,11 +73,28 @@ impl Served {
 
     /// Serves at an address that was bound. Requests go to it by 127.0.0.1.
     pub(crate) fn of(name: Option<&str>, config: &Config, tools: Tools, server: Server) -> Self {
+        Self::played(name, config, tools, server, false, false)
+    }
+
+    /// Serves a scene that can be read `again` and again, or that starts again by itself.
+    pub(crate) fn film(repeats: bool, tools: Tools) -> Self {
+        let server = Server::bind("127.0.0.1:0".parse().unwrap(), None).unwrap();
+        Self::played(None, &Config::default(), tools, server, true, repeats)
+    }
+
+    fn played(name: Option<&str>, config: &Config, tools: Tools, server: Server, again: bool, repeats: bool) -> Self {
         let allowed = Arc::new(AtomicU64::new(0));
         let source = Gated { inner: source(SCENE), given: 0, allowed: Arc::clone(&allowed) };
         let info = source.info().clone();
         let (config, textures, pace) = (config.clone(), Textures::default(), None);
-        let opened = Opened { source: Box::new(source), info, config, textures, pace };
+        let rest = Arc::clone(&allowed);
+        let reopen = move || {
+            let source = Gated { inner: self::source(SCENE), given: 0, allowed: Arc::clone(&rest) };
+            let info = source.info().clone();
+            Ok((Box::new(source) as Box<dyn Source>, info))
+        };
+        let reopen = again.then(|| Box::new(reopen) as Box<Reopen>);
+        let opened = Opened { source: Box::new(source), info, config, textures, pace, reopen, repeats };
         let sensor = Sensor::new(name, opened, tools).unwrap();
         let port = server.address().split('/').nth(2).unwrap().rsplit(':').next().unwrap().to_owned();
         let host = format!("127.0.0.1:{port}");
@@ -102,9 +119,10 @@ impl Served {
         let stream = self.request(&format!("Origin: http://{}\r\n", self.host)).unwrap();
         stream.set_read_timeout(Some(LIMIT)).unwrap();
         let socket = WebSocket::from_raw_socket(stream, Role::Client, None);
-        let mut page = Page { socket, jobs: Value::Null, status: Value::Null, records: Vec::new() };
-        let hello = page.next();
+        let mut page = Page { socket, jobs: Value::Null, status: Value::Null, records: Vec::new(), about: Value::Null };
+        let mut hello = page.next();
         assert!(hello["sensors"].is_array(), "{hello}");
+        page.about = hello["sensors"][0].take();
         page
     }
 
@@ -159,7 +177,9 @@ pub(crate) struct Page {
     /// What the page would show.
     pub(crate) jobs: Value,
     pub(crate) status: Value,
+    /// What it would list: a source that starts again has none.
     pub(crate) records: Vec<Value>,
+    pub(crate) about: Value,
 }
 
 impl Page {
@@ -173,6 +193,9 @@ impl Page {
             }
             if message.get("update").is_some() {
                 let Value::Array(records) = message["records"].take() else { panic!("{message}") };
+                if self.status["starts"] != message["status"]["starts"] {
+                    self.records.clear();
+                }
                 self.records.extend(records);
                 self.status = message["status"].take();
                 if !message["jobs"].is_null() {

@@ -1,21 +1,20 @@
-//! Draws the states of sensors on a terminal, one file per panel.
+//! Draws the state of a sensor on a terminal, one file per panel.
 
 mod colors;
 mod facts;
 mod heat;
-mod help;
-mod keys;
 mod picture;
-mod tiles;
 mod traces;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
-use ratatui::text::Span;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Widget, Wrap};
 
 pub(super) use self::colors::Colors;
-use super::state::{About, Rec, State, time_of_day};
+use self::colors::{CALM, FAINT};
+use super::state::State;
 
 /// The smallest size that has room for all panels.
 const ROOMY: (u16, u16) = (60, 20);
@@ -24,162 +23,73 @@ const TRACES: u16 = 6;
 /// The number of columns that the facts need beside the map.
 const FACTS: u16 = 17;
 
-/// What the screen shows.
-pub(super) struct View<'a> {
-    /// One sensor, or several.
-    pub(super) states: &'a [&'a State],
-    /// The number of the sensor that is shown alone, from 1 on; 0 for all of several.
-    pub(super) chosen: usize,
-    pub(super) with_help: bool,
-    pub(super) colors: Colors,
-}
-
-impl View<'_> {
-    /// Returns the state of the sensor that is shown alone.
-    fn alone(&self) -> Option<&State> {
-        match self.states {
-            [only] => Some(only),
-            several => several.get(self.chosen.checked_sub(1)?).copied(),
-        }
-    }
-}
-
-/// Draws the whole screen.
-pub(super) fn draw(view: &View<'_>, area: Rect, buffer: &mut Buffer) {
-    let View { states, chosen, with_help, colors } = *view;
+/// Draws the whole screen: a title, the panels, and the keys.
+pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     if area.is_empty() {
         return;
     }
-    let alone = view.alone();
-    let mut body = Rect { y: area.y + 1, height: area.height - 1, ..area };
-    if body.height >= 2 {
-        body.height -= 1;
-        keys::draw(view, Rect { y: body.bottom(), height: 1, ..area }, buffer);
+    let [title, body, keys] = bands(area, [Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1)]);
+    put(buffer, title, &format!("wstac view  {}", state.about), colors.one(FAINT));
+    let pause = if state.paused { "resume" } else { "pause" };
+    put(buffer, keys, &format!("q quit  z re-zero  space {pause}"), colors.one(FAINT));
+    if area.width < ROOMY.0 || area.height < ROOMY.1 {
+        return narrow(state, colors, body, buffer);
     }
-    let places = if alone.is_none() { tiles::places(states.len(), body) } else { Vec::new() };
-    let (title, color) = match alone {
-        Some(State { rec: Some(Rec { name, frames, waiting }), .. }) => {
-            (format!("● REC {name}, {frames} frames, {waiting} behind"), colors.warning())
-        }
-        Some(State { name: Some(name), about, .. }) if states.len() > 1 => {
-            (format!("wstac view  {name} ({chosen} of {})  {about}", states.len()), colors.faint())
-        }
-        Some(State { about, .. }) => (format!("wstac view  {about}"), colors.faint()),
-        None => match states.len() - places.len() {
-            0 => (format!("wstac view  {} sensors", states.len()), colors.faint()),
-            hidden => (format!("wstac view  {} sensors, {hidden} not shown", states.len()), colors.warning()),
-        },
-    };
-    put(buffer, Rect { height: 1, ..area }, &title, color);
-    if with_help {
-        return help::draw(colors, body, buffer);
-    }
-    match alone {
-        Some(state) if area.width >= ROOMY.0 && area.height >= ROOMY.1 => roomy(state, colors, body, buffer),
-        Some(state) => narrow(state, colors, body, buffer),
-        None => states.iter().zip(places).for_each(|(state, place)| tiles::draw(state, colors, place, buffer)),
-    }
-}
-
-/// Draws picture, map and facts on top, then traces, then events.
-fn roomy(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
     let traces_height = 1 + 5 * ((body.height - 4) / 12).clamp(1, 4);
     let events_height = (body.height / 6).max(3);
-    let bands = [Constraint::Fill(1), Constraint::Length(traces_height), Constraint::Length(events_height)];
-    let [top, traces, events] = Layout::vertical(bands).areas(body);
-    let inner = top.height - 1;
-    let map_width = heat::columns(inner);
+    let [top, traces, events] =
+        bands(body, [Constraint::Fill(1), Constraint::Length(traces_height), Constraint::Length(events_height)]);
+    let map_width = heat::columns(top.height - 1);
     let most = top.width.saturating_sub(map_width + FACTS + 4);
-    let picture_width = picture::columns(state, inner).min(most);
+    let picture_width = picture::columns(state, top.height - 1).min(most);
     let columns = [Constraint::Length(picture_width), Constraint::Length(map_width), Constraint::Fill(1)];
     let [picture, map, facts] = Layout::horizontal(columns).spacing(2).areas(top);
-    picture::draw(state, colors, titled_picture(state, colors, picture, buffer), buffer);
-    heat::draw(state, colors, titled_map(colors, map, buffer), buffer);
+    let white = format!("picture, white: {:.0} %", 100.0 * state.peak);
+    picture::draw(state, colors, titled(picture, &white, colors, buffer), buffer);
+    heat::draw(state, colors, titled(map, "taxels, % of full scale", colors, buffer), buffer);
     facts::draw(state, colors, facts, buffer);
     traces::draw(state, colors, traces, buffer);
     list(state, colors, events, buffer);
 }
 
-/// Draws the title of the picture, and returns the area below it.
-fn titled_picture(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) -> Rect {
-    titled(area, &format!("picture, white: {:.0} %", 100.0 * state.peak), colors, buffer)
-}
-
-/// Draws the title of the map, and returns the area below it.
-fn titled_map(colors: Colors, area: Rect, buffer: &mut Buffer) -> Rect {
-    titled(area, "taxels, % of full scale", colors, buffer)
-}
-
-fn titled(area: Rect, title: &str, colors: Colors, buffer: &mut Buffer) -> Rect {
-    buffer.set_stringn(area.x, area.y, title, usize::from(area.width), colors.faint());
-    Rect { y: area.y + 1, height: area.height - 1, ..area }
-}
-
-/// Draws the facts in one line, then the traces or as many events as fit.
+/// Draws the facts in one line, then traces if there is room, and events.
 fn narrow(state: &State, colors: Colors, body: Rect, buffer: &mut Buffer) {
-    let Some(left) = body.height.checked_sub(1) else { return };
-    facts::line(state, colors, Rect { height: 1, ..body }, buffer);
-    let rest = Rect { y: body.y + 1, height: left, ..body };
-    if rest.height < TRACES {
-        return list(state, colors, rest, buffer);
-    }
-    let height = (1 + 5 * ((rest.height - 1) / 6)).max(TRACES);
-    let [traces, events] = Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(rest);
+    let height = if body.height > TRACES { (1 + 5 * ((body.height - 2) / 6)).max(TRACES) } else { 0 };
+    let [line, traces, events] = bands(body, [Constraint::Length(1), Constraint::Length(height), Constraint::Fill(1)]);
+    facts::line(state, colors, line, buffer);
     traces::draw(state, colors, traces, buffer);
     list(state, colors, events, buffer);
 }
 
-/// Returns the columns that a text takes on a terminal.
-fn columns_of(text: &str) -> usize {
-    Span::raw(text).width()
+fn bands(area: Rect, heights: [Constraint; 3]) -> [Rect; 3] {
+    Layout::vertical(heights).areas(area)
 }
 
-/// Writes a text in a row. One that is too long ends in an ellipsis.
-fn put(buffer: &mut Buffer, row: Rect, text: &str, style: impl Into<Style>) {
-    let width = usize::from(row.width);
-    if columns_of(text) <= width {
-        buffer.set_stringn(row.x, row.y, text, width, style);
+/// Draws the title of a panel, and returns the area below it.
+fn titled(area: Rect, title: &str, colors: Colors, buffer: &mut Buffer) -> Rect {
+    put(buffer, area, title, colors.one(FAINT));
+    Rect { y: area.y + 1, height: area.height - 1, ..area }
+}
+
+/// Writes a text in the first row of an area. One that is too long ends in an ellipsis.
+fn put(buffer: &mut Buffer, area: Rect, text: &str, style: impl Into<Style>) {
+    let (width, style) = (usize::from(area.width), style.into());
+    if area.is_empty() || Span::raw(text).width() <= width {
+        buffer.set_stringn(area.x, area.y, text, if area.is_empty() { 0 } else { width }, style);
         return;
     }
-    let style = style.into();
-    if let Some(room) = width.checked_sub(1) {
-        let (x, _) = buffer.set_stringn(row.x, row.y, text, room, style);
-        buffer.set_stringn(x, row.y, "…", 1, style);
-    }
+    let (x, _) = buffer.set_stringn(area.x, area.y, text, width - 1, style);
+    buffer.set_stringn(x, area.y, "…", 1, style);
 }
 
 /// Draws the last events, the newest first.
 fn list(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
-    let mut rows = area.rows();
-    // Draws the heads of the columns if there is room.
-    if area.height >= 3
-        && area.width >= ROOMY.0
-        && let Some(row) = rows.next()
-    {
-        let title = "  frame  speed      direction     duration";
-        buffer.set_stringn(row.x, row.y, title, usize::from(row.width), colors.faint());
+    if state.entries.is_empty() {
+        put(buffer, area, "no event yet", colors.one(CALM));
     }
-    if state.entries.is_empty()
-        && let Some(row) = rows.next()
-    {
-        buffer.set_stringn(row.x, row.y, "no event yet", usize::from(row.width), colors.calm());
-    }
-    for (entry, row) in state.entries.iter().zip(rows) {
-        let color = match entry.about {
-            About::Event => colors.lit(),
-            About::Trouble => colors.warning(),
-            About::Note => colors.calm(),
-        };
-        // In little room, the numbers of frames need no column of their own.
-        let text = if area.width < ROOMY.0 { entry.text.trim_start() } else { &entry.text };
-        put(buffer, row, text, color);
-        // The time of day is at the right, if it has room.
-        let time = entry.stamp.map(time_of_day).unwrap_or_default();
-        let [taken, width] = [columns_of(text) + 2, time.len()].map(|columns| columns as u16);
-        if width > 0 && taken + width <= row.width {
-            put(buffer, Rect { x: row.right() - width, width, ..row }, &time, colors.faint());
-        }
-    }
+    let entries = state.entries.iter().take(usize::from(area.height));
+    let lines: Vec<_> = entries.map(|(about, text)| Line::styled(text.as_str(), colors.about(*about))).collect();
+    Paragraph::new(lines).wrap(Wrap { trim: false }).render(area, buffer);
 }
 
 #[cfg(test)]

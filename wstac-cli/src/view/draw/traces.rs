@@ -2,9 +2,10 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Color;
 use wstac_core::params::{FEATURES, ROWS};
 
-use super::colors::Colors;
+use super::colors::{CALM, Colors, FAINT, LIT, WARNING};
 use crate::view::state::State;
 use wstac_host::output::FEATURE_NAMES;
 
@@ -28,7 +29,7 @@ struct Range {
 impl Range {
     /// Returns the scale of everything that is shown in `count` frames.
     fn of(state: &State, count: usize) -> Self {
-        let shown = state.traces.iter().rev().take(count).flatten().flatten();
+        let shown = state.traces.iter().take(count).flatten().flatten();
         let thresholds = state.thresholds.iter().flatten();
         let bounds = shown.chain(thresholds).fold(None, |bounds: Option<(f32, f32)>, value| {
             let (low, high) = bounds.unwrap_or((*value, *value));
@@ -63,72 +64,51 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
         let place = Rect { x: x + LABEL, y, width, height };
         let middle = y + (height - 1) / 2;
         let name = FEATURE_NAMES[feature];
-        buffer.set_stringn(x, middle, name, 2, colors.faint());
+        buffer.set_stringn(x, middle, name, 2, colors.one(FAINT));
         let above = trace(state, feature, range, colors, place, buffer);
         if value == VALUE {
-            let newest = state.traces.back().copied().flatten().map(|features| features[feature]);
+            let newest = state.traces.front().copied().flatten().map(|features| features[feature]);
             let text = newest.map_or("    –".to_owned(), |newest| format!("{newest:5.2}"));
-            let color = if above { colors.lit() } else { colors.calm() };
+            let color = if above { colors.one(LIT) } else { colors.one(CALM) };
             buffer.set_stringn(x + LABEL + width + 1, middle, &text, usize::from(VALUE), color);
         }
     }
     let Range { low, high } = range;
-    let title = if half >= 34 {
-        format!("rows, ln of light: {low:.1} to {high:.1}")
-    } else {
-        format!("rows {low:.1}…{high:.1}")
-    };
-    super::put(buffer, Rect { width: half - 1, height: 1, ..area }, &title, colors.faint());
-    let seconds = if half >= 34 { "columns; - - threshold" } else { "columns" };
-    buffer.set_stringn(area.x + half, area.y, seconds, usize::from(half), colors.faint());
+    let (rows, columns) = (Rect { width: half - 1, height: 1, ..area }, Rect { x: area.x + half, width: half, ..area });
+    super::put(buffer, rows, &format!("rows, ln of light: {low:.1} to {high:.1}"), colors.one(FAINT));
+    super::put(buffer, columns, "columns; - - threshold", colors.one(FAINT));
 }
 
 /// Draws a trace and its threshold, and returns whether the newest frame is above the threshold.
 fn trace(state: &State, feature: usize, range: Range, colors: Colors, place: Rect, buffer: &mut Buffer) -> bool {
     let threshold = state.thresholds.map(|thresholds| thresholds[feature]);
-    let (columns, dots) = (2 * usize::from(place.width), 4 * place.height);
+    let (columns, dots) = (2 * place.width, 4 * place.height);
     let is_above = |value: f32| threshold.is_some_and(|threshold| value > threshold);
-    // The bits of the dots, whether any belongs to the trace, and whether it is above the threshold there.
-    let mut cells = vec![(0_u32, false, false); usize::from(place.width) * usize::from(place.height)];
-    let mut set = |column: usize, dot: u16, of_trace: Option<bool>| {
-        let (x, y) = (column / 2, usize::from(dot / 4));
-        let cell = &mut cells[y * usize::from(place.width) + x];
-        cell.0 |= DOTS[column % 2][usize::from(dot % 4)];
-        if let Some(above) = of_trace {
-            cell.1 = true;
-            cell.2 |= above;
-        }
+    let mut set = |column: u16, dot: u16, color: Color| {
+        let cell = &mut buffer[(place.x + column / 2, place.y + dot / 4)];
+        let before = cell.symbol().chars().next().map_or(0, u32::from).saturating_sub(BLANK);
+        let bits = before | DOTS[usize::from(column % 2)][usize::from(dot % 4)];
+        cell.set_char(char::from_u32(BLANK + bits).unwrap_or(' ')).set_fg(color);
     };
     if let Some(threshold) = threshold {
         let dot = range.dot(threshold, dots);
-        (0..columns).filter(|column| column % 4 < 2).for_each(|column| set(column, dot, None));
+        (0..columns).filter(|column| column % 4 < 2).for_each(|column| set(column, dot, colors.one(WARNING)));
     }
-    let shown = state.traces.iter().rev().take(columns);
     let mut right: Option<u16> = None;
-    for (value, column) in shown.zip((0..columns).rev()) {
-        let Some(value) = value.map(|features| features[feature]) else {
-            right = None;
-            continue;
-        };
-        let dot = range.dot(value, dots);
-        // Connects the dot with its neighbor, so that the line has no gaps.
-        let (from, to) = match right {
-            Some(right) if right > dot + 1 => (dot, right - 1),
-            Some(right) if right + 1 < dot => (right + 1, dot),
-            _ => (dot, dot),
-        };
-        (from..=to).for_each(|dot| set(column, dot, Some(is_above(value))));
-        right = Some(dot);
+    for (features, column) in state.traces.iter().zip((0..columns).rev()) {
+        let value = features.map(|features| features[feature]);
+        let dot = value.map(|value| range.dot(value, dots));
+        if let (Some(value), Some(dot)) = (value, dot) {
+            // Connects the dot with its neighbor, so that the line has no gaps.
+            let (from, to) = match right {
+                Some(right) if right > dot + 1 => (dot, right - 1),
+                Some(right) if right + 1 < dot => (right + 1, dot),
+                _ => (dot, dot),
+            };
+            let color = if is_above(value) { colors.one(LIT) } else { colors.one(CALM) };
+            (from..=to).for_each(|dot| set(column, dot, color));
+        }
+        right = dot;
     }
-    for (at, (bits, of_trace, above)) in (0_u16..).zip(&cells) {
-        let cell = &mut buffer[(place.x + at % place.width, place.y + at / place.width)];
-        let color = match (of_trace, above) {
-            (true, true) => colors.lit(),
-            (true, false) => colors.calm(),
-            (false, _) => colors.warning(),
-        };
-        let dots = char::from_u32(BLANK + bits).filter(|_| *bits > 0);
-        cell.set_char(dots.unwrap_or(' ')).set_fg(color);
-    }
-    state.traces.back().copied().flatten().is_some_and(|features| is_above(features[feature]))
+    state.traces.front().copied().flatten().is_some_and(|features| is_above(features[feature]))
 }
