@@ -45,8 +45,8 @@ impl Law {
         (mm_s > 0.0 && mm_s.is_finite()).then_some(mm_s)
     }
 
-    const fn check(&self) -> Result<(), ConfigError> {
-        let Self { intercept, slope } = *self;
+    const fn check(self) -> Result<(), ConfigError> {
+        let Self { intercept, slope } = self;
         if !intercept.is_finite() {
             return Err(ConfigError::SpeedLaw { parameter: LawParameter::Intercept, found: intercept });
         }

@@ -45,8 +45,14 @@ fn key(event: &Event) -> Option<Key> {
         KeyCode::Char('z' | 'Z') => Key::Rezero,
         KeyCode::Char(' ') => Key::Pause,
         KeyCode::Char('r' | 'R') => Key::Removed(RECORD),
-        KeyCode::Left | KeyCode::Right | KeyCode::Up | KeyCode::Down => Key::Removed(SEEK),
-        KeyCode::PageUp | KeyCode::PageDown | KeyCode::Home | KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
+        KeyCode::Left
+        | KeyCode::Right
+        | KeyCode::Up
+        | KeyCode::Down
+        | KeyCode::PageUp
+        | KeyCode::PageDown
+        | KeyCode::Home
+        | KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
         _ => return None,
     })
 }
