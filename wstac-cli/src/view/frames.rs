@@ -106,7 +106,9 @@ impl Sensor for Frames {
             state.dropped = state.dropped.saturating_add(frames);
             state.add_gaps(self.processor.pipeline().next_frame() - before);
         }
-        outputs.iter().for_each(|output| state.take(output));
+        for output in &outputs {
+            state.take(output);
+        }
         if passed > 0 {
             state.set_taxels(self.processor.taxels());
             state.missing = if self.sampler.is_some() { "frame lost" } else { "taxel sums only" };
@@ -129,11 +131,11 @@ impl Sensor for Frames {
     }
 
     fn rezero(&mut self, state: &mut State) {
-        let incomplete = self.processor.rezero();
-        incomplete.into_iter().for_each(|sample| state.take(&Output::Interrupted(sample)));
+        if let Some(sample) = self.processor.rezero() {
+            state.take(&Output::Interrupted(sample));
+        }
         self.zero = self.processor.pipeline().next_frame();
-        let text = format!("at frame {}: a new baseline, keep everything off the sensor", self.zero);
-        state.say(About::Note, text);
+        state.say(About::Note, format!("at frame {}: a new baseline, keep off the sensor", self.zero));
         self.look(state);
     }
 }
