@@ -19,7 +19,7 @@ mod plot;
 mod record;
 mod records;
 mod recover;
-mod removed;
+pub(crate) mod removed;
 mod run;
 mod scene;
 #[cfg(feature = "serve")]

@@ -41,5 +41,10 @@ pub(super) fn answer(unknown: &clap::Error, given: &[String]) -> Option<clap::Er
         })
     };
     let (line, instead) = REMOVED.iter().find(|(line, _)| is_asked(line))?;
-    Some(super::wrong_arguments(ErrorKind::UnknownArgument, format_args!("{line}: was removed; help: {instead}")))
+    Some(super::wrong_arguments(ErrorKind::UnknownArgument, words(line, instead)))
+}
+
+/// Returns what to use instead of something that was removed.
+pub(crate) fn words(what: &str, instead: &str) -> String {
+    format!("{what}: was removed; help: {instead}")
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use super::board_line::BoardLine;
 use super::output::{Stop, note};
+use super::removed::words;
 use super::source_arguments::{SourceArguments, at_least};
 use crate::view::{Board, Frames, run as show};
 use wstac_host::error::{Error, ErrorKind};
@@ -60,9 +61,8 @@ Keys:
 Content of the screen:
   picture   green light, scaled to the brightest taxel of the last frames
   taxels    5 x 5, each in percent of full scale
-  facts     the trigger's state; frames per second by the driver's
-            timestamps (of a file: by its header); what was lost; what
-            slides; of a camera also the latency of its newest frame
+  facts     the trigger's state, frames per second, what was lost and
+            what slides; of a camera also the latency of its frames
   traces    ten features over time, and the trigger's thresholds
   events    and faults, the newest first, in the words of wstac run
 
@@ -70,15 +70,14 @@ Terminals:
   The screen needs 20 x 5 characters, and 60 x 20 with a picture. Colors
   need a terminal with 256 of them; without, and if NO_COLOR is set,
   shades are characters. At the end of a file the screen stays until q.
-  Exit code: 0 after a key; 128 + N after signal N; 1 if a source or
-  the terminal cannot be used, or if a source fails.
+  Exit code: 0 after a key, 128 + N after signal N, 1 after a failure.
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let given = sensors(&arguments.sources)?;
     let [sensor] = &given[..] else {
-        let message = "wstac view left=SOURCE right=SOURCE: was removed; \
-                       help: wstac serve left=SOURCE right=SOURCE shows several sensors on a page";
+        let instead = "wstac serve left=SOURCE right=SOURCE shows several sensors on a page";
+        let message = words("wstac view left=SOURCE right=SOURCE", instead);
         super::wrong_arguments(clap::error::ErrorKind::TooManyValues, message).exit();
     };
     if !std::io::stdout().is_terminal() {
@@ -106,8 +105,7 @@ fn frames(source: &OsStr, arguments: &Arguments) -> Result<Frames, Error> {
     }
     let names = arguments.options.sensors_in(source)?.join(", ");
     if !names.is_empty() {
-        let help = "help: wstac serve shows all of them on a page";
-        return refused(format!("has sensors {names}, expected --sensor with one of them; {help}"));
+        return refused(format!("has sensors {names}, expected one of them as --sensor; wstac serve shows all"));
     }
     let (opened, info, config) =
         arguments.options.open_configured(source, FramePolicy::Newest, arguments.config.as_deref())?;

@@ -131,13 +131,11 @@ impl Sensor for Frames {
     }
 
     fn rezero(&mut self, state: &mut State) {
-        let incomplete = self.processor.rezero();
-        if let Some(sample) = incomplete {
+        if let Some(sample) = self.processor.rezero() {
             state.take(&Output::Interrupted(sample));
         }
         self.zero = self.processor.pipeline().next_frame();
-        let text = format!("at frame {}: a new baseline, keep everything off the sensor", self.zero);
-        state.say(About::Note, text);
+        state.say(About::Note, format!("at frame {}: a new baseline, keep off the sensor", self.zero));
         self.look(state);
     }
 }

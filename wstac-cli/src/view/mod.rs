@@ -20,6 +20,7 @@ pub(crate) use self::board::Board;
 pub(crate) use self::frames::Frames;
 use self::screen::{Key, Screen};
 use self::state::{About, State};
+use crate::commands::removed::words;
 use crate::commands::signals::{Ending as SignalEnding, finishing, number};
 use wstac_host::error::Error;
 
@@ -101,7 +102,9 @@ pub(crate) fn run(sensor: &mut impl Sensor) -> Result<(State, Option<u8>), Error
 fn read(sensor: &mut impl Sensor, shared: &Shared, keys: &Receiver<Key>) -> Option<Error> {
     let (mut failure, mut is_over) = (None, false);
     while !shared.is_over() {
-        let stands = is_over || locked(&shared.state).stands();
+        // A file or a scene is not read while it is paused.
+        let is_paused = |state: &State| state.paused && !state.live;
+        let stands = is_over || is_paused(&locked(&shared.state));
         match keys.recv_timeout(if stands { WAIT } else { sensor.wait().min(WAIT) }) {
             Ok(key) => {
                 press(key, sensor, &mut locked(&shared.state), is_over);
@@ -134,7 +137,7 @@ fn press(key: Key, sensor: &mut impl Sensor, state: &mut State, is_over: bool) {
     match key {
         Key::Pause if !is_over => state.paused = !state.paused,
         Key::Rezero if !is_over => sensor.rezero(state),
-        Key::Removed(answer) => state.say(About::Note, answer.to_owned()),
+        Key::Removed([what, instead]) => state.say(About::Note, words(what, instead)),
         // Keys of the screen itself, and what comes too late.
         Key::Quit | Key::Pause | Key::Rezero => {}
     }

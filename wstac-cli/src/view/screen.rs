@@ -28,12 +28,12 @@ pub(super) enum Key {
     /// Pause or continue.
     Pause,
     /// A key that was removed, with what to use instead.
-    Removed(&'static str),
+    Removed([&'static str; 2]),
 }
 
 /// What to use instead of the keys that went back and forth, and of those that chose one of several sensors.
-const SEEK: &str = "seek and step: were removed; help: wstac serve FILE goes back and forth on a page";
-const RECORD: &str = "key r: was removed; help: wstac record writes recordings, as does wstac serve --record-to FOLDER";
+const SEEK: [&str; 2] = ["way back and forth", "wstac serve FILE has it on its page"];
+const RECORD: [&str; 2] = ["key r", "wstac record writes recordings, as does wstac serve --record-to FOLDER"];
 
 /// Returns what an event of the terminal means, or `None` if it means nothing.
 fn key(event: &Event) -> Option<Key> {
@@ -49,8 +49,6 @@ fn key(event: &Event) -> Option<Key> {
         | KeyCode::Right
         | KeyCode::Up
         | KeyCode::Down
-        | KeyCode::PageUp
-        | KeyCode::PageDown
         | KeyCode::Home
         | KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
         _ => return None,
@@ -192,9 +190,6 @@ mod tests {
             (KeyCode::Char('x'), None),
         ] {
             assert_eq!(pressed(code), expected, "{code:?}");
-        }
-        for answer in [SEEK, RECORD] {
-            assert!(answer.contains("removed; help: wstac "), "{answer}");
         }
     }
 }

@@ -76,11 +76,6 @@ impl State {
         Self { about, live, rate, missing, wants_picture, peak, ..Self::default() }
     }
 
-    /// Returns whether nothing is read: a file or a scene stands while it is paused.
-    pub(super) fn stands(&self) -> bool {
-        self.paused && !self.live
-    }
-
     /// Adds the features of a frame, or `None` for a lost frame. Motion is that of the frame before until it is taken.
     pub(super) fn add_trace(&mut self, features: Option<[f32; FEATURES]>) {
         self.motion = None;

@@ -8,26 +8,22 @@ use wstac_core::params::{COLUMNS, ROWS};
 use super::colors::{CALM, Colors};
 use crate::view::state::State;
 
-/// Returns the rows of a taxel's cell in a map with this many rows.
-fn cell_height(rows: u16) -> u16 {
-    (rows / ROWS as u16).max(1)
-}
-
-/// Returns the columns of a taxel's cell: two characters are about as wide as one is high, and a number needs five.
-fn cell_width(rows: u16) -> u16 {
-    (2 * rows).max(5)
+/// Returns the columns and rows of a taxel's cell in a map with this many rows: two characters are about as wide as one
+/// is high, and a number needs five.
+fn cell(rows: u16) -> [u16; 2] {
+    let height = (rows / ROWS as u16).max(1);
+    [(2 * height).max(5), height]
 }
 
 /// Returns the columns that the map takes in this many rows.
 pub(super) fn columns(rows: u16) -> u16 {
-    cell_width(cell_height(rows)) * COLUMNS as u16
+    cell(rows)[0] * COLUMNS as u16
 }
 
 /// Draws the map at the top left corner of `area`.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let Some(taxels) = state.taxels else { return super::put(buffer, area, state.missing, colors.one(CALM)) };
-    let height = cell_height(area.height);
-    let width = cell_width(height);
+    let [width, height] = cell(area.height);
     for (light, at) in taxels.iter().zip(0_u16..) {
         let (x, y) = (area.x + at % COLUMNS as u16 * width, area.y + at / COLUMNS as u16 * height);
         let shade = (light / state.peak).sqrt();
