@@ -170,7 +170,8 @@ fn accuracy(drawing: &mut Drawing, own: &[(&Row, &Candidate)], prices: &Prices, 
     let x = Span::around(Scale::Log, points.iter().map(|(event, ..)| *event));
     let Some((x, y)) = x.zip(accuracies(points.iter().map(|(_, row, _)| *row))) else {
         let line = |(_, model): &(&Row, &Candidate)| {
-            let text = format!("{} has no price on boards: ci/measure prices --keep {0} counts it.", short(&model.name));
+            let text =
+                format!("{} has no price on boards: ci/measure prices --keep {0} counts it.", short(&model.name));
             wrapped(&text, SIZE, WIDTH - 2.0 * MARGIN)
         };
         let mut end = top;
@@ -292,7 +293,10 @@ mod tests {
         let (rows, models) = (map::kept().unwrap(), Candidate::all_built_in().unwrap());
         let text = r#"{"compiler": "c", "frame": "f", "cores": {}}"#;
         let figure = draw(&rows, &models, &Prices::read("p", text).unwrap(), Core::M0);
-        assert!(figure.contains(">svm-int8 has no price on boards: ci/measure prices --keep svm-int8 counts it.<"), "{figure}");
+        assert!(
+            figure.contains(">svm-int8 has no price on boards: ci/measure prices --keep svm-int8 counts it.<"),
+            "{figure}"
+        );
         assert!(!figure.contains("NaN") && !figure.contains("inf"));
     }
 }
