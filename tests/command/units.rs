@@ -157,7 +157,7 @@ fn parts_of_recordings_are_the_whole_set() {
     bad(&command, 1, &["6.mcap: its rate of frames differs"]);
 }
 
-/// `ci/many` does the same with the whole map.
+/// `ci/long many` does the same with the whole map.
 #[test]
 fn parts_of_a_study_are_the_rows_of_their_settings() {
     let folder = Folder::new("units trade");
