@@ -160,8 +160,7 @@ fn conditions() -> [(&'static str, Conditions); 7] {
 
 /// Returns the head of a table with a column for each model.
 fn head(what: &str, about: &str) -> String {
-    let names: Vec<String> = MODELS[..DETAILED].iter().map(|(name, _)| format!(" `{name}` |")).collect();
-    let names = names.concat();
+    let names = MODELS.map(|(name, _)| format!(" `{name}` |"))[..DETAILED].concat();
     format!("\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(DETAILED))
 }
 
