@@ -81,18 +81,9 @@ fn names_of_files_need_not_be_utf_8() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    for ending in [
-        ".y4m",
-        ".raw",
-        ".mcap",
-        ".npz",
-        ".event.svg",
-        ".forest.wsm",
-        ".trained.wsm",
-        ".png",
-        ".calibrated.toml",
-        ".speed.toml",
-    ] {
+    for ending in
+        [".y4m", ".raw", ".mcap", ".npz", ".event.svg", ".forest.wsm", ".trained.wsm", ".png", ".calibrated.toml"]
+    {
         let found = fs::metadata(folder.0.join(name(ending)));
         assert!(found.is_ok_and(|found| found.len() > 0), "{ending}");
     }

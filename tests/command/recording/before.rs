@@ -81,31 +81,3 @@ fn damage_of_a_recording_of_before_keeps_the_time_line() {
         assert_eq!((frames, lost), (137, 3), "byte {at}: {said}");
     }
 }
-
-/// A law that was removed does not keep frames and sums from being read.
-#[test]
-fn a_recording_with_the_removed_law_is_read_with_another() {
-    let folder = Folder::new("recording-before-law");
-    let path = |name: &str| folder.0.join(name).display().to_string();
-    let config = folder.file("published.toml", "[speed]\nlaw = \"published\"\n").display().to_string();
-    let arrival = folder.file("arrival.toml", "[trigger]\nwindow = 5\n").display().to_string();
-    for more in [&[][..], &["--features-only"]] {
-        let (whole, old) = (path("whole.mcap"), path("old.mcap"));
-        good(&[&["record", "scene:Saw3@150", "--config", &config, "-o", &whole, "--force"], more].concat());
-        let mut bytes = fs::read(&whole).unwrap();
-        let named = b"law = \"published\"";
-        let places: Vec<usize> = (0..bytes.len()).filter(|at| bytes[*at..].starts_with(named)).collect();
-        assert!(!places.is_empty());
-        for at in places {
-            bytes[at..at + named.len()].copy_from_slice(b"law = \"physical\" ");
-        }
-        fs::write(&old, bytes).unwrap();
-        let done = run(&["run", &old]);
-        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-        let expected = "old.mcap: [speed] has law = \"physical\", which was removed (expected law = \"arrival\"";
-        assert!(said(&done).contains(expected) && said(&done).contains("--config"), "{}", said(&done));
-        let lines = |file: &str| good(&["run", file, "--json", "--config", &arrival]).replace("old.mcap", "whole.mcap");
-        assert_eq!(lines(&old), lines(&whole), "{more:?}");
-        good(&["recover", &old, "-o", &path("new.mcap"), "--force"]);
-    }
-}
