@@ -23,7 +23,7 @@ pub(super) fn columns(rows: u16) -> u16 {
 /// Draws the map at the top left corner of `area`.
 pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffer) {
     let Some(taxels) = state.taxels else { return super::put(buffer, area, state.missing, colors.one(CALM)) };
-    let [width, height] = cell(area.height);
+    let [width, height] = cell(area.height.min(area.width / 2));
     for (light, at) in taxels.iter().zip(0_u16..) {
         let (x, y) = (area.x + at % COLUMNS as u16 * width, area.y + at / COLUMNS as u16 * height);
         let shade = (light / state.peak).sqrt();

@@ -39,7 +39,7 @@ pub(super) fn draw(state: &State, colors: Colors, area: Rect, buffer: &mut Buffe
     let events_height = (body.height / 6).max(3);
     let [top, traces, events] =
         bands(body, [Constraint::Fill(1), Constraint::Length(traces_height), Constraint::Length(events_height)]);
-    let map_width = heat::columns(top.height - 1);
+    let map_width = heat::columns((top.height - 1).min(top.width / 4));
     let most = top.width.saturating_sub(map_width + FACTS + 4);
     let picture_width = picture::columns(state, top.height - 1).min(most);
     let columns = [Constraint::Length(picture_width), Constraint::Length(map_width), Constraint::Fill(1)];

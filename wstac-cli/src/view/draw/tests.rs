@@ -86,6 +86,8 @@ fn all_panels_of_a_slide_are_there() {
     let event = lines.iter().find(|line| line.starts_with("event at frame 35: slide, speed 1")).unwrap();
     assert!(event.contains(" mm/s, direction "), "{all}");
     assert!(lines[23].starts_with("q quit  z re-zero  space pause"), "{all}");
+    // A tall terminal has room for the facts, too.
+    assert_eq!(count(&screen(&state, Colors(true), [80, 100]).0, "frame   120"), 1);
 }
 
 #[test]
