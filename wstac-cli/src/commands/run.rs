@@ -307,9 +307,9 @@ Output with --json, one object per line (wrapped here):
               --samples adds "sample": 10 lists of 70 numbers like "f".
               With law = "published" the fields from "touch_frame" to
               "contact" are missing, "time_ns" is the time of "frame",
-              "speed" has "extrapolated" and "direction" has "confidence" instead of
-              "sd", and "speed_at_most" is an upper bound of the speed
-              of an event that is cut off.
+              "speed" has "extrapolated" and "direction" has
+              "confidence" instead of "sd", and "speed_at_most" is an
+              upper bound of the speed of an event that is cut off.
   contact_end says that the light of an event's touch has left.
   texture     is printed as soon as a model that needs fewer than 70
               frames has them. The event that follows has the same.
