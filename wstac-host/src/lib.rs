@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`source`] | frames: the trait, and Y4M; with features folders of pictures and recordings |
 //! | [`session`] | a source read through `wstac-core` |
+//! | `station` | a session that takes orders: a recording, a new baseline, a pause (feature `mcap`) |
 //! | [`output`], [`json`] | the outputs of a session: typed, and as lines of JSON |
 //! | [`text`] | the outputs as lines of text for a person |
 //! | [`config`] | the configuration file |
@@ -42,6 +43,8 @@ mod reasons;
 pub mod record;
 pub mod session;
 pub mod source;
+#[cfg(feature = "mcap")]
+pub mod station;
 pub mod statistics;
 pub mod suggest;
 pub mod text;

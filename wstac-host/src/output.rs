@@ -30,6 +30,11 @@ pub struct OutputOptions {
     pub paths: bool,
 }
 
+impl OutputOptions {
+    /// The outputs for a person who watches a sensor: features and motion.
+    pub const LIVE: Self = Self { features: true, samples: false, motion: true, paths: false };
+}
+
 /// The names of the ten features, in their order: rows from top to bottom, then columns from left to right (SPEC §1).
 pub const FEATURE_NAMES: [&str; FEATURES] = ["r1", "r2", "r3", "r4", "r5", "c1", "c2", "c3", "c4", "c5"];
 

@@ -124,6 +124,8 @@ fn rank(task: Task) -> u8 {
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     models: Vec<Arc<OwnedModel>>,
+    /// What the models' files are called.
+    names: Arc<[String]>,
 }
 
 impl Textures {
@@ -151,7 +153,13 @@ impl Textures {
             models.push((model, file));
         }
         models.sort_by_key(|(model, _)| rank(model.get().task()));
-        Ok(Self { models: models.into_iter().map(|(model, _)| model).collect() })
+        let names = files.iter().map(|file| file.about().to_owned()).collect();
+        Ok(Self { models: models.into_iter().map(|(model, _)| model).collect(), names })
+    }
+
+    /// Returns the names of the models' files, as recordings keep them.
+    pub fn names(&self) -> &[String] {
+        &self.names
     }
 
     /// Returns whether a model takes 25 taxels. Then the pipeline must keep them

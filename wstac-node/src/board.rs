@@ -10,9 +10,9 @@ use std::sync::mpsc::Receiver;
 use std::time::SystemTime;
 
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::monitor::port::{Got, Port, SILENT, WAIT};
-use wstac_host::monitor::requests::Requests;
-use wstac_host::monitor::{Monitor, Report, now};
+use wstac_host::monitor::line::BoardLine;
+use wstac_host::monitor::port::Port;
+use wstac_host::monitor::{Monitor, Report};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 
@@ -23,9 +23,7 @@ use crate::publisher::PublisherHandle;
 /// A board whose port is open.
 pub(crate) struct Board {
     name: String,
-    port: Port,
-    monitor: Monitor,
-    requests: Requests,
+    line: BoardLine,
 }
 
 /// The kind of a board's port.
@@ -58,120 +56,51 @@ impl Board {
     /// # Errors
     /// The port cannot be opened.
     pub(crate) fn open(name: &str, source: &OsStr, baud: Option<u32>) -> Result<Self, Error> {
-        let mut wanted = OutputOptions::default();
-        (wanted.features, wanted.motion) = (true, true);
-        let monitor = Monitor::new(wanted);
-        let mut requests = Requests::default();
-        requests.extend(monitor.requests());
-        let port = Port::open(source, baud)?;
-        note(format_args!("{name}: a board at {}", port.name()));
-        Ok(Self { name: name.to_owned(), port, monitor, requests })
+        let line = BoardLine::new(Port::open(source, baud)?, OutputOptions::LIVE);
+        note(format_args!("{name}: a board at {}", line.name()));
+        Ok(Self { name: name.to_owned(), line })
     }
 
     /// Reads until the board or its connection ends, or until `ends` is set. Returns whether it did not fail.
     ///
     /// Orders are refused: what a service could change is in the board.
-    pub(crate) fn run(mut self, publisher: &PublisherHandle, orders: &Receiver<Order>, ends: &AtomicBool) -> bool {
-        let read = self.read(publisher, orders, ends);
-        if let Err(error) = &read {
-            note(format_args!("{}: {error}", self.name));
-        }
-        read.is_ok()
-    }
-
-    fn read(&mut self, publisher: &PublisherHandle, orders: &Receiver<Order>, ends: &AtomicBool) -> Result<(), Error> {
-        let read = self.read_to_end(publisher, orders, ends);
-        if !matches!(read, Ok(true)) {
-            // The board did not say its end: what is known here takes its place.
-            publisher.output(&self.monitor.finish(), SystemTime::now())?;
-        }
-        read.map(|_| ())
-    }
-
-    /// Returns whether the board has said its end.
-    fn read_to_end(
-        &mut self,
-        publisher: &PublisherHandle,
-        orders: &Receiver<Order>,
-        ends: &AtomicBool,
-    ) -> Result<bool, Error> {
-        let mut room = [0; 4096];
-        let mut waits = 0_u32;
-        while !ends.load(Ordering::Relaxed) {
+    pub(crate) fn run(self, publisher: &PublisherHandle, orders: &Receiver<Order>, ends: &AtomicBool) -> bool {
+        let Self { name, mut line } = self;
+        let count = |output: &Output| {
+            if let Output::End(end) = output {
+                publisher.counts().frames.store(end.frames, Ordering::Relaxed);
+                publisher.counts().lost.store(end.dropped, Ordering::Relaxed);
+            }
+        };
+        let is_over = |monitor: &Monitor| {
             // No more than wait now: whoever asks without end holds up nobody.
             for order in orders.try_iter().take(MOST_WAITING) {
                 let why = "is a board, which finds its events itself; wstac board changes its settings";
                 order.refuse(ErrorKind::Unsupported, why);
             }
-            self.requests.extend(self.monitor.set_now(now()));
-            if let Some(reading) = self.requests.send(&mut self.port) {
-                self.say(reading.in_words(self.port.name()));
-            }
-            match self.port.read(&mut room)? {
-                Got::Bytes(count) => {
-                    waits = 0;
-                    self.requests.extend(self.monitor.set_now(now()));
-                    if !self.take(&room[..count], publisher)? {
-                        return Ok(true);
-                    }
+            count(&monitor.finish());
+            ends.load(Ordering::Relaxed)
+        };
+        let read = line.run(is_over, |report| {
+            match report {
+                Report::Output(output) => {
+                    count(&output);
+                    publisher.output(&output, SystemTime::now())?;
                 }
-                Got::Nothing => {
-                    waits = waits.saturating_add(1);
-                    if waits == SILENT {
-                        self.say(format_args!("no data for {} s", (WAIT * SILENT).as_secs()));
-                    }
+                Report::Note(text) => note(format_args!("{name}: {text}")),
+                Report::LostEvents(lost) => {
+                    publisher.counts().lost_events.fetch_add(lost, Ordering::Relaxed);
+                    note(format_args!("{name}: {} lost", counted(lost, "event")));
                 }
-                Got::Gone => {
-                    // A device that is gone needs no note about its silence.
-                    waits = SILENT;
-                    self.say(format_args!("{} is gone; waiting for it", self.port.name()));
-                }
-                Got::Back => {
-                    waits = 0;
-                    self.say(format_args!("{} is back", self.port.name()));
-                    self.requests.extend(self.monitor.requests());
-                }
-                Got::Ended if self.monitor.heard() => return Ok(false),
-                Got::Ended => {
-                    let expected = "has no messages, expected those of a board";
-                    return Err(Error::new(ErrorKind::Data, self.port.name(), expected));
-                }
+                // The clock of the board is used, and the rest of its state is for wstac monitor --status.
+                Report::Telemetry(_) | Report::Request(_) => {}
             }
-        }
-        Ok(false)
-    }
-
-    /// Takes bytes of the board and publishes what follows. Returns whether the board goes on.
-    fn take(&mut self, bytes: &[u8], publisher: &PublisherHandle) -> Result<bool, Error> {
-        let Self { name, monitor, requests, .. } = self;
-        let stamp = SystemTime::now();
-        let goes_on = monitor.take(bytes, |report| match report {
-            Report::Output(output) => publisher.output(&output, stamp),
-            Report::Request(request) => {
-                requests.push(request);
-                Ok(())
-            }
-            Report::Note(text) => {
-                note(format_args!("{name}: {text}"));
-                Ok(())
-            }
-            Report::LostEvents(lost) => {
-                publisher.counts().lost_events.fetch_add(lost, Ordering::Relaxed);
-                note(format_args!("{name}: {} lost", counted(lost, "event")));
-                Ok(())
-            }
-            // The clock of the board is used, and the rest of its state is for wstac monitor --status.
-            Report::Telemetry(_) => Ok(()),
+            Ok::<(), Error>(())
         });
-        if let Output::End(end) = monitor.finish() {
-            publisher.counts().frames.store(end.frames, Ordering::Relaxed);
-            publisher.counts().lost.store(end.dropped, Ordering::Relaxed);
+        if let Err(error) = &read {
+            note(format_args!("{name}: {error}"));
         }
-        goes_on
-    }
-
-    fn say(&self, text: impl std::fmt::Display) {
-        note(format_args!("{}: {text}", self.name));
+        read.is_ok()
     }
 }
 

@@ -1,5 +1,7 @@
 //! Reads one source of frames: a camera, a file or a scene.
 
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::thread;
@@ -8,47 +10,33 @@ use std::time::{Duration, SystemTime};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::output::{Elapsed, FrameFeatures, InterruptedReport, Output, OutputOptions};
-use wstac_host::record::Excerpt;
-use wstac_host::record::about::About;
-use wstac_host::session::{Observer, Processor, Session, Step};
+use wstac_host::output::{FrameFeatures, Output, OutputOptions};
+use wstac_host::plural::counted;
+use wstac_host::record::{Recorded, first_free_file, new_file};
+use wstac_host::session::{Observer, Processor};
 use wstac_host::source::open::{SourceKind, open};
-use wstac_host::source::pace::Pace;
-use wstac_host::source::{FramePolicy, SourceEvent, StreamInfo, config_of};
-use wstac_host::text::text_of;
+use wstac_host::source::{FramePolicy, SourceEvent, config_of};
+use wstac_host::station::{Station, Turn};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
 use crate::arguments::{Arguments, NamedSource};
 use crate::note;
-use crate::orders::{Action, Order, replace, shown};
+use crate::orders::{Action, Order, path_in, replace, shown};
 use crate::publisher::PublisherHandle;
-use crate::recording;
 use crate::ros::picture::Shape;
 use crate::sums::FrameSums;
 
 /// The kinds of sources besides files.
 const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
-/// The longest sleep between two looks at the signal.
-const NAP: Duration = Duration::from_millis(100);
 
 /// A source of frames that is ready for reading.
 pub(crate) struct Frames {
     name: String,
-    session: Session,
-    /// `None` for a camera, which has its own.
-    pace: Option<Pace>,
+    station: Station,
     /// The shape of pictures, if the source has any.
     picture: Option<Shape>,
-    configured: Configured,
-}
-
-/// What services may replace.
-struct Configured {
-    info: StreamInfo,
-    config: Config,
-    /// What the models say about themselves.
-    models: Vec<String>,
+    is_camera: bool,
 }
 
 impl Frames {
@@ -62,17 +50,18 @@ impl Frames {
         let source = open(source_name, &options, KINDS)?;
         let info = source.info().clone();
         let given = arguments.config.as_deref().map(Config::read).transpose()?;
-        let (config, textures) = (config_of(&info, given)?, Textures::new(models)?);
-        let session = Session::builder(source).outputs(wanted()).textures(textures).config(config.clone());
-        let pace = (!is_camera(source_name)).then(|| Pace::new(info.rate));
-        note(format_args!("{name}: {}", info.about));
-        let picture = Shape::of(&info);
+        let config = config_of(&info, given)?;
+        let mut station = Station::new(source, info, config, Textures::new(models)?, OutputOptions::LIVE)?;
+        let is_camera = is_camera(source_name);
+        if !is_camera {
+            station = station.paced();
+        }
+        note(format_args!("{name}: {}", station.info().about));
+        let picture = Shape::of(station.info());
         if arguments.picture && picture.is_none() {
             note(format_args!("{name}: its frames are no pictures of ROS 2; they are not published"));
         }
-        let models = models.iter().map(|model| model.about().to_owned()).collect();
-        let configured = Configured { info, config, models };
-        Ok(Self { name: name.to_owned(), session: session.build()?, pace, picture, configured })
+        Ok(Self { name: name.to_owned(), station, picture, is_camera })
     }
 
     /// Reads to the end of the source, or until `ends` is set. Returns whether the source did not fail.
@@ -83,40 +72,41 @@ impl Frames {
         share: f64,
         ends: &AtomicBool,
     ) -> bool {
-        let Self { name, mut session, pace, picture, mut configured } = self;
-        if pace.is_some() {
+        let Self { name, mut station, picture, is_camera } = self;
+        let rate = station.info().rate;
+        if !is_camera {
             // A frame of a file may last for hours.
-            thread::sleep(Duration::from_secs_f64((share / session.info().rate.per_second()).min(1.0)));
+            thread::sleep(Duration::from_secs_f64((share / rate.per_second()).min(1.0)));
         }
-        let (stamp, elapsed) = (SystemTime::now(), Elapsed::default());
-        let sums = FrameSums::new(session.info().rate);
-        let mut reader =
-            Reader { publisher, pace, picture, passed: 0, stamp, elapsed, completed: None, sums, recording: None };
-        if let Some(pace) = &mut reader.pace {
-            pace.restart();
-        }
-        let read = loop {
+        let (stamp, sums) = (SystemTime::now(), FrameSums::new(rate));
+        let mut reader = Reader { publisher, picture, stamp, completed: None, sums };
+        let (mut turn, mut is_good) = (Ok(Turn::Read), true);
+        while !matches!(turn, Ok(Turn::Over) | Err(_)) {
             if ends.load(Ordering::Relaxed) {
-                break session.finish(&mut reader);
+                turn = station.finish(&mut reader).map(|()| Turn::Over);
+                break;
             }
             // One for each frame: whoever asks without end does not hold up the sensor.
-            if let Ok(order) = orders.try_recv() {
-                order.answer(|action| configured.follow(action, &name, &mut session, &mut reader));
+            if matches!(turn, Ok(Turn::Read))
+                && let Ok(order) = orders.try_recv()
+            {
+                order.answer(|action| follow(action, &name, &mut station, &mut reader));
             }
-            match session.step(&mut reader) {
-                Ok(Step::GoesOn) => reader.wait(ends),
-                Ok(Step::Over) => break Ok(()),
-                Err(error) => break Err(error),
+            if let Some(full) = station.take_recorded() {
+                // The sensor goes on without a recording for which the disk has no room.
+                note(recorded(full).unwrap_or_else(|error| error.to_string()));
             }
-        };
-        if let Err(error) = &read {
+            turn = station.advance(&mut reader);
+        }
+        if let Err(error) = &turn {
             note(format_args!("{name}: {error}"));
+            is_good = false;
         }
-        let recorded = reader.end_recording().inspect_err(|error| note(format_args!("{name}: {error}")));
-        if let Ok(Some(line)) = &recorded {
-            note(format_args!("{name}: {line}"));
+        if let Some(recorded) = station.take_recorded().map(recorded) {
+            is_good &= recorded.is_ok();
+            note(format_args!("{name}: {}", recorded.unwrap_or_else(|error| error.to_string())));
         }
-        read.is_ok() && recorded.is_ok()
+        is_good
     }
 }
 
@@ -126,141 +116,91 @@ fn delivery(arguments: &Arguments) -> FramePolicy {
     if arguments.files.is_some() { FramePolicy::Every } else { FramePolicy::Newest }
 }
 
-/// Returns the outputs that are published.
-fn wanted() -> OutputOptions {
-    let mut wanted = OutputOptions::default();
-    (wanted.features, wanted.motion) = (true, true);
-    wanted
+/// Returns a line about a recording.
+fn recorded(recorded: Result<Recorded, Error>) -> Result<String, Error> {
+    recorded.map(|Recorded { path, written, .. }| {
+        let frames = counted(written.frames, "frame");
+        format!("{}: {frames} recorded, {:.1} MB", path.display(), written.bytes as f64 / 1e6)
+    })
 }
 
-impl Configured {
-    /// Does what a service asks. Returns a text for people.
-    ///
-    /// # Errors
-    /// A file cannot be used, or the sensor is in a state in which it cannot be done. Nothing has changed then.
-    fn follow(
-        &mut self,
-        action: Action,
-        name: &str,
-        session: &mut Session,
-        reader: &mut Reader,
-    ) -> Result<String, Error> {
-        let state = |why: &str| Err(Error::new(ErrorKind::Usage, name, why));
-        match action {
-            // Whatever else changes, a replay of the recording would not know of it.
-            Action::StopRecording => match reader.end_recording()? {
-                Some(line) => Ok(line),
-                None => state("has no recording in progress"),
-            },
-            _ if reader.recording.is_some() => state("has a recording in progress, expected none: stop it first"),
-            Action::RestartBaseline => {
-                reader.interrupt(session.processor_mut().rezero())?;
-                Ok("the baseline is gathered; leave the sensor untouched for 25 frames".to_owned())
+/// Does what a service asks. Returns a text for people.
+///
+/// # Errors
+/// A file cannot be used, or the sensor is in a state in which it cannot be done. Nothing has changed then.
+fn follow(action: Action, name: &str, station: &mut Station, reader: &mut Reader) -> Result<String, Error> {
+    let state = |why: &str| Err(Error::new(ErrorKind::Usage, name, why));
+    match action {
+        // Whatever else changes, a replay of the recording would not know of it.
+        Action::StopRecording => match station.end_recording().transpose() {
+            Some(ended) => recorded(ended),
+            None => state("has no recording in progress"),
+        },
+        _ if station.recording().is_some() => state("has a recording in progress, expected none: stop it first"),
+        Action::RestartBaseline => {
+            station.rezero();
+            Ok("the baseline is gathered; leave the sensor untouched for 25 frames".to_owned())
+        }
+        Action::UseConfig { config, file } => {
+            // What was being captured ends here. Numbers and times of frames go on.
+            station.reconfigure(*config)?;
+            reader.sums.restart();
+            replace(&reader.publisher.settings().config, shown(&file));
+            Ok(format!("{} is used", file.display()))
+        }
+        Action::UseModel { textures, file } => {
+            station.set_textures(textures);
+            replace(&reader.publisher.settings().models, vec![shown(&file)]);
+            Ok(format!("{} is used", file.display()))
+        }
+        Action::StartRecording { folder, file, features_only, labels } => {
+            if station.info().taxels_only && !features_only {
+                return state("has taxel sums and no frames, expected features_only");
             }
-            Action::UseConfig { config, file } => {
-                // What was being captured ends here. Numbers and times of frames go on.
-                let interrupted = session.processor_mut().reconfigure(&self.info, &config)?;
-                let interrupted = reader.restarted(interrupted, session.processor());
-                self.config = *config;
-                replace(&reader.publisher.settings().config, shown(&file));
-                interrupted.map(|()| format!("{} is used", file.display()))
-            }
-            Action::UseModel { textures, about, file } => {
-                session.processor_mut().set_textures(textures);
-                self.models = vec![about];
-                replace(&reader.publisher.settings().models, vec![shown(&file)]);
-                Ok(format!("{} is used", file.display()))
-            }
-            Action::StartRecording { folder, file, features_only, labels } => {
-                let mut kept = self.info.clone();
-                if features_only {
-                    (kept.taxels_only, kept.crop) = (true, None);
-                } else if kept.taxels_only {
-                    return state("has taxel sums and no frames, expected features_only");
-                }
-                let about = About::new(&kept, &self.config, labels, self.models.clone())?;
-                let recording = recording::start(&folder, &file, name, &about, session.processor())?;
-                let path = recording.path().display().to_string();
-                // Its replay begins with a new baseline, too. The sample that this ends is not part of it.
-                let interrupted = session.processor_mut().restart();
-                let interrupted = reader.restarted(interrupted, session.processor());
-                reader.recording = Some(recording);
-                interrupted.map(|()| path)
-            }
+            station.record(|| file_of(&folder, &file, name), labels, features_only)?;
+            reader.sums.restart();
+            Ok(station.recording().map(|recording| recording.path().display().to_string()).unwrap_or_default())
         }
     }
+}
+
+/// Creates the file of this name, or the first one that is free: SENSOR-1.mcap, SENSOR-2.mcap …
+fn file_of(folder: &Path, file: &str, sensor: &str) -> Result<(File, PathBuf), Error> {
+    if file.is_empty() {
+        return first_free_file(|number| folder.join(format!("{sensor}-{number}.mcap")));
+    }
+    let path = path_in(Some(folder), file)?;
+    Ok((new_file(&path)?, path))
 }
 
 /// Hands everything over that a session finds.
 struct Reader {
     publisher: PublisherHandle,
-    pace: Option<Pace>,
     /// The shape of pictures, if the source has any.
     picture: Option<Shape>,
-    /// The camera frames of the last step.
-    passed: u64,
     /// The wall-clock time of the last frame: the driver's, or else when it was read.
     stamp: SystemTime,
-    /// The time up to the last restart, from which the times of outputs count. Those that are published go on.
-    elapsed: Elapsed,
     /// The features that the last event of the source has completed.
     completed: Option<FrameFeatures>,
     /// The taxel sums that the next features are made of.
     sums: FrameSums,
-    recording: Option<Excerpt>,
-}
-
-impl Reader {
-    /// Publishes a sample that ends early.
-    fn interrupt(&mut self, sample: Option<InterruptedReport>) -> Result<(), Error> {
-        sample.map_or(Ok(()), |sample| self.output(Output::Interrupted(sample)))
-    }
-
-    /// Goes on behind a restart of the processor, which ended this sample.
-    fn restarted(&mut self, sample: Option<InterruptedReport>, processor: &Processor) -> Result<(), Error> {
-        // Its times are those before the restart.
-        let interrupted = self.interrupt(sample);
-        self.elapsed = processor.elapsed();
-        self.sums.restart();
-        interrupted
-    }
-
-    /// Ends the recording in progress, if there is one. Returns a line about it.
-    fn end_recording(&mut self) -> Result<Option<String>, Error> {
-        self.recording.take().map(recording::finish).transpose()
-    }
-
-    /// Waits until the next frame of a file is due.
-    fn wait(&mut self, ends: &AtomicBool) {
-        let Some(pace) = &mut self.pace else { return };
-        pace.advance(std::mem::take(&mut self.passed));
-        while !pace.wait().is_zero() && !ends.load(Ordering::Relaxed) {
-            thread::sleep(pace.wait().min(NAP));
-        }
-    }
 }
 
 impl Observer for Reader {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
-        if let Some(recording) = &mut self.recording {
-            recording.source_event(event);
-        }
         match event {
             SourceEvent::Frame(frame) => {
-                self.passed += 1;
                 self.stamp = frame.stamp.map_or_else(SystemTime::now, |stamp| stamp.time);
                 if let Some(picture) = self.picture {
                     self.publisher.picture(picture, frame.bytes, self.stamp);
                 }
             }
             SourceEvent::Taxels(frame) => {
-                self.passed += 1;
                 self.stamp = frame.stamp.map_or_else(SystemTime::now, |stamp| stamp.time);
             }
             SourceEvent::Lost { frames, .. } => {
-                self.passed += frames;
                 self.publisher.counts().lost.fetch_add(*frames, Ordering::Relaxed);
             }
             _ => {}
@@ -269,10 +209,6 @@ impl Observer for Reader {
     }
 
     fn output(&mut self, output: Output) -> Result<(), Error> {
-        if let Some(recording) = &mut self.recording {
-            recording.output(&output, text_of);
-        }
-        let output = output.after(self.elapsed);
         if let Output::Features(features) = &output {
             self.completed = Some(*features);
         }
@@ -280,8 +216,6 @@ impl Observer for Reader {
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        // By a driver's clock it is known from the first frame on.
-        self.elapsed = processor.elapsed();
         let is_frame = matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
         if let Some(sums) = processor.taxel_sums().filter(|_| is_frame) {
             self.sums.add(&sums);
@@ -290,11 +224,6 @@ impl Observer for Reader {
             && let Some(sums) = self.sums.complete()
         {
             self.publisher.taxels(&features, &sums, self.stamp);
-        }
-        if self.recording.as_mut().is_some_and(|recording| !recording.processed(event, processor)) {
-            // The disk is full. The sensor goes on without it.
-            let ended = self.end_recording().map_or_else(|error| error.to_string(), Option::unwrap_or_default);
-            note(ended);
         }
         true
     }
@@ -338,7 +267,7 @@ mod tests {
         let arguments = arguments(&["--size", "640x360", "--fps", "60", "--format", "YUYV"]);
         let named = arguments.sensors().unwrap().remove(0);
         let frames = Frames::open(&named, &arguments, &[]).unwrap();
-        let info = frames.session.info();
+        let info = frames.station.info();
         assert_eq!((info.size.width(), info.size.height(), info.rate.per_second()), (640, 360, 60.0));
         assert!(info.format.is_ycbcr());
     }
@@ -364,5 +293,18 @@ mod tests {
         assert!(frames.run(publisher, &arriving, 0.0, &ends));
         // One order for each frame.
         assert_eq!(frames_seen.try_iter().collect::<Vec<_>>(), (0..10).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn names_are_new_ones() {
+        let folder = std::env::temp_dir().join(format!("wstac-node-names-{}", std::process::id()));
+        std::fs::create_dir(&folder).unwrap();
+        let of = |file: &str| file_of(&folder, file, "left").map(|(_, path)| path).map_err(|error| error.to_string());
+        let found = ["", "", "a.mcap", "a.mcap", "../b.mcap"].map(of);
+        std::fs::remove_dir_all(&folder).unwrap();
+        let expected = ["left-1.mcap", "left-2.mcap", "a.mcap"].map(|name| Ok(folder.join(name)));
+        assert_eq!(found[..3], expected);
+        assert!(found[3].as_ref().is_err_and(|error| error.contains("a.mcap")), "{:?}", found[3]);
+        assert!(found[4].as_ref().is_err_and(|error| error.contains("without folders")), "{:?}", found[4]);
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher`
 //! sends what was found. Its handle makes messages between them, and `sums` those of taxels. A full queue makes it skip
-//! messages, so that a slow network never holds up a sensor. `orders` are what services ask of a sensor, and `recording`
-//! is one that they start. `ending` ends all of it after a signal. `network` opens the session of Zenoh, and `refused`
+//! messages, so that a slow network never holds up a sensor. `orders` are what services ask of a sensor. `ending` ends
+//! all of it after a signal. `network` opens the session of Zenoh, and `refused`
 //! has in words what that refuses. `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes
 //! of ROS 2.
 
@@ -16,7 +16,6 @@ mod message;
 mod network;
 mod orders;
 mod publisher;
-mod recording;
 mod records;
 mod refused;
 mod ros;

@@ -23,8 +23,8 @@ pub(crate) enum Action {
     RestartBaseline,
     /// Use the configuration that this file has.
     UseConfig { config: Box<Config>, file: PathBuf },
-    /// Name textures with the model that this file has, in place of all others; `about` is what it says about itself.
-    UseModel { textures: Textures, about: String, file: PathBuf },
+    /// Name textures with the model that this file has, in place of all others.
+    UseModel { textures: Textures, file: PathBuf },
     /// Record to a new file: of this name in the folder, or of the first that is free.
     StartRecording { folder: PathBuf, file: String, features_only: bool, labels: Labels },
     /// End the recording.

@@ -12,6 +12,6 @@ mod server;
 mod tools;
 
 pub use access::Token;
-pub use sensor::{Opened, Reopen, Sensor};
+pub use sensor::Sensor;
 pub use server::Server;
 pub use tools::{CalibrationFile, ExaminedCamera, Tools, WriteFile};

@@ -30,21 +30,23 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// ```no_run
 /// use std::sync::atomic::AtomicBool;
 /// use wstac_host::config::Config;
-/// use wstac_host::source::{Source, open::{OpenOptions, open}, pace::Pace};
+/// use wstac_host::output::OutputOptions;
+/// use wstac_host::source::{Source, open::{OpenOptions, open}};
+/// use wstac_host::station::Station;
 /// use wstac_host::texture::Textures;
-/// use wstac_serve::{Opened, Sensor, Server, Tools};
+/// use wstac_serve::{Sensor, Server, Tools};
 ///
 /// let source = open("slide.y4m", &OpenOptions::default(), &[])?;
 /// let info = source.info().clone();
-/// let (config, textures, pace) = (Config::default(), Textures::default(), Some(Pace::new(info.rate)));
+/// let station = Station::new(source, info, Config::default(), Textures::default(), OutputOptions::LIVE)?;
 /// // Pages can go back in a file that can be opened again.
 /// let reopen = || {
 ///     let source = open("slide.y4m", &OpenOptions::default(), &[])?;
 ///     let info = source.info().clone();
 ///     Ok((source, info))
 /// };
-/// let opened = Opened { source, info, config, textures, pace, reopen: Some(Box::new(reopen)), repeats: false };
-/// let sensor = Sensor::new(None, opened, Tools::default())?;
+/// let station = station.paced().reopened_by(Box::new(reopen), false);
+/// let sensor = Sensor::new(None, station, Tools::default());
 /// let server = Server::bind("127.0.0.1:0".parse().expect("an address"), None)?;
 /// println!("{}", server.address());
 /// server.run(vec![sensor], &AtomicBool::new(false), &|name, line| eprintln!("{name:?}: {line}"));

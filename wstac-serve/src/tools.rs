@@ -5,11 +5,10 @@ use std::path::PathBuf;
 
 use wstac_host::camera::{ControlValue, DeviceInfo};
 use wstac_host::error::Error;
-use wstac_host::json::JsonLine;
-use wstac_host::output::Output;
 
 /// What a page may do with a sensor besides showing it. By default it may calibrate and examine the sensor; nothing is
 /// written.
+#[derive(Default)]
 pub struct Tools {
     /// The folder of recordings; `None` refuses them.
     pub record_to: Option<PathBuf>,
@@ -19,19 +18,6 @@ pub struct Tools {
     pub camera: Option<Box<dyn ExaminedCamera>>,
     /// The frames per second that the camera was asked for.
     pub asked_fps: Option<f64>,
-    /// The names of the texture models, for the description of recordings.
-    pub models: Vec<String>,
-    /// Returns an output in words, for people who look at a recording.
-    pub words: fn(&Output) -> String,
-}
-
-impl Default for Tools {
-    fn default() -> Self {
-        let words = |output: &Output| {
-            JsonLine::new(output).and_then(|line| serde_json::to_string(&line).ok()).unwrap_or_default()
-        };
-        Self { record_to: None, calibrate_to: None, camera: None, asked_fps: None, models: Vec::new(), words }
-    }
 }
 
 impl fmt::Debug for Tools {

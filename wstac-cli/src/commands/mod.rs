@@ -1,7 +1,6 @@
 //! The command line: arguments and output only, one file per command.
 
 mod board;
-pub(crate) mod board_line;
 mod calibrate;
 mod completions;
 mod csv;

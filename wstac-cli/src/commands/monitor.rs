@@ -1,16 +1,16 @@
 //! `wstac monitor` prints a board's events.
 
+use std::cell::Cell;
 use std::ffi::OsString;
 use std::sync::atomic::Ordering;
 
-use super::board_line::{BoardLine, LineStep};
 use super::output::{Stop, note};
 use super::records::{Form, Records};
 use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
-use wstac_host::error::{Error, ErrorKind};
+use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::port::Port;
-use wstac_host::monitor::{Report, telemetry};
+use wstac_host::monitor::{Monitor, Report, telemetry};
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
 
@@ -83,39 +83,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut line = BoardLine::new(Port::open(&arguments.port, arguments.baud)?, wanted);
     let interrupted = finishing(Ending::InTime);
     let mut records = Records::new(Form::json_if(arguments.json));
-    let mut lost_events = 0;
-    while !interrupted.load(Ordering::Relaxed) {
-        let clock = line.monitor().clock_match();
-        let step = line.step(|report| {
-            match report {
-                Report::Output(output) => records.write(&output)?,
-                Report::Note(text) => note(text),
-                Report::LostEvents(lost) => {
-                    lost_events += lost;
-                    note(format_args!("{} lost, {lost_events} since the start", counted(lost, "event")));
-                }
-                Report::Telemetry(telemetry) if arguments.status => {
-                    note(format_args!("the board: {}", telemetry::in_words(&telemetry, clock)));
-                }
-                Report::Telemetry(_) | Report::Request(_) => {}
+    let (mut lost_events, clock) = (0, Cell::new(None));
+    let is_over = |monitor: &Monitor| {
+        clock.set(monitor.clock_match());
+        interrupted.load(Ordering::Relaxed)
+    };
+    line.run(is_over, |report| {
+        match report {
+            Report::Output(output) => records.write(&output)?,
+            Report::Note(text) => note(text),
+            Report::LostEvents(lost) => {
+                lost_events += lost;
+                note(format_args!("{} lost, {lost_events} since the start", counted(lost, "event")));
             }
-            Ok::<(), Stop>(())
-        });
-        match step {
-            Ok(LineStep::GoesOn) => {}
-            Ok(LineStep::Over) => return Ok(()),
-            Ok(LineStep::Ended) => {
-                records.write(&line.monitor().finish())?;
-                let silent =
-                    || Error::new(ErrorKind::Data, line.name(), "has no messages, expected those of a board").into();
-                return if line.monitor().heard() { Ok(()) } else { Err(silent()) };
+            Report::Telemetry(telemetry) if arguments.status => {
+                note(format_args!("the board: {}", telemetry::in_words(&telemetry, clock.get())));
             }
-            Err(stop) => {
-                // The error of the port matters more than the end record.
-                let _ = records.write(&line.monitor().finish());
-                return Err(stop);
-            }
+            Report::Telemetry(_) | Report::Request(_) => {}
         }
-    }
-    records.write(&line.monitor().finish())
+        Ok(())
+    })
 }

@@ -8,23 +8,24 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind as ClapErrorKind;
 
 use super::files::{Outputs, check_ending};
-use super::output::{Stop, note, text_of};
+use super::output::{Stop, note};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::camera::{ControlValue, DeviceInfo};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
 use wstac_host::source::FramePolicy;
 use wstac_host::source::every_sensor::NamedSource;
 use wstac_host::source::names::sensors;
-use wstac_host::source::pace::Pace;
+use wstac_host::station::Station;
 use wstac_host::text_file;
 use wstac_host::texture::Textures;
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
 use wstac_linux::source::is_camera;
-use wstac_serve::{CalibrationFile, ExaminedCamera, Opened, Reopen, Server, Token, Tools};
+use wstac_serve::{CalibrationFile, ExaminedCamera, Server, Token, Tools};
 
 /// The address without --listen.
 const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8025);
@@ -234,19 +235,19 @@ fn open(
         calibrate_to: calibration_file(sensor, all, arguments)?,
         camera: camera.map(|camera| Box::new(Camera(camera.path.clone())) as Box<dyn ExaminedCamera>),
         asked_fps: is_live.then(|| options.asked_fps()),
-        models: files.iter().map(|file| file.about().to_owned()).collect(),
-        words: text_of,
     };
-    let pace = (!is_live).then(|| Pace::new(info.rate));
-    let (again, repeats) = (options.clone(), arguments.repeats);
-    let name = sensor.source.clone();
-    let reopen = can_reopen(&name).then(|| Box::new(move || again.open(&name, policy)) as Box<Reopen>);
-    if repeats && reopen.is_none() {
+    let mut station = Station::new(source, info, config, Textures::new(files)?, OutputOptions::LIVE)?;
+    if !is_live {
+        station = station.paced();
+    }
+    if can_reopen(&sensor.source) {
+        let (again, name) = (options.clone(), sensor.source.clone());
+        station = station.reopened_by(Box::new(move || again.open(&name, policy)), arguments.repeats);
+    } else if arguments.repeats {
         let message = "can be read once, expected a file or a scene with --loop";
         return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message));
     }
-    let opened = Opened { source, info, config, textures: Textures::new(files)?, pace, reopen, repeats };
-    Ok((wstac_serve::Sensor::new(sensor.name.as_deref(), opened, tools)?, notes))
+    Ok((wstac_serve::Sensor::new(sensor.name.as_deref(), station, tools), notes))
 }
 
 /// Returns whether a source can be read again from its start: a scene, a file or a folder.

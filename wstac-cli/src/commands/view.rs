@@ -4,20 +4,20 @@ use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use super::board_line::BoardLine;
 use super::output::{Stop, note};
 use super::removed::words;
 use super::source_arguments::{SourceArguments, at_least};
 use crate::view::{Board, Frames, run as show};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::pictures::port_of;
 use wstac_host::monitor::port::Port;
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
-use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
 use wstac_host::source::names::sensors;
+use wstac_host::station::Station;
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 
@@ -93,10 +93,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     signal.map_or(Ok(()), |signal| Err(Stop::Interrupted(signal)))
 }
 
-fn wanted() -> OutputOptions {
-    OutputOptions { features: true, motion: true, ..OutputOptions::default() }
-}
-
 /// Opens a source of frames.
 fn frames(source: &OsStr, arguments: &Arguments) -> Result<Frames, Error> {
     let refused = |message: String| Err(Error::new(ErrorKind::Usage, source.display(), message));
@@ -111,8 +107,8 @@ fn frames(source: &OsStr, arguments: &Arguments) -> Result<Frames, Error> {
         arguments.options.open_configured(source, FramePolicy::Newest, arguments.config.as_deref())?;
     let live = is_camera(source);
     let textures = Textures::new(&ModelFile::open_all(&arguments.models)?)?;
-    let processor = Processor::new(&info, &config, wanted())?.with_textures(textures);
-    Ok(Frames::new(opened, &info, processor, live))
+    let station = Station::new(opened, info, config, textures, OutputOptions::LIVE)?;
+    Ok(Frames::new(if live { station } else { station.paced() }, live))
 }
 
 fn board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<Board, Error> {
@@ -121,5 +117,5 @@ fn board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<Board, E
         let message = "is a board, expected no --config or --model: its firmware has them";
         return Err(Error::new(ErrorKind::Usage, source.display(), message));
     }
-    Ok(Board::new(BoardLine::new(Port::open(port, arguments.baud)?, wanted())))
+    Ok(Board::new(BoardLine::new(Port::open(port, arguments.baud)?, OutputOptions::LIVE)))
 }

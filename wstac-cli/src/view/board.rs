@@ -4,8 +4,8 @@ use std::sync::Mutex;
 
 use super::state::{About, State};
 use super::{Sensor, locked};
-use crate::commands::board_line::{BoardLine, LineStep};
 use wstac_host::error::Error;
+use wstac_host::monitor::line::{BoardLine, LineStep};
 use wstac_host::monitor::{Report, telemetry};
 use wstac_host::output::Output;
 use wstac_host::plural::counted;

@@ -32,12 +32,7 @@ pub(crate) trait Sensor {
     /// Returns the state before the first frame.
     fn state(&self) -> State;
 
-    /// Returns how long to wait before the next step.
-    fn wait(&self) -> Duration {
-        Duration::ZERO
-    }
-
-    /// Reads once and brings the state up to date. Returns whether there is more to read.
+    /// Reads or waits once, and brings the state up to date. Returns whether there is more to read.
     ///
     /// # Errors
     /// The sensor cannot be read any further.
@@ -102,10 +97,7 @@ pub(crate) fn run(sensor: &mut impl Sensor) -> Result<(State, Option<u8>), Error
 fn read(sensor: &mut impl Sensor, shared: &Shared, keys: &Receiver<Key>) -> Option<Error> {
     let (mut failure, mut is_over) = (None, false);
     while !shared.is_over() {
-        // A file or a scene is not read while it is paused.
-        let is_paused = |state: &State| state.paused && !state.live;
-        let stands = is_over || is_paused(&locked(&shared.state));
-        match keys.recv_timeout(if stands { WAIT } else { sensor.wait().min(WAIT) }) {
+        match keys.recv_timeout(if is_over { WAIT } else { Duration::ZERO }) {
             Ok(key) => {
                 press(key, sensor, &mut locked(&shared.state), is_over);
                 continue;
@@ -114,7 +106,7 @@ fn read(sensor: &mut impl Sensor, shared: &Shared, keys: &Receiver<Key>) -> Opti
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
-        if stands || !sensor.wait().is_zero() {
+        if is_over {
             continue;
         }
         match sensor.step(&shared.state) {

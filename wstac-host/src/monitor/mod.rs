@@ -4,6 +4,7 @@ mod board;
 pub mod clock;
 mod delivery;
 pub mod learning;
+pub mod line;
 pub mod models;
 pub mod pictures;
 pub mod port;

@@ -1,5 +1,6 @@
 //! A recording of a part of a stream that is being read.
 
+use std::fmt;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,8 +10,10 @@ use super::recorder::Recorder;
 use super::writer::Written;
 use crate::error::{Error, ErrorKind};
 use crate::output::Output;
+use crate::plural::counted;
 use crate::session::Processor;
 use crate::source::SourceEvent;
+use crate::text::text_of;
 
 /// The number of names that are tried for a new file.
 const MOST_NAMES: u32 = 9999;
@@ -59,6 +62,30 @@ pub struct Excerpt {
     zero: u64,
     frames: u64,
     lost: u64,
+    events: u64,
+}
+
+/// A recording that is complete. It is displayed as a line for a person.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Recorded {
+    /// The path of the file.
+    pub path: PathBuf,
+    /// The result of writing it.
+    pub written: Written,
+    /// The number of camera frames that were lost.
+    pub lost: u64,
+    /// The number of events.
+    pub events: u64,
+}
+
+impl fmt::Display for Recorded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { path, written, lost, events } = self;
+        let (frames, events) = (counted(written.frames, "frame"), counted(*events, "event"));
+        let lost = if *lost > 0 { format!(", {} lost", counted(*lost, "frame")) } else { String::new() };
+        write!(f, "{}: {frames}, {events}{lost}, {:.1} MB", path.display(), written.bytes as f64 / 1e6)
+    }
 }
 
 impl Excerpt {
@@ -71,7 +98,14 @@ impl Excerpt {
     /// The recording cannot be started.
     pub fn start(file: File, path: &Path, about: &About, processor: &Processor) -> Result<Self, Error> {
         let recorder = Recorder::new(file, path, about, processor)?;
-        Ok(Self { recorder, path: path.to_owned(), zero: processor.pipeline().next_frame(), frames: 0, lost: 0 })
+        Ok(Self {
+            recorder,
+            path: path.to_owned(),
+            zero: processor.pipeline().next_frame(),
+            frames: 0,
+            lost: 0,
+            events: 0,
+        })
     }
 
     /// Returns the path of the file.
@@ -89,6 +123,11 @@ impl Excerpt {
         self.lost
     }
 
+    /// Returns the number of events so far.
+    pub fn events(&self) -> u64 {
+        self.events
+    }
+
     /// Returns the number of frames that wait for the disk.
     pub fn waiting(&self) -> u64 {
         self.recorder.waiting()
@@ -104,14 +143,14 @@ impl Excerpt {
         self.recorder.source_event(event);
     }
 
-    /// Takes an output that followed from it. `words` returns the line for a person.
-    pub fn output(&mut self, output: &Output, words: impl FnOnce(&Output) -> String) {
+    /// Takes an output that followed from it.
+    pub fn output(&mut self, output: &Output) {
+        self.events += u64::from(matches!(output, Output::Event(_)));
         let mut output = output.clone().counted_from(self.zero);
         if let Output::End(end) = &mut output {
             end.dropped = self.lost;
         }
-        let text = words(&output);
-        self.recorder.output(&output, &text);
+        self.recorder.output(&output, &text_of(&output));
     }
 
     /// Takes the event after its outputs, and returns whether the recording goes on. It does not if the disk is full,
@@ -124,7 +163,8 @@ impl Excerpt {
     ///
     /// # Errors
     /// The file could not be written, or not all of it.
-    pub fn finish(self) -> Result<Written, Error> {
-        self.recorder.finish()
+    pub fn finish(self) -> Result<Recorded, Error> {
+        let Self { recorder, path, lost, events, .. } = self;
+        recorder.finish().map(|written| Recorded { path, written, lost, events })
     }
 }

@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::ffi::OsStr;
 
-pub use self::processor::{HostPipeline, Processor};
+pub use self::processor::{HostPipeline, Phase, Processor};
 use crate::config::Config;
 use crate::error::Error;
 use crate::model_file::ModelFile;

@@ -9,7 +9,7 @@ use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
 use wstac_core::motion::{LiveMotion, MotionConfig};
-use wstac_core::params::{SAMPLE_FRAMES, TAXELS};
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::path_sample::TaxelRing;
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::speed::SpeedConfig;
@@ -49,6 +49,27 @@ pub struct Processor {
     dropped: u64,
     uneven: UnevenFrames,
     baseline_reported: bool,
+    /// The first feature frame of the baseline.
+    zero: u64,
+}
+
+/// The state of a stream's trigger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The baseline is gathered.
+    Baseline {
+        /// Feature frames so far.
+        frames: u64,
+        /// All feature frames of the baseline.
+        of: u64,
+    },
+    /// The trigger waits for a touch.
+    Watching,
+    /// A sample is captured.
+    Capturing {
+        /// Frames of the sample so far.
+        frames: u8,
+    },
 }
 
 /// Most parts of a stream that are kept. Those that are closest to each other in the past count as one.
@@ -218,6 +239,7 @@ impl Processor {
             dropped: 0,
             uneven: UnevenFrames::default(),
             baseline_reported: false,
+            zero: first,
         })
     }
 
@@ -345,6 +367,25 @@ impl Processor {
         &self.pipeline
     }
 
+    /// Returns the state of the trigger.
+    pub fn phase(&self) -> Phase {
+        match (self.pipeline.baseline(), self.pipeline.end().incomplete) {
+            (None, _) => {
+                let of = u64::from(self.pipeline.trigger_config().baseline_frames());
+                Phase::Baseline { frames: self.pipeline.next_frame().saturating_sub(self.zero).min(of), of }
+            }
+            (_, Some(sample)) => Phase::Capturing { frames: sample.frames },
+            _ => Phase::Watching,
+        }
+    }
+
+    /// Returns the mean of a window above which each feature fires, in natural logarithms; `None` before the baseline.
+    pub fn thresholds(&self) -> Option<[f32; FEATURES]> {
+        let window = f32::from(self.pipeline.trigger_config().window());
+        let real = |sum: i32| sum as f32 / FEATURE_ONE as f32 / window;
+        self.pipeline.thresholds().map(|thresholds| thresholds.map(real))
+    }
+
     /// Returns the time of a feature frame in seconds from the first frame of the stream. Before the first frame and of
     /// frames to come, the frame rate gives it.
     pub fn seconds(&self, frame: u64) -> f64 {
@@ -369,6 +410,7 @@ impl Processor {
     pub fn rezero(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;
         self.forget_motion();
+        self.zero = self.pipeline.next_frame();
         self.pipeline.rezero().map(|sample| InterruptedReport::new(sample, Some(&self.clock)))
     }
 
@@ -380,7 +422,8 @@ impl Processor {
         self.baseline_reported = false;
         self.forget_motion();
         let incomplete = self.pipeline.restart().map(|sample| InterruptedReport::new(sample, Some(&self.clock)));
-        self.clock.restart(self.pipeline.next_frame());
+        self.zero = self.pipeline.next_frame();
+        self.clock.restart(self.zero);
         incomplete
     }
 

@@ -63,8 +63,7 @@ fn use_config(folder: Option<&Path>, file: &str) -> Result<Action, Error> {
 fn use_model(folder: Option<&Path>, file: &str) -> Result<Action, Error> {
     let file = path_in(folder, file)?;
     let model = ModelFile::open_stored(&file)?;
-    let about = model.about().to_owned();
-    Ok(Action::UseModel { textures: Textures::new(&[model])?, about, file })
+    Ok(Action::UseModel { textures: Textures::new(&[model])?, file })
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! The doctor's examination of a sensor that nothing touches.
 
 use serde::Serialize;
-use wstac_host::camera::{CameraState, ControlValue};
-use wstac_host::config::Config;
+use wstac_host::camera::ControlValue;
 use wstac_host::error::Error;
-use wstac_host::source::{SourceEvent, StreamInfo};
+use wstac_host::source::SourceEvent;
+use wstac_host::station::Station;
 use wstac_setup::doctor::controls::compare;
 use wstac_setup::doctor::measure::{Limit, Measurement};
 use wstac_setup::doctor::verdict::Finding;
@@ -20,6 +20,8 @@ pub(super) struct Examining {
     measurement: Box<Measurement>,
     /// The controls of the camera at the start.
     before: Option<Vec<ControlValue>>,
+    /// Why it has failed: the source broke off.
+    failure: Option<Error>,
 }
 
 /// An examination in progress, as the page gets it.
@@ -50,20 +52,24 @@ impl Examining {
     ///
     /// # Errors
     /// The camera cannot be asked for its controls.
-    pub(super) fn start(info: &StreamInfo, config: &Config, tools: &Tools) -> Result<Self, Error> {
+    pub(super) fn start(station: &Station, tools: &Tools) -> Result<Self, Error> {
         // The camera has settled: it is read all the time.
         let limit = Limit { settling: 0, seconds: SECONDS, frames: None };
         let before = tools.camera.as_ref().map(|camera| camera.controls()).transpose()?;
-        Ok(Self { measurement: Box::new(Measurement::new(info, config, limit)?), before })
+        let measurement = Box::new(Measurement::new(station.info(), station.config(), limit)?);
+        Ok(Self { measurement, before, failure: None })
     }
 
-    /// Takes an event of the source. Returns whether it was the last one.
-    ///
-    /// # Errors
-    /// The source broke off.
-    pub(super) fn take(&mut self, event: &SourceEvent<'_>) -> Result<bool, Error> {
-        self.measurement.take(event)?;
-        Ok(!self.measurement.goes_on())
+    /// Takes an event of the source.
+    pub(super) fn take(&mut self, event: &SourceEvent<'_>) {
+        if !self.is_over() {
+            self.failure = self.measurement.take(event).err();
+        }
+    }
+
+    /// Returns whether it takes no more events.
+    pub(super) fn is_over(&self) -> bool {
+        self.failure.is_some() || !self.measurement.goes_on()
     }
 
     pub(super) fn progress(&self) -> Progress {
@@ -71,15 +77,15 @@ impl Examining {
         Progress { seconds: [seconds.min(SECONDS), SECONDS] }
     }
 
-    /// Ends the examination. `state` is that of the camera.
+    /// Ends the examination.
     ///
     /// # Errors
-    /// There were too few frames, or the camera is gone.
-    pub(super) fn finish(
-        self,
-        (info, config, tools): (&StreamInfo, &Config, &Tools),
-        state: Option<&CameraState>,
-    ) -> Result<Examined, Error> {
+    /// The source broke off, there were too few frames, or the camera is gone.
+    pub(super) fn finish(self, station: &Station, tools: &Tools) -> Result<Examined, Error> {
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
+        let state = station.session().info().camera.as_deref();
         let measured = self.measurement.finish()?;
         let examined = match (&tools.camera, self.before, state) {
             (Some(camera), Some(before), Some(state)) => {
@@ -90,7 +96,7 @@ impl Examining {
         };
         let known = Known { asked_fps: tools.asked_fps, black: None };
         // MJPEG is compared by opening the camera again, which `wstac doctor` does.
-        let report = examine(info, config, &measured, known, examined, None)?;
+        let report = examine(station.info(), station.config(), &measured, known, examined, None)?;
         Ok(Examined { error: None, text: report.to_string(), verdict: report.verdict })
     }
 }

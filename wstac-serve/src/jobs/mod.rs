@@ -2,23 +2,19 @@
 
 mod calibration;
 mod examination;
-mod recording;
 
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 use wstac_core::layout::Layout;
-use wstac_host::camera::CameraState;
-use wstac_host::config::Config;
 use wstac_host::error::Error;
-use wstac_host::output::Output;
 use wstac_host::picture::Picture;
-use wstac_host::session::Processor;
-use wstac_host::source::{Labels, SourceEvent, StreamInfo};
+use wstac_host::record::{Recorded, first_free_file};
+use wstac_host::source::{Labels, SourceEvent};
+use wstac_host::station::Station;
 
 use self::calibration::{Calibrated, Calibrating};
 use self::examination::{Examined, Examining};
-use self::recording::Recording;
 use crate::tools::Tools;
 
 /// Least time between two looks of the page at the progress of a job.
@@ -26,7 +22,8 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(150);
 
 /// A job in progress.
 enum Job {
-    Recording(Box<Recording>),
+    /// The station has it. It has these labels.
+    Recording(Labels),
     Calibration(Box<Calibrating>),
     Examination(Examining),
 }
@@ -35,14 +32,26 @@ enum Job {
 #[derive(Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum Progress {
-    Recording(recording::Progress),
+    Recording(RecordingProgress),
     Calibration(Box<calibration::Progress>),
     Examination(examination::Progress),
 }
 
+/// A recording in progress, as the page gets it.
+#[derive(Debug, Serialize)]
+struct RecordingProgress {
+    file: String,
+    labels: Labels,
+    frames: u64,
+    lost: u64,
+    events: u64,
+    /// Frames that wait for the disk.
+    waiting: u64,
+}
+
 /// The result of a recording, as the page gets it.
 #[derive(Debug, Serialize)]
-struct Recorded {
+struct RecordingResult {
     text: String,
     is_error: bool,
 }
@@ -52,7 +61,7 @@ struct Recorded {
 struct Shown<'a> {
     job: Option<Progress>,
     layout: Option<LayoutShown>,
-    recorded: &'a Option<Recorded>,
+    recorded: &'a Option<RecordingResult>,
     calibrated: &'a Option<Calibrated>,
     examined: &'a Option<Examined>,
 }
@@ -69,11 +78,8 @@ pub(crate) struct Jobs {
     tools: Tools,
     /// The name of the sensor, if it has one.
     name: Option<String>,
-    /// The stream and the configuration in use.
-    info: StreamInfo,
-    pub(crate) config: Config,
     job: Option<Job>,
-    recorded: Option<Recorded>,
+    recorded: Option<RecordingResult>,
     calibrated: Option<Calibrated>,
     examined: Option<Examined>,
     /// The layout in use, if a calibration gave it.
@@ -93,19 +99,14 @@ pub(crate) struct Jobs {
     failures: usize,
 }
 
-/// A recording whose file is open and which has not begun.
-pub(crate) struct OpenRecording(Box<Recording>);
-
 /// Why something that a person asked for cannot be done now.
 pub(crate) type Refusal = String;
 
 impl Jobs {
-    pub(crate) fn new(name: Option<&str>, info: StreamInfo, config: Config, tools: Tools) -> Self {
+    pub(crate) fn new(name: Option<&str>, tools: Tools) -> Self {
         Self {
             tools,
             name: name.map(str::to_owned),
-            info,
-            config,
             job: None,
             recorded: None,
             calibrated: None,
@@ -133,9 +134,8 @@ impl Jobs {
         Err(format!("{what} is in progress, expected none: end it first"))
     }
 
-    /// Opens a recording. If it is refused, nothing has changed; otherwise the caller restarts `processor` and then
-    /// [begins](Self::record) it.
-    pub(crate) fn open_recording(&self, mut labels: Labels, processor: &Processor) -> Result<OpenRecording, Refusal> {
+    /// Starts a recording, whose first frame is the next one. If it is refused, nothing has changed.
+    pub(crate) fn record(&mut self, mut labels: Labels, station: &mut Station) -> Result<(), Refusal> {
         self.expect_none(false)?;
         let Some(folder) = &self.tools.record_to else {
             return Err("recording is off: start wstac serve with --record-to FOLDER".to_owned());
@@ -144,30 +144,26 @@ impl Jobs {
             labels.entry("sensor".to_owned()).or_insert_with(|| name.clone());
         }
         let name = self.name.as_deref().unwrap_or("wstac");
-        let described = (&self.info, &self.config, &*self.tools.models);
-        let recording = Recording::start(folder, name, labels, described, processor);
-        recording.map(|recording| OpenRecording(Box::new(recording))).map_err(|error| error.to_string())
-    }
-
-    /// Begins a recording, whose first frame is the next one.
-    pub(crate) fn record(&mut self, OpenRecording(recording): OpenRecording) {
+        let create = || first_free_file(|number| folder.join(format!("{name}-{number}.mcap")));
+        station.record(create, labels.clone(), false).map_err(|error| error.to_string())?;
         self.recorded = None;
-        self.begin(Job::Recording(recording));
+        self.begin(Job::Recording(labels));
+        Ok(())
     }
 
     /// Starts a calibration.
-    pub(crate) fn calibrate(&mut self) -> Result<(), Refusal> {
+    pub(crate) fn calibrate(&mut self, station: &Station) -> Result<(), Refusal> {
         self.expect_none(false)?;
-        let calibrating = Calibrating::start(&self.info).map_err(|error| error.to_string())?;
+        let calibrating = Calibrating::start(station.info()).map_err(|error| error.to_string())?;
         self.calibrated = None;
         self.begin(Job::Calibration(Box::new(calibrating)));
         Ok(())
     }
 
     /// Starts an examination.
-    pub(crate) fn examine(&mut self) -> Result<(), Refusal> {
+    pub(crate) fn examine(&mut self, station: &Station) -> Result<(), Refusal> {
         self.expect_none(false)?;
-        let examining = Examining::start(&self.info, &self.config, &self.tools).map_err(|error| error.to_string())?;
+        let examining = Examining::start(station, &self.tools).map_err(|error| error.to_string())?;
         self.examined = None;
         self.begin(Job::Examination(examining));
         Ok(())
@@ -195,70 +191,71 @@ impl Jobs {
         Ok(())
     }
 
-    /// Uses a calibration that a person has confirmed, and writes it. Returns the layout of the taxels.
-    ///
-    /// `apply` makes the sensor use the configuration. If anything fails, nothing has changed.
-    pub(crate) fn confirm(
-        &mut self,
-        proposal: u64,
-        apply: impl FnOnce(&StreamInfo, &Config) -> Result<Layout, Error>,
-    ) -> Result<Layout, Refusal> {
+    /// Uses a calibration that a person has confirmed, and writes it. If anything fails, nothing has changed.
+    pub(crate) fn confirm(&mut self, proposal: u64, station: &mut Station) -> Result<(), Refusal> {
+        let refused = |error: Error| error.to_string();
         let Some(Job::Calibration(calibrating)) = &self.job else {
             return Err("there is no calibration in progress, expected one".to_owned());
         };
         let found = calibrating.proposed(proposal);
         let found = found.ok_or("this calibration is not the one that is shown now: look at it again")?;
-        let (config, text) = found.applied_to(&self.config, &self.info.about).map_err(|error| error.to_string())?;
+        let (config, text) = found.applied_to(station.config(), &station.info().about).map_err(refused)?;
         // Whatever could refuse it does so before the file is written.
-        config.pipeline(&self.info).map_err(|error| error.to_string())?;
+        config.pipeline(station.info()).map_err(refused)?;
         let done = if let Some(file) = &mut self.tools.calibrate_to {
-            (file.write)(&text).map_err(|error| error.to_string())?;
+            (file.write)(&text).map_err(refused)?;
             self.told.push(format!("wrote {}", file.name));
             Calibrated::confirmed(format!("The new layout is used, and {} has it.", file.name), None)
         } else {
             Calibrated::confirmed("The new layout is used until the server ends.".to_owned(), Some(text))
         };
-        let layout = apply(&self.info, &config).map_err(|error| error.to_string())?;
-        (self.config, self.layout, self.calibrated) = (config, Some(layout), Some(done));
+        station.reconfigure(config).map_err(refused)?;
+        (self.layout, self.calibrated) = (Some(*station.processor().geometry().layout()), Some(done));
         (self.job, self.is_urgent) = (None, true);
-        Ok(layout)
-    }
-
-    /// Returns whether an examination is in progress.
-    pub(crate) fn is_examining(&self) -> bool {
-        matches!(self.job, Some(Job::Examination(_)))
+        Ok(())
     }
 
     /// Ends the job in progress. A recording is complete then; a calibration and an examination have no result.
-    pub(crate) fn stop(&mut self) -> Result<(), Refusal> {
-        match self.job {
-            None => Err("nothing is in progress".to_owned()),
+    pub(crate) fn stop(&mut self, station: &mut Station) -> Result<(), Refusal> {
+        match self.job.take() {
+            None => return Err("nothing is in progress".to_owned()),
             Some(Job::Recording(_)) => {
-                self.end_recording();
-                Ok(())
+                if let Some(recorded) = station.end_recording().transpose() {
+                    self.recorded(recorded);
+                }
             }
-            Some(Job::Calibration(_) | Job::Examination(_)) => {
-                (self.job, self.is_urgent) = (None, true);
-                Ok(())
-            }
+            Some(Job::Calibration(_) | Job::Examination(_)) => self.is_urgent = true,
         }
+        Ok(())
     }
 
-    /// Ends the recording in progress, if there is one.
-    pub(crate) fn end_recording(&mut self) {
-        let Some(Job::Recording(recording)) = self.job.take_if(|job| matches!(job, Job::Recording(_))) else { return };
-        let written = recording.finish();
-        self.failures += usize::from(written.is_err());
-        let is_error = written.is_err();
-        let text = written.unwrap_or_else(|error| error.to_string());
+    /// Takes the result of a recording.
+    fn recorded(&mut self, recorded: Result<Recorded, Error>) {
+        let is_error = recorded.is_err();
+        self.failures += usize::from(is_error);
+        let text = recorded.map_or_else(|error| error.to_string(), |recorded| recorded.to_string());
         self.told.push(text.clone());
-        (self.recorded, self.is_urgent) = (Some(Recorded { text, is_error }), true);
+        (self.recorded, self.is_urgent) = (Some(RecordingResult { text, is_error }), true);
+    }
+
+    /// Looks at what has ended by itself, and tells the person who started the program.
+    pub(crate) fn look(&mut self, station: &mut Station, tell: &dyn Fn(&str)) {
+        if let Some(recorded) = station.take_recorded() {
+            self.job = None;
+            self.recorded(recorded);
+        }
+        if let Some(Job::Examination(examining)) =
+            self.job.take_if(|job| matches!(job, Job::Examination(examining) if examining.is_over()))
+        {
+            let examined = examining.finish(station, &self.tools).unwrap_or_else(|error| Examined::failed(&error));
+            (self.examined, self.is_urgent) = (Some(examined), true);
+        }
+        self.told.drain(..).for_each(|line| tell(&line));
     }
 
     /// Takes an event of the source before it is processed.
     pub(crate) fn source_event(&mut self, event: &SourceEvent<'_>) {
         match &mut self.job {
-            Some(Job::Recording(recording)) => recording.source_event(event),
             Some(Job::Calibration(calibrating)) => {
                 let is_last = calibrating.take(event);
                 self.glow = calibrating.glow.take().or(self.glow.take());
@@ -267,50 +264,13 @@ impl Jobs {
                     let _ = self.find();
                 }
             }
-            Some(Job::Examination(_)) | None => {}
+            Some(Job::Examination(examining)) => examining.take(event),
+            Some(Job::Recording(_)) | None => {}
         }
-    }
-
-    /// Takes an output.
-    pub(crate) fn output(&mut self, output: &Output) {
-        if let Some(Job::Recording(recording)) = &mut self.job {
-            recording.output(output, self.tools.words);
-        }
-    }
-
-    /// Takes an event of the source after its outputs. `camera` is the state of the camera.
-    pub(crate) fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor, camera: Option<&CameraState>) {
-        match &mut self.job {
-            Some(Job::Recording(recording)) => {
-                if !recording.processed(event, processor) {
-                    self.end_recording();
-                }
-            }
-            Some(Job::Examination(examining)) => {
-                let is_over = examining.take(event);
-                if !matches!(is_over, Ok(false)) {
-                    self.end_examination(is_over.err(), camera);
-                }
-            }
-            Some(Job::Calibration(_)) | None => {}
-        }
-    }
-
-    fn end_examination(&mut self, error: Option<Error>, camera: Option<&CameraState>) {
-        let Some(Job::Examination(examining)) = self.job.take_if(|job| matches!(job, Job::Examination(_))) else {
-            return;
-        };
-        let examined = match error {
-            Some(error) => Err(error),
-            None => examining.finish((&self.info, &self.config, &self.tools), camera),
-        };
-        let examined = examined.unwrap_or_else(|error| Examined::failed(&error));
-        (self.examined, self.is_urgent) = (Some(examined), true);
     }
 
     /// Ends all jobs: the source has ended or failed. A calibration that waits for a person's word stays.
     pub(crate) fn end(&mut self) {
-        self.end_recording();
         if self.job.take_if(|job| !matches!(job, Job::Calibration(found) if found.is_found())).is_some() {
             self.is_urgent = true;
         }
@@ -322,16 +282,28 @@ impl Jobs {
     }
 
     /// Returns what the page shows of the jobs, if that has changed and is due.
-    pub(crate) fn news(&mut self) -> Option<String> {
+    pub(crate) fn news(&mut self, station: &Station) -> Option<String> {
         let is_due = self.looked.is_none_or(|at| at.elapsed() >= BETWEEN_LOOKS);
         if !(self.is_urgent || self.job.is_some() && is_due) {
             return None;
         }
         (self.is_urgent, self.looked) = (false, Some(Instant::now()));
-        let job = self.job.as_ref().map(|job| match job {
-            Job::Recording(recording) => Progress::Recording(recording.progress()),
-            Job::Calibration(calibrating) => Progress::Calibration(Box::new(calibrating.progress())),
-            Job::Examination(examining) => Progress::Examination(examining.progress()),
+        let job = self.job.as_ref().and_then(|job| {
+            Some(match job {
+                Job::Recording(labels) => {
+                    let (recording, labels) = (station.recording()?, labels.clone());
+                    Progress::Recording(RecordingProgress {
+                        file: recording.path().display().to_string(),
+                        labels,
+                        frames: recording.frames(),
+                        lost: recording.lost(),
+                        events: recording.events(),
+                        waiting: recording.waiting(),
+                    })
+                }
+                Job::Calibration(calibrating) => Progress::Calibration(Box::new(calibrating.progress())),
+                Job::Examination(examining) => Progress::Examination(examining.progress()),
+            })
         });
         let layout =
             self.layout.map(|layout| LayoutShown { taxel: layout.taxel(), corners: layout.corners().to_vec() });
@@ -341,11 +313,6 @@ impl Jobs {
         let is_new = self.seen != text;
         self.seen.clone_from(&text);
         is_new.then_some(text)
-    }
-
-    /// Returns the lines for the person who started the program since the last time.
-    pub(crate) fn told(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.told)
     }
 
     /// Returns the number of recordings that could not be written.

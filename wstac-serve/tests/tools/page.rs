@@ -13,11 +13,13 @@ use tungstenite::protocol::Role;
 use tungstenite::{Message, WebSocket};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
+use wstac_host::output::OutputOptions;
 use wstac_host::source::{Source, SourceEvent, StreamInfo};
+use wstac_host::station::Station;
 use wstac_host::texture::Textures;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
-use wstac_serve::{Opened, Reopen, Sensor, Server, Token, Tools};
+use wstac_serve::{Sensor, Server, Token, Tools};
 
 /// The longest that anything here may take.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -86,16 +88,18 @@ impl Served {
         let allowed = Arc::new(AtomicU64::new(0));
         let source = Gated { inner: source(SCENE), given: 0, allowed: Arc::clone(&allowed) };
         let info = source.info().clone();
-        let (config, textures, pace) = (config.clone(), Textures::default(), None);
+        let (config, textures, source) = (config.clone(), Textures::default(), Box::new(source));
+        let mut station = Station::new(source, info, config, textures, OutputOptions::LIVE).unwrap();
         let rest = Arc::clone(&allowed);
         let reopen = move || {
             let source = Gated { inner: self::source(SCENE), given: 0, allowed: Arc::clone(&rest) };
             let info = source.info().clone();
             Ok((Box::new(source) as Box<dyn Source>, info))
         };
-        let reopen = again.then(|| Box::new(reopen) as Box<Reopen>);
-        let opened = Opened { source: Box::new(source), info, config, textures, pace, reopen, repeats };
-        let sensor = Sensor::new(name, opened, tools).unwrap();
+        if again {
+            station = station.reopened_by(Box::new(reopen), repeats);
+        }
+        let sensor = Sensor::new(name, station, tools);
         let port = server.address().split('/').nth(2).unwrap().rsplit(':').next().unwrap().to_owned();
         let host = format!("127.0.0.1:{port}");
         let (stop, told) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(Vec::new())));

@@ -9,27 +9,24 @@ use ratatui::style::Color;
 
 use super::colors::{LIT, WARNING};
 use super::*;
-use crate::commands::board_line::BoardLine;
 use crate::open;
 use crate::view::state::About;
 use crate::view::{Board, Frames, Sensor, locked};
 use wstac_core::wire::{Fault, LONGEST, Message, Telemetry, encode};
 use wstac_host::config::Config;
+use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::port::Port;
 use wstac_host::output::OutputOptions;
-use wstac_host::session::Processor;
 use wstac_host::source::open::OpenOptions;
-
-fn wanted() -> OutputOptions {
-    OutputOptions { features: true, motion: true, ..OutputOptions::default() }
-}
+use wstac_host::station::Station;
+use wstac_host::texture::Textures;
 
 /// Returns a scene with small frames.
 fn scene(name: &str) -> Frames {
     let source = open(name, &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
     let info = source.info().clone();
-    let processor = Processor::new(&info, &Config::default(), wanted()).unwrap();
-    Frames::new(source, &info, processor, false)
+    let station = Station::new(source, info, Config::default(), Textures::default(), OutputOptions::LIVE);
+    Frames::new(station.unwrap(), false)
 }
 
 /// Reads so many times, or to the end.
@@ -224,7 +221,7 @@ fn a_board_is_shown_by_its_messages() {
     }
     let file = std::env::temp_dir().join(format!("wstac-view-board-{}", std::process::id()));
     fs::write(&file, bytes).unwrap();
-    let mut board = Board::new(BoardLine::new(Port::open(&file, None).unwrap(), wanted()));
+    let mut board = Board::new(BoardLine::new(Port::open(&file, None).unwrap(), OutputOptions::LIVE));
     let state = Mutex::new(board.state());
     play(&mut board, &state, 100);
     fs::remove_file(&file).unwrap();

@@ -1,13 +1,14 @@
-//! Reads a board and sends it what it is asked, for `wstac monitor` and `wstac view`.
+//! The line to a board: what it sends as reports, and what it is asked.
 
-use wstac_host::error::Error;
-use wstac_host::monitor::port::{Got, Port, SILENT, WAIT};
-use wstac_host::monitor::requests::Requests;
-use wstac_host::monitor::{Monitor, Report, now};
-use wstac_host::output::OutputOptions;
+use super::port::{Got, Port, SILENT, WAIT};
+use super::requests::Requests;
+use super::{Monitor, Report, now};
+use crate::error::{Error, ErrorKind};
+use crate::output::OutputOptions;
 
 /// The connection to a board.
-pub(crate) struct BoardLine {
+#[derive(Debug)]
+pub struct BoardLine {
     port: Port,
     monitor: Monitor,
     requests: Requests,
@@ -15,30 +16,68 @@ pub(crate) struct BoardLine {
     waits: u32,
 }
 
-/// How a board's stream goes on.
+/// The state of a line after a step.
+// It is exhaustive: whoever drives it must handle every case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LineStep {
+pub enum LineStep {
+    /// The board goes on.
     GoesOn,
-    /// The board has ended it.
+    /// The board has ended the stream.
     Over,
     /// The port has ended.
     Ended,
 }
 
 impl BoardLine {
-    pub(crate) fn new(port: Port, wanted: OutputOptions) -> Self {
+    /// Creates the line to the board at a port, which is asked for these outputs.
+    pub fn new(port: Port, wanted: OutputOptions) -> Self {
         let monitor = Monitor::new(wanted);
         let mut requests = Requests::default();
         requests.extend(monitor.requests());
         Self { port, monitor, requests, waits: 0 }
     }
 
-    pub(crate) fn name(&self) -> &str {
+    /// Returns the name of the port.
+    pub fn name(&self) -> &str {
         self.port.name()
     }
 
-    pub(crate) fn monitor(&self) -> &Monitor {
+    /// Returns what is known of the board.
+    pub fn monitor(&self) -> &Monitor {
         &self.monitor
+    }
+
+    /// Reads until the board or its port ends, or `is_over` says so, and hands on what the board reports. If the board
+    /// does not say its end, the last report is an [`Output::End`](crate::output::Output::End) with what is known here.
+    ///
+    /// `is_over` sees what is known of the board between two reads.
+    ///
+    /// # Errors
+    /// The port cannot be read or had no message, the board speaks another version of the link, or `give` returns an
+    /// error.
+    pub fn run<E: From<Error>>(
+        &mut self,
+        is_over: impl Fn(&Monitor) -> bool,
+        mut give: impl FnMut(Report) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let ended = loop {
+            if is_over(&self.monitor) {
+                break Ok(());
+            }
+            match self.step(&mut give) {
+                Ok(LineStep::GoesOn) => {}
+                Ok(LineStep::Over) => return Ok(()),
+                Ok(LineStep::Ended) if self.monitor.heard() => break Ok(()),
+                Ok(LineStep::Ended) => {
+                    let expected = "has no messages, expected those of a board";
+                    break Err(Error::new(ErrorKind::Data, self.port.name(), expected).into());
+                }
+                Err(error) => break Err(error),
+            }
+        };
+        let given = give(Report::Output(self.monitor.finish()));
+        // The error of the port matters more than the end record.
+        ended.and(given)
     }
 
     /// Sends what waits to be sent, reads once, and hands on what the board reports. What people need to know of the
@@ -46,10 +85,7 @@ impl BoardLine {
     ///
     /// # Errors
     /// The port cannot be read, the board speaks another version of the link, or `give` returns an error.
-    pub(crate) fn step<E: From<Error>>(
-        &mut self,
-        mut give: impl FnMut(Report) -> Result<(), E>,
-    ) -> Result<LineStep, E> {
+    pub fn step<E: From<Error>>(&mut self, mut give: impl FnMut(Report) -> Result<(), E>) -> Result<LineStep, E> {
         self.match_clock();
         if let Some(reading) = self.requests.send(&mut self.port) {
             give(Report::Note(reading.in_words(self.port.name())))?;
