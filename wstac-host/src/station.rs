@@ -39,7 +39,7 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::output::{Elapsed, InterruptedReport, Output, OutputOptions};
 use crate::record::about::About;
-use crate::record::{Excerpt, Recorded, check_room};
+use crate::record::{Excerpt, FinishedRecording, check_room};
 use crate::session::{Observer, Processor, Session, Step};
 use crate::source::pace::Pace;
 use crate::source::{Labels, Source, SourceEvent, StreamInfo};
@@ -66,12 +66,13 @@ pub struct Station {
     pace: Option<Pace>,
     reopen: Option<Box<Reopen>>,
     repeats: bool,
-    is_paused: bool,
+    /// Whether the source is paused.
+    pub is_paused: bool,
     /// The frame up to which the source is read as fast as possible.
     target: Option<u64>,
     starts: u64,
     recording: Option<Excerpt>,
-    recorded: Option<Result<Recorded, Error>>,
+    recorded: Option<Result<FinishedRecording, Error>>,
     /// Outputs of orders, for the next turn.
     waiting: Vec<Output>,
     /// The time up to the last restart of the processor, from which the times of outputs count. Those of observers go on.
@@ -174,11 +175,6 @@ impl Station {
     /// Returns whether the source can be paused and opened again.
     pub fn can_reopen(&self) -> bool {
         self.reopen.is_some()
-    }
-
-    /// Returns whether the source is paused.
-    pub fn is_paused(&self) -> bool {
-        self.is_paused
     }
 
     /// Returns the frame that the source is on its way to, after [`go`](Self::go).
@@ -325,18 +321,13 @@ impl Station {
     ///
     /// # Errors
     /// The file could not be written, or not all of it.
-    pub fn end_recording(&mut self) -> Result<Option<Recorded>, Error> {
+    pub fn end_recording(&mut self) -> Result<Option<FinishedRecording>, Error> {
         self.recording.take().map(Excerpt::finish).transpose()
     }
 
     /// Returns the result of a recording that has ended without an order: the source has ended, or the disk is full.
-    pub fn take_recorded(&mut self) -> Option<Result<Recorded, Error>> {
+    pub fn take_recorded(&mut self) -> Option<Result<FinishedRecording, Error>> {
         self.recorded.take()
-    }
-
-    /// Pauses the source, or goes on with it.
-    pub fn pause(&mut self, is_paused: bool) {
-        self.is_paused = is_paused;
     }
 
     /// Goes so many frames forward or back, as fast as possible. Returns whether there is a way: there is none forward at
@@ -397,7 +388,7 @@ fn session(
 struct Between<'s, O> {
     observer: &'s mut O,
     recording: &'s mut Option<Excerpt>,
-    recorded: &'s mut Option<Result<Recorded, Error>>,
+    recorded: &'s mut Option<Result<FinishedRecording, Error>>,
     elapsed: &'s mut Elapsed,
     /// The camera frames of the event.
     passed: u64,

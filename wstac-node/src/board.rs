@@ -1,10 +1,6 @@
 //! Reads a board, which has found its events itself.
 
 use std::ffi::OsStr;
-use std::fs;
-use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::FileTypeExt;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::SystemTime;
@@ -24,30 +20,6 @@ use crate::publisher::PublisherHandle;
 pub(crate) struct Board {
     name: String,
     line: BoardLine,
-}
-
-/// The kind of a board's port.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum PortKind {
-    /// A serial device.
-    Serial,
-    /// A connection by TCP.
-    Tcp,
-}
-
-impl PortKind {
-    /// Returns the kind of the port that a source names; `None` if it names no board.
-    pub(crate) fn of(source: &OsStr) -> Option<Self> {
-        if source.as_bytes().starts_with(b"tcp:") {
-            return Some(Self::Tcp);
-        }
-        // Devices often have names such as /dev/serial/by-id/usb-…, which are links. One that is missing has only its name.
-        let path = fs::canonicalize(source).unwrap_or_else(|_| PathBuf::from(source));
-        let is_device = fs::metadata(&path).map_or(true, |metadata| metadata.file_type().is_char_device());
-        let is_named = |start: &str| path.as_os_str().as_bytes().starts_with(start.as_bytes());
-        (is_device && (is_named("/dev/tty") || is_named("/dev/serial/") || path.starts_with(Path::new("/dev/pts"))))
-            .then_some(Self::Serial)
-    }
 }
 
 impl Board {
@@ -101,25 +73,5 @@ impl Board {
             note(format_args!("{name}: {error}"));
         }
         read.is_ok()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_board_is_told_by_its_port() {
-        for (source, kind) in [
-            ("tcp:127.0.0.1:5000", Some(PortKind::Tcp)),
-            ("/dev/ttyACM99", Some(PortKind::Serial)),
-            ("/dev/serial/by-id/usb-none", Some(PortKind::Serial)),
-            ("/dev/video0", None),
-            ("/dev/null", None),
-            ("scene:Saw3@150", None),
-            ("tty.y4m", None),
-        ] {
-            assert_eq!(PortKind::of(OsStr::new(source)), kind, "{source}");
-        }
     }
 }

@@ -12,7 +12,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{FrameFeatures, Output, OutputOptions};
 use wstac_host::plural::counted;
-use wstac_host::record::{Recorded, first_free_file, new_file};
+use wstac_host::record::{FinishedRecording, first_free_file, new_file};
 use wstac_host::session::{Observer, Processor};
 use wstac_host::source::open::{SourceKind, open};
 use wstac_host::source::{FramePolicy, SourceEvent, config_of};
@@ -117,8 +117,8 @@ fn delivery(arguments: &Arguments) -> FramePolicy {
 }
 
 /// Returns a line about a recording.
-fn recorded(recorded: Result<Recorded, Error>) -> Result<String, Error> {
-    recorded.map(|Recorded { path, written, .. }| {
+fn recorded(recorded: Result<FinishedRecording, Error>) -> Result<String, Error> {
+    recorded.map(|FinishedRecording { path, written, .. }| {
         let frames = counted(written.frames, "frame");
         format!("{}: {frames} recorded, {:.1} MB", path.display(), written.bytes as f64 / 1e6)
     })
@@ -159,7 +159,7 @@ fn follow(action: Action, name: &str, station: &mut Station, reader: &mut Reader
             }
             station.record(|| file_of(&folder, &file, name), labels, features_only)?;
             reader.sums.restart();
-            Ok(station.recording().map(|recording| recording.path().display().to_string()).unwrap_or_default())
+            Ok(station.recording().map(|recording| recording.path.display().to_string()).unwrap_or_default())
         }
     }
 }

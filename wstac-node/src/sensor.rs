@@ -1,13 +1,15 @@
 //! Reads one sensor: a camera, a file or a scene here, or a board, which finds its events itself.
 
+use std::os::unix::ffi::OsStrExt;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::Receiver;
 
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
+use wstac_host::monitor::pictures::port_of;
 
 use crate::arguments::{Arguments, NamedSource};
-use crate::board::{Board, PortKind};
+use crate::board::Board;
 use crate::frames::Frames;
 use crate::note;
 use crate::orders::Order;
@@ -28,17 +30,16 @@ impl Sensor {
     /// The source, the configuration or a model cannot be used.
     pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
         let (name, source) = (&named.name, &*named.source);
-        let kind = PortKind::of(source);
-        if kind.is_some() && arguments.picture {
+        let Some(port) = port_of(source) else {
+            return Frames::open(named, arguments, models).map(|frames| Self::Frames(Box::new(frames)));
+        };
+        if arguments.picture {
             note(format_args!("{name}: a board has no pictures; none are published"));
         }
-        match kind {
-            Some(PortKind::Serial) => {
-                Board::open(name, source, arguments.baud).map(|board| Self::Board(Box::new(board)))
-            }
-            Some(PortKind::Tcp) => Board::open(name, source, None).map(|board| Self::Board(Box::new(board))),
-            None => Frames::open(named, arguments, models).map(|frames| Self::Frames(Box::new(frames))),
-        }
+        // Sources of other kinds have no bits per second.
+        let is_serial = port.as_bytes().starts_with(b"/");
+        let board = Board::open(name, port, arguments.baud.filter(|_| is_serial))?;
+        Ok(Self::Board(Box::new(board)))
     }
 
     /// Reads to the end of the source, or until `ends` is set. Returns whether the source did not fail.

@@ -151,7 +151,7 @@ impl Reader<'_> {
                 if !station.go(frames).map_err(|error| error.to_string())? {
                     return Err("the source has ended, expected a way back".to_owned());
                 }
-                station.pause(pause || station.is_paused());
+                station.is_paused |= pause;
             }
             _ if station.is_over() => return Err("the source has ended, expected one that is read".to_owned()),
             Action::Rezero {} => {
@@ -167,7 +167,7 @@ impl Reader<'_> {
             Action::Examine {} => self.jobs.examine(station)?,
             Action::Play { on } => {
                 seekable(station)?;
-                station.pause(!on);
+                station.is_paused = !on;
             }
         }
         Ok(())
@@ -230,7 +230,7 @@ impl Reader<'_> {
         };
         self.status.frame = processor.pipeline().next_frame();
         self.status.thresholds = processor.thresholds();
-        (self.status.paused, self.target) = (station.is_paused(), station.target());
+        (self.status.paused, self.target) = (station.is_paused, station.target());
     }
 }
 

@@ -121,6 +121,9 @@ fn every_line_is_that_of_run() {
             let expected = good(&[&["run", &scene], models, wanted].concat()).replace(MODEL_DOUBT, "");
             let file = folder.file("board.bin", board::sent(&scene, files, all).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
+            // A board is a source of wstac run, too.
+            let of_run = good(&[&["run", &format!("board:{}", path(&file))], wanted].concat());
+            assert_eq!(of_run, expected);
             // Output that was not requested is not printed, even if the board sends it.
             let file = folder.file("board.bin", board::sent(&scene, files, true).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);

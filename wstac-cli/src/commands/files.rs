@@ -56,7 +56,9 @@ impl Outputs {
         if name == "-" {
             return self.reading(["/dev/stdin"]);
         }
-        self.reading([name.as_bytes().strip_prefix(b"scene:").map_or(name, OsStr::from_bytes)])
+        let bytes = name.as_bytes();
+        let file = bytes.strip_prefix(b"scene:").or_else(|| bytes.strip_prefix(b"board:"));
+        self.reading([file.map_or(name, OsStr::from_bytes)])
     }
 
     /// Refuses outputs that are inputs by any of their names, that exist, that are no files, or that are the same file.

@@ -94,7 +94,7 @@ Recordings and other sources:
       print the events of a recording as JSON Lines
   wstac run clip.mp4
       read a video, with ffmpeg
-  wstac monitor /dev/ttyACM0
+  wstac run /dev/ttyACM0
       print the events that a board finds
   wstac board /dev/ttyACM0 --set wstac.toml
       set the layout and the trigger of a board

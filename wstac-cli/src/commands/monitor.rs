@@ -1,23 +1,20 @@
 //! `wstac monitor` prints a board's events.
 
-use std::cell::Cell;
 use std::ffi::OsString;
-use std::sync::atomic::Ordering;
 
-use super::output::{Stop, note};
+use super::output::Stop;
 use super::records::{Form, Records};
+use super::run::board::Board;
 use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
 use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::port::Port;
-use wstac_host::monitor::{Monitor, Report, telemetry};
 use wstac_host::output::OutputOptions;
-use wstac_host::plural::counted;
 
 /// Print the tactile events that a board finds
 ///
-/// A board with the firmware of WSTac sends its events over a serial line. They are printed as wstac run prints those
-/// of a camera. Standard error reports what the board is and what was lost. Ctrl-C ends the command.
+/// It is another name of wstac run BOARD, which stays for one release. A board with the firmware of WSTac sends its
+/// events over a serial line. Standard error reports what the board is and what was lost. Ctrl-C ends the command.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
@@ -78,29 +75,9 @@ To record what a board sends:
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let Arguments { features, samples, motion, .. } = *arguments;
-    let mut wanted = OutputOptions::default();
-    (wanted.features, wanted.samples, wanted.motion) = (features, samples, motion);
-    let mut line = BoardLine::new(Port::open(&arguments.port, arguments.baud)?, wanted);
+    let wanted = OutputOptions { features, samples, motion, ..OutputOptions::default() };
+    let line = BoardLine::new(Port::open(&arguments.port, arguments.baud)?, wanted);
     let interrupted = finishing(Ending::InTime);
-    let mut records = Records::new(Form::json_if(arguments.json));
-    let (mut lost_events, clock) = (0, Cell::new(None));
-    let is_over = |monitor: &Monitor| {
-        clock.set(monitor.clock_match());
-        interrupted.load(Ordering::Relaxed)
-    };
-    line.run(is_over, |report| {
-        match report {
-            Report::Output(output) => records.write(&output)?,
-            Report::Note(text) => note(text),
-            Report::LostEvents(lost) => {
-                lost_events += lost;
-                note(format_args!("{} lost, {lost_events} since the start", counted(lost, "event")));
-            }
-            Report::Telemetry(telemetry) if arguments.status => {
-                note(format_args!("the board: {}", telemetry::in_words(&telemetry, clock.get())));
-            }
-            Report::Telemetry(_) | Report::Request(_) => {}
-        }
-        Ok(())
-    })
+    let records = Records::new(Form::json_if(arguments.json));
+    Board { line, records, has_status: arguments.status, interrupted: &interrupted }.read()
 }

@@ -1,5 +1,6 @@
 //! `wstac run` prints the events of one source, or of several at once.
 
+pub(super) mod board;
 mod no_event;
 mod range;
 mod read;
@@ -16,8 +17,9 @@ use super::output::{Stop, note};
 use super::records::{Destination, Form};
 use super::signals;
 use super::source_arguments::{SourceArguments, at_least};
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind as Kind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::monitor::pictures::port_of;
 use wstac_host::plural::counted;
 use wstac_host::source::names::{Sensor, sensors};
 
@@ -30,10 +32,10 @@ use wstac_host::source::names::{Sensor, sensors};
 #[command(after_long_help = help())]
 #[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
-    /// Camera, recording or scene, or several as NAME=SOURCE
+    /// Camera, recording, scene or board, or several as NAME=SOURCE
     ///
     /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
-    /// FILE.mcap, a video such as FILE.mp4, and a folder of pictures; see Sources below.
+    /// FILE.mcap, a video such as FILE.mp4, a folder of pictures, and a board such as /dev/ttyACM0; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -86,6 +88,17 @@ pub(super) struct Arguments {
     /// Also print the sample of every event, 10 × 70 numbers (JSON only)
     #[arg(long)]
     samples: bool,
+
+    /// Of a board: also report its state about once per second
+    ///
+    /// Standard error says how long the board runs, its frame rate, overruns, restarts, stack and temperature, as far as
+    /// the board knows them.
+    #[arg(long)]
+    status: bool,
+
+    /// Bits per second of a board's serial device; 115200 by default
+    #[arg(long, value_name = "N", value_parser = at_least(1_u32))]
+    baud: Option<u32>,
 
     #[command(flatten)]
     options: SourceArguments,
@@ -149,6 +162,12 @@ const HELP: &str = r#"Sources:
                    A damaged picture is a lost frame, and so is one that
                    the numbers in the names leave out. PNG files beside
                    JPEG files are refused.
+  /dev/ttyACM0     a board, which finds the events itself, at a serial
+                   device; also tcp:HOST:PORT, and board:FILE with the
+                   bytes that a board sent (board:- is standard input).
+                   --features, --samples and --motion are requested of
+                   it. Notes say what it is and what was lost. A serial
+                   device that disappears is waited for.
   NAME=SOURCE      any of these with a name, to read several at once:
                    wstac run left=/dev/video0 right=/dev/video2
                    A file whose name has = is ./NAME=FILE.
@@ -348,6 +367,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     {
         conflict(&format!("--since is {since} and --until is {until}, expected --since before --until"));
     }
+    let is_board = |sensor: &Sensor<'_>| port_of(sensor.source).is_some();
+    if (arguments.status || arguments.baud.is_some()) && !sensors.iter().any(is_board) {
+        let subject = sensors[0].source.display();
+        return Err(Error::new(Kind::Usage, subject, "is no board, expected no --status or --baud").into());
+    }
     let outputs = Outputs::new(arguments.force).reading(&arguments.config).reading(&arguments.models);
     let outputs = sensors.iter().fold(outputs, |outputs, sensor| outputs.source(sensor.source));
     if let Some(file) = arguments.file() {
@@ -398,7 +422,7 @@ fn form(arguments: &Arguments) -> Result<Form, Error> {
     let Some(path) = arguments.file() else { return Ok(stated.unwrap_or_default()) };
     let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default().to_ascii_lowercase();
     let named = ENDINGS.iter().find(|(_, endings)| endings.contains(&&*ending)).map(|(form, _)| *form);
-    let refused = |message: String| Err(Error::new(wstac_host::error::ErrorKind::Usage, path.display(), message));
+    let refused = |message: String| Err(Error::new(Kind::Usage, path.display(), message));
     match (stated, named) {
         (Some(stated), Some(named)) if stated != named => {
             refused(format!("its name ends in .{ending}, expected no name of another form: {}", stated.name()))

@@ -145,6 +145,16 @@ impl SourceArguments {
         }
     }
 
+    /// Refuses the options of sources of frames, and files that only they need, for a source that is a board.
+    pub(super) fn expect_no_frames(&self, source: &OsStr, has_files: bool) -> Result<(), Error> {
+        self.expect_none(source)?;
+        if has_files {
+            let message = "is a board, expected no --config or --model: its firmware has them";
+            return Err(Error::new(ErrorKind::Usage, source.display(), message));
+        }
+        Ok(())
+    }
+
     /// Refuses the options of a camera or a recording, for a source that is a board.
     pub(super) fn expect_none(&self, source: &OsStr) -> Result<(), Error> {
         let Self { fps, matrix, range, format, size, keep_controls, controls, sensor } = self;

@@ -32,7 +32,7 @@ use wstac_linux::source::is_camera;
 pub(super) struct Arguments {
     /// Source of wstac run, or board
     ///
-    /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent.
+    /// A board is a serial device or tcp:HOST:PORT, as for wstac run, or board:FILE with bytes that a board sent.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -112,10 +112,7 @@ fn frames(source: &OsStr, arguments: &Arguments) -> Result<Frames, Error> {
 }
 
 fn board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<Board, Error> {
-    arguments.options.expect_none(source)?;
-    if arguments.config.is_some() || !arguments.models.is_empty() {
-        let message = "is a board, expected no --config or --model: its firmware has them";
-        return Err(Error::new(ErrorKind::Usage, source.display(), message));
-    }
+    let has_files = arguments.config.is_some() || !arguments.models.is_empty();
+    arguments.options.expect_no_frames(source, has_files)?;
     Ok(Board::new(BoardLine::new(Port::open(port, arguments.baud)?, OutputOptions::LIVE)))
 }

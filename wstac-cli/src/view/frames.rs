@@ -102,7 +102,7 @@ impl Sensor for Frames {
             let mut state = locked(state);
             found.wants_picture |= std::mem::take(&mut state.wants_picture);
             // A file or a scene is not read while it is paused.
-            station.pause(state.paused && !*live);
+            station.is_paused = state.paused && !*live;
         }
         let before = station.processor().pipeline().next_frame();
         let turn = station.advance(found);

@@ -87,8 +87,8 @@ impl BoardLine {
     /// The port cannot be read, the board speaks another version of the link, or `give` returns an error.
     pub fn step<E: From<Error>>(&mut self, mut give: impl FnMut(Report) -> Result<(), E>) -> Result<LineStep, E> {
         self.match_clock();
-        if let Some(reading) = self.requests.send(&mut self.port) {
-            give(Report::Note(reading.in_words(self.port.name())))?;
+        if let Some(note) = self.requests.send(&mut self.port) {
+            give(Report::Note(note))?;
         }
         let mut room = [0; 4096];
         let got = self.port.read(&mut room)?;

@@ -26,6 +26,9 @@ const LARGEST: usize = PICTURE_PART * u16::MAX as usize;
 /// How a name starts that stands for a board's bytes, and not for a recording.
 const PREFIX: &str = "board:";
 
+/// How the names of serial devices start.
+const SERIAL: [&str; 4] = ["/dev/tty", "/dev/serial/", "/dev/pts/", "/dev/rfcomm"];
+
 /// Returns the port that a source's name stands for; `None` if it is no board.
 ///
 /// The name is `board:` and a port, `tcp:HOST:PORT`, or a serial device.
@@ -34,12 +37,11 @@ pub fn port_of(name: &OsStr) -> Option<&OsStr> {
     if let Some(port) = text.strip_prefix(PREFIX) {
         return Some(OsStr::new(port));
     }
-    // A camera may have other names, such as those of udev's rules.
-    let is_serial = || {
-        let is_device = std::fs::metadata(text).is_ok_and(|metadata| metadata.file_type().is_char_device());
-        is_device && std::fs::canonicalize(text).is_ok_and(|path| !path.to_string_lossy().starts_with("/dev/video"))
-    };
-    (text.starts_with("tcp:") || is_serial()).then_some(name)
+    // Devices often have names such as /dev/serial/by-id/usb-…, which are links. One that is missing has only its name.
+    let path = std::fs::canonicalize(name).unwrap_or_else(|_| name.into());
+    let is_device = std::fs::metadata(&path).map_or(true, |metadata| metadata.file_type().is_char_device());
+    let is_serial = is_device && SERIAL.iter().any(|start| path.to_string_lossy().starts_with(start));
+    (text.starts_with("tcp:") || is_serial).then_some(name)
 }
 
 /// A board that is asked for one picture after another.
@@ -342,9 +344,11 @@ mod tests {
         let port = |name: &'static str| port_of(OsStr::new(name)).and_then(OsStr::to_str);
         assert_eq!(port("board:a.bin"), Some("a.bin"));
         assert_eq!(port("tcp:localhost:7000"), Some("tcp:localhost:7000"));
-        for name in ["a.y4m", "-", "scene:Saw3@150", "/dev/video0", "/etc/passwd", "/nowhere"] {
+        for name in ["a.y4m", "-", "scene:Saw3@150", "/dev/video0", "/dev/null", "/etc/passwd", "/nowhere"] {
             assert_eq!(port(name), None, "{name}");
         }
-        assert!(port("/dev/tty").is_none_or(|name| name == "/dev/tty"));
+        for name in ["/dev/ttyACM99", "/dev/serial/by-id/usb-none"] {
+            assert_eq!(port(name), Some(name));
+        }
     }
 }

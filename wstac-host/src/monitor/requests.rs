@@ -19,25 +19,6 @@ pub struct Requests {
     stuck: bool,
 }
 
-/// A change in whether a board reads requests.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reading {
-    /// It does not read them any more. They wait.
-    Stopped,
-    /// It reads them again, and none waits.
-    Again,
-}
-
-impl Reading {
-    /// Returns a note for people about the port with this name.
-    pub fn in_words(self, port: &str) -> String {
-        match self {
-            Self::Stopped => format!("{port} does not read requests; they are sent when it does"),
-            Self::Again => format!("{port} reads requests again"),
-        }
-    }
-}
-
 impl Requests {
     /// Adds a request. One of the same kind that still waits is out of date.
     pub fn push(&mut self, request: Request) {
@@ -50,16 +31,17 @@ impl Requests {
         self.waiting.push_back(request);
     }
 
-    /// Sends as many as the port takes now. Returns a change to tell people about.
-    pub fn send(&mut self, port: &mut Port) -> Option<Reading> {
+    /// Sends as many as the port takes now. If the board stops reading them or reads them again, returns a note for people.
+    pub fn send(&mut self, port: &mut Port) -> Option<String> {
         while let Some(request) = self.waiting.front() {
             if !port.send(encode(request, self.sequence, &mut [0; LONGEST])) {
-                return (!mem::replace(&mut self.stuck, true)).then_some(Reading::Stopped);
+                let is_new = !mem::replace(&mut self.stuck, true);
+                return is_new.then(|| format!("{} does not read requests; they are sent when it does", port.name()));
             }
             self.sequence = self.sequence.wrapping_add(1);
             self.waiting.pop_front();
         }
-        mem::take(&mut self.stuck).then_some(Reading::Again)
+        mem::take(&mut self.stuck).then(|| format!("{} reads requests again", port.name()))
     }
 }
 

@@ -57,18 +57,22 @@ fn created(path: &Path) -> io::Result<File> {
 /// meanwhile counts its times on with [`Output::after`].
 pub struct Excerpt {
     recorder: Recorder,
-    path: PathBuf,
     /// The number of the first feature frame.
     zero: u64,
-    frames: u64,
-    lost: u64,
-    events: u64,
+    /// The path of the file.
+    pub path: PathBuf,
+    /// The number of camera frames so far, without lost ones.
+    pub frames: u64,
+    /// The number of camera frames that were lost so far.
+    pub lost: u64,
+    /// The number of events so far.
+    pub events: u64,
 }
 
 /// A recording that is complete. It is displayed as a line for a person.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Recorded {
+pub struct FinishedRecording {
     /// The path of the file.
     pub path: PathBuf,
     /// The result of writing it.
@@ -79,7 +83,7 @@ pub struct Recorded {
     pub events: u64,
 }
 
-impl fmt::Display for Recorded {
+impl fmt::Display for FinishedRecording {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { path, written, lost, events } = self;
         let (frames, events) = (counted(written.frames, "frame"), counted(*events, "event"));
@@ -106,26 +110,6 @@ impl Excerpt {
             lost: 0,
             events: 0,
         })
-    }
-
-    /// Returns the path of the file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Returns the number of camera frames so far, without lost ones.
-    pub fn frames(&self) -> u64 {
-        self.frames
-    }
-
-    /// Returns the number of camera frames that were lost so far.
-    pub fn lost(&self) -> u64 {
-        self.lost
-    }
-
-    /// Returns the number of events so far.
-    pub fn events(&self) -> u64 {
-        self.events
     }
 
     /// Returns the number of frames that wait for the disk.
@@ -163,8 +147,8 @@ impl Excerpt {
     ///
     /// # Errors
     /// The file could not be written, or not all of it.
-    pub fn finish(self) -> Result<Recorded, Error> {
+    pub fn finish(self) -> Result<FinishedRecording, Error> {
         let Self { recorder, path, lost, events, .. } = self;
-        recorder.finish().map(|written| Recorded { path, written, lost, events })
+        recorder.finish().map(|written| FinishedRecording { path, written, lost, events })
     }
 }

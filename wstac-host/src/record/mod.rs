@@ -38,7 +38,7 @@ mod writer;
 
 pub use compression::Compression;
 pub use disk_space::check_room;
-pub use excerpt::{Excerpt, Recorded, first_free_file, new_file};
+pub use excerpt::{Excerpt, FinishedRecording, first_free_file, new_file};
 pub(crate) use file::Topic;
 pub(crate) use reader::{Item, Reader, damaged};
 pub use recorder::Recorder;

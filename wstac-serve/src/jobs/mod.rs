@@ -9,7 +9,7 @@ use serde::Serialize;
 use wstac_core::layout::Layout;
 use wstac_host::error::Error;
 use wstac_host::picture::Picture;
-use wstac_host::record::{Recorded, first_free_file};
+use wstac_host::record::{FinishedRecording, first_free_file};
 use wstac_host::source::{Labels, SourceEvent};
 use wstac_host::station::Station;
 
@@ -230,7 +230,7 @@ impl Jobs {
     }
 
     /// Takes the result of a recording.
-    fn recorded(&mut self, recorded: Result<Recorded, Error>) {
+    fn recorded(&mut self, recorded: Result<FinishedRecording, Error>) {
         let is_error = recorded.is_err();
         self.failures += usize::from(is_error);
         let text = recorded.map_or_else(|error| error.to_string(), |recorded| recorded.to_string());
@@ -293,11 +293,11 @@ impl Jobs {
                 Job::Recording(labels) => {
                     let (recording, labels) = (station.recording()?, labels.clone());
                     Progress::Recording(RecordingProgress {
-                        file: recording.path().display().to_string(),
+                        file: recording.path.display().to_string(),
                         labels,
-                        frames: recording.frames(),
-                        lost: recording.lost(),
-                        events: recording.events(),
+                        frames: recording.frames,
+                        lost: recording.lost,
+                        events: recording.events,
                         waiting: recording.waiting(),
                     })
                 }

@@ -1,6 +1,7 @@
 //! Reads the sources of one run: each to its end in its own thread, or those of a recording in the order of their times.
 
 use std::collections::VecDeque;
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -14,12 +15,16 @@ use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
+use super::board::Board;
 use super::no_event::NoEvent;
 use super::range::Range;
 use wstac_core::motion::Doubt;
 use wstac_core::params::LONGEST_FILLED_GAP;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
+use wstac_host::monitor::line::BoardLine;
+use wstac_host::monitor::pictures::port_of;
+use wstac_host::monitor::port::Port;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Processor, Session, Step};
@@ -44,7 +49,15 @@ pub(super) struct Run<'a> {
 }
 
 /// A sensor that is ready for reading.
-pub(super) struct Opened<'a> {
+pub(super) enum Opened<'a> {
+    /// A source of frames.
+    Frames(Box<Frames<'a>>),
+    /// A board, which finds its events itself.
+    Board(Box<Board<'a>>),
+}
+
+/// A source of frames that is ready for reading.
+pub(super) struct Frames<'a> {
     session: Session,
     records: Records<'a>,
     raw: Option<RawFile>,
@@ -58,20 +71,54 @@ impl<'a> Run<'a> {
     /// # Errors
     /// Returns an error if the source, the configuration or a model cannot be used.
     pub(super) fn open(self, sensor: &Sensor<'_>) -> Result<Opened<'a>, Stop> {
-        let Self { arguments, form, table, destination, files, interrupted, is_recorded } = self;
-        let records = Records::to(destination, form, table).of_sensor(sensor.name).quiet(arguments.quiet);
+        match port_of(sensor.source) {
+            Some(port) => self.open_board(sensor, port).map(|board| Opened::Board(Box::new(board))),
+            None => self.open_frames(sensor).map(|frames| Opened::Frames(Box::new(frames))),
+        }
+    }
+
+    fn records(self, sensor: &Sensor<'_>) -> Records<'a> {
+        let records = Records::to(self.destination, self.form, self.table);
+        records.of_sensor(sensor.name).quiet(self.arguments.quiet)
+    }
+
+    /// Returns what a signal does.
+    fn ending(self) -> Ending {
+        if self.arguments.file().is_some() { Ending::Whole } else { Ending::InTime }
+    }
+
+    fn wanted(self) -> OutputOptions {
+        let Arguments { features, samples, motion, .. } = *self.arguments;
+        OutputOptions { features, samples, motion, ..OutputOptions::default() }
+    }
+
+    fn open_board(self, sensor: &Sensor<'_>, port: &OsStr) -> Result<Board<'a>, Stop> {
+        let Self { arguments, interrupted, .. } = self;
+        let Arguments { frames, since, until, save_raw, .. } = arguments;
+        if frames.is_some() || since.is_some() || until.is_some() || save_raw.is_some() {
+            let message = "is a board, expected no --frames, --since, --until or --save-raw: they are for frames";
+            return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message).into());
+        }
+        let has_files = arguments.config.is_some() || !arguments.models.is_empty();
+        arguments.options.expect_no_frames(sensor.source, has_files)?;
+        let line = BoardLine::new(Port::open(port, arguments.baud)?, self.wanted());
+        finishing(self.ending());
+        Ok(Board { line, records: self.records(sensor), has_status: arguments.status, interrupted })
+    }
+
+    fn open_frames(self, sensor: &Sensor<'_>) -> Result<Frames<'a>, Stop> {
+        let Self { arguments, files, interrupted, is_recorded, .. } = self;
+        let records = self.records(sensor);
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
-        finishing(if arguments.file().is_some() { Ending::Whole } else { Ending::InTime });
-        let Arguments { features, samples, motion, .. } = *arguments;
-        let wanted = OutputOptions { features, samples, motion, ..OutputOptions::default() };
+        finishing(self.ending());
         let session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
-            .outputs(wanted)
+            .outputs(self.wanted())
             .textures(Textures::new(files)?);
         let session = session.build()?;
         records.note(&info.about);
@@ -91,7 +138,7 @@ impl<'a> Run<'a> {
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         let range = Range::new(arguments.since, arguments.until);
-        Ok(Opened { session, records, raw, range, interrupted })
+        Ok(Frames { session, records, raw, range, interrupted })
     }
 
     /// Reads all sensors, after all of them were opened. Each continues to its own end if others fail.
@@ -109,7 +156,7 @@ impl<'a> Run<'a> {
     /// Reads the sensors of one recording frame by frame in the order of the frames' times, so that the records of every
     /// replay have the same order. Returns how many failed.
     fn in_order(self, sensors: &[Sensor<'_>]) -> usize {
-        let opened: Vec<_> = sensors.iter().map(|sensor| (sensor, self.open(sensor))).collect();
+        let opened: Vec<_> = sensors.iter().map(|sensor| (sensor, self.open_frames(sensor))).collect();
         if opened.iter().any(|(_, open)| open.is_err()) {
             let failed = opened.into_iter().filter(|(sensor, open)| !self.has_read(sensor, open.as_ref().map(drop)));
             return failed.count();
@@ -175,7 +222,10 @@ impl Opened<'_> {
     /// # Errors
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
-        let mut reading = Reading::new(self);
+        let mut reading = match self {
+            Self::Frames(frames) => Reading::new(*frames),
+            Self::Board(board) => return board.read(),
+        };
         loop {
             if let Some(ended) = reading.go_on() {
                 return ended;
@@ -194,8 +244,8 @@ struct Reading<'a> {
 }
 
 impl<'a> Reading<'a> {
-    fn new(opened: Opened<'a>) -> Self {
-        let Opened { session, records, raw, range, interrupted } = opened;
+    fn new(frames: Frames<'a>) -> Self {
+        let Frames { session, records, raw, range, interrupted } = frames;
         let (losses, no_event) = (LossReport::default(), NoEvent::default());
         let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
         let (uneven, unreliable) = (None, 0);

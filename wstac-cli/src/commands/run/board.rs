@@ -1,0 +1,50 @@
+//! Reads a board, which finds its events itself.
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::super::output::Stop;
+use super::super::records::Records;
+use wstac_host::monitor::line::BoardLine;
+use wstac_host::monitor::{Monitor, Report, telemetry};
+use wstac_host::plural::counted;
+
+/// A board that is ready for reading.
+pub(in crate::commands) struct Board<'a> {
+    pub(in crate::commands) line: BoardLine,
+    pub(in crate::commands) records: Records<'a>,
+    /// Whether the state of the board is reported.
+    pub(in crate::commands) has_status: bool,
+    /// Requests the end.
+    pub(in crate::commands) interrupted: &'a AtomicBool,
+}
+
+impl Board<'_> {
+    /// Reads until the board or its port ends, or a signal requests the end. The end record is always written.
+    ///
+    /// # Errors
+    /// Returns the error of the port, or of writing.
+    pub(in crate::commands) fn read(self) -> Result<(), Stop> {
+        let Self { mut line, mut records, has_status, interrupted } = self;
+        let (mut lost_events, clock) = (0, Cell::new(None));
+        let is_over = |monitor: &Monitor| {
+            clock.set(monitor.clock_match());
+            interrupted.load(Ordering::Relaxed)
+        };
+        line.run(is_over, |report| {
+            match report {
+                Report::Output(output) => records.write(&output)?,
+                Report::Note(text) => records.note(text),
+                Report::LostEvents(lost) => {
+                    lost_events += lost;
+                    records.note(format_args!("{} lost, {lost_events} since the start", counted(lost, "event")));
+                }
+                Report::Telemetry(telemetry) if has_status => {
+                    records.note(format_args!("the board: {}", telemetry::in_words(&telemetry, clock.get())));
+                }
+                Report::Telemetry(_) | Report::Request(_) => {}
+            }
+            Ok(())
+        })
+    }
+}
