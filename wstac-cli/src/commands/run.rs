@@ -89,9 +89,9 @@ pub(super) struct Arguments {
     #[arg(long)]
     samples: bool,
 
-    /// Of a board: also report its state about once per second
+    /// Also report a board's state about once per second, on standard error
     ///
-    /// Standard error says how long the board runs, its frame rate, overruns, restarts, stack and temperature, as far as
+    /// It says how long the board runs, its frame rate, overruns, restarts, stack and temperature, as far as
     /// the board knows them.
     #[arg(long)]
     status: bool,
