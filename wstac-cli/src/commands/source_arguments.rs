@@ -6,7 +6,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::str::FromStr;
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
 
@@ -28,12 +28,12 @@ pub(super) struct SourceArguments {
     options: OpenOptions,
 
     /// Matrix of a YCbCr source, instead of the stated one
-    #[arg(long)]
-    matrix: Option<MatrixName>,
+    #[arg(long, value_parser = matrix())]
+    matrix: Option<YcbcrMatrix>,
 
     /// Quantization range of a YCbCr source, instead of the stated one
-    #[arg(long)]
-    range: Option<RangeName>,
+    #[arg(long, value_parser = range())]
+    range: Option<QuantizationRange>,
 
     /// Read this sensor of a recording of several
     ///
@@ -42,16 +42,14 @@ pub(super) struct SourceArguments {
     sensor: Option<String>,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum MatrixName {
-    Bt601,
-    Bt709,
+fn matrix() -> impl TypedValueParser<Value = YcbcrMatrix> {
+    let names = PossibleValuesParser::new(["bt601", "bt709"]);
+    names.map(|name| if name == "bt709" { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 })
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum RangeName {
-    Limited,
-    Full,
+fn range() -> impl TypedValueParser<Value = QuantizationRange> {
+    let names = PossibleValuesParser::new(["limited", "full"]);
+    names.map(|name| if name == "full" { QuantizationRange::Full } else { QuantizationRange::Limited })
 }
 
 impl SourceArguments {
@@ -86,18 +84,8 @@ impl SourceArguments {
             let message = "was recorded without pictures, so --matrix and --range change nothing: expected neither";
             return Err(Error::new(ErrorKind::Usage, &info.about, message));
         }
-        if let Some(matrix) = self.matrix {
-            info.color.matrix = match matrix {
-                MatrixName::Bt601 => YcbcrMatrix::Bt601,
-                MatrixName::Bt709 => YcbcrMatrix::Bt709,
-            };
-        }
-        if let Some(range) = self.range {
-            info.color.range = match range {
-                RangeName::Limited => QuantizationRange::Limited,
-                RangeName::Full => QuantizationRange::Full,
-            };
-        }
+        info.color.matrix = self.matrix.unwrap_or(info.color.matrix);
+        info.color.range = self.range.unwrap_or(info.color.range);
         Ok((source, info))
     }
 

@@ -1,7 +1,7 @@
 //! Rows of one pixel format → green sums (SPEC §1). No other module knows about formats.
 //!
-//! A format is a type with [`GreenChannel`] in a file of its own. An application that names one type links only that
-//! one. [`any::Any`] chooses at run time, for hosts.
+//! A format is a type with [`GreenChannel`] in a file of its own, and a row of the table in this file. An application
+//! that names one type links only that one. [`any::Any`] chooses at run time, for hosts.
 
 /// The table of pixel formats, for a macro that takes its rows.
 ///
