@@ -391,9 +391,9 @@ mod tests {
     #[test]
     fn a_span_has_room_around_its_numbers() {
         assert!(Span::around(std::iter::empty()).is_none() && Span::log_around(std::iter::empty()).is_none());
-        let around = |is_log: bool, numbers: &[f64]| match is_log {
-            true => Span::log_around(numbers.iter().copied()),
-            false => Span::around(numbers.iter().copied()),
+        let around = |is_log: bool, numbers: &[f64]| {
+            let numbers = numbers.iter().copied();
+            if is_log { Span::log_around(numbers) } else { Span::around(numbers) }
         };
         for is_log in [false, true] {
             let span = around(is_log, &[3.0, 8.0, 5.0]).unwrap();

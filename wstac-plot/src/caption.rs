@@ -1,5 +1,7 @@
 //! The event's numbers, and an explanation of the figure, in words.
 
+use std::fmt::Write;
+
 use wstac_core::speed::ThresholdOn;
 use wstac_host::output::Output;
 use wstac_host::text::text_of;
@@ -14,16 +16,17 @@ pub(super) fn caption(found: &Found) -> String {
     let answers = line.split_once(": ").map_or(&*line, |(_, answers)| answers);
     let frame = record.frame;
     let mut text = format!("Event {} of {}; first frame {frame} ({start:.2} s): {answers}.", found.number, found.about);
-    match found.saturated() {
-        0 => {}
-        1 => text += " One taxel reached full scale: its light is cut off.",
-        count => text += &format!(" {count} taxels reached full scale: their light is cut off."),
-    }
+    // Writing to a string does not fail.
+    let _ = match found.saturated() {
+        0 => Ok(()),
+        1 => write!(text, " One taxel reached full scale: its light is cut off."),
+        count => write!(text, " {count} taxels reached full scale: their light is cut off."),
+    };
     text += " a, b: light of the five taxels of each row or column; numbers stand at its centroid. Dashed: thresholds of the \
              trigger. Gray: the window that fired. Dotted: first and last lit frame.";
     if found.is_of_durations {
         let on = if found.lit_threshold.1 == ThresholdOn::AboveBaseline { " above the baseline" } else { "" };
-        text += &format!(" Lit: above {} of full scale{on}.", found.lit_threshold.0);
+        let _ = write!(text, " Lit: above {} of full scale{on}.", found.lit_threshold.0);
     }
     text + " d: centroids of panel c along the motion, and the line of the event's speed."
 }

@@ -29,7 +29,6 @@ use wstac_tradeoff::{map, plot, table};
 /// nothing is run: the answer comes from the map that is built into wstac.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP, arg_required_else_help = true)]
-#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(super) struct Arguments {
     /// Write the results to this folder
     ///

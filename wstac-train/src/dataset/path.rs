@@ -296,7 +296,7 @@ pub fn write_split(
     npz.samples(name, slides.iter().map(|slide| in_set_order(slide.sample.as_deref().unwrap_or(&zeros))))?;
     npz.number("scale", SCALE)?;
     npz.strings("y_specimen", slides.iter().map(|slide| super::arrays::name(&slide.slide.specimen)))?;
-    let mut column = |name: &str, of: &dyn Fn(&PathRow) -> f64| npz.numbers(name, slides.iter().map(|slide| of(slide)));
+    let mut column = |name: &str, of: &dyn Fn(&PathRow) -> f64| npz.numbers(name, slides.iter().map(of));
     column("speed", &|slide| slide.slide.speed_mm_s)?;
     column("direction", &|slide| slide.slide.direction_deg)?;
     column("length", &|slide| slide.slide.specimen.length_mm)?;
