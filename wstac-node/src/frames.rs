@@ -14,7 +14,7 @@ use wstac_host::output::{FrameFeatures, Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::record::{FinishedRecording, first_free_file, new_file};
 use wstac_host::session::{Observer, Processor};
-use wstac_host::source::open::{SourceKind, open};
+use wstac_host::source::open::{OpenOptions, SourceKind, open};
 use wstac_host::source::{FramePolicy, SourceEvent, config_of};
 use wstac_host::station::{Station, Turn};
 use wstac_host::texture::Textures;
@@ -46,7 +46,8 @@ impl Frames {
     /// The source, the configuration or a model cannot be used.
     pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
         let NamedSource { name, source: source_name, recorded } = named;
-        let options = arguments.camera.to_open(delivery(arguments), recorded.clone());
+        let options =
+            OpenOptions { delivery: delivery(arguments), sensor: recorded.clone(), ..arguments.camera.clone() };
         let source = open(source_name, &options, KINDS)?;
         let info = source.info().clone();
         let given = arguments.config.as_deref().map(Config::read).transpose()?;
