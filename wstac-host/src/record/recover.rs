@@ -33,7 +33,7 @@ use mcap::{McapError, Schema};
 use super::about::{About, is_description};
 use super::channels::Channels;
 use super::compression::Compression;
-use super::file::{RecordingFile, Sensors, Topic};
+use super::file::{RecordingFile, Sensors, Topic, write_error};
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::lost_line;
@@ -228,15 +228,10 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
 
 /// Returns whether a file has frames, and no checksums of them.
 fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
-    let (mut schemas, mut own) = (BTreeMap::new(), Channels::new(sensors.clone()));
+    let mut own = Channels::new(sensors.clone());
     for (op, body) in &summary.definitions {
-        match parse_record(*op, body) {
-            Ok(Record::Schema { header, .. }) => drop(schemas.insert(header.id, header.name)),
-            Ok(Record::Channel(channel)) => {
-                own.add(channel.id, &channel.topic, schemas.get(&channel.schema_id).map_or("", String::as_str));
-            }
-            _ => {}
-        }
+        // A damaged record describes nothing.
+        let _ = own.define(*op, body);
     }
     own.has_frames_and_sums() == (true, false)
 }
@@ -270,11 +265,7 @@ impl Failure {
 
 /// Describes an error of writing the new file.
 fn not_written(path: &Path, error: McapError) -> Error {
-    let (path, hint) = (path.display(), "it was not written, and the recording is as it was");
-    match error {
-        McapError::Io(error) => Error::new(error.kind().into(), path, format_args!("{error}: {hint}")).caused_by(error),
-        error => Error::new(ErrorKind::Io, path, format_args!("{error}: {hint}")).caused_by(error),
-    }
+    write_error(path, error, ": it was not written, and the recording is as it was")
 }
 
 /// Returns whether a new entry replaces the one there is. The first entry stays, unless it stands in damaged bytes.
