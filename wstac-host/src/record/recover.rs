@@ -41,6 +41,7 @@ use super::reserved::give_back_of_killed;
 use super::summary::Summary;
 use super::sums::{self, Stated, Sum, Tally};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
+use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 use crate::source::mcap::McapSource;
@@ -622,7 +623,8 @@ impl Recovery<'_> {
 /// Reads a recording to its end.
 fn read_all(path: &Path, sensor: Option<&str>) -> Result<(), Error> {
     let mut source = McapSource::open_sensor(path, sensor, None)?;
-    let config = crate::source::config_of(source.info(), None)?;
+    // A law that was removed is no damage: `--config` gives the recording another.
+    let config = Config::parse_recorded(&source.about().configuration)?;
     crate::session::Processor::new(source.info(), &config, crate::output::OutputOptions::default())?;
     while !matches!(source.next_event()?, SourceEvent::End) {}
     Ok(())
