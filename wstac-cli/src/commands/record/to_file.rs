@@ -81,9 +81,13 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
             let name = if opened.name.is_empty() { about } else { opened.name }.to_owned();
             whatever_happens(&name, all, || read(opened, recorder, all))
         };
-        let threads: Vec<_> = both.map(|both| scope.spawn(move || read_all(both))).collect();
+        let mut both: Vec<_> = both.collect();
+        // A signal ends a wait for standard input in this thread alone.
+        let last = both.pop();
+        let threads: Vec<_> = both.into_iter().map(|both| scope.spawn(move || read_all(both))).collect();
+        let last = last.map(read_all);
         // A thread cannot panic: that was caught.
-        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+        threads.into_iter().filter_map(|thread| thread.join().ok()).chain(last).collect()
     });
     let written = recording.finish();
     let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
