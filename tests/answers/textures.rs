@@ -8,8 +8,8 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::rate::FrameRate;
 use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
+use wstac_tests::textures::{NEW, UNKNOWN_KINDS, unknown};
 use wstac_train::dataset::path::{Conditions, PathSlide, RandomSlides};
-use wstac_train::dataset::textures::{NEW, UNKNOWN_KINDS, unknown};
 use wstac_train::model::calibrate::{LabeledSamples, Quality, calibration_error};
 use wstac_train::model::learn::learn;
 

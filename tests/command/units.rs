@@ -162,7 +162,7 @@ fn parts_of_recordings_are_the_whole_set() {
 fn parts_of_a_study_are_the_rows_of_their_settings() {
     let folder = Folder::new("units trade");
     let config = folder.file("c.toml", "[trigger]\nwindow = 6\n");
-    let study = ["trade", "--slides", "1", "--model", "builtin:svm", "--no-times", "--config", text(&config)];
+    let study = ["trade", "--slides", "1", "--model", "builtin:svm", "--config", text(&config)];
     let path = |name: &str| folder.0.join(name);
     // Settings of two cameras, of which the first judges the second.
     let rows = |units: &str| {

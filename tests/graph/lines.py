@@ -17,7 +17,12 @@ FUNCTION = re.compile(
 )
 # The most lines of a function.
 LONGEST = 100
-WRITTEN_BY_TOOLS = ("wstac-linux/v4l2-sys/", "wstac-python/python/wstac/_wstac.pyi")
+WRITTEN_BY_TOOLS = (
+    "wstac-linux/v4l2-sys/",
+    "wstac-python/python/wstac/_wstac.pyi",
+    "wstac-train/src/model/onnx/messages.rs",
+    "wstac-host/src/record/foxglove/messages.rs",
+)
 COMMENTS = {".rs": ("//",), ".py": ("#",), ".js": ("//",), ".mjs": ("//",), ".css": ("/*", "*"), ".h": ("//", "/*", "*"), ".pyi": ("#",)}
 
 

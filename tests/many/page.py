@@ -18,7 +18,7 @@ import numpy
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/MANY.md"
 # The study of the page takes an hour.
-SMALL = "wstac trade --slides 1 --model builtin:svm --no-times"
+SMALL = "wstac trade --slides 1 --model builtin:svm"
 # Kills the process that starts the second part for the first time, and makes it all the same.
 KILLER = """#!/bin/bash
 if [[ "$*" == *"--units 500..1000 "* ]] && mkdir killed 2> /dev/null; then kill -KILL $PPID; fi

@@ -1,6 +1,6 @@
 """Trains and evaluates the models of samples along the path. Needs the packages of requirements-train.txt.
 
-`PATH_SLIDES` names the program that simulates slides: `cargo run -p wstac-train --example path_slides`.
+`PATH_SLIDES` names the program that simulates slides: `cargo run -p wstac-tests --example path_slides`.
 """
 
 from __future__ import annotations

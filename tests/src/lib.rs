@@ -9,6 +9,7 @@ pub mod npz;
 pub mod plain_sums;
 pub mod plain_trigger;
 pub mod random;
+pub mod textures;
 pub mod trained;
 
 use wstac_core::features::Features;

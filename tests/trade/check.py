@@ -5,8 +5,7 @@
     check.py WSTAC --pages    checks only that the pages show the kept map, and that its models are those that were counted
     check.py WSTAC --write    writes the kept map's pages: docs/TRADE.md and docs/plots/trade.svg
     check.py WSTAC --sweep    sweeps, and keeps the map; then the command must be built again
-    check.py WSTAC --times    times the settings of the kept map on this machine anew; then the command must be built again
-    check.py WSTAC --fade     lets the light fade, and writes the tables of that in docs/EXTREMES.md
+    check.py WSTAC --fade     lets the light fade, and writes the table of that in docs/EXTREMES.md
 """
 
 import csv
@@ -19,6 +18,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import fading
+
 ROOT = Path(__file__).resolve().parents[2]
 TRADE = ROOT / "wstac-tradeoff/data"
 MODELS = ROOT / "wstac-host/models"
@@ -30,9 +31,7 @@ POINTS = (
     ("balanced", "M4F", "M4F<60k,M4F.event<90k"),
     ("most accurate", "M4F", "M4F<2M"),
 )
-# The models that are tested in fading light with the default setting. All other settings are tested with the first of
-# them.
-FADING = ("svm", "svm-20f", "ovr", "forest", "boosted")
+PARAMETERS = ("format", "stride", "ln", "law")
 # The largest difference of a published sum of prices from a count, as a fraction. A compiler's output differs a little
 # between two paths.
 SLACK = 0.02
@@ -53,21 +52,41 @@ def between(text, name, inside, command="--write"):
     return f"{before}{begin}\n\n{inside.strip()}\n\n{end}{rest.split(end)[1]}"
 
 
-def merged(tables):
-    """Returns tables of settings in which a row names what differs from the first setting, and equal rows are one."""
-    first, lines, rows = None, [], {}
-    for line in [*tables.strip().splitlines(), ""]:
-        name, _, cells = line.strip("| ").partition(" | ")
-        if not line.startswith("| ") or name in ("---", "peak light, gray levels"):
-            lines += [f"| {', '.join(names)} | {cells} |" for cells, names in rows.items()]
-            rows = {}
-            lines.append(line)
+def parameters_table(rows):
+    """Returns the rows of the map that differ from the default setting in one parameter, and those of the default settings of other models."""
+    def text(number, form):
+        return format(float(number), form) if number else "–"
+
+    def setting(row):
+        return [row[name] for name in PARAMETERS]
+
+    def model(row):
+        return "no model" if row["model"] == "none" else row["model"].removeprefix("builtin:")
+
+    default, published = ["GREY", "1", "fixed", "coherence"], ["GREY", "1", "fixed", "published"]
+    labels = ("{}", "stride {}", "{} ln", "law {}")
+    named = []
+    for row in rows:
+        other = [label.format(value) for label, value, own in zip(labels, setting(row), default, strict=True) if value != own]
+        if model(row) == "path-svm" and len(other) <= 1:
+            named.append((other[0] if other else "none", row))
+    named += [(model(row), row) for row in rows if setting(row) == default and model(row) != "path-svm"]
+    named += [(f"law published, {model(row)}", row) for row in rows if setting(row) == published]
+    lines = [
+        "From GREY, stride 1, fixed ln, law coherence, path-svm, counted on a Cortex-M4F:", "",
+        "| ablation | specimen accuracy, % (95 % interval) | speed error, % | instructions per frame | instructions per event | flash, bytes | frames to the answer |",
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for name, row in named:
+        # Of early models, those of 20 frames stand for those of 30 to 60, and of trees over time the shipped ones: trade.csv has all.
+        if re.search(r"-[3-6]0f$|(?:forest|boosted)-\w", name):
             continue
-        parts = name.split(", ")
-        first = first or parts
-        other = [part for part, common in zip(parts, first, strict=True) if part != common]
-        rows.setdefault(cells.replace(" (0)", ""), []).append(", ".join(other) or "default")
-    return "\n".join([f"The default is {', '.join(first)}; a row names what differs.", "", *lines])
+        accuracy = "–"
+        if row["specimen"]:
+            accuracy = "{:.1f} ({:.1f} … {:.1f})".format(*(float(row[f"specimen{end}"]) for end in ("", "_low", "_high")))
+        cells = [name, accuracy, text(row["speed_error"], ".2f"), *(text(row[f"M4F_{what}"], ",.0f") for what in ("frame", "event", "flash"))]
+        lines.append("| " + " | ".join([*cells, text(row["latency"], ".1f")]) + " |")
+    return "\n".join(lines)
 
 
 def points_table(wstac):
@@ -106,25 +125,11 @@ def pages(wstac):
     """Returns the expected text of the pages, by file."""
     with tempfile.TemporaryDirectory() as folder:
         run(wstac, "trade", "--map", "kept", "-o", folder)
-        table, picture = Path(folder, "trade.md").read_text(), Path(folder, "trade.svg").read_text()
-    points = points_table(wstac)
-    parameters = re.split(r"One (?:knob|parameter) at a time, ", table)[1]
-    # Of early models, those of 20 frames stand for those of 30 to 60, and of trees over time the shipped ones: trade.csv has all.
-    parameters = "".join(line for line in parameters.splitlines(keepends=True) if not re.search(r"-[3-6]0f \||(?:forest|boosted)-\w", line))
-    page = between(PAGE.read_text(), "points", points)
-    page = between(page, "parameters", parameters[0].upper() + parameters[1:])
+        rows = list(csv.DictReader(Path(folder, "trade.csv").read_text().splitlines()))
+        picture = Path(folder, "trade.svg").read_text()
+    page = between(PAGE.read_text(), "points", points_table(wstac))
+    page = between(page, "parameters", parameters_table(rows))
     return {PICTURE: picture, PAGE: page}
-
-
-def warn_of_times(text):
-    """Prints where the host's times cannot be right: a logarithm is a small part of a frame."""
-    times = {}
-    for row in csv.DictReader(text.splitlines()):
-        times.setdefault((row["format"], row["stride"]), {})[row["ln"]] = float(row["host_frame_ns"])
-    for (name, stride), of in times.items():
-        if max(of.values()) > 1.2 * min(of.values()):
-            said = ", ".join(f"{ln} {ns:,.0f}" for ln, ns in of.items())
-            print(f"warning: {name}, stride {stride}: {said} ns per frame: the machine was busy, sweep again", file=sys.stderr)
 
 
 def models_are_those_that_were_counted():
@@ -188,19 +193,12 @@ def main():
             PICTURE.touch()
             for file, text in pages(wstac).items():
                 file.write_text(text)
-        case [wstac, "--sweep" | "--times" as what]:
+        case [wstac, "--sweep"]:
             with tempfile.TemporaryDirectory() as folder:
-                again = ["--map", "kept", "--times"] if what == "--times" else []
-                subprocess.run([wstac, "trade", *again, "-o", folder], stdout=subprocess.DEVNULL, check=True)
+                subprocess.run([wstac, "trade", "-o", folder], stdout=subprocess.DEVNULL, check=True)
                 shutil.copy(Path(folder, "map.csv"), TRADE / "map.csv")
-            warn_of_times((TRADE / "map.csv").read_text())
         case [wstac, "--fade"]:
-            with tempfile.TemporaryDirectory() as folder:
-                models = [word for name in FADING for word in ("--model", f"builtin:{name}")]
-                subprocess.run([wstac, "trade", "--fade", "--slides", "2", "--light", "200,100,50,20,10,5,2,1", *models, "-o", folder], stdout=subprocess.DEVNULL, check=True)
-                # Events come, and directions fail, as speeds are there or not.
-                tables = re.search("Specimen accuracy.*(?=Directions wrong)", Path(folder, "fade.md").read_text(), re.DOTALL)[0]
-            EXTREMES.write_text(between(EXTREMES.read_text(), "fade", merged(tables), "--fade"))
+            EXTREMES.write_text(between(EXTREMES.read_text(), "fade", fading.table(wstac), "--fade"))
         case _:
             sys.exit(__doc__)
 

@@ -5,8 +5,8 @@ use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
+use wstac_tests::textures::NEW;
 use wstac_train::dataset::path::{PathSlide, RandomSlides};
-use wstac_train::dataset::textures::NEW;
 use wstac_train::model::calibrate::{LabeledSamples, Quality};
 use wstac_train::model::learn::learn;
 

@@ -1,4 +1,4 @@
-//! Panel d by arrival times: when the light reaches each taxel, over the taxel's place along the motion.
+//! Panel d: when the light reaches each taxel, over the taxel's place along the motion.
 
 use wstac_core::params::COLUMNS;
 use wstac_core::rate::FrameRate;
@@ -23,7 +23,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
     let panel = Axes::new([left, top], size, Span::linear([-reach, reach]), Span::linear(frames));
     let motion = found.record.speed.ok().zip(found.record.direction.degrees.ok());
     let Some((speed, degrees)) = motion else {
-        let why = found.record.contact.map_or("no slide", |contact| contact.as_str());
+        let why = found.record.contact.map_or("no speed", |contact| contact.as_str());
         drawing.text([panel.right() - 4.0, top + SIZE + 3.0], SIZE, Anchor::End, why);
         panel.draw(drawing, titles);
         return;

@@ -2,10 +2,10 @@
 
 use wstac_core::params::{COLUMNS, TAXELS};
 
-use wstac_host::json::{angle, confidence};
+use wstac_host::json::angle;
 
 use super::event::Found;
-use crate::style::{GRAY, INK, PALE, SIZE, THIN, TITLE};
+use crate::style::{GRAY, INK, PALE, SIZE, THIN, TITLE, shade};
 use crate::svg::{Anchor, Drawing};
 
 /// Side of a taxel on the page.
@@ -14,8 +14,6 @@ const SIDE: f64 = 19.0;
 const DARK: f64 = 0.1;
 /// Fraction of a taxel's own rise from which light counts: noise over all frames would draw its centroid to the middle.
 const FOOT: f64 = 0.1;
-/// Colors from early to late: plasma, from the dark end on.
-const RAMP: [[u8; 3]; 5] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64], [240, 249, 33]];
 
 /// Returns the time at which each taxel is lit, in frames of the sample, or `None` for those that stay dark.
 ///
@@ -64,7 +62,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) 
         let middle = [at[0] + SIDE / 2.0, at[1] + SIDE / 2.0 + 0.35 * SIZE];
         if let Some(arrival) = arrival {
             let share = if last - first < 0.5 { 0.5 } else { (arrival - first) / (last - first) };
-            let (fill, ink) = color(share);
+            let (fill, ink) = shade(share);
             drawing.rectangle(at, [SIDE - 0.8, SIDE - 0.8], &fill);
             drawing.colored(middle, SIZE, Anchor::Middle, ink, &format!("{arrival:.1}"));
         } else {
@@ -79,9 +77,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) 
 /// Draws the direction's arrow around this point, with its name below.
 fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     const HALF: f64 = 16.0;
-    let words = y + HALF + 12.0;
-    let direction = &found.record.direction;
-    let Ok(degrees) = direction.degrees else {
+    let Ok(degrees) = found.record.direction.degrees else {
         drawing.text([x, y - 2.0], SIZE, Anchor::Middle, "direction");
         drawing.text([x, y + 8.0], SIZE, Anchor::Middle, "unclear");
         return;
@@ -93,23 +89,5 @@ fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     drawing.line(&[along(-HALF, 0.0), along(HALF - 6.0, 0.0)], INK, 1.8);
     drawing.polygon(&[along(HALF, 0.0), along(HALF - 8.0, 4.5), along(HALF - 8.0, -4.5)], INK);
     drawing.line(&[along(-HALF, 3.0), along(-HALF, -3.0)], GRAY, THIN);
-    drawing.text([x, words], SIZE, Anchor::Middle, &format!("{}\u{b0}", angle(degrees)));
-    let trust = match (confidence(*direction), direction.sd) {
-        (Some(confidence), _) => format!("conf. {confidence:.2}"),
-        (None, Some(sd)) => format!("\u{b1} {sd:.1}\u{b0}"),
-        (None, None) => String::new(),
-    };
-    drawing.text([x, words + 9.0], SIZE, Anchor::Middle, &trust);
-}
-
-/// Returns the color of a fraction of the time, and an ink that can be read on it.
-fn color(share: f64) -> (String, &'static str) {
-    let place = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
-    let below = (place as usize).min(RAMP.len() - 2);
-    let mixed = |k: usize| {
-        let [low, high] = [RAMP[below][k], RAMP[below + 1][k]].map(f64::from);
-        (low + (high - low) * (place - below as f64)).round() as u8
-    };
-    let [r, g, b] = [mixed(0), mixed(1), mixed(2)];
-    (format!("#{r:02x}{g:02x}{b:02x}"), if share > 0.55 { INK } else { "#ffffff" })
+    drawing.text([x, y + HALF + 12.0], SIZE, Anchor::Middle, &format!("{}\u{b0}", angle(degrees)));
 }

@@ -1,6 +1,6 @@
 //! A panel: a rectangle of the page, the numbers that it spans, ticks, points, and labels that do not overlap.
 
-use crate::style::{INK, LINE, RADIUS, SIZE, THICK, THIN, TITLE};
+use crate::style::{INK, LINE, RADIUS, SIZE, THIN, TITLE};
 use crate::svg::{Anchor, Drawing, Look};
 use crate::text::width_of;
 
@@ -13,19 +13,11 @@ const MOST_TICKS: usize = 8;
 /// The room around a label.
 const CLEAR: f64 = 1.0;
 
-/// The mapping of numbers to places.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scale {
-    /// Equal differences are equal distances.
-    Linear,
-    /// Equal ratios are equal distances. Numbers are above 0.
-    Log,
-}
-
 /// The numbers from one end of an axis to the other.
 #[derive(Clone, Copy, Debug)]
 pub struct Span {
-    scale: Scale,
+    /// `true` if equal ratios are equal distances, `false` if equal differences are.
+    is_log: bool,
     from: f64,
     to: f64,
 }
@@ -44,25 +36,27 @@ pub enum Side {
 impl Span {
     /// Creates a linear span; `to` is above `from`.
     pub fn linear([from, to]: [f64; 2]) -> Self {
-        Self { scale: Scale::Linear, from, to }
+        Self { is_log: false, from, to }
     }
 
     /// Creates a logarithmic span; `to` is above `from`, and `from` is above 0.
     pub fn log([from, to]: [f64; 2]) -> Self {
-        Self { scale: Scale::Log, from, to }
+        Self { is_log: true, from, to }
     }
 
-    /// Returns a span that holds these numbers and a little more, or `None` if there is no number.
-    pub fn around(scale: Scale, numbers: impl Iterator<Item = f64>) -> Option<Self> {
-        let transformed = numbers.map(|number| if scale == Scale::Log { number.log10() } else { number });
+    /// Returns a linear span that holds these numbers and a little more, or `None` if there is no number.
+    pub fn around(numbers: impl Iterator<Item = f64>) -> Option<Self> {
         let [least, most] =
-            transformed.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], n| [least.min(n), most.max(n)]);
+            numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], n| [least.min(n), most.max(n)]);
         // Numbers that are all the same also have a span.
-        let least_room = if scale == Scale::Log { 0.08 } else { 1e-3 };
-        let room = (0.06 * (most - least)).max(least_room);
-        let ends = [least - room, most + room];
-        let [from, to] = if scale == Scale::Log { ends.map(|end| 10_f64.powf(end)) } else { ends };
-        (least.is_finite() && most.is_finite()).then_some(Self { scale, from, to })
+        let room = (0.06 * (most - least)).max(1e-3);
+        (least.is_finite() && most.is_finite()).then(|| Self::linear([least - room, most + room]))
+    }
+
+    /// Returns a logarithmic span that holds these numbers and a little more, or `None` if there is no number.
+    pub fn log_around(numbers: impl Iterator<Item = f64>) -> Option<Self> {
+        let exponents = Self::around(numbers.map(f64::log10))?;
+        Some(Self::log(exponents.ends().map(|end| 10_f64.powf(end))))
     }
 
     /// Returns the two ends.
@@ -77,10 +71,10 @@ impl Span {
 
     /// Returns the place of a number: 0 at the first end, 1 at the last.
     pub fn fraction(&self, number: f64) -> f64 {
-        match self.scale {
-            Scale::Linear => (number - self.from) / (self.to - self.from),
-            Scale::Log => (number / self.from).log10() / (self.to / self.from).log10(),
+        if self.is_log {
+            return (number / self.from).log10() / (self.to / self.from).log10();
         }
+        (number - self.from) / (self.to - self.from)
     }
 
     /// Returns round numbers and their texts, as many as have room on a side of this length.
@@ -88,7 +82,7 @@ impl Span {
     /// A logarithmic span also has numbers in between, with an empty text.
     pub fn ticks(&self, length: f64, side: Side) -> Vec<(f64, String)> {
         // Within half a decade, multiples of powers of ten are too few.
-        let is_log = self.scale == Scale::Log && self.to / self.from > 3.0;
+        let is_log = self.is_log && self.to / self.from > 3.0;
         let mut candidates = if is_log { self.decades() } else { self.steps() }.into_iter();
         let found = candidates.find(|ticks| self.have_room(ticks, length, side)).unwrap_or_default();
         if !is_log {
@@ -273,28 +267,6 @@ impl Axes {
         drawing.upward(place, SIZE, text);
     }
 
-    /// Returns `true` if the markers of two points cover each other.
-    pub fn is_same_place(&self, a: [f64; 2], b: [f64; 2]) -> bool {
-        let ([ax, ay], [bx, by]) = (self.at(a), self.at(b));
-        (ax - bx).abs() < RADIUS && (ay - by).abs() < RADIUS
-    }
-
-    /// Draws a line through points of the data. Points outside the panel are left out.
-    pub fn line(&mut self, drawing: &mut Drawing, points: &[[f64; 2]], color: &str, width: f64) {
-        let is_inside = |[x, y]: &&[f64; 2]| self.x.contains(*x) && self.y.contains(*y);
-        let points: Vec<_> = points.iter().filter(is_inside).map(|point| self.at(*point)).collect();
-        drawing.line(&points, color, width);
-        // Squares along each piece keep labels off it.
-        for piece in points.windows(2) {
-            let [[ax, ay], [bx, by]] = [piece[0], piece[1]];
-            let steps = (bx - ax).hypot(by - ay).ceil() as u32;
-            for step in 0..=steps {
-                let part = f64::from(step) / f64::from(steps.max(1));
-                self.take([ax + part * (bx - ax), ay + part * (by - ay)], [THICK, THICK]);
-            }
-        }
-    }
-
     /// Draws a vertical bar with caps, from one number to another.
     pub fn bar(&mut self, drawing: &mut Drawing, x: f64, [low, high]: [f64; 2], color: &str) {
         const CAP: f64 = 2.0;
@@ -352,23 +324,6 @@ impl Axes {
         self.taken.push(around([left, base]));
         true
     }
-}
-
-/// Explains markers below a panel, in as many columns as have room, and returns the place of the next line of text.
-pub fn legend(drawing: &mut Drawing, [left, top]: [f64; 2], width: f64, looks: &[(Look, &str)]) -> f64 {
-    const GAP: f64 = 8.0;
-    let beside = 2.0 * RADIUS + 3.0;
-    let widest = looks.iter().map(|(_, name)| beside + width_of(name, SIZE)).fold(1.0, f64::max);
-    let most = (((width + GAP) / (widest + GAP)).floor() as usize).clamp(1, looks.len().max(1));
-    // As many lines as necessary, equally long.
-    let columns = looks.len().div_ceil(looks.len().div_ceil(most).max(1)).max(1);
-    for (place, (look, name)) in looks.iter().enumerate() {
-        let x = left + RADIUS + (width / columns as f64) * (place % columns) as f64;
-        let y = top + LINE * (place / columns) as f64;
-        drawing.marker([x, y - 0.35 * SIZE], *look);
-        drawing.text([x + beside - RADIUS, y], SIZE, Anchor::Start, name);
-    }
-    top + LINE * looks.len().div_ceil(columns) as f64
 }
 
 /// Returns places near `wanted`, in the same order, at least `apart` from each other, and within bounds if these have room.
@@ -435,11 +390,15 @@ mod tests {
 
     #[test]
     fn a_span_has_room_around_its_numbers() {
-        assert!(Span::around(Scale::Log, std::iter::empty()).is_none());
-        for scale in [Scale::Linear, Scale::Log] {
-            let span = Span::around(scale, [3.0, 8.0, 5.0].into_iter()).unwrap();
+        assert!(Span::around(std::iter::empty()).is_none() && Span::log_around(std::iter::empty()).is_none());
+        let around = |is_log: bool, numbers: &[f64]| {
+            let numbers = numbers.iter().copied();
+            if is_log { Span::log_around(numbers) } else { Span::around(numbers) }
+        };
+        for is_log in [false, true] {
+            let span = around(is_log, &[3.0, 8.0, 5.0]).unwrap();
             assert!(span.fraction(3.0) > 0.01 && span.fraction(8.0) < 0.99 && span.contains(5.0), "{span:?}");
-            let [from, to] = Span::around(scale, std::iter::once(3.0)).unwrap().ends();
+            let [from, to] = around(is_log, &[3.0]).unwrap().ends();
             assert!(from < 3.0 && 3.0 < to);
         }
     }

@@ -1,7 +1,7 @@
 //! A matrix of confusions: how often the slides of each texture got each answer.
 
 use crate::page::{MARGIN, WIDTH, caption};
-use crate::style::{INK, LINE, SIZE, TITLE};
+use crate::style::{LINE, SIZE, TITLE, shade};
 use crate::svg::{Anchor, Drawing};
 use crate::text::width_of;
 
@@ -10,9 +10,6 @@ const LARGEST: f64 = 30.0;
 const WIDEST: f64 = 120.0;
 /// Top of the cells.
 const TOP: f64 = 48.0;
-/// The color of a cell with all slides of its row, and of one with none; cells in between are mixed.
-const FULL: [f64; 3] = [0.0, 114.0, 178.0];
-const NONE: [f64; 3] = [247.0, 247.0, 247.0];
 
 /// A model's answers to slides whose textures are known.
 #[derive(Clone, Debug)]
@@ -59,9 +56,10 @@ impl Confusion<'_> {
             for (column, count) in counts.iter().take(columns).enumerate() {
                 let fraction = f64::from(*count) / f64::from(all.max(1));
                 let x = left + side * column as f64;
-                drawing.rectangle([x + 0.4, top + 0.4], [side - 0.8, side - 0.8], &mixed(fraction));
+                // The root shows few confusions, too.
+                let (fill, color) = shade(fraction.sqrt());
+                drawing.rectangle([x + 0.4, top + 0.4], [side - 0.8, side - 0.8], &fill);
                 if *count > 0 {
-                    let color = if fraction > 0.5 { "#ffffff" } else { INK };
                     drawing.colored([x + side / 2.0, baseline], size, Anchor::Middle, color, &count.to_string());
                 }
             }
@@ -69,13 +67,6 @@ impl Confusion<'_> {
         let height = caption(&mut drawing, bottom + 16.0, self.caption);
         drawing.finish(height)
     }
-}
-
-/// Returns the color of a fraction. Small fractions differ visibly from none.
-fn mixed(fraction: f64) -> String {
-    let part = fraction.sqrt();
-    let [red, green, blue] = [0, 1, 2].map(|at| (NONE[at] + (FULL[at] - NONE[at]) * part).round() as u8);
-    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 #[cfg(test)]

@@ -5,12 +5,13 @@ use std::collections::VecDeque;
 use wstac_core::baseline::Baseline;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{Law, LitSpan, ThresholdOn};
+use wstac_core::speed::{LitSpan, ThresholdOn};
 
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::real;
 use wstac_host::output::{Output, TactileEvent};
+use wstac_host::plural::counted;
 use wstac_host::session::Processor;
 use wstac_host::source::{Source, SourceEvent, StreamInfo};
 
@@ -44,12 +45,10 @@ pub struct Found {
     pub(super) frame_s: f64,
     /// Number of frames at the nominal 30 per second in a feature frame.
     pub(super) nominal_frames: f64,
-    /// The law of durations; `None` by arrival times.
-    pub(super) law: Option<Law>,
+    /// `true` if the speed is that of a law of durations.
+    pub(super) is_of_durations: bool,
     /// Distance between neighboring whiskers in mm.
     pub(super) pitch_mm: f64,
-    /// Slowest and fastest slide in the data of its fit, in mm/s.
-    pub(super) fitted: [f32; 2],
     /// Threshold above which a row or column is lit, and whether it applies above the baseline.
     pub(super) lit_threshold: (f64, ThresholdOn),
 }
@@ -121,13 +120,9 @@ pub fn find(
             }
         }
         if !goes_on {
-            let found = match seen {
-                0 => "has no event".to_owned(),
-                1 => "has one event".to_owned(),
-                count => format!("has {count} events"),
-            };
+            let found = counted(seen, "event");
             let expected = if number == 1 { "at least one".to_owned() } else { format!("number {number}") };
-            return Err(Error::new(ErrorKind::Data, &info.about, format_args!("{found}, expected {expected}")));
+            return Err(Error::new(ErrorKind::Data, &info.about, format_args!("has {found}, expected {expected}")));
         }
     }
 }
@@ -162,9 +157,8 @@ fn gathered(
         window: [pipeline.trigger_config().backtrack(), window],
         frame_s: frame_s(info.rate),
         nominal_frames: f64::from(info.rate.nominal_frames()),
-        law: config.speed.law(),
+        is_of_durations: config.speed.law().is_some(),
         pitch_mm: f64::from(config.sensor.pitch_mm),
-        fitted: config.speed.range(),
         lit_threshold: (config.speed.threshold, config.speed.threshold_on),
         record,
     })

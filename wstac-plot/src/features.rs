@@ -66,26 +66,20 @@ pub(super) fn draw(
 /// Draws the trigger's and the speed's thresholds, named on the right.
 fn thresholds(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     let own = first..first + ROWS;
-    for (feature, color) in own.clone().zip(ORDERED) {
-        let y = panel.up(found.thresholds[feature]);
-        drawing.dashed(&[[panel.left, y], [panel.right(), y]], color, THIN, [3.0, 2.0]);
-    }
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / ROWS as f64;
     let (threshold, on) = found.lit_threshold;
     let lit_at = |feature: usize| match on {
         ThresholdOn::Absolute => libm::log(threshold),
         ThresholdOn::AboveBaseline => libm::log(threshold + libm::exp(found.baseline[feature])),
     };
-    match on {
-        ThresholdOn::Absolute => {
-            let y = panel.up(lit_at(first));
-            drawing.line(&[[panel.left, y], [panel.right(), y]], GRAY, THIN);
-        }
-        ThresholdOn::AboveBaseline => {
-            for (feature, color) in own.clone().zip(ORDERED) {
-                let y = panel.up(lit_at(feature));
-                drawing.line(&[[panel.left, y], [panel.right(), y]], color, THIN / 2.0);
-            }
+    for (feature, color) in own.clone().zip(ORDERED) {
+        let across = |y: f64| [[panel.left, y], [panel.right(), y]];
+        drawing.dashed(&across(panel.up(found.thresholds[feature])), color, THIN, [3.0, 2.0]);
+        match on {
+            // All have the same line.
+            ThresholdOn::Absolute if feature > first => {}
+            ThresholdOn::Absolute => drawing.line(&across(panel.up(lit_at(feature))), GRAY, THIN),
+            ThresholdOn::AboveBaseline => drawing.line(&across(panel.up(lit_at(feature))), color, THIN / 2.0),
         }
     }
     let trigger = panel.up(mean(&mut own.clone().map(|feature| found.thresholds[feature])));

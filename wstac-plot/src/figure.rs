@@ -3,7 +3,7 @@
 use wstac_core::params::ROWS;
 
 use super::event::Found;
-use super::{along, arrival, features, law};
+use super::{along, arrival, features};
 use crate::axes::{Axes, Side, Span};
 use crate::page::{MARGIN, WIDTH, caption};
 use crate::style::{INK, SIZE, THIN, TITLE};
@@ -17,7 +17,7 @@ const FIRST: f64 = 29.0;
 const SECOND: f64 = FIRST + SIZE_OF_FEATURES[1] + 32.0;
 /// Left edge of panels c and d.
 const ASIDE: f64 = 346.0;
-const LAW: [f64; 2] = [ASIDE + 25.0, WIDTH - MARGIN - ASIDE - 25.0];
+const ALONG: [f64; 2] = [ASIDE + 25.0, WIDTH - MARGIN - ASIDE - 25.0];
 /// Top of the caption.
 const CAPTION: f64 = SECOND + SIZE_OF_FEATURES[1] + 42.0;
 
@@ -31,11 +31,7 @@ pub fn draw(found: &Found) -> String {
     columns.title(&mut drawing, "b  Columns");
     times(&mut drawing, found, &rows, &columns);
     arrival::draw(&mut drawing, found, [ASIDE, FIRST]);
-    let (place, size) = ([LAW[0], SECOND], [LAW[1], SIZE_OF_FEATURES[1]]);
-    match found.law {
-        Some(law) => law::draw(&mut drawing, found, law, place, size),
-        None => along::draw(&mut drawing, found, place, size),
-    }
+    along::draw(&mut drawing, found, [ALONG[0], SECOND], [ALONG[1], SIZE_OF_FEATURES[1]]);
     let height = caption(&mut drawing, CAPTION, &super::caption::caption(found));
     drawing.finish(height)
 }

@@ -12,7 +12,6 @@ mod confusion;
 mod event;
 mod features;
 mod figure;
-mod law;
 mod output;
 pub mod page;
 pub mod style;

@@ -1,4 +1,4 @@
-//! The page: its width, the places of panels side by side, and the caption below them.
+//! The page: its width and the caption below them.
 
 use crate::style::{LINE, SIZE};
 use crate::svg::{Anchor, Drawing};
@@ -8,16 +8,6 @@ use crate::text::wrapped;
 pub const WIDTH: f64 = 170.0 / 25.4 * 72.0;
 /// The distance from the page's edge to words.
 pub const MARGIN: f64 = 4.0;
-/// The room on the left of a panel, for the numbers and the title of its axis.
-const ROOM: f64 = 40.0;
-/// The room on the right of a panel.
-const GAP: f64 = 10.0;
-
-/// Returns the left edge and the width of a panel in a row of `of` equally wide panels; `number` counts from 0.
-pub fn place(number: u32, of: u32) -> [f64; 2] {
-    let cell = (WIDTH - 2.0 * MARGIN) / f64::from(of);
-    [MARGIN + cell * f64::from(number) + ROOM, cell - ROOM - GAP]
-}
 
 /// Writes a caption across the page, broken by the width of its words, and returns the height of a page that ends with
 /// it.

@@ -33,3 +33,10 @@ pub const GREEN: &str = "#2a9d72";
 /// They are from plasma by S. van der Walt and N. Smith (CC0): brightness rises in even steps, also in gray print and for
 /// readers who are color-blind. The bright end is left out, because it is lost on white.
 pub const ORDERED: [&str; 5] = ["#0d0887", "#6a00a8", "#b12a90", "#e16462", "#f2a043"];
+
+/// Returns the color of a fraction, from pale to blue, and a color of words that can be read on it.
+pub fn shade(fraction: f64) -> (String, &'static str) {
+    let [red, green, blue] = [(247.0, 0.0), (247.0, 114.0), (247.0, 178.0)]
+        .map(|(pale, full): (f64, f64)| (pale + (full - pale) * fraction.clamp(0.0, 1.0)).round() as u8);
+    (format!("#{red:02x}{green:02x}{blue:02x}"), if fraction > 0.7 { "#ffffff" } else { INK })
+}

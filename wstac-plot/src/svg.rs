@@ -21,10 +21,6 @@ pub enum Marker {
     Triangle,
     /// A square that stands on a corner.
     Diamond,
-    /// Two crossed diagonals. It is never filled.
-    Cross,
-    /// A horizontal and a vertical stroke. It is never filled.
-    Plus,
 }
 
 /// The shape of a marker, its color, and whether it is filled.
@@ -106,14 +102,6 @@ impl Drawing {
             Marker::Square => closed(&[[-r, -r], [r, -r], [r, r], [-r, r]]),
             Marker::Triangle => closed(&[[0.0, -1.2 * r], [1.2 * r, r], [-1.2 * r, r]]),
             Marker::Diamond => closed(&[[0.0, -1.4 * r], [1.4 * r, 0.0], [0.0, 1.4 * r], [-1.4 * r, 0.0]]),
-            Marker::Cross | Marker::Plus => {
-                let (dx, dy) = if marker == Marker::Cross { (r, r) } else { (1.3 * r, 0.0) };
-                let strokes = [[[-dx, -dy], [dx, dy]], [[-dy, dx], [dy, -dx]]];
-                for [[ax, ay], [bx, by]] in strokes {
-                    self.line(&[[x + ax, y + ay], [x + bx, y + by]], color, 1.3);
-                }
-                return;
-            }
         };
         self.add(format_args!("{element}"));
     }

@@ -6,22 +6,16 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
-use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::rate::FrameRate;
+use pyo3::types::PyBytes;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::Error;
-use wstac_scene::Touch;
-use wstac_scene::specimen::{Pattern, Specimen};
 use wstac_train::dataset::path::{PathRow, write_split};
 use wstac_train::dataset::random::RandomSweep;
 use wstac_train::dataset::sweep::Sweep;
-use wstac_train::dataset::{Outcome, each_sample};
+use wstac_train::dataset::{Outcome, arrays, each_sample};
 
 use crate::config::{Config, table};
-use crate::outputs::shaped;
 use crate::train::{in_thread, input_of, pool, stopped};
 use crate::{refused, waiting};
 
@@ -29,7 +23,8 @@ use crate::{refused, waiting};
 const BETWEEN_LOOKS: Duration = Duration::from_millis(200);
 const MOST_AT_A_TIME: usize = 4096;
 
-/// The arrays of a sweep: of its file, or of a table in JSON.
+/// The data set of a sweep, of its file or of a table in JSON: the bytes of the file that `wstac dataset` writes, and how
+/// many slides had no event, and an incomplete sample.
 #[pyfunction]
 pub(crate) fn dataset<'py>(
     py: Python<'py>,
@@ -37,7 +32,7 @@ pub(crate) fn dataset<'py>(
     is_table: bool,
     config: Option<&Config>,
     threads: Option<u16>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<(Bound<'py, PyBytes>, usize, usize)> {
     let sweep = if is_table {
         let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
         Sweep::parse("sweep", &text.map_err(|error| refused(format_args!("sweep: {error}")))?).map_err(refused)?
@@ -77,7 +72,10 @@ pub(crate) fn dataset<'py>(
         }
     }
     outcomes.sort_by_key(|(number, _)| *number);
-    arrays(py, &sweep, &outcomes)
+    let count = |what: &Outcome| outcomes.iter().filter(|(_, outcome)| outcome == what).count();
+    let mut file = Cursor::new(Vec::new());
+    arrays::write(&mut file, &sweep, &outcomes).map_err(|error| refused(Error::io("sweep", error)))?;
+    Ok((PyBytes::new(py, &file.into_inner()), count(&Outcome::NoEvent), count(&Outcome::Incomplete)))
 }
 
 /// The data set of a sweep of random slides along the path, as the bytes of the file that `wstac dataset --input` writes.
@@ -107,51 +105,4 @@ pub(crate) fn path_dataset<'py>(
         Ok(file.into_inner())
     })?;
     Ok(PyBytes::new(py, &bytes))
-}
-
-/// The arrays of what became of slides, in their order.
-fn arrays<'py>(py: Python<'py>, sweep: &Sweep, outcomes: &[(u32, Outcome)]) -> PyResult<Bound<'py, PyDict>> {
-    let samples: Vec<_> = outcomes
-        .iter()
-        .filter_map(|(number, outcome)| match outcome {
-            Outcome::Sample(sample, facts) => Some((sweep.slide(*number), sample, facts)),
-            Outcome::NoEvent | Outcome::Incomplete => None,
-        })
-        .collect();
-    let count = |what: &Outcome| outcomes.iter().filter(|(_, outcome)| outcome == what).count();
-    let slides = || samples.iter().map(|((slide, seed), ..)| (slide, *seed));
-    let text = |of: &dyn Fn(&Specimen) -> String| slides().map(|(slide, _)| of(&slide.specimen)).collect::<Vec<_>>();
-    let values: Vec<i16> = samples.iter().flat_map(|(_, sample, _)| sample.as_flattened()).copied().collect();
-    let all = PyDict::new(py);
-    all.set_item("X", shaped(PyArray1::from_vec(py, values), [samples.len(), FEATURES, SAMPLE_FRAMES])?)?;
-    all.set_item("y_specimen", text(&name))?;
-    all.set_item("y_pattern", text(&|specimen| specimen.pattern.name().into()))?;
-    all.set_item("y_depth", PyArray1::from_iter(py, slides().map(|(slide, _)| slide.specimen.depth_mm)))?;
-    all.set_item("whole_depths", sweep.specimens().iter().all(|specimen| specimen.depth_mm.fract() == 0.0))?;
-    all.set_item("speed", PyArray1::from_iter(py, slides().map(|(slide, _)| slide.speed_mm_s)))?;
-    let degrees = || slides().map(|(slide, _)| slide.direction_deg);
-    if sweep.directions_deg().iter().all(|degrees| degrees.fract() == 0.0) {
-        all.set_item("direction", PyArray1::from_iter(py, degrees().map(|degrees| degrees as i64)))?;
-    } else {
-        all.set_item("direction", PyArray1::from_iter(py, degrees()))?;
-    }
-    all.set_item("seed", PyArray1::from_iter(py, slides().map(|(_, seed)| seed)))?;
-    all.set_item("reliable", PyArray1::from_iter(py, samples.iter().map(|(.., facts)| facts.reliable)))?;
-    let durations = samples.iter().map(|(.., facts)| facts.duration.map_or(-1, i64::from));
-    all.set_item("duration", PyArray1::from_iter(py, durations))?;
-    let source = slides().map(|(slide, seed)| format!("scene: {}, seed {seed}", Touch::Slide(*slide)));
-    all.set_item("source", source.collect::<Vec<_>>())?;
-    let rate: FrameRate = sweep.rate();
-    all.set_item("rate", (rate.numerator(), rate.denominator()))?;
-    all.set_item("no_event", count(&Outcome::NoEvent))?;
-    all.set_item("incomplete", count(&Outcome::Incomplete))?;
-    Ok(all)
-}
-
-/// The name alone, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.
-pub(crate) fn name(specimen: &Specimen) -> String {
-    match specimen.pattern {
-        Pattern::Sphere => specimen.pattern.name().into(),
-        pattern => format!("{}{}", pattern.name(), specimen.depth_mm),
-    }
 }

@@ -17,9 +17,9 @@ use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, Recorded, Source as Open, StreamClock, config_of};
 use wstac_scene::SceneConfig;
 use wstac_scene::source::{SceneSource, script};
+use wstac_train::dataset::arrays::name;
 
 use crate::config::{Config, table};
-use crate::dataset::name;
 use crate::model::{Model, textures};
 use crate::outputs::{Failure, Frames, Gathered, objects, shaped};
 use crate::pipeline::whole_frame;

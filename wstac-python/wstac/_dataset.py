@@ -50,23 +50,10 @@ def dataset(
             raise Error(f"config: is given for the input {input!r}, expected none: such a sweep has the default")
         with np.load(io.BytesIO(_wstac.path_dataset(text, is_table, input, threads))) as arrays:
             return dict(arrays)
-    made = _wstac.dataset(text, is_table, native_config(config), threads)
-    if not len(made["X"]):
-        counts = f"{made['no_event']} had no event and {made['incomplete']} an incomplete sample"
+    made, no_event, incomplete = _wstac.dataset(text, is_table, native_config(config), threads)
+    with np.load(io.BytesIO(made)) as arrays:
+        data = dict(arrays)
+    if not len(data["X"]):
+        counts = f"{no_event} had no event and {incomplete} an incomplete sample"
         raise Error(f"sweep: no slide became a sample ({counts}), expected one at least")
-    numerator, denominator = made["rate"]
-    depth = made["y_depth"].astype(np.int64) if made["whole_depths"] else made["y_depth"]
-    return {
-        "X": made["X"],
-        "scale": np.array(1 / 2048),
-        "y_specimen": np.array(made["y_specimen"]),
-        "y_pattern": np.array(made["y_pattern"]),
-        "y_depth": depth,
-        "speed": made["speed"],
-        "direction": made["direction"],
-        "seed": made["seed"],
-        "reliable": made["reliable"],
-        "duration": made["duration"],
-        "source": np.array(made["source"]),
-        "fps": np.array(numerator / denominator),
-    }
+    return data

@@ -2,6 +2,7 @@
 
 mod choice;
 
+use std::collections::BTreeMap;
 use std::str::FromStr;
 
 pub use self::choice::{By, Choice, best};
@@ -23,10 +24,6 @@ enum What {
     Ram,
     /// Frames from the first touch to the answer.
     Frames,
-    /// Time per frame in ns, on the host that made the map.
-    Host,
-    /// Time per event in ns, on the host that made the map.
-    HostEvent,
 }
 
 /// A limit.
@@ -43,15 +40,12 @@ struct Limit {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Budget {
     limits: Vec<Limit>,
-    format: Option<String>,
-    stride: Option<u16>,
-    kernel: Option<String>,
-    law: Option<String>,
-    model: Option<String>,
+    /// Fixed parameters: format, stride, ln, law and model.
+    fixed: BTreeMap<String, String>,
 }
 
-const EXPECTED: &str = "M0, M3, M4F or M7 (instructions per frame), the same with .event, flash, ram, frames, host or host.event with < or \
-    <=, or format, stride, ln, law or model with =";
+const EXPECTED: &str = "M0, M3, M4F or M7 (instructions per frame), the same with .event, flash, ram or frames with < or <=, or \
+    format, stride, ln, law or model with =";
 
 impl FromStr for Budget {
     type Err = String;
@@ -71,9 +65,6 @@ impl FromStr for Budget {
                 budget.limits.push(Limit { term: term.to_owned(), what, most, or_equal });
             } else {
                 let value = rest.strip_prefix('=').unwrap_or(rest).trim();
-                if budget.is_fixed(name) {
-                    return Err(format!("term {term:?}: {name} a second time, expected it once"));
-                }
                 budget.fix(name, value).map_err(|error| format!("term {term:?}: {error}"))?;
             }
         }
@@ -100,16 +91,12 @@ fn what(name: &str) -> Option<What> {
     let core = |name: &str| Core::ALL.into_iter().find(|core| core.name().eq_ignore_ascii_case(name));
     if let Some((name, what)) = name.split_once('.') {
         let of_core = |core| if what == "event" { Some(What::Event(core)) } else { None };
-        return match (name, what) {
-            ("host", "event") => Some(What::HostEvent),
-            _ => core(name).and_then(of_core),
-        };
+        return core(name).and_then(of_core);
     }
     match name.as_str() {
         "flash" => Some(What::Flash),
         "ram" => Some(What::Ram),
         "frames" => Some(What::Frames),
-        "host" => Some(What::Host),
         name => core(name).map(What::Frame),
     }
 }
@@ -127,11 +114,10 @@ const BYTES: &[(&str, f64)] = &[
     ("", 1.0),
 ];
 
-/// Reads a number above 0: bytes in K of 1024, times in ns, us or ms, all others in k or M.
+/// Reads a number above 0: bytes in K of 1024, all others in k or M.
 fn number(text: &str, what: &What) -> Result<f64, String> {
     let units: &[(&str, f64)] = match what {
         What::Flash | What::Ram => BYTES,
-        What::Host | What::HostEvent => &[("ns", 1.0), ("us", 1e3), ("µs", 1e3), ("ms", 1e6), ("", 1.0)],
         What::Frames => &[("", 1.0)],
         What::Frame(_) | What::Event(_) => &[("k", 1e3), ("K", 1e3), ("M", 1e6), ("", 1.0)],
     };
@@ -149,38 +135,23 @@ fn number(text: &str, what: &What) -> Result<f64, String> {
 
 impl Budget {
     fn fix(&mut self, name: &str, value: &str) -> Result<(), String> {
-        let one_of = |all: &[String]| match all.iter().find(|one| one.eq_ignore_ascii_case(value)) {
-            Some(one) => Ok(Some(one.clone())),
-            None => Err(format!("{value:?}, expected one of {}", all.join(", "))),
-        };
-        match name.to_ascii_lowercase().as_str() {
-            "format" => {
-                let mut names = Format::ALL.map(|format| format.name().to_owned()).to_vec();
-                names.push("YUYV".to_owned());
-                self.format = one_of(&names)?;
-            }
-            "stride" => {
-                let strides = STRIDES.map(|stride| stride.get().to_string());
-                self.stride = one_of(&strides)?.and_then(|stride| stride.parse().ok());
-            }
-            "ln" => self.kernel = one_of(&KERNELS.map(|kernel| kernel_name(kernel).to_owned()))?,
-            "law" => self.law = one_of(&AnswerLaw::ALL.map(|law| law.name().to_owned()))?,
-            "model" if !value.is_empty() => self.model = Some(value.to_owned()),
-            "model" => return Err("a name is missing, expected a model's, or none".to_owned()),
+        let lower = name.to_ascii_lowercase();
+        let values = match lower.as_str() {
+            "format" => Format::ALL.iter().map(|format| format.name()).chain(["YUYV"]).map(String::from).collect(),
+            "stride" => STRIDES.map(|stride| stride.get().to_string()).to_vec(),
+            "ln" => KERNELS.map(|kernel| kernel_name(kernel).to_owned()).to_vec(),
+            "law" => AnswerLaw::ALL.map(|law| law.name().to_owned()).to_vec(),
+            "model" if value.is_empty() => return Err("a name is missing, expected a model's, or none".to_owned()),
+            "model" => vec![value.to_owned()],
             other if what(other).is_some() => return Err(format!("{name} with =, expected < or <=")),
             _ => return Err(format!("{name:?}, expected {EXPECTED}")),
-        }
-        Ok(())
-    }
-
-    fn is_fixed(&self, name: &str) -> bool {
-        match name.to_ascii_lowercase().as_str() {
-            "format" => self.format.is_some(),
-            "stride" => self.stride.is_some(),
-            "ln" => self.kernel.is_some(),
-            "law" => self.law.is_some(),
-            "model" => self.model.is_some(),
-            _ => false,
+        };
+        let Some(known) = values.iter().find(|known| known.eq_ignore_ascii_case(value)) else {
+            return Err(format!("{value:?}, expected one of {}", values.join(", ")));
+        };
+        match self.fixed.insert(lower, known.clone()) {
+            Some(_) => Err(format!("{name} a second time, expected it once")),
+            None => Ok(()),
         }
     }
 
@@ -189,7 +160,7 @@ impl Budget {
     /// # Errors
     /// The model does not occur; the message names the term, the value found and the models' names.
     pub fn check_model(&self, rows: &[Row]) -> Result<(), String> {
-        let Some(asked) = &self.model else { return Ok(()) };
+        let Some(asked) = self.fixed.get("model") else { return Ok(()) };
         let mut names: Vec<&str> = vec![NONE];
         for name in rows.iter().filter_map(|row| row.model.as_deref().map(short)) {
             if !names.contains(&name) {
@@ -222,12 +193,14 @@ impl Budget {
 
     /// Returns `true` if a row has the fixed parameters.
     fn is_of(&self, row: &Row) -> bool {
-        let format = row.setting.format;
-        self.format.as_deref().is_none_or(|name| name == format.name() || format.pixels() == Some(name))
-            && self.stride.is_none_or(|stride| stride == row.setting.stride.get())
-            && self.kernel.as_deref().is_none_or(|name| name == kernel_name(row.setting.kernel))
-            && self.law.as_deref().is_none_or(|name| name == row.setting.law.name())
-            && self.model.as_deref().is_none_or(|name| short(name) == short(row.model.as_deref().unwrap_or(NONE)))
+        let [format, stride, ln, law] = row.setting.names();
+        self.fixed.iter().all(|(name, value)| match name.as_str() {
+            "format" => *value == format || row.setting.format.pixels() == Some(value),
+            "stride" => *value == stride,
+            "ln" => *value == ln,
+            "law" => *value == law,
+            _ => short(value) == short(row.model.as_deref().unwrap_or(NONE)),
+        })
     }
 }
 

@@ -203,7 +203,7 @@ impl Chosen {
     }
 
     fn on(&self, slides: &[TradeSlide]) -> Result<Row, Error> {
-        let plan = Plan { config: &self.config, settings: &[self.setting], models: &self.models, slides, light: 1.0 };
+        let plan = Plan { config: &self.config, settings: &[self.setting], models: &self.models, slides };
         let found = rows(&plan, &sweep::run(&plan)?).pop();
         found.ok_or_else(|| Error::new(ErrorKind::Data, CLAIM, "nothing was run"))
     }

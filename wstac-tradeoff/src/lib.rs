@@ -6,18 +6,14 @@
 //! | [`parameters`], [`candidate`] | the settings and models to choose among |
 //! | [`sweep`], [`row`] | their evaluation, and the results of each |
 //! | [`map`], [`table`], [`plot`] | all rows: stored, as a table, as a figure |
-//! | [`prices`], [`host`] | the cost of a setting on a board and on a host |
+//! | [`prices`] | the cost of a setting on a board |
 //! | [`budget`], [`pareto`], [`chosen`] | the best row within a budget, the unbeaten rows, and their files |
-//! | [`fade`], [`float64`], [`statistics`], [`ablation`] | the basis of the tables of the study |
+//! | [`float64`], [`statistics`] | the basis of the results |
 
-pub mod ablation;
 pub mod budget;
 pub mod candidate;
 pub mod chosen;
-pub mod fade;
 pub mod float64;
-pub mod host;
-
 pub mod map;
 pub mod parameters;
 pub mod pareto;

@@ -1,13 +1,15 @@
 //! Rows as comma-separated values, written and read: the map that comes with the program, and the results of a sweep.
 
+use std::cmp::Ordering;
 use std::fmt::Write;
+use std::str::FromStr;
 
 use wstac_core::frame::Stride;
 
 use super::candidate::{Candidate, NONE};
 use super::parameters::{AnswerLaw, Format, KERNELS, STRIDES, Setting, kernel_name};
 use super::prices::{Core, Prices};
-use super::row::{Found, Host, Row};
+use super::row::{Found, Row};
 use super::statistics::Interval;
 use wstac_host::error::{Error, ErrorKind};
 
@@ -20,8 +22,8 @@ const ABOUT: &str = "map.csv";
 const FOUND: &str = "format,stride,ln,law,model,slides,events,specimen,specimen_low,specimen_high,pattern,pattern_low,\
     pattern_high,depth,depth_low,depth_high,speed_error,speed_error_p95,speed_slides,speed_missing,direction_errors,\
     feature_max_lit,feature_rms_lit,feature_max,feature_rms,latency";
-/// Columns of one machine.
-const HOST: &str = "host_frame_ns,host_event_ns";
+/// More columns of maps of 0.3: times on the machine that made them.
+const HOST: &str = ",host_frame_ns,host_event_ns";
 /// Columns of the facts about a model.
 const MODEL: &str = "kind,weights,trees,depth,frames,bytes";
 
@@ -33,24 +35,21 @@ pub fn kept() -> Result<Vec<Row>, Error> {
     read(ABOUT, KEPT)
 }
 
-/// Formats rows as a map: results, and times on a host.
+/// Formats rows as a map.
 pub fn write(rows: &[Row]) -> String {
-    let mut text = format!("{FOUND},{HOST}\n");
-    for row in rows {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "{},{}", found(row), host(row));
-    }
-    text
+    let lines = std::iter::once(FOUND.to_owned()).chain(rows.iter().map(found));
+    lines.map(|line| line + "\n").collect()
 }
 
 /// Formats rows as a map with the facts about the models and every core's price.
 pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String {
     let of_core =
         |core: Core| ["frame", "event", "flash", "ram"].map(|what| format!("{}_{what}", core.name())).join(",");
-    let mut text = format!("{FOUND},{MODEL},{HOST},{}\n", Core::ALL.map(of_core).join(","));
+    let mut text = format!("{FOUND},{MODEL},{}\n", Core::ALL.map(of_core).join(","));
     for row in rows {
         let model = models.iter().find(|model| Some(&model.name) == row.model.as_ref());
-        let _ = write!(text, "{},{},{}", found(row), model.map_or_else(|| ",,,,,".to_owned(), about), host(row));
+        // Writing to a string does not fail.
+        let _ = write!(text, "{},{}", found(row), model.map_or_else(|| ",,,,,".to_owned(), about));
         for core in Core::ALL {
             let price = prices.of(core, &row.setting, row.model.as_deref());
             let all = price.map(|price| [Some(price.frame()), price.event(), price.flash, price.ram]);
@@ -82,8 +81,7 @@ pub fn found_header() -> &'static str {
 /// Formats the results of a row for an exact comparison.
 pub fn found(row: &Row) -> String {
     let Found { slides, events, accuracy, speed, .. } = &row.found;
-    let Setting { format, stride, kernel, law } = row.setting;
-    let setting = format!("{},{},{},{}", format.name(), stride.get(), kernel_name(kernel), law.name());
+    let setting = row.setting.names().join(",");
     let mut text = format!("{setting},{},{slides},{events}", row.model.as_deref().unwrap_or(NONE));
     for interval in accuracy {
         let _ = match interval {
@@ -104,10 +102,6 @@ pub fn found(row: &Row) -> String {
         None => write!(text, ","),
     };
     text
-}
-
-fn host(row: &Row) -> String {
-    row.host.map_or_else(|| ",".to_owned(), |host| format!("{:.0},{:.0}", host.frame_ns, host.event_ns))
 }
 
 fn about(model: &Candidate) -> String {
@@ -131,12 +125,13 @@ pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
             "a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)",
         ));
     }
-    if header != format!("{FOUND},{HOST}") {
-        return Err(Error::new(ErrorKind::Format, about, format_args!("line 1: {header:?}, expected {FOUND},{HOST}")));
+    if header.strip_suffix(HOST).unwrap_or(header) != FOUND {
+        return Err(Error::new(ErrorKind::Format, about, format_args!("line 1: {header:?}, expected {FOUND}")));
     }
     let numbered = (2..).zip(lines);
     let row = |(number, line)| {
-        line_of(line).map_err(|error| Error::new(ErrorKind::Format, about, format_args!("line {number}: {error}")))
+        line_of(line, header)
+            .map_err(|error| Error::new(ErrorKind::Format, about, format_args!("line {number}: {error}")))
     };
     numbered.map(row).collect()
 }
@@ -144,11 +139,11 @@ pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
 /// One line's fields, read one by one.
 struct Fields<'a> {
     fields: std::str::Split<'a, char>,
-    names: std::iter::Chain<std::str::Split<'static, char>, std::str::Split<'static, char>>,
+    names: std::str::Split<'a, char>,
 }
 
 impl<'a> Fields<'a> {
-    fn text(&mut self) -> Result<(&'a str, &'static str), String> {
+    fn text(&mut self) -> Result<(&'a str, &'a str), String> {
         let name = self.names.next().unwrap_or_default();
         self.fields.next().map(|field| (field, name)).ok_or_else(|| format!("{name} is missing"))
     }
@@ -160,9 +155,9 @@ impl<'a> Fields<'a> {
         one.ok_or_else(|| format!("{name} is {found:?}, expected one of {}", names()))
     }
 
-    fn number<T: Number>(&mut self) -> Result<T, String> {
+    fn number<T: FromStr>(&mut self) -> Result<T, String> {
         let (found, name) = self.text()?;
-        T::read(found).ok_or_else(|| format!("{name} is {found:?}, expected a number"))
+        read_number(found).ok_or_else(|| format!("{name} is {found:?}, expected a number"))
     }
 
     fn optional(&mut self) -> Result<Option<f64>, String> {
@@ -170,7 +165,7 @@ impl<'a> Fields<'a> {
         if found.is_empty() {
             return Ok(None);
         }
-        f64::read(found).map(Some).ok_or_else(|| format!("{name} is {found:?}, expected a number or nothing"))
+        read_number(found).map(Some).ok_or_else(|| format!("{name} is {found:?}, expected a number or nothing"))
     }
 
     fn interval(&mut self) -> Result<Option<Interval>, String> {
@@ -179,26 +174,14 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// A value that a column can hold.
-trait Number: Sized {
-    fn read(text: &str) -> Option<Self>;
+/// Reads a number that is written in digits: neither an infinity nor NaN.
+fn read_number<T: FromStr>(text: &str) -> Option<T> {
+    let has_digits = text.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'-' | b'.'));
+    text.parse().ok().filter(|_| has_digits)
 }
 
-impl Number for usize {
-    fn read(text: &str) -> Option<Self> {
-        text.parse().ok()
-    }
-}
-
-impl Number for f64 {
-    /// Reads a finite number.
-    fn read(text: &str) -> Option<Self> {
-        text.parse().ok().filter(|number: &Self| number.is_finite())
-    }
-}
-
-fn line_of(line: &str) -> Result<Row, String> {
-    let mut fields = Fields { fields: line.split(','), names: FOUND.split(',').chain(HOST.split(',')) };
+fn line_of(line: &str, header: &str) -> Result<Row, String> {
+    let mut fields = Fields { fields: line.split(','), names: header.split(',') };
     let setting = Setting {
         format: fields.one_of(&Format::ALL, |format| format.name().to_owned())?,
         stride: fields.one_of(&STRIDES, |stride: Stride| stride.get().to_string())?,
@@ -217,11 +200,11 @@ fn line_of(line: &str) -> Result<Row, String> {
         feature: [fields.number()?, fields.number()?, fields.number()?, fields.number()?],
         latency: fields.optional()?,
     };
-    let host = fields.optional()?.zip(fields.optional()?);
-    if fields.fields.next().is_some() {
-        return Err("more fields than columns".to_owned());
+    match fields.fields.count().cmp(&fields.names.count()) {
+        Ordering::Less => Err("fewer fields than columns".to_owned()),
+        Ordering::Equal => Ok(Row { setting, model, found }),
+        Ordering::Greater => Err("more fields than columns".to_owned()),
     }
-    Ok(Row { setting, model, found, host: host.map(|(frame_ns, event_ns)| Host { frame_ns, event_ns }) })
 }
 
 #[cfg(test)]
@@ -229,15 +212,16 @@ mod tests {
     use super::*;
 
     const LINE: &str = "YUYV linear,3,libm,published,forest,800,799,81.25,79.00,83.50,90.00,88.00,92.00,,,,3.10,9.00,360,2,7,0.123400,\
-        0.002000,0.300000,0.010000,56.5,4100,2900";
+        0.002000,0.300000,0.010000,56.5";
 
     #[test]
     fn what_is_written_is_read() {
-        let text = format!("{FOUND},{HOST}\n{LINE}\n");
+        let text = format!("{FOUND}\n{LINE}\n");
         let rows = read("m", &text).unwrap();
         assert_eq!(rows.len(), 1);
         assert_eq!((rows[0].found.events, rows[0].found.accuracy[2], rows[0].found.speedless), (799, None, 2));
         assert_eq!(write(&rows), text);
+        assert_eq!(read("m", &format!("{FOUND}{HOST}\n{LINE},4100,2900\n")).unwrap(), rows);
     }
 
     #[test]
@@ -255,12 +239,10 @@ mod tests {
             (LINE.replace("81.25", "many"), ["specimen is \"many\"", "a number"]),
             (LINE.replace("81.25", "NaN"), ["specimen is \"NaN\"", "a number"]),
             (LINE.replace(",799,", ",,"), ["events is \"\"", "a number"]),
-            (LINE.replace("4100", "fast"), ["host_frame_ns is \"fast\"", "a number"]),
-            (LINE.replace(",2900", ""), ["host_event_ns is missing", "m: "]),
-            (LINE.replace(",56.5,4100,2900", ""), ["latency is missing", "m: "]),
+            (LINE.replace(",56.5", ""), ["latency is missing", "m: "]),
             (format!("{LINE},1"), ["more fields", "line 2"]),
         ] {
-            let message = read("m", &format!("{FOUND},{HOST}\n{line}\n")).unwrap_err().to_string();
+            let message = read("m", &format!("{FOUND}\n{line}\n")).unwrap_err().to_string();
             for part in parts {
                 assert!(message.contains(part), "{line:?} gave {message:?}, expected {part:?}");
             }

@@ -35,38 +35,40 @@ impl Format {
     pub const ALL: [Self; 7] =
         [Self::Gray, Self::Rgb24, Self::Rgb565, Self::Bayer8, Self::YuyvExact, Self::YuyvLinear, Self::Mjpeg];
 
+    /// Returns its name in tables and files, the value of `WSTAC_PIXELS` that builds firmware for it, the four-character
+    /// code of a camera that delivers it, and the bytes of a pixel on a board.
+    fn facts(self) -> (&'static str, Option<&'static str>, &'static str, i64) {
+        match self {
+            Self::Gray => ("GREY", Some("GREY"), "GREY", 1),
+            Self::Rgb24 => ("RGB24", Some("RGB24"), "RGB3", 3),
+            Self::Rgb565 => ("RGB565", Some("RGB565"), "RGBP", 2),
+            Self::Bayer8 => ("BAYER8", Some("BAYER8"), "RGGB", 1),
+            Self::YuyvExact => ("YUYV exact", Some("YUYV"), "YUYV", 2),
+            Self::YuyvLinear => ("YUYV linear", Some("YUYV"), "YUYV", 2),
+            Self::Mjpeg => ("MJPEG", None, "MJPG", 0),
+        }
+    }
+
     /// Returns its name in tables and files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Gray => "GREY",
-            Self::Rgb24 => "RGB24",
-            Self::Rgb565 => "RGB565",
-            Self::Bayer8 => "BAYER8",
-            Self::YuyvExact => "YUYV exact",
-            Self::YuyvLinear => "YUYV linear",
-            Self::Mjpeg => "MJPEG",
-        }
+        self.facts().0
     }
 
     /// Returns the value of `WSTAC_PIXELS` that builds firmware for it, or `None` if there is none.
     pub fn pixels(self) -> Option<&'static str> {
-        match self {
-            Self::YuyvExact | Self::YuyvLinear => Some("YUYV"),
-            Self::Mjpeg => None,
-            other => Some(other.name()),
-        }
+        self.facts().1
     }
 
     /// Returns the four-character code of a camera that delivers it.
     pub fn code(self) -> &'static str {
-        match self {
-            Self::Gray => "GREY",
-            Self::Rgb24 => "RGB3",
-            Self::Rgb565 => "RGBP",
-            Self::Bayer8 => "RGGB",
-            Self::YuyvExact | Self::YuyvLinear => "YUYV",
-            Self::Mjpeg => "MJPG",
-        }
+        self.facts().2
+    }
+
+    /// Returns the bytes of RAM for a stripe of eight rows of 400 pixels, in addition to the firmware's.
+    ///
+    /// Returns `None` if no board reads the format.
+    pub fn stripe_bytes(self) -> Option<i64> {
+        self.pixels().map(|_| 8 * 400 * self.facts().3)
     }
 
     /// Returns the format of a simulated camera that delivers it.
@@ -123,11 +125,8 @@ impl AnswerLaw {
 
     /// Returns the law of a configuration.
     pub fn of(config: &Config) -> Self {
-        match config.speed.estimator() {
-            Some(Estimator::Coherence) => Self::Coherence,
-            Some(Estimator::Edges) => Self::Edges,
-            None => Self::Published,
-        }
+        let is_of = |law: &Self| law.estimator() == config.speed.estimator();
+        Self::ALL.into_iter().find(is_of).unwrap_or(Self::Published)
     }
 
     /// Returns whether the study weighs models of this input with the law.
@@ -177,23 +176,18 @@ impl Setting {
         Format::ALL.into_iter().flat_map(of_format).collect()
     }
 
+    /// Returns the names of format, stride, logarithm and law in maps and budgets.
+    pub(super) fn names(self) -> [String; 4] {
+        let Self { format, stride, kernel, law } = self;
+        [format.name().to_owned(), stride.get().to_string(), kernel_name(kernel).to_owned(), law.name().to_owned()]
+    }
+
     /// Returns a configuration with this setting's logarithm and law. Format and stride are those of the frames.
     pub(super) fn configured(self, base: &Config) -> Config {
         let mut config = base.clone();
         config.features.ln = self.kernel;
         config.speed = config.speed.with_estimator(self.law.estimator());
         config
-    }
-
-    /// Returns this setting and all that differ from it in one parameter.
-    pub fn one_at_a_time(self) -> Vec<Self> {
-        let differs = |setting: &Self| {
-            usize::from(setting.format != self.format)
-                + usize::from(setting.stride != self.stride)
-                + usize::from(setting.kernel != self.kernel)
-                + usize::from(setting.law != self.law)
-        };
-        Self::all().into_iter().filter(|setting| differs(setting) <= 1).collect()
     }
 }
 
@@ -204,8 +198,8 @@ fn of_stride(format: Format, stride: Stride) -> impl Iterator<Item = Setting> {
 
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { format, stride, kernel, law } = self;
-        write!(f, "{}, stride {}, {} ln, law {}", format.name(), stride.get(), kernel_name(*kernel), law.name())
+        let [format, stride, ln, law] = self.names();
+        write!(f, "{format}, stride {stride}, {ln} ln, law {law}")
     }
 }
 
@@ -245,11 +239,9 @@ mod tests {
     }
 
     #[test]
-    fn all_are_different_and_one_at_a_time_are_some_of_them() {
+    fn all_are_different() {
         let all = Setting::all();
         assert_eq!(all.len(), 7 * 4 * 3 * 3);
         assert!(all.iter().enumerate().all(|(n, setting)| all.iter().skip(n + 1).all(|other| other != setting)));
-        assert_eq!(Setting::DEFAULT.one_at_a_time().len(), 7 + 3 + 2 + 2);
-        assert_eq!(Setting::PUBLISHED.one_at_a_time().len(), 7 + 3 + 2 + 2);
     }
 }

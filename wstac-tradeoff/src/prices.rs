@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::parameters::{AnswerLaw, Format, Setting, kernel_name};
+use super::parameters::{AnswerLaw, Setting, kernel_name};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
 
@@ -106,7 +106,7 @@ struct CorePrices {
     ln: BTreeMap<String, LnPrice>,
     trigger: i64,
     /// Costs of laws; flash and RAM are in addition to those of the formats.
-    laws: BTreeMap<String, LawPrice>,
+    laws: BTreeMap<String, EventPrice>,
     /// Prices of models by file.
     models: BTreeMap<String, ModelPrice>,
 }
@@ -127,23 +127,16 @@ struct LnPrice {
     path_flash: i64,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct LawPrice {
-    event: i64,
-    flash: i64,
-    ram: i64,
-}
-
 #[derive(Clone, Debug, Deserialize)]
 struct ModelPrice {
     /// Additional instructions per frame, of a model that needs taxels.
     frame: i64,
     /// Additional cost by law: the stacks of a law and of a model are no sum.
-    laws: BTreeMap<String, LawOfModel>,
+    laws: BTreeMap<String, EventPrice>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-struct LawOfModel {
+struct EventPrice {
     event: i64,
     flash: i64,
     ram: i64,
@@ -177,7 +170,7 @@ impl Prices {
         // Instructions of the model per frame, and what it costs with the law.
         let of_model = match model {
             Some(name) => core.model(name).and_then(|model| Some((model.frame, *model.laws.get(setting.law.name())?))),
-            None => Some((0, LawOfModel::default())),
+            None => Some((0, EventPrice::default())),
         };
         let is_of_path = model.is_some() && setting.law != AnswerLaw::Published;
         let ln_flash = if is_of_path { ln.path_flash } else { ln.flash };
@@ -204,19 +197,6 @@ impl CorePrices {
         let is_built_in = ModelFile::names().any(|name| file.strip_suffix(".wsm") == Some(name));
         if is_built_in { None } else { self.models.get(file) }
     }
-}
-
-/// Returns the bytes of RAM for a stripe of eight rows of 400 pixels, in addition to the firmware's.
-///
-/// Returns `None` if no board reads the format.
-pub fn stripe_bytes(format: Format) -> Option<i64> {
-    let of_pixel = match format {
-        Format::Gray | Format::Bayer8 => 1,
-        Format::Rgb565 | Format::YuyvExact | Format::YuyvLinear => 2,
-        Format::Rgb24 => 3,
-        Format::Mjpeg => return None,
-    };
-    Some(8 * 400 * of_pixel)
 }
 
 #[cfg(test)]

@@ -22,17 +22,6 @@ pub struct Row {
     pub model: Option<String>,
     /// The results on the scene set.
     pub found: Found,
-    /// The cost on a host: times of one machine, only comparable with each other.
-    pub host: Option<Host>,
-}
-
-/// Time on a host, in ns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Host {
-    /// Time of a frame: from bytes (for MJPEG, a picture) to features and trigger.
-    pub frame_ns: f64,
-    /// Time of an event: speed, direction and texture.
-    pub event_ns: f64,
 }
 
 /// The results of a configuration on the scene set.
@@ -73,23 +62,16 @@ pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
             .filter_map(|(slide, all)| Some((slide, all.get(place)?.as_ref()?)))
             .collect();
         let bare = bare(&own);
-        rows.push(Row { setting: *setting, model: None, found: bare, host: None });
+        rows.push(Row { setting: *setting, model: None, found: bare });
         for (number, model) in plan.models.iter().enumerate().filter(|(_, model)| setting.law.is_with(model.input)) {
             // A sample along the path is known only when the event is complete.
             let frames =
                 if model.input == Input::Frames { f64::from(model.about.frames) } else { SAMPLE_FRAMES as f64 };
             let found = Found { accuracy: accuracy(&own, number, model), latency: latency(&own, frames), ..bare };
-            rows.push(Row { setting: *setting, model: Some(model.name.clone()), found, host: None });
+            rows.push(Row { setting: *setting, model: Some(model.name.clone()), found });
         }
     }
     rows
-}
-
-/// Returns the setting that tables of these rows start from: the default, or the one with the published law if no row
-/// has arrival times.
-pub fn base(rows: &[Row]) -> Setting {
-    let has_default = rows.iter().any(|row| row.setting == Setting::DEFAULT);
-    if has_default { Setting::DEFAULT } else { Setting::PUBLISHED }
 }
 
 /// Returns the number of frames from the first touch to the end of the whole sample.

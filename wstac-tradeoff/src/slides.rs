@@ -108,42 +108,21 @@ impl TradeSlide {
         Self { seed: self.seed + SEEDS_APART / 2, ..*self }
     }
 
-    /// Returns its scene, `light` times as bright, seen by a camera of this format.
+    /// Returns its scene, seen by a camera of this format.
     ///
     /// # Errors
     /// This does not fail for the slides of [`slides`].
-    pub fn script(&self, light: f64, format: Format) -> Result<SceneConfig, Error> {
+    pub fn script(&self, format: Format) -> Result<SceneConfig, Error> {
         let (speed, degrees) = (self.speed_mm_s, self.heading.degrees());
-        let mut script = scene(&format!("{}@{speed},{degrees}deg,seed={}", self.specimen, self.seed), format)?;
+        let text = format!("{}@{speed},{degrees}deg,seed={}", self.specimen, self.seed);
+        let mut script = SceneConfig::parse_short(&text)?;
+        script.sensor.size = FrameSize::new(SIDE, SIDE).map_err(|error| Error::config("scene", error))?;
+        script.sensor.format = format.sensor();
         script.light.unit = self.unit;
-        brighten(&mut script, light * gain(self.unit));
+        script.light.flash_ms *= gain(self.unit);
+        script.light.rubbing_ms *= gain(self.unit);
         Ok(script)
     }
-}
-
-/// Returns the slide on which gray levels of peak light are measured.
-///
-/// It has no noise, and is over the sensor of the simulator's defaults.
-///
-/// # Errors
-/// This does not fail.
-pub fn reference(light: f64, format: Format) -> Result<SceneConfig, Error> {
-    let mut script = scene("Saw3@150", format)?;
-    script.noise = 0.0;
-    brighten(&mut script, light);
-    Ok(script)
-}
-
-fn scene(text: &str, format: Format) -> Result<SceneConfig, Error> {
-    let mut script = SceneConfig::parse_short(text)?;
-    script.sensor.size = FrameSize::new(SIDE, SIDE).map_err(|error| Error::config("scene", error))?;
-    script.sensor.format = format.sensor();
-    Ok(script)
-}
-
-fn brighten(script: &mut SceneConfig, gain: f64) {
-    script.light.flash_ms *= gain;
-    script.light.rubbing_ms *= gain;
 }
 
 #[cfg(test)]

@@ -27,8 +27,6 @@ pub struct Plan<'a> {
     pub models: &'a [Candidate],
     /// The slides.
     pub slides: &'a [TradeSlide],
-    /// Factor for all light.
-    pub light: f64,
 }
 
 /// The result of one setting on one slide.
@@ -65,12 +63,12 @@ pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
 }
 
 fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
-    let mut scene = Scene::new(&slide.script(plan.light, Format::Gray)?)?;
+    let mut scene = Scene::new(&slide.script(Format::Gray)?)?;
     let mut cameras = Vec::new();
     let taxels = models.iter().any(|model| model.input() == Input::TaxelPath);
     let formats: Vec<Format> = formats_read(plan.settings).filter(|format| is_run(*format, slide)).collect();
     for &format in &formats {
-        let sensor = Scene::camera(&slide.script(plan.light, format)?)?;
+        let sensor = Scene::camera(&slide.script(format)?)?;
         cameras.push(EvaluatedCamera::new(sensor, format, plan.settings, taxels, plan.config)?);
     }
     while let Some((light, _)) = scene.next_light() {

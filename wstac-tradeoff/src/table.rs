@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::candidate::{Candidate, NONE, short};
 use super::pareto;
-use super::prices::{Core, Price, Prices, stripe_bytes};
+use super::prices::{Core, Price, Prices};
 use super::row::Row;
 use super::statistics::Interval;
 use wstac_core::params::SAMPLE_FRAMES;
@@ -40,29 +40,22 @@ pub fn unpriced(rows: &[Row], prices: &Prices, core: Core) -> String {
 }
 
 /// Formats a number, or the mark for an unknown number.
-pub(super) fn known(number: Option<i64>) -> String {
+fn known(number: Option<i64>) -> String {
     number.map_or_else(|| "–".to_owned(), grouped)
-}
-
-/// Formats a fraction with its interval.
-pub(super) fn accuracy(of: Option<Interval>) -> String {
-    of.map_or_else(|| "–".to_owned(), |of| format!("{:.1} ({:.1} … {:.1})", of.mean, of.low, of.high))
 }
 
 fn line(text: &mut String, row: &Row, price: &Price) {
     let [specimen, pattern, depth] = row.found.accuracy;
     let mean = |of: Option<Interval>| of.map_or_else(|| "–".to_owned(), |of| format!("{:.1}", of.mean));
-    let whole = accuracy(specimen);
+    let whole =
+        specimen.map_or_else(|| "–".to_owned(), |of| format!("{:.1} ({:.1} … {:.1})", of.mean, of.low, of.high));
     let speed = row.found.speed.map_or_else(|| "–".to_owned(), |[mean, _]| format!("{mean:.1}"));
     let latency = row.found.latency.map_or_else(|| "–".to_owned(), |frames| format!("{frames:.1}"));
     // Writing to a string does not fail.
     let _ = writeln!(
         text,
-        "| {} | {} | {} | {} | {} | {whole} | {} | {} | {speed} | {} of {} | {:.4} | {latency} | {} | {} | {} | {} |",
-        row.setting.format.name(),
-        row.setting.stride.get(),
-        super::parameters::kernel_name(row.setting.kernel),
-        row.setting.law.name(),
+        "| {} | {} | {whole} | {} | {} | {speed} | {} of {} | {:.4} | {latency} | {} | {} | {} | {} |",
+        row.setting.names().join(" | "),
         short(row.model.as_deref().unwrap_or(NONE)),
         mean(pattern),
         mean(depth),
@@ -149,7 +142,7 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
         let whole = latency + unread as f64;
         let _ = writeln!(text, "{label:11} {whole:.1} frames from the first touch to speed and direction");
     }
-    let stripe = stripe_bytes(row.setting.format);
+    let stripe = row.setting.format.stripe_bytes();
     let stripe = stripe.map_or_else(String::new, |bytes| format!(" + {} for 8 rows of 400", grouped(bytes)));
     for core in Core::ALL {
         let price = prices.of(core, &row.setting, row.model.as_deref());
@@ -167,10 +160,6 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
         };
     }
     text.push_str(&unpriced(std::slice::from_ref(row), prices, Core::M4F));
-    if let Some(host) = row.host {
-        let (frame, event) = (grouped(host.frame_ns as i64), grouped(host.event_ns as i64));
-        let _ = writeln!(text, "host        {frame} ns per frame, {event} per event, on the machine that made the map");
-    }
     text
 }
 
@@ -211,7 +200,7 @@ mod tests {
 
     #[test]
     fn a_table_has_as_many_cells_as_columns() {
-        let line = "GREY,1,fixed,published,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,9000,3000";
+        let line = "GREY,1,fixed,published,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0";
         let rows = map::read("m", &format!("{}{line}\n", map::write(&[]))).unwrap();
         let table = pareto(&rows, &Prices::kept().unwrap(), Core::M4F);
         let cells: Vec<usize> = table.lines().skip(2).map(|line| line.matches('|').count()).collect();

@@ -24,7 +24,7 @@ const SETTINGS: [Setting; 4] = [
 
 /// Returns a slide's first event with one setting.
 fn first_event(slide: &TradeSlide, setting: Setting) -> FirstEvent {
-    let script = slide.script(1.0, setting.format).unwrap();
+    let script = slide.script(setting.format).unwrap();
     let (mut scene, camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
     let mut camera = EvaluatedCamera::new(camera, setting.format, &[setting], true, &Config::default()).unwrap();
     while let Some((light, _)) = scene.next_light() {
@@ -36,7 +36,7 @@ fn first_event(slide: &TradeSlide, setting: Setting) -> FirstEvent {
 #[test]
 fn a_setting_has_the_programs_events() {
     for (setting, slide) in SETTINGS.into_iter().zip(slides(3)) {
-        let script = slide.script(1.0, setting.format).unwrap();
+        let script = slide.script(setting.format).unwrap();
         let config = Config::parse(&chosen::config(&setting, "").unwrap()).unwrap();
         let Outcome::Sample(expected, _) = sample(&script, &config).unwrap() else { panic!("{setting}: no sample") };
         let flat = first_event(&slide, setting).sample;
@@ -53,7 +53,7 @@ fn the_same_whatever_runs_beside_it_and_on_any_number_of_threads() {
     let (config, slides) = (Config::default(), &slides(1)[..2]);
     let models = [Candidate::named("builtin:svm".as_ref()).unwrap()];
     let run = |settings: &[Setting], threads: usize| {
-        let plan = Plan { config: &config, settings, models: &models, slides, light: 1.0 };
+        let plan = Plan { config: &config, settings, models: &models, slides };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| sweep::run(&plan)).unwrap()
     };
@@ -69,7 +69,7 @@ fn the_same_whatever_runs_beside_it_and_on_any_number_of_threads() {
 
 /// Returns one frame of a slide, with the slide's light at its middle.
 fn simulated_frame(slide: &TradeSlide, format: Format) -> Vec<u8> {
-    let script = slide.script(1.0, format).unwrap();
+    let script = slide.script(format).unwrap();
     let (mut scene, mut camera) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
     let lights = std::iter::from_fn(|| scene.next_light());
     let frames = lights.skip(48).take(6).map(|(light, _)| camera.expose(&light).to_vec());
@@ -110,7 +110,8 @@ fn in_the_dark_exact_ycbcr_is_further_off_than_linear() {
     // every pixel.
     let slide = slides(1)[0];
     let green = |format: Format| {
-        let script = slide.script(0.0, format).unwrap();
+        let mut script = slide.script(format).unwrap();
+        (script.light.flash_ms, script.light.rubbing_ms) = (0.0, 0.0);
         let (mut scene, mut sensor) = (Scene::new(&script).unwrap(), Scene::camera(&script).unwrap());
         let camera = camera(&sensor, format, Stride::One, &Config::default()).unwrap();
         let mut sums = TaxelSums::new(camera);
@@ -129,7 +130,7 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     assert_eq!(slides.len(), SENSORS as usize);
     let models = [Candidate::named("builtin:forest".as_ref()).unwrap()];
     let settings = [Setting { stride: Stride::Five, ..Setting::PUBLISHED }];
-    let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides, light: 1.0 };
+    let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides };
     let row = row::rows(&plan, &sweep::run(&plan).unwrap()).pop().unwrap();
     let right = row.found.accuracy[0].unwrap().mean;
     assert!((30.0..95.0).contains(&right), "{right}");
@@ -163,7 +164,7 @@ fn models_are_weighed_with_the_laws_that_they_go_with() {
     let models = ["svm", "path-svm", "taxel-path-svm"];
     let models = models.map(|name| Candidate::named(format!("builtin:{name}").as_ref()).unwrap());
     let settings = AnswerLaw::ALL.map(|law| Setting { law, stride: Stride::Five, ..Setting::DEFAULT });
-    let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides, light: 1.0 };
+    let plan = Plan { config: &config, settings: &settings, models: &models, slides: &slides };
     let rows = row::rows(&plan, &sweep::run(&plan).unwrap());
     let names: Vec<_> = rows.iter().map(|row| (row.setting.law, row.model.as_deref().unwrap_or("none"))).collect();
     let of_path = |law| [(law, "none"), (law, "builtin:path-svm"), (law, "builtin:taxel-path-svm")];

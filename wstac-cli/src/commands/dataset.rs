@@ -342,7 +342,7 @@ fn make(sweep: &Sweep, config: &Config, units: Range<u32>, threads: Option<u16>)
             config,
             |number, outcome| {
                 outcomes.push((number, outcome));
-                progress.say(outcomes.len());
+                progress.one_more();
                 match signal.load(Ordering::Relaxed) {
                     0 => Ok(()),
                     signal => Err(Stop::Interrupted(signal as u8)),

@@ -61,9 +61,7 @@ The figure:
          centroid), with an arrow for the direction; a dash means less
          than a tenth of the brightest taxel's light
   d      arrival along the motion: when the light reaches each taxel, and
-         the line of the event's speed. With the published law: the law,
-         thick in the range that it was fitted on, and the event on it;
-         a hollow point is the upper bound of an event that is cut off
+         the line of the event's speed
   The numbers are those of wstac run --json --samples. The same source
   gives the same bytes.
   Exit code: 1 also if the source has no such event.

@@ -17,9 +17,15 @@ const REMOVED: &[(&str, &str)] = &[
     ("wstac dataset merge", DATASET),
     ("wstac trade --shard", TRADE),
     ("wstac trade --merge", TRADE),
+    ("wstac trade --fade", FADE),
+    ("wstac trade --light", FADE),
+    ("wstac trade --times", TIMES),
+    ("wstac trade --no-times", TIMES),
 ];
 const DATASET: &str = "wstac dataset --units A..B makes a part, and wstac train and numpy.concatenate take all parts \
     (docs/MANY.md)";
+const FADE: &str = "scenes with another flash_ms in [light] are brighter or darker (wstac scene --help)";
+const TIMES: &str = "the map has no times of machines, and ci/bench measures them";
 const TRADE: &str =
     "wstac trade --units A..B runs a part, and the rows of map.csv of all parts are the map (docs/MANY.md)";
 

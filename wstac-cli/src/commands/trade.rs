@@ -1,7 +1,6 @@
 //! `wstac trade` shows what speed costs in accuracy.
 
 mod choose;
-mod fade;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -21,7 +20,7 @@ use wstac_tradeoff::prices::{Core, Prices};
 use wstac_tradeoff::row::{Row, rows};
 use wstac_tradeoff::slides::{MOST_SLIDES, QUICK_SLIDES, SENSORS, SLIDES, slides};
 use wstac_tradeoff::sweep::{self, Plan};
-use wstac_tradeoff::{ablation, host, map, plot, table};
+use wstac_tradeoff::{map, plot, table};
 
 /// Show what speed costs in accuracy, and choose a configuration
 ///
@@ -30,13 +29,11 @@ use wstac_tradeoff::{ablation, host, map, plot, table};
 /// nothing is run: the answer comes from the map that is built into wstac.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP, arg_required_else_help = true)]
-#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub(super) struct Arguments {
     /// Write the results to this folder
     ///
-    /// They are trade.csv, trade.md, trade.svg, map.csv and base.toml. With --budget it is the configuration, and with
-    /// --fade fade.csv and fade.md. With --map the name can also be FILE.svg, FILE.png or FILE.pdf, for the figure
-    /// alone.
+    /// They are trade.csv, trade.md, trade.svg, map.csv and base.toml. With --budget it is the configuration. With --map
+    /// the name can also be FILE.svg, FILE.png or FILE.pdf, for the figure alone.
     #[arg(short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
@@ -46,7 +43,7 @@ pub(super) struct Arguments {
 
     /// Number of slides of each sensor: 40 by default
     ///
-    /// There are 20 sensors. With --fade the default is 10.
+    /// There are 20 sensors.
     #[arg(long, value_name = "1…110", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SLIDES)))]
     slides: Option<u32>,
 
@@ -68,7 +65,7 @@ pub(super) struct Arguments {
     config: Option<PathBuf>,
 
     /// The core that tables and figures are for
-    #[arg(long, value_enum, default_value = "M4F", conflicts_with_all = ["verify", "fade"])]
+    #[arg(long, value_enum, default_value = "M4F", conflicts_with = "verify")]
     core: Core,
 
     /// Run only the settings from number A on, and below number B
@@ -76,14 +73,8 @@ pub(super) struct Arguments {
     /// A setting is a format, stride, logarithm and law; the first has number 0. The results are map.csv and base.toml.
     /// Rows of all parts, in order, are those of the whole map.csv.
     #[arg(long, value_name = "A..B", value_parser = units::range, requires = "output",
-        conflicts_with_all = ["map", "budget", "verify", "fade", "prices", "core"])]
+        conflicts_with_all = ["map", "budget", "verify", "prices", "core"])]
     units: Option<Range<u32>>,
-
-    /// Leave out the times on this machine
-    ///
-    /// All else is the same in every run.
-    #[arg(long, conflicts_with_all = ["map", "budget", "verify", "fade"])]
-    no_times: bool,
 
     /// Run nothing: read the map.csv of an earlier sweep
     ///
@@ -91,12 +82,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
 
-    /// Measure the times of --map again on this machine
-    #[arg(long, requires = "map", conflicts_with = "budget")]
-    times: bool,
-
     /// Prices that ci/measure prices counted, instead of the built-in ones
-    #[arg(long, value_name = "prices.json", conflicts_with_all = ["verify", "fade"])]
+    #[arg(long, value_name = "prices.json", conflicts_with = "verify")]
     prices: Option<PathBuf>,
 
     /// Print the most accurate configuration that fits these terms
@@ -112,14 +99,6 @@ pub(super) struct Arguments {
     /// --budget -o wrote the folder.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "budget", "map", "slides", "quick", "config", "models"])]
     verify: Option<PathBuf>,
-
-    /// Show how answers degrade as light fades, one setting at a time
-    #[arg(long, conflicts_with_all = ["budget", "map", "verify", "quick"])]
-    fade: bool,
-
-    /// Peak light in gray levels of 255, for --fade
-    #[arg(long, value_name = "LEVELS", value_delimiter = ',', requires = "fade", value_parser = level)]
-    light: Vec<f64>,
 }
 
 /// The name of the configuration file of a sweep, next to its map.
@@ -139,9 +118,6 @@ Terms of a budget, between commas:
                    that reads n frames answers after about n - 10.5. With
                    --by speed or direction it is the end of the sample,
                    about 59.5, however early the texture is.
-  host<20us        ns, us or ms per frame on a host; host.event per
-                   event. These are times of the machine that made the
-                   map: use them to compare settings with each other.
   format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
                    YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
                    law=edges, model=svm or model=none
@@ -184,9 +160,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return choose::choose(arguments, budget);
     }
     let config = arguments.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
-    if arguments.fade {
-        return fade::fade(arguments, &config);
-    }
     if let Some(units) = &arguments.units {
         return part(arguments, units, &config);
     }
@@ -196,19 +169,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
     let (rows, models) = if let Some(path) = &arguments.map {
-        let mut rows = read(path)?;
+        let rows = read(path)?;
         let models = of_rows(&rows)?;
-        if arguments.times {
-            host::measure(&mut rows, &models, &config)?;
-        }
         (rows, models)
     } else {
         let models = models(&arguments.models)?;
         (swept(arguments, &config, &models, &Setting::all())?, models)
     };
-    let (pareto, parameters) =
-        (table::pareto(&rows, &prices, arguments.core), ablation::one_at_a_time(&rows, &prices, arguments.core));
-    let text = format!("{pareto}\n{parameters}");
+    let text = table::pareto(&rows, &prices, arguments.core);
     let draw = || plot::draw(&rows, &models, &prices, arguments.core);
     if let Some((path, format)) = figure {
         outputs(arguments).write(path, format.encode(&draw())?)?;
@@ -338,7 +306,7 @@ fn of_each(arguments: &Arguments) -> u32 {
     if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) }
 }
 
-/// Runs these settings, and then measures their times unless they are left out.
+/// Runs these settings.
 fn swept(
     arguments: &Arguments,
     config: &Config,
@@ -348,12 +316,8 @@ fn swept(
     let slides = slides(of_each(arguments));
     let (all, every, count) = (slides.len(), settings.len(), models.len());
     note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
-    let plan = Plan { config, settings, models, slides: &slides, light: 1.0 };
-    let mut rows = rows(&plan, &sweep::run(&plan)?);
-    if !arguments.no_times {
-        host::measure(&mut rows, models, config)?;
-    }
-    Ok(rows)
+    let plan = Plan { config, settings, models, slides: &slides };
+    Ok(rows(&plan, &sweep::run(&plan)?))
 }
 
 /// Returns the map of an earlier sweep, or the one that comes with the program.
@@ -381,10 +345,4 @@ fn write(outputs: &Outputs, folder: &Path, name: &str, text: &str) -> Result<(),
 
 fn print(text: &str) -> Result<(), Stop> {
     Ok(std::io::Write::write_all(&mut super::output::stdout(), text.as_bytes())?)
-}
-
-/// Parses a level of light.
-fn level(text: &str) -> Result<f64, String> {
-    let level = text.parse().ok().filter(|level| (0.001..=1000.0).contains(level));
-    level.ok_or_else(|| format!("{text:?} is no level of light, expected 0.001 to 1000 gray levels"))
 }

@@ -141,8 +141,6 @@ impl<'q> Question<'q> {
                 What::Ram => all.extend(cores.iter().map(|core| of_core(*core, |price| price.ram))),
                 What::Frames if self.by.is_of_whole_sample() => all.push(of_row(whole_latency(row, self.rows))),
                 What::Frames => all.push(of_row(row.found.latency)),
-                What::Host => all.push(of_row(row.host.map(|host| host.frame_ns))),
-                What::HostEvent => all.push(of_row(row.host.map(|host| host.event_ns))),
             }
         }
         all
@@ -194,8 +192,6 @@ impl fmt::Display for Taken<'_> {
             What::Flash => "bytes of flash",
             What::Ram => "bytes of RAM",
             What::Frames => "frames to the answer",
-            What::Host => "ns per frame on a host",
-            What::HostEvent => "ns per event on a host",
         };
         if let Some(core) = self.core {
             write!(f, "{}: ", core.name())?;

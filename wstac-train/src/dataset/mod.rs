@@ -11,7 +11,6 @@ pub mod random;
 pub mod recorded_arrays;
 pub mod recordings;
 pub mod sweep;
-pub mod textures;
 
 use rayon::prelude::*;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
@@ -62,7 +61,7 @@ pub enum Outcome {
 /// # Errors
 /// The scene cannot be created, or does not fit the configuration.
 pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
-    for output in session(SceneSource::new(script)?, config)? {
+    for output in session(SceneSource::new(script)?, config, false)? {
         // The rest of the scene after the first event does not matter.
         match output? {
             Output::Event(event) => {
@@ -83,12 +82,12 @@ pub fn sample(script: &SceneConfig, config: &Config) -> Result<Outcome, Error> {
 /// # Errors
 /// [`sample`] would fail.
 pub fn check(script: &SceneConfig, config: &Config) -> Result<(), Error> {
-    session(SceneSource::new(script)?, config).map(drop)
+    session(SceneSource::new(script)?, config, false).map(drop)
 }
 
-/// Returns a session that gives the samples of a source's events.
-fn session(source: impl Source + 'static, config: &Config) -> Result<Session, Error> {
-    let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
+/// Returns a session that gives the samples of a source's events, also along their paths if `paths` is set.
+fn session(source: impl Source + 'static, config: &Config, paths: bool) -> Result<Session, Error> {
+    let wanted = OutputOptions { samples: true, paths, ..OutputOptions::default() };
     Session::builder(source).config(config.clone()).outputs(wanted).build()
 }
 

@@ -10,8 +10,12 @@ mod npy;
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 
 use crc32fast::Hasher;
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
-pub use self::npy::Dtype;
+/// The unit of samples, as the array `scale` has it.
+pub const SCALE: f64 = 1.0 / FEATURE_ONE as f64;
+
+pub use self::npy::{Dtype, Number};
 
 /// A member of the archive.
 struct Member {
@@ -89,6 +93,46 @@ impl<W: Write + Seek> Npz<W> {
         Ok(())
     }
 
+    /// Adds an array of numbers, of one dimension.
+    ///
+    /// # Errors
+    /// [`array`](Self::array) fails.
+    pub fn numbers<T: Number>(&mut self, name: &str, numbers: impl ExactSizeIterator<Item = T>) -> io::Result<()> {
+        self.array(name, T::DTYPE, &[numbers.len()], |out| out.write_all(&bytes_of(numbers)))
+    }
+
+    /// Adds an array of integers if `whole` says that all numbers are, and of float64 otherwise.
+    pub(super) fn whole_numbers(
+        &mut self,
+        name: &str,
+        whole: bool,
+        numbers: impl ExactSizeIterator<Item = f64>,
+    ) -> io::Result<()> {
+        if whole { self.numbers(name, numbers.map(|number| number as i64)) } else { self.numbers(name, numbers) }
+    }
+
+    /// Adds an array of one number, without dimension.
+    ///
+    /// # Errors
+    /// [`array`](Self::array) fails.
+    pub fn number<T: Number>(&mut self, name: &str, number: T) -> io::Result<()> {
+        self.array(name, T::DTYPE, &[], |out| out.write_all(&bytes_of([number].into_iter())))
+    }
+
+    /// Adds an array of samples, feature after feature.
+    ///
+    /// # Errors
+    /// [`array`](Self::array) fails.
+    pub fn samples(
+        &mut self,
+        name: &str,
+        mut samples: impl ExactSizeIterator<Item = impl AsRef<[i16]>>,
+    ) -> io::Result<()> {
+        self.array(name, Dtype::Int16, &[samples.len(), FEATURES, SAMPLE_FRAMES], |out| {
+            samples.try_for_each(|sample| out.write_all(&bytes_of(sample.as_ref().iter().copied())))
+        })
+    }
+
     /// Adds an array of strings, of one dimension.
     ///
     /// # Errors
@@ -130,6 +174,13 @@ impl<W: Write + Seek> Npz<W> {
         self.out.flush()?;
         Ok(self.out)
     }
+}
+
+/// Returns the bytes of numbers.
+fn bytes_of<T: Number>(numbers: impl Iterator<Item = T>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    numbers.for_each(|number| number.append_to(&mut bytes));
+    bytes
 }
 
 /// Checks that a plain zip archive can hold a number of bytes.

@@ -10,20 +10,20 @@ use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
 use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::motion::{self, MotionConfig};
-use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::TriggerConfig;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::output::Paths;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
 use wstac_scene::{Dead, Scene, SceneConfig, SimulatedFrame, Slide, Touch, Weak};
 
-use super::arrays::numbers_of;
-use super::npz::{Dtype, Npz};
+use super::npz::{Npz, SCALE};
 use crate::model::trained::in_set_order;
 
 /// Light of a weak whisker, as a fraction.
@@ -238,13 +238,22 @@ impl PathSlide {
     /// Returns the sample that a model of this input takes; `None` if there is none, or if it shows too little of the
     /// path.
     pub fn sample(&self, input: Input) -> Option<&[i16; INPUTS]> {
-        let path = match input {
-            Input::Path => &self.path,
-            Input::TaxelPath => &self.taxel_path,
-            _ => return self.frames.iter().any(|number| *number != 0).then_some(&self.frames),
-        };
-        path.as_ref().filter(|path| path.covers(frames_of(input))).map(PathSample::numbers)
+        if input == Input::Frames {
+            return self.frames.iter().any(|number| *number != 0).then_some(&self.frames);
+        }
+        let path = if input == Input::TaxelPath { &self.taxel_path } else { &self.path };
+        long_enough(path.as_ref(), input)
     }
+}
+
+/// Returns the sample along a path that a model of this input takes; `None` if there is none, or if it shows too little
+/// of the path.
+pub(super) fn path_sample(paths: &Paths, input: Input) -> Option<&[i16; INPUTS]> {
+    long_enough(if input == Input::TaxelPath { &paths.taxels } else { &paths.sums }.as_ref(), input)
+}
+
+fn long_enough(path: Option<&PathSample>, input: Input) -> Option<&[i16; INPUTS]> {
+    path.filter(|path| path.covers(frames_of(input))).map(PathSample::numbers)
 }
 
 /// A slide in a data set of one input.
@@ -281,55 +290,13 @@ pub fn write_split(
     input: Input,
     is_for_tests: impl Fn(u32) -> bool,
 ) -> io::Result<()> {
-    let n = slides.len();
-    let mut npz = Npz::new(file);
-    let name = crate::model::eval::array_of(input);
-    npz.array(name, Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
-        slides.iter().try_for_each(|slide| out.write_all(&by_feature(slide.sample.as_deref().unwrap_or(&[0; INPUTS]))))
-    })?;
-    facts(&mut npz, slides)?;
-    let patterns = slides.iter().map(|slide| slide.slide.specimen.pattern.name().to_owned());
-    npz.strings("y_pattern", patterns)?;
-    let depths = slides.iter().map(|slide| slide.slide.specimen.depth_mm.to_le_bytes());
-    numbers_of(&mut npz, "y_depth", Dtype::Float64, depths)?;
-    let split = |slide: &PathRow| if is_for_tests(slide.sensor) { "test" } else { "train" }.to_owned();
-    npz.strings("split", slides.iter().map(split))?;
-    npz.finish().map(drop)
-}
-
-/// Writes slides as a data set: `X`, `X_path` and `X_taxel_path` hold their samples, zeros if there is none.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write(file: impl Write + Seek, slides: &[PathSlide]) -> io::Result<()> {
-    let n = slides.len();
     let mut npz = Npz::new(file);
     let zeros = [0; INPUTS];
-    let samples = |npz: &mut Npz<_>, name: &str, of: &dyn Fn(&PathSlide) -> [i16; INPUTS]| {
-        npz.array(name, Dtype::Int16, &[n, FEATURES, SAMPLE_FRAMES], |out| {
-            slides.iter().try_for_each(|slide| out.write_all(&by_feature(&of(slide))))
-        })
-    };
-    samples(&mut npz, "X", &|slide| slide.frames)?;
-    samples(&mut npz, "X_path", &|slide| slide.path.map_or(zeros, |path| *path.numbers()))?;
-    samples(&mut npz, "X_taxel_path", &|slide| slide.taxel_path.map_or(zeros, |path| *path.numbers()))?;
-    let without_samples = |slide: &PathSlide| {
-        let PathSlide { slide, sensor, measured, reliable, .. } = *slide;
-        PathRow { slide, sensor, sample: None, measured, reliable }
-    };
-    facts(&mut npz, &slides.iter().map(without_samples).collect::<Vec<_>>())?;
-    npz.finish().map(drop)
-}
-
-/// Writes the arrays of slides that all data sets of them have.
-fn facts(npz: &mut Npz<impl Write + Seek>, slides: &[PathRow]) -> io::Result<()> {
-    let n = slides.len();
-    let scale = 1.0 / f64::from(FEATURE_ONE);
-    npz.array("scale", Dtype::Float64, &[], |out| out.write_all(&scale.to_le_bytes()))?;
+    let name = crate::model::eval::array_of(input);
+    npz.samples(name, slides.iter().map(|slide| in_set_order(slide.sample.as_deref().unwrap_or(&zeros))))?;
+    npz.number("scale", SCALE)?;
     npz.strings("y_specimen", slides.iter().map(|slide| super::arrays::name(&slide.slide.specimen)))?;
-    let mut column = |name: &str, of: &dyn Fn(&PathRow) -> f64| {
-        numbers_of(npz, name, Dtype::Float64, slides.iter().map(|slide| of(slide).to_le_bytes()))
-    };
+    let mut column = |name: &str, of: &dyn Fn(&PathRow) -> f64| npz.numbers(name, slides.iter().map(of));
     column("speed", &|slide| slide.slide.speed_mm_s)?;
     column("direction", &|slide| slide.slide.direction_deg)?;
     column("length", &|slide| slide.slide.specimen.length_mm)?;
@@ -338,20 +305,19 @@ fn facts(npz: &mut Npz<impl Write + Seek>, slides: &[PathRow]) -> io::Result<()>
     column("sensor", &|slide| f64::from(slide.sensor))?;
     column("measured_speed", &|slide| slide.measured.map_or(f64::NAN, |[mm_s, _]| mm_s.into()))?;
     column("measured_direction", &|slide| slide.measured.map_or(f64::NAN, |[_, degrees]| degrees.into()))?;
-    npz.array("reliable", Dtype::Bool, &[n], |out| {
-        slides.iter().try_for_each(|slide| out.write_all(&[u8::from(slide.reliable)]))
-    })
-}
-
-/// Returns the bytes of a sample as a data set has them: number k of every ten numbers after each other.
-pub(super) fn by_feature(numbers: &[i16; INPUTS]) -> Vec<u8> {
-    in_set_order(numbers).iter().flat_map(|number| number.to_le_bytes()).collect()
+    npz.numbers("reliable", slides.iter().map(|slide| slide.reliable))?;
+    npz.strings("y_pattern", slides.iter().map(|slide| slide.slide.specimen.pattern.name().to_owned()))?;
+    npz.numbers("y_depth", slides.iter().map(|slide| slide.slide.specimen.depth_mm))?;
+    let split = |slide: &PathRow| if is_for_tests(slide.sensor) { "test" } else { "train" }.to_owned();
+    npz.strings("split", slides.iter().map(split))?;
+    npz.finish().map(drop)
 }
 
 #[cfg(test)]
 mod tests {
     use wstac_core::model::Model;
     use wstac_core::model::file::Task;
+    use wstac_core::params::FEATURES;
 
     use super::*;
     use crate::model::eval::answers;
@@ -400,9 +366,10 @@ mod tests {
     fn a_model_is_evaluated_on_the_sample_that_it_takes() {
         let slides = few().all().unwrap();
         let path = std::env::temp_dir().join(format!("wstac-path-{}.npz", std::process::id()));
-        write(std::fs::File::create(&path).unwrap(), &slides).unwrap();
         // Number 0 along a path is that of the speed, and number 1 that of the direction.
         for (input, number) in [(Input::Path, 0), (Input::TaxelPath, 0), (Input::TaxelPath, 1), (Input::Path, 500)] {
+            let rows: Vec<PathRow> = slides.iter().map(|slide| PathRow::of(slide, input)).collect();
+            write_split(std::fs::File::create(&path).unwrap(), &rows, input, |_| false).unwrap();
             let words = sign_of(input, number);
             let found = answers(&Model::from_words(&words).unwrap(), &path).unwrap().predictions;
             let sample = |slide: &PathSlide| if input == Input::Path { slide.path } else { slide.taxel_path };

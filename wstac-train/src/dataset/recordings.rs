@@ -4,24 +4,19 @@
 
 use std::path::{Path, PathBuf};
 
-use wstac_core::law::EventLaw;
 use wstac_core::model::file::{INPUTS, Input, Task};
-use wstac_core::motion;
-use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::rate::FrameRate;
-use wstac_core::trigger::Event;
 
-use super::path::frames_of;
+use super::path::path_sample;
 use super::{Facts, Sample, by_feature, session};
 use crate::model::trained::in_file_order;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::output::Output;
+use wstac_host::output::{Output, Paths};
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
+use wstac_host::source::Labels;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Labels, Source, SourceEvent};
 use wstac_host::texture::pattern_and_depth;
 
 pub use wstac_host::record::labels::{NAMES, check};
@@ -67,7 +62,7 @@ pub struct Recording {
     /// Its events: number of the first frame, sample, facts.
     pub samples: Vec<(u64, Box<Sample>, Facts)>,
     /// Its samples along the path, one for each event; empty unless they were read ([`read_paths`]).
-    pub paths: Vec<RecordedPath>,
+    pub paths: Vec<Paths>,
     /// Name of the sensor, if it is labeled.
     pub sensor: Option<String>,
     /// Number of events that a gap or the end interrupted.
@@ -96,14 +91,14 @@ impl Recording {
     /// without one, and for all unless they were read ([`read_paths`]).
     pub fn path_samples(&self, input: Input) -> Vec<Option<&[i16; INPUTS]>> {
         let none = self.samples.iter().skip(self.paths.len()).map(|_| None);
-        self.paths.iter().map(|path| path.sample(input)).chain(none).collect()
+        self.paths.iter().map(|paths| path_sample(paths, input)).chain(none).collect()
     }
 
     /// Returns the sample of an event that a model of this input takes, frame by frame as it does; `None` without one.
     pub fn sample(&self, event: usize, input: Input) -> Option<[i16; INPUTS]> {
         match input {
             Input::Frames => self.samples.get(event)?.1.as_flattened().try_into().ok().map(in_file_order),
-            _ => self.paths.get(event)?.sample(input).copied(),
+            _ => path_sample(self.paths.get(event)?, input).copied(),
         }
     }
 
@@ -190,39 +185,7 @@ pub fn read_labels(part: &RecordingPart, config: Option<&Config>) -> Result<Reco
 /// # Errors
 /// The recording cannot be read, its labels cannot be used, or the configuration does not fit it.
 pub fn read(part: &RecordingPart, config: Option<&Config>) -> Result<Recording, Error> {
-    let source = part.open()?;
-    let about = source.about().clone();
-    let mut recording = Recording::labeled(part, &about, config.cloned())?;
-    for output in session(source, &recording.config)? {
-        match output? {
-            Output::Event(event) => {
-                let sample = event.sample.as_deref().map(by_feature);
-                recording.samples.extend(sample.map(|sample| (event.frame, sample, Facts::of(&event))));
-            }
-            Output::Interrupted(_) => recording.incomplete += 1,
-            Output::End(end) => recording.incomplete += u64::from(end.incomplete.is_some()),
-            _ => {}
-        }
-    }
-    Ok(recording)
-}
-
-/// The samples of an event along its path.
-#[derive(Clone, Debug)]
-pub struct RecordedPath {
-    /// Of ten sums; `None` without a slide's velocity.
-    pub path: Option<PathSample>,
-    /// Of 25 taxels; also `None` if a frame of the sample was lost.
-    pub taxel_path: Option<PathSample>,
-}
-
-impl RecordedPath {
-    /// Returns the sample that a model of this input takes; `None` if there is none, or if it shows too little of the
-    /// path.
-    pub fn sample(&self, input: Input) -> Option<&[i16; INPUTS]> {
-        let path = if input == Input::TaxelPath { &self.taxel_path } else { &self.path };
-        path.as_ref().filter(|path| path.covers(frames_of(input))).map(PathSample::numbers)
-    }
+    read_with(part, config, false)
 }
 
 /// Reads a recording as [`read`] does, with the samples along the paths of its events.
@@ -230,51 +193,25 @@ impl RecordedPath {
 /// # Errors
 /// [`read`] fails.
 pub fn read_paths(part: &RecordingPart, config: Option<&Config>) -> Result<Recording, Error> {
-    let mut recording = read(part, config)?;
-    let config = &recording.config;
-    let wrong = |error: &dyn std::fmt::Display| Error::new(ErrorKind::Config, part.name(), error.to_string());
-    let mut source = part.open()?;
-    let info = source.info().clone();
-    let law = config.law(info.rate).map_err(|error| wrong(&error))?;
-    let motion = config.motion(info.rate).map_err(|error| wrong(&error))?;
-    let mut pipeline = config.pipeline(&info)?;
-    pipeline.keep_taxels();
-    let mut paths = Vec::new();
-    // The taxels are `None` if a frame of the sample was lost.
-    let mut take = |event: Option<Event<'_>>, taxels: Option<&TaxelRing>| {
-        let Some(event) = event else { return };
-        let answer = law.answer(&event);
-        let slides = answer.has_texture();
-        let velocity = answer.velocity().or_else(|| motion::by_coherence(&event, motion).velocity).filter(|_| slides);
-        let whole = SAMPLE_FRAMES as u8;
-        paths.push(RecordedPath {
-            path: velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, motion, whole)),
-            taxel_path: velocity
-                .zip(taxels)
-                .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, motion, whole)),
-        });
-    };
-    loop {
-        let update = match source.next_event()? {
-            SourceEvent::End => break,
-            SourceEvent::Taxels(frame) => pipeline.push_taxels(&frame.sums),
-            SourceEvent::Lost { frames, .. } => pipeline.push_lost(frames),
-            SourceEvent::Frame(frame) => match pipeline.push_frame(frame.bytes) {
-                Ok(update) => {
-                    take(update.event(), update.taxels());
-                    continue;
-                }
-                // Nothing of the frame was taken, but its time has passed.
-                Err(_) => pipeline.push_lost(1),
-            },
-            _ => continue,
-        };
-        take(update.event(), update.taxels());
+    read_with(part, config, true)
+}
+
+fn read_with(part: &RecordingPart, config: Option<&Config>, paths: bool) -> Result<Recording, Error> {
+    let source = part.open()?;
+    let about = source.about().clone();
+    let mut recording = Recording::labeled(part, &about, config.cloned())?;
+    for output in session(source, &recording.config, paths)? {
+        match output? {
+            Output::Event(event) => {
+                let sample = event.sample.as_deref().map(by_feature);
+                recording.samples.extend(sample.map(|sample| (event.frame, sample, Facts::of(&event))));
+                recording.paths.extend(event.paths.map(|paths| *paths));
+            }
+            Output::Interrupted(_) => recording.incomplete += 1,
+            Output::End(end) => recording.incomplete += u64::from(end.incomplete.is_some()),
+            _ => {}
+        }
     }
-    take(pipeline.finish().event(), None);
-    // An event at the end of the stream may have no sample along its path; every other one has its place here.
-    paths.resize_with(recording.samples.len(), || RecordedPath { path: None, taxel_path: None });
-    recording.paths = paths;
     Ok(recording)
 }
 
@@ -393,6 +330,7 @@ pub(crate) fn share_of(count: usize, share: f64) -> usize {
 mod tests {
     use super::*;
     use wstac_host::camera::{CameraState, LockedControl};
+    use wstac_host::source::Source;
     use wstac_scene::source::SceneSource;
 
     fn recording(name: &str, specimen: &str, configuration: &str, change: impl Fn(&mut About)) -> Recording {

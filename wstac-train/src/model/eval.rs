@@ -98,6 +98,18 @@ impl Truth {
 }
 
 impl Answers {
+    fn of(labels: Vec<String>, found: &[Classification], has_sample: Vec<bool>, truth: Option<Truth>) -> Self {
+        let known = found.iter().zip(&has_sample).map(|(answer, has)| answer.known.map(|known| known && *has));
+        Self {
+            predictions: found.iter().map(|answer| answer.class).collect(),
+            confidences: found.iter().map(|answer| answer.confidence).collect(),
+            known: known.collect(),
+            labels,
+            has_sample,
+            truth,
+        }
+    }
+
     /// Returns whether a row has an answer: it holds a sample, and the model does not say that it is unknown.
     pub fn is_answered(&self, row: usize) -> bool {
         let is_known = self.known.as_ref().is_none_or(|known| known.get(row) == Some(&true));
@@ -127,12 +139,9 @@ impl Answers {
 pub fn answers(model: &Model, path: &Path) -> Result<Answers, Error> {
     let npz = Npz::open(path)?;
     let (found, has_sample) = classifications(model, &npz)?;
-    let predictions: Vec<u8> = found.iter().map(|answer| answer.class).collect();
     let labels = labels_of(model);
-    let truth = truth(&npz, model.task(), &labels, predictions.len())?;
-    let confidences = found.iter().map(|answer| answer.confidence).collect();
-    let known = found.iter().zip(&has_sample).map(|(answer, has)| answer.known.map(|known| known && *has)).collect();
-    Ok(Answers { labels, predictions, confidences, known, has_sample, truth })
+    let truth = truth(&npz, model.task(), &labels, found.len())?;
+    Ok(Answers::of(labels, &found, has_sample, truth))
 }
 
 /// Computes a model's answers for all events of recordings, whose truth is their label specimen.
@@ -160,10 +169,7 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
         Error::new(ErrorKind::Data, first, message)
     };
     let truth = Truth::of("the label specimen", labels.clone(), truth, too_many)?;
-    let predictions = found.iter().map(|answer| answer.class).collect();
-    let confidences = found.iter().map(|answer| answer.confidence).collect();
-    let known = found.iter().zip(&has_sample).map(|(answer, has)| answer.known.map(|known| known && *has)).collect();
-    Ok(Answers { labels, predictions, confidences, known, has_sample, truth: Some(truth) })
+    Ok(Answers::of(labels, &found, has_sample, Some(truth)))
 }
 
 /// Returns the name of the array that holds the samples for a model.
@@ -188,7 +194,7 @@ pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<[i16; INPUTS]>,
     Ok((samples, truth))
 }
 
-fn labels_of(model: &Model) -> Vec<String> {
+pub(crate) fn labels_of(model: &Model) -> Vec<String> {
     (0..model.labels().len()).filter_map(|class| model.labels().get(class)).map(|label| label.to_string()).collect()
 }
 
@@ -350,20 +356,8 @@ fn pattern_and_depth(label: &str) -> (&str, &str) {
 
 /// Reads the truth from an array, for classes whose right labels are `right`.
 fn compare(npz: &Npz, name: &str, right: Vec<String>, n: usize) -> Result<Truth, Error> {
-    let mut array = npz.array(name)?;
-    if array.shape != [n as u64] {
-        return Err(npz.error(name, format_args!("shape {:?}, expected ({n},) as of X", array.shape)));
-    }
-    let text = Text::of(&array).ok_or_else(|| {
-        npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
-    })?;
-    let mut bytes = vec![0; text.bytes()];
-    let each = (0..n).map(|_| {
-        array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        text.read(&bytes).map_err(|error| npz.error(name, error))
-    });
     let too_many = || npz.error(name, format_args!("expected at most {MOST_LABELS} different labels"));
-    Truth::of(name, right, each, too_many)
+    Truth::of(name, right, each_text(npz, name, n)?, too_many)
 }
 
 /// Reads an array with a text for each sample of another array; `None` if there is none.
@@ -378,6 +372,19 @@ pub(crate) fn beside(path: &Path, name: &str, samples: &str) -> Result<Option<Ve
 
 /// Reads an array of `n` elements as labels.
 pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Error> {
+    let mut left = MOST_TEXT;
+    let within = |text: Result<String, Error>| {
+        let text = text?;
+        left = left.checked_sub(text.len()).ok_or_else(|| {
+            npz.error(name, format_args!("has more than {} MB of text, expected less", MOST_TEXT >> 20))
+        })?;
+        Ok(text)
+    };
+    each_text(npz, name, n)?.map(within).collect()
+}
+
+/// Opens an array of `n` elements, and returns them as labels one by one.
+fn each_text(npz: &Npz, name: &str, n: usize) -> Result<impl Iterator<Item = Result<String, Error>>, Error> {
     let mut array = npz.array(name)?;
     if array.shape != [n as u64] {
         return Err(npz.error(name, format_args!("shape {:?}, expected ({n},) as of X", array.shape)));
@@ -386,16 +393,10 @@ pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Erro
         npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
     })?;
     let mut bytes = vec![0; text.bytes()];
-    let mut left = MOST_TEXT;
-    let read = (0..n).map(|_| {
+    Ok((0..n).map(move |_| {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
-        let text = text.read(&bytes).map_err(|error| npz.error(name, error))?;
-        left = left.checked_sub(text.len()).ok_or_else(|| {
-            npz.error(name, format_args!("has more than {} MB of text, expected less", MOST_TEXT >> 20))
-        })?;
-        Ok(text)
-    });
-    read.collect()
+        text.read(&bytes).map_err(|error| npz.error(name, error))
+    }))
 }
 
 /// The conversion of an element into a label.

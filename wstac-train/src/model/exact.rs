@@ -1,6 +1,6 @@
 //! Proof that sums of float32 are sums of integers: leaves that int16 can hold without changing any answer.
 
-use super::trained::{Boosted, Node, Score};
+use super::trained::{Boosted, Score};
 
 /// Integers up to this value, and all their sums that stay below it, are exact in float32.
 const MOST: f64 = 16_777_216.0;
@@ -43,8 +43,7 @@ pub(super) fn units(model: &Boosted) -> Option<f64> {
 
 /// Iterates over the leaves of each tree.
 fn leaves_of(score: &Score) -> impl Iterator<Item = impl Iterator<Item = f32>> {
-    let leaf = |node: &Node<f32>| if let Node::Leaf(leaf) = node { Some(*leaf) } else { None };
-    score.trees.iter().map(move |tree| tree.nodes.iter().filter_map(leaf))
+    score.trees.iter().map(|tree| tree.leaves().copied())
 }
 
 /// Returns the number of binary places after the point in a nonzero number; negative values count zeros before the
@@ -60,7 +59,7 @@ fn places(number: f32) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trained::Tree;
+    use super::super::trained::{Node, Tree};
     use super::*;
 
     fn model(start: f32, trees: &[&[f32]], bound: f32) -> Boosted {

@@ -7,6 +7,8 @@ use wstac_core::model::Model;
 use wstac_core::model::file::HEADER_HALVES;
 use wstac_core::model::trees::{LEFT_LEAF, RIGHT_LEAF, SAME};
 
+use super::eval::labels_of;
+
 /// The kind of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -109,10 +111,7 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
             _ => "votes",
         },
         task: model.task().name(),
-        labels: (0..model.labels().len())
-            .filter_map(|class| model.labels().get(class))
-            .map(|label| label.to_string())
-            .collect(),
+        labels: labels_of(model),
         input: model.input().name(),
         frames: model.frames(),
         speeds_mm_s: model.known_speeds().map(|speeds| [speeds.slowest(), speeds.fastest()]),

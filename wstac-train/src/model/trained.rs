@@ -83,6 +83,13 @@ pub struct Tree<L> {
     pub nodes: Vec<Node<L>>,
 }
 
+impl<L> Tree<L> {
+    /// Iterates over the leaves.
+    pub fn leaves(&self) -> impl Iterator<Item = &L> {
+        self.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(leaf) } else { None })
+    }
+}
+
 /// A node of a tree.
 #[derive(Clone, Debug)]
 pub enum Node<L> {

@@ -111,26 +111,18 @@ impl TrainingSet {
         let by_sensor = sensors.iter().all(Option::is_some) && sensors.iter().any(|sensor| *sensor != sensors[0]);
         let mut set = Self::default();
         for recording in recordings {
-            let label = match options.task {
-                Task::Pattern => recording.pattern.clone(),
-                Task::Depth => recording.depth_mm.map(|depth| depth.to_string()).ok_or_else(|| {
-                    let found = &recording.specimen;
-                    let message = format_args!("label specimen is {found:?}, expected one with a depth, such as Saw3");
-                    Error::new(ErrorKind::Data, &recording.name, message)
-                })?,
-                _ => recording.specimen.clone(),
-            };
+            if options.task == Task::Depth && recording.depth_mm.is_none() {
+                let found = &recording.specimen;
+                let message = format_args!("label specimen is {found:?}, expected one with a depth, such as Saw3");
+                return Err(Error::new(ErrorKind::Data, &recording.name, message));
+            }
+            let label = recording.label(options.task);
             let group = match &recording.sensor {
                 Some(sensor) if by_sensor => format!("sensor {sensor}"),
                 _ => format!("recording {}", recording.name),
             };
-            for (number, (_, sample, _)) in recording.samples.iter().enumerate() {
-                let numbers = if options.input == Input::Frames {
-                    sample.as_flattened().try_into().ok().map(Box::new)
-                } else {
-                    let path = recording.paths.get(number).and_then(|path| path.sample(options.input));
-                    path.map(|sample| Box::new(in_set_order(sample)))
-                };
+            for event in 0..recording.samples.len() {
+                let numbers = recording.sample(event, options.input).map(|sample| Box::new(in_set_order(&sample)));
                 let (label, group) = (label.clone(), group.clone());
                 let speed_mm_s = recording.speed_mm_s;
                 set.slides.push(LabeledSlide { numbers, label, group, speed_mm_s, is_test: None });

@@ -11,7 +11,8 @@ use crate::commands::output::note;
 pub(in crate::commands) struct Progress {
     /// The counted things: slides or recordings.
     what: &'static str,
-    /// The final count.
+    /// Number of those that are done, and the final count.
+    done: usize,
     count: usize,
     started: Instant,
     /// The time of the last update; `None` if standard error is no terminal.
@@ -23,26 +24,27 @@ impl Progress {
     pub(in crate::commands) fn new(what: &'static str, count: usize) -> Self {
         let now = Instant::now();
         let is_terminal = std::io::stderr().is_terminal();
-        let progress = Self { what, count, started: now, said: is_terminal.then_some(now) };
+        let progress = Self { what, done: 0, count, started: now, said: is_terminal.then_some(now) };
         if is_terminal {
-            progress.write(0, "");
+            progress.write("");
         } else {
             note(format_args!("0 of {count} {what} done"));
         }
         progress
     }
 
-    /// Updates the line, unless it was updated just now.
-    pub(in crate::commands) fn say(&mut self, done: usize) {
+    /// Counts one more, and updates the line unless it was updated just now.
+    pub(in crate::commands) fn one_more(&mut self) {
+        self.done += 1;
         let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
-        let each = self.started.elapsed().as_secs_f64() / done.max(1) as f64;
-        let left = (each * self.count.saturating_sub(done) as f64).ceil();
-        self.write(done, format_args!(", {left} s left"));
+        let each = self.started.elapsed().as_secs_f64() / self.done as f64;
+        let left = (each * self.count.saturating_sub(self.done) as f64).ceil();
+        self.write(format_args!(", {left} s left"));
         self.said = said.checked_add(said.elapsed());
     }
 
-    fn write(&self, done: usize, left: impl fmt::Display) {
-        let _ = write!(std::io::stderr(), "\r{done} of {} {} done{left}\x1b[K", self.count, self.what);
+    fn write(&self, left: impl fmt::Display) {
+        let _ = write!(std::io::stderr(), "\r{} of {} {} done{left}\x1b[K", self.done, self.count, self.what);
     }
 }
 

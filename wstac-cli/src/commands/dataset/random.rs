@@ -50,12 +50,10 @@ fn simulated<T: Send>(
 ) -> Result<Vec<T>, Stop> {
     finishing(Ending::InTime);
     let signal = number();
-    let progress = Mutex::new((Progress::new("slides", numbers.len()), 0));
+    let progress = Mutex::new(Progress::new("slides", numbers.len()));
     let goes_on = || {
         if let Ok(mut progress) = progress.lock() {
-            progress.1 += 1;
-            let done = progress.1;
-            progress.0.say(done);
+            progress.one_more();
         }
         signal.load(Ordering::Relaxed) == 0
     };

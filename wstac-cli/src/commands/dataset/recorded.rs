@@ -81,7 +81,7 @@ fn read_units(
 ) -> Result<Vec<Recording>, Stop> {
     finishing(Ending::InTime);
     let signal = number();
-    let progress = std::sync::Mutex::new((Progress::new("recordings", units.len()), 0));
+    let progress = std::sync::Mutex::new(Progress::new("recordings", units.len()));
     let results = threads.install(|| {
         let each = parts.par_iter().enumerate().with_max_len(1).map(|(number, part)| {
             if signal.load(Ordering::Relaxed) != 0 {
@@ -93,9 +93,7 @@ fn read_units(
             let of_paths = input != Input::Frames;
             let recording = if of_paths { read_paths(part, config)? } else { read(part, config)? };
             if let Ok(mut progress) = progress.lock() {
-                progress.1 += 1;
-                let done = progress.1;
-                progress.0.say(done);
+                progress.one_more();
             }
             Ok(Some(recording))
         });

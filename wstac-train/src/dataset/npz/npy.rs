@@ -17,6 +17,37 @@ pub enum Dtype {
     Unicode(usize),
 }
 
+/// A number that an array can hold.
+pub trait Number: Copy {
+    /// Its type in an array.
+    const DTYPE: Dtype;
+
+    /// Appends its bytes.
+    fn append_to(self, bytes: &mut Vec<u8>);
+}
+
+macro_rules! numbers {
+    ($($number:ty: $dtype:ident),*) => {$(
+        impl Number for $number {
+            const DTYPE: Dtype = Dtype::$dtype;
+
+            fn append_to(self, bytes: &mut Vec<u8>) {
+                bytes.extend(self.to_le_bytes());
+            }
+        }
+    )*};
+}
+
+numbers!(i16: Int16, i64: Int64, u64: Uint64, f64: Float64);
+
+impl Number for bool {
+    const DTYPE: Dtype = Dtype::Bool;
+
+    fn append_to(self, bytes: &mut Vec<u8>) {
+        bytes.push(self.into());
+    }
+}
+
 impl Dtype {
     /// Returns NumPy's name of the type.
     fn descr(self) -> String {

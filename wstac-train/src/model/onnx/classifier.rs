@@ -44,7 +44,7 @@ impl Ensemble {
         let lists = ["nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids"];
         let [names, inputs, yes, no] = lists.map(|list| integers(node, list));
         let thresholds = numbers(node, "nodes_values")?;
-        let modes = attribute(node, "nodes_modes").map_or(&[][..], |attribute| &attribute.texts);
+        let modes = attribute(node, "nodes_modes").map_or(&[][..], |attribute| &attribute.strings);
         let count = trees.len();
         let lengths = [names.len(), inputs.len(), yes.len(), no.len(), thresholds.len(), modes.len()];
         if count == 0 || lengths.iter().any(|&length| length != count) {

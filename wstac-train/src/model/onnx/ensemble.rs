@@ -6,6 +6,7 @@
 use super::path::{Answer, Before};
 use super::proto::Node as OnnxNode;
 use super::scaler::Scaler;
+use super::tensor::Tensor;
 use super::trees::{Leaf, merged, scores, split, votes};
 use super::{Read, attribute, integers, numbers};
 use crate::model::trained::{Kind, MOST_NODES, Node, Tree};
@@ -20,7 +21,7 @@ const SOFTMAX: i64 = 1;
 /// Reads the trees of `TreeEnsemble`.
 pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
     let wrong = |why: String| format!("TreeEnsemble: {why}");
-    let number = |name, default| attribute(node, name).and_then(|found| found.integer).unwrap_or(default);
+    let number = |name, default| attribute(node, name).and_then(|found| found.i).unwrap_or(default);
     let (aggregate, transform) = (number("aggregate_function", SUM), number("post_transform", NONE));
     if !matches!(aggregate, AVERAGE | SUM) {
         return Err(wrong(format!("aggregate_function {aggregate}, expected AVERAGE (0) or SUM (1)")));
@@ -53,7 +54,7 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
 
 /// The operator's lists: one entry for each node, for each leaf, for each tree.
 struct Lists<'m> {
-    modes: &'m [i64],
+    modes: Vec<i64>,
     inputs: &'m [i64],
     thresholds: Vec<f64>,
     /// Children for a true and for a false comparison: the number of the child, and whether it is a leaf.
@@ -65,9 +66,9 @@ struct Lists<'m> {
 
 impl<'m> Lists<'m> {
     fn read(node: &'m OnnxNode) -> Result<Self, String> {
-        let modes = attribute(node, "nodes_modes").and_then(|modes| modes.tensor.as_ref());
+        let modes = attribute(node, "nodes_modes").and_then(|modes| modes.t.as_ref());
         let lists = Self {
-            modes: &modes.ok_or("nodes_modes is missing, expected a tensor of uint8")?.integers,
+            modes: Tensor::of(modes.ok_or("nodes_modes is missing, expected a tensor of uint8")?)?.integers,
             inputs: integers(node, "nodes_featureids"),
             thresholds: numbers(node, "nodes_splits")?,
             children: [

@@ -77,7 +77,7 @@ fn rows_without_intercepts(coefficients: usize, classes: usize, width: Option<us
 pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
     let labels = labels(node, "classlabels_ints")?;
     let classes = labels.len();
-    let kernel = attribute(node, "kernel_type").and_then(|attribute| attribute.text.as_deref()).unwrap_or(b"LINEAR");
+    let kernel = attribute(node, "kernel_type").and_then(|attribute| attribute.s.as_deref()).unwrap_or(b"LINEAR");
     if kernel != b"LINEAR" {
         let kernel = String::from_utf8_lossy(kernel);
         return Err(format!("SVMClassifier: kernel_type {kernel}, expected LINEAR"));

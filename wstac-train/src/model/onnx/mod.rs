@@ -20,6 +20,7 @@ mod trees;
 use self::path::Answer;
 use self::proto::{Attribute, Node};
 use self::scaler::Scaler;
+use self::tensor::Tensor;
 use super::trained::{Kind, Trained, guess_task};
 use wstac_core::model::file::Input;
 
@@ -36,18 +37,18 @@ struct Read {
 /// Reads the model in a file, with the labels given or its own; also returns the tool that trained it.
 pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
     let unknown = |why| format!("expected JSON or UBJSON of XGBoost, or ONNX; as ONNX it {why}");
-    let model = proto::model(bytes).map_err(unknown)?;
-    let mut found = model.nodes.iter().filter(|node| CLASSIFIERS.contains(&node.kind.as_str()));
+    let (graph, producer) = proto::graph(bytes).map_err(unknown)?;
+    let mut found = graph.node.iter().filter(|node| CLASSIFIERS.contains(&node.op_type()));
     let (Some(classifier), None) = (found.next(), found.next()) else {
-        let mut kinds: Vec<&str> = model.nodes.iter().map(|node| node.kind.as_str()).collect();
+        let mut kinds: Vec<&str> = graph.node.iter().map(Node::op_type).collect();
         kinds.sort_unstable();
         kinds.dedup();
         kinds.truncate(20);
         let kinds = kinds.join(", ");
         return Err(format!("ONNX nodes {kinds}, expected one classifier; understood are {UNDERSTOOD}"));
     };
-    let before = path::before(&model, classifier)?;
-    let Read { inputs, kind, answer } = match classifier.kind.as_str() {
+    let before = path::before(&graph, classifier)?;
+    let Read { inputs, kind, answer } = match classifier.op_type() {
         "TreeEnsembleClassifier" => classifier::read(classifier, &before)?,
         "TreeEnsemble" => ensemble::read(classifier, &before)?,
         "LinearClassifier" => linear::classifier(classifier, &before)?,
@@ -56,17 +57,17 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     if let Some(width) = before.width
         && width != inputs
     {
-        return Err(format!("the ONNX input has {width} numbers, and {} is of {inputs}", classifier.kind));
+        return Err(format!("the ONNX input has {width} numbers, and {} is of {inputs}", classifier.op_type()));
     }
     before.scalers.iter().try_for_each(|scaler| scaler.check(inputs))?;
-    let classes = path::labels(&model, classifier, answer)?;
+    let classes = path::labels(&graph, classifier, answer)?;
     let labels = match labels {
         Some(labels) if labels.len() == classes.len() => labels,
         Some(labels) => return Err(format!("has {} classes, and --labels names {}", classes.len(), labels.len())),
         None => classes,
     };
     let task = guess_task(&labels);
-    let trainer = if model.producer.is_empty() { "ONNX".into() } else { format!("ONNX of {}", model.producer) };
+    let trainer = if producer.is_empty() { "ONNX".into() } else { format!("ONNX of {producer}") };
     let mut remarks = Vec::new();
     if !before.scalers.is_empty() && !matches!(kind, Kind::Linear(_)) {
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
@@ -76,7 +77,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
 }
 
 fn attribute<'m>(node: &'m Node, name: &str) -> Option<&'m Attribute> {
-    node.attributes.iter().find(|attribute| attribute.name == name)
+    node.attribute.iter().find(|attribute| attribute.name() == name)
 }
 
 /// Returns a list of floats; all of them must be finite.
@@ -90,12 +91,15 @@ fn floats<'m>(node: &'m Node, name: &str) -> Result<&'m [f32], String> {
 fn numbers(node: &Node, name: &str) -> Result<Vec<f64>, String> {
     let tensor = [name.to_owned(), format!("{name}_as_tensor")]
         .iter()
-        .find_map(|name| attribute(node, name).and_then(|attribute| attribute.tensor.as_ref()));
-    let list = match tensor {
-        Some(tensor) if matches!(tensor.kind, tensor::FLOAT | tensor::DOUBLE) => tensor.floats.clone(),
+        .find_map(|name| attribute(node, name).and_then(|attribute| attribute.t.as_ref()));
+    let list = match tensor.map(Tensor::of).transpose()? {
+        Some(tensor) if matches!(tensor.kind, tensor::FLOAT | tensor::DOUBLE) => tensor.floats,
         Some(tensor) => {
             let kind = tensor.kind;
-            return Err(format!("{}: {name} is a tensor of type {kind}, expected float (1) or double (11)", node.kind));
+            return Err(format!(
+                "{}: {name} is a tensor of type {kind}, expected float (1) or double (11)",
+                node.op_type()
+            ));
         }
         None => attribute(node, name).map_or_else(Vec::new, |list| list.floats.iter().map(|&x| f64::from(x)).collect()),
     };
@@ -106,32 +110,36 @@ fn numbers(node: &Node, name: &str) -> Result<Vec<f64>, String> {
 fn finite(node: &Node, name: &str, mut list: impl Iterator<Item = f64>) -> Result<(), String> {
     // The message names the number as well as its position, which helps more than the position alone.
     match list.by_ref().enumerate().find(|(_, number)| !number.is_finite()) {
-        Some((at, number)) => Err(format!("{}: {name}[{at}] is {number}, expected a finite number", node.kind)),
+        Some((at, number)) => Err(format!("{}: {name}[{at}] is {number}, expected a finite number", node.op_type())),
         None => Ok(()),
     }
 }
 
 fn integers<'m>(node: &'m Node, name: &str) -> &'m [i64] {
-    attribute(node, name).map_or(&[], |attribute| &attribute.integers)
+    attribute(node, name).map_or(&[], |attribute| &attribute.ints)
 }
 
 /// Returns the labels, text or integers.
 fn labels(node: &Node, integer_names: &str) -> Result<Vec<String>, String> {
-    let texts = attribute(node, "classlabels_strings").map_or(&[][..], |attribute| &attribute.texts);
+    let texts = attribute(node, "classlabels_strings").map_or(&[][..], |attribute| &attribute.strings);
     let numbers = integers(node, integer_names);
     let count = texts.len().max(numbers.len());
     if count == 0 || count > wstac_core::model::file::MOST_CLASSES {
-        return Err(format!("{}: {count} labels, expected 1 to {}", node.kind, wstac_core::model::file::MOST_CLASSES));
+        return Err(format!(
+            "{}: {count} labels, expected 1 to {}",
+            node.op_type(),
+            wstac_core::model::file::MOST_CLASSES
+        ));
     }
     if texts.is_empty() {
         return Ok(numbers.iter().map(i64::to_string).collect());
     }
     let text = |label: &Vec<u8>| String::from_utf8(label.clone());
-    texts.iter().map(text).collect::<Result<_, _>>().map_err(|_| format!("{}: a label is not UTF-8", node.kind))
+    texts.iter().map(text).collect::<Result<_, _>>().map_err(|_| format!("{}: a label is not UTF-8", node.op_type()))
 }
 
 /// Returns the operation on the final scores.
 fn post_transform(node: &Node) -> String {
-    let text = attribute(node, "post_transform").and_then(|attribute| attribute.text.as_deref()).unwrap_or(b"NONE");
+    let text = attribute(node, "post_transform").and_then(|attribute| attribute.s.as_deref()).unwrap_or(b"NONE");
     String::from_utf8_lossy(text).into_owned()
 }

@@ -22,19 +22,22 @@ pub(super) const STRING: u64 = 8;
 pub(super) const DOUBLE: u64 = 11;
 
 impl Tensor {
-    /// Returns a tensor and its name.
-    pub(super) fn new(message: TensorProto) -> Result<(String, Self), String> {
+    /// Reads a tensor.
+    pub(super) fn of(message: &TensorProto) -> Result<Self, String> {
         if !message.external_data.is_empty() {
             return Err("has numbers in a file of their own, expected them inside".into());
         }
         let kind = message.data_type() as u64;
-        let (name, raw) = (message.name.unwrap_or_default(), message.raw_data.unwrap_or_default());
-        let raw = raw.as_slice();
+        let raw = message.raw_data();
         // Each type uses one of the lists of floats and one of those of integers.
-        let mut tensor =
-            Self { kind, floats: message.double_data, integers: message.int64_data, texts: message.string_data };
-        tensor.floats.extend(message.float_data.into_iter().map(f64::from));
-        tensor.integers.extend(message.int32_data.into_iter().map(i64::from));
+        let mut tensor = Self {
+            kind,
+            floats: message.double_data.clone(),
+            integers: message.int64_data.clone(),
+            texts: message.string_data.clone(),
+        };
+        tensor.floats.extend(message.float_data.iter().copied().map(f64::from));
+        tensor.integers.extend(message.int32_data.iter().copied().map(i64::from));
         match tensor.kind {
             FLOAT => tensor.floats.extend(singles(raw)?),
             DOUBLE => tensor.floats.extend(doubles(raw)?),
@@ -44,9 +47,9 @@ impl Tensor {
             INT64 => tensor.integers.extend(whole::<8>(raw)?.iter().map(|bytes| i64::from_le_bytes(*bytes))),
             STRING => {}
             // Models need no constants of other types.
-            _ => return Ok((name, Self { kind: tensor.kind, ..Self::default() })),
+            _ => return Ok(Self { kind: tensor.kind, ..Self::default() }),
         }
-        Ok((name, tensor))
+        Ok(tensor)
     }
 }
 

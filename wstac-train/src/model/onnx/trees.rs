@@ -47,10 +47,7 @@ pub(super) fn split(
 pub(super) fn votes(trees: &mut [Tree<Leaf>], single: bool) -> Result<(), String> {
     let count = trees.len() as f64;
     let sum = |leaf: &Leaf| leaf.iter().map(|share| share.1).sum::<f64>();
-    let leaves = |tree: &Tree<Leaf>| -> Vec<f64> {
-        tree.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(sum(leaf)) } else { None }).collect()
-    };
-    let first = trees.first().and_then(|tree| leaves(tree).first().copied()).unwrap_or(0.0);
+    let first = trees.first().and_then(|tree| tree.leaves().next()).map_or(0.0, sum);
     let factor = if single || (first * count - 1.0).abs() <= ABOUT {
         count
     } else if (first - 1.0).abs() <= ABOUT || first <= 0.0 {
@@ -165,15 +162,13 @@ pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, Strin
     let mut scores = vec![Score { start: 0.0, trees: Vec::new() }; classes];
     let mut room = MOST_NODES;
     for (number, tree) in trees.iter().enumerate() {
-        let leaves =
-            || tree.nodes.iter().filter_map(|node| if let Node::Leaf(leaf) = node { Some(leaf) } else { None });
         let inexact = |weight: &f64| f64::from(*weight as f32).to_bits() != weight.to_bits();
-        if let Some(weight) = leaves().flatten().map(|share| share.1).find(inexact) {
+        if let Some(weight) = tree.leaves().flatten().map(|share| share.1).find(inexact) {
             return Err(format!("tree {number} has weight {weight}, expected one of float32"));
         }
         for (class, score) in scores.iter_mut().enumerate() {
             let of_class = |leaf: &Leaf| leaf.iter().find(|share| usize::from(share.0) == class).map(|share| share.1);
-            if leaves().all(|leaf| of_class(leaf).is_none()) {
+            if tree.leaves().all(|leaf| of_class(leaf).is_none()) {
                 continue;
             }
             room = room.checked_sub(tree.nodes.len()).ok_or_else(|| format!("more than {MOST_NODES} nodes"))?;

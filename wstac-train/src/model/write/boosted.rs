@@ -2,7 +2,7 @@
 
 use super::super::exact;
 use super::super::integers::{Part, integers};
-use super::super::trained::{Boosted, Node};
+use super::super::trained::{Boosted, Tree};
 use super::layout::{LeafSize, lay_out};
 use super::{Body, Leaves, push_long};
 
@@ -88,11 +88,8 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leave
 fn scale(model: &Boosted) -> f64 {
     let mut scale = f64::MAX;
     for score in &model.scores {
-        let leaves = score.trees.iter().flat_map(|tree| &tree.nodes).filter_map(|node| match node {
-            Node::Leaf(leaf) if leaf.is_finite() => Some(f64::from(leaf.abs())),
-            _ => None,
-        });
-        let largest = leaves.fold(0.0, f64::max);
+        let leaves = score.trees.iter().flat_map(Tree::leaves).filter(|leaf| leaf.is_finite());
+        let largest = leaves.map(|leaf| f64::from(leaf.abs())).fold(0.0, f64::max);
         let room = f64::from(i32::MAX) - 32_768.0 * score.trees.len() as f64 - 1.0;
         scale = scale.min(32_767.0 / largest.max(1e-30)).min(room.max(1.0) / f64::from(score.start.abs()).max(1e-30));
     }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::super::integers::{Part, integers};
-use super::super::trained::{Node, Tree};
+use super::super::trained::Tree;
 use super::layout::{LeafSize, lay_out};
 use super::{Body, push_long};
 
@@ -99,19 +99,16 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
 /// Returns the smallest common denominator of all fractions, or `None` if it is above `most`.
 fn denominator(trees: &[Tree<Leaf>], most: u32) -> Option<u32> {
     let mut all = 1_u32;
-    for tree in trees {
-        for node in &tree.nodes {
-            let Node::Leaf(leaf) = node else { continue };
-            let is_whole = |&(_, share): &(u16, f64), of: u32| {
-                let scaled = share * f64::from(of);
-                (scaled - scaled.round()).abs() <= WHOLE
-            };
-            if leaf.iter().all(|share| all <= MOST_SAMPLES && is_whole(share, all)) {
-                continue;
-            }
-            let of = (1..=MOST_SAMPLES).find(|&of| leaf.iter().all(|share| is_whole(share, of)))?;
-            all = all.checked_mul(of / greatest_common(all, of)).filter(|&all| all <= most)?;
+    for leaf in trees.iter().flat_map(Tree::leaves) {
+        let is_whole = |&(_, share): &(u16, f64), of: u32| {
+            let scaled = share * f64::from(of);
+            (scaled - scaled.round()).abs() <= WHOLE
+        };
+        if leaf.iter().all(|share| all <= MOST_SAMPLES && is_whole(share, all)) {
+            continue;
         }
+        let of = (1..=MOST_SAMPLES).find(|&of| leaf.iter().all(|share| is_whole(share, of)))?;
+        all = all.checked_mul(of / greatest_common(all, of)).filter(|&all| all <= most)?;
     }
     Some(all)
 }

@@ -5,11 +5,15 @@
 //! them) or `new`. A sixth is the number of sensors, 1000 without it.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{self, BufWriter};
 
+use wstac_core::model::file::INPUTS;
 use wstac_scene::specimen::Specimen;
-use wstac_train::dataset::path::{RandomSlides, write};
-use wstac_train::dataset::textures;
+use wstac_tests::textures;
+use wstac_train::dataset::arrays::name;
+use wstac_train::dataset::npz::{Npz, SCALE};
+use wstac_train::dataset::path::{PathSlide, RandomSlides};
+use wstac_train::model::trained::in_set_order;
 
 /// The number of random textures.
 const RANDOM: usize = 1000;
@@ -37,4 +41,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wanted = RandomSlides { specimens, slides, seed, sensors: [sensor, sensors], ..RandomSlides::default() };
     write(BufWriter::new(File::create(out)?), &wanted.all()?)?;
     Ok(())
+}
+
+/// Writes slides as a data set: `X`, `X_path` and `X_taxel_path` hold their samples, zeros if there is none.
+fn write(file: BufWriter<File>, slides: &[PathSlide]) -> io::Result<()> {
+    let mut npz = Npz::new(file);
+    let zeros = [0; INPUTS];
+    npz.samples("X", slides.iter().map(|slide| in_set_order(&slide.frames)))?;
+    let paths = slides.iter().map(|slide| in_set_order(slide.path.as_ref().map_or(&zeros, |path| path.numbers())));
+    npz.samples("X_path", paths)?;
+    let paths =
+        slides.iter().map(|slide| in_set_order(slide.taxel_path.as_ref().map_or(&zeros, |path| path.numbers())));
+    npz.samples("X_taxel_path", paths)?;
+    npz.number("scale", SCALE)?;
+    npz.strings("y_specimen", slides.iter().map(|slide| name(&slide.slide.specimen)))?;
+    let mut column = |name: &str, of: &dyn Fn(&PathSlide) -> f64| npz.numbers(name, slides.iter().map(of));
+    column("speed", &|slide| slide.slide.speed_mm_s)?;
+    column("direction", &|slide| slide.slide.direction_deg)?;
+    column("length", &|slide| slide.slide.specimen.length_mm)?;
+    column("period", &|slide| slide.slide.specimen.period_mm)?;
+    column("depth", &|slide| slide.slide.specimen.depth_mm)?;
+    column("sensor", &|slide| f64::from(slide.sensor))?;
+    column("measured_speed", &|slide| slide.measured.map_or(f64::NAN, |[mm_s, _]| mm_s.into()))?;
+    column("measured_direction", &|slide| slide.measured.map_or(f64::NAN, |[_, degrees]| degrees.into()))?;
+    npz.numbers("reliable", slides.iter().map(|slide| slide.reliable))?;
+    npz.finish().map(drop)
 }
