@@ -209,14 +209,18 @@ impl Config {
         Ok(config)
     }
 
-    /// Reads and checks a recording's configuration without `[speed]`: its law may be one that was removed.
+    /// Reads and checks a recording's configuration, without `[speed]` if that has a law that was removed.
     ///
     /// # Errors
     /// The errors of [`parse`](Self::parse).
-    pub(crate) fn parse_without_law(text: &str) -> Result<Self, Error> {
-        let Ok(mut table) = text.parse::<toml::Table>() else { return Self::parse(text) };
-        table.remove("speed");
-        Self::parse(&table.to_string())
+    pub(crate) fn parse_recorded(text: &str) -> Result<Self, Error> {
+        match text.parse::<toml::Table>() {
+            Ok(mut table) if removed_law(text).is_some() => {
+                table.remove("speed");
+                Self::parse(&table.to_string())
+            }
+            _ => Self::parse(text),
+        }
     }
 
     /// Returns all of the configuration as TOML, with the defaults written out. [`parse`](Self::parse) reads the same

@@ -9,6 +9,7 @@ use wstac_tests::folder::Folder;
 
 use super::cuts::chunks;
 use super::flips::ended;
+use super::moved::with_configuration;
 
 const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before.mcap");
 
@@ -79,5 +80,32 @@ fn damage_of_a_recording_of_before_keeps_the_time_line() {
     for (at, bit) in [(1, 1), (9, 6), (12, 7)] {
         let (frames, lost, _, said) = with(at, bit);
         assert_eq!((frames, lost), (137, 3), "byte {at}: {said}");
+    }
+}
+
+/// A law that was removed does not keep frames and taxel sums from being read and recovered.
+#[test]
+fn a_recording_with_the_removed_law_is_read_with_another() {
+    let folder = Folder::new("recording-before-law");
+    let path = |name: &str| folder.0.join(name).display().to_string();
+    let published = folder.file("published.toml", "[speed]\nlaw = \"published\"\n").display().to_string();
+    let arrival = folder.file("arrival.toml", "[trigger]\nwindow = 5\n").display().to_string();
+    let [whole, old, new] = ["whole.mcap", "old.mcap", "new.mcap"].map(path);
+    let of_before = |text: &str| {
+        assert!(text.contains("law = \"published\""), "{text}");
+        text.replace("law = \"published\"", "law = \"physical\"")
+    };
+    for more in [&[][..], &["--features-only"]] {
+        good(&[&["record", "scene:Saw3@150", "--config", &published, "-o", &whole, "--force"], more].concat());
+        fs::write(&old, with_configuration(&fs::read(&whole).unwrap(), &of_before)).unwrap();
+        good(&["recover", &old, "-o", &new, "--force"]);
+        let lines = |file: &str| good(&["run", file, "--json", "--features", "--config", &arrival]);
+        for file in [&old, &new] {
+            let done = run(&["run", file]);
+            assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+            let expected = "[speed] has law = \"physical\", which was removed (expected law = \"arrival\"";
+            assert!(said(&done).contains(expected) && said(&done).contains("--config"), "{}", said(&done));
+            assert!(lines(file) == lines(&whole), "{more:?} {file}");
+        }
     }
 }

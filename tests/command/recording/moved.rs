@@ -7,7 +7,7 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
-use mcap::records::Record;
+use mcap::records::{Metadata, Record};
 use mcap::{Channel, Message, Schema, WriteOptions};
 use wstac_tests::command::{good, run, said};
 use wstac_tests::folder::Folder;
@@ -122,6 +122,8 @@ fn a_sector_or_a_message_elsewhere_never_becomes_a_wrong_frame() {
 /// How another tool writes a recording anew.
 struct Rewrite<'a> {
     options: WriteOptions,
+    /// Replaces the configuration in the description; `None` leaves it.
+    configuration: Option<&'a dyn Fn(&str) -> String>,
     /// Gives a topic another name; `None` leaves it out.
     topic: &'a dyn Fn(&str) -> Option<String>,
     /// Whether all messages of a topic stand together.
@@ -138,6 +140,17 @@ fn rewritten(bytes: &[u8], how: Rewrite<'_>) -> Vec<u8> {
     for record in mcap::read::LinearReader::new(bytes).unwrap() {
         if let Record::Metadata(record) = record.unwrap() {
             metadata.push(record);
+        }
+    }
+    if let Some(replace) = how.configuration {
+        let is_configuration = |of: &&mut Metadata| of.name == "wstac.configuration";
+        for of in metadata.iter_mut().filter(is_configuration) {
+            let text = of.metadata.get_mut("toml").unwrap();
+            *text = replace(text);
+        }
+        let sum = sum_of(metadata.iter().find(|of| of.name == "wstac.configuration").unwrap());
+        for sums in metadata.iter_mut().filter(|of| of.name == "wstac.sums") {
+            sums.metadata.insert("wstac.configuration".to_owned(), sum.clone());
         }
     }
     for metadata in &metadata {
@@ -178,6 +191,16 @@ fn rewritten(bytes: &[u8], how: Rewrite<'_>) -> Vec<u8> {
     out.into_inner()
 }
 
+/// Returns the checksum that a description has of one of its records.
+fn sum_of(metadata: &Metadata) -> String {
+    let texts = metadata.metadata.iter().flat_map(|(name, value)| [name, value]);
+    let bytes = [&metadata.name]
+        .into_iter()
+        .chain(texts)
+        .flat_map(|text| [&(text.len() as u64).to_le_bytes()[..], text.as_bytes()].concat());
+    format!("{:08x}", wstac_core::crc::crc32(bytes))
+}
+
 fn chunked() -> WriteOptions {
     // A chunk ends in the middle of a moment.
     WriteOptions::new().compression(None).chunk_size(Some(5000))
@@ -198,7 +221,12 @@ fn prefixed(topic: &str) -> Option<String> {
 }
 
 fn plain(options: WriteOptions) -> Rewrite<'static> {
-    Rewrite { options, topic: &same, by_topic: false, with_others: false }
+    Rewrite { options, configuration: None, topic: &same, by_topic: false, with_others: false }
+}
+
+/// Writes a recording anew with another configuration in its description.
+pub(super) fn with_configuration(bytes: &[u8], replace: &dyn Fn(&str) -> String) -> Vec<u8> {
+    rewritten(bytes, Rewrite { configuration: Some(replace), ..plain(chunked()) })
 }
 
 /// Recovers a file, which must succeed, twice. Returns what `run` prints of it.

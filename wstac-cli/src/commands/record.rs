@@ -1,35 +1,28 @@
 //! `wstac record` writes a source to a file.
 
 mod guide;
-mod several;
+mod to_file;
 
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::files::{Outputs, check_ending};
-use super::output::{LossReport, Stop, note, text_of};
-use super::records::{Form, Records};
-use super::signals::{Ending, finishing};
-use super::source_arguments::{SourceArguments, at_least, doubts_of_textures};
+use super::files::Outputs;
+use super::output::{Stop, note};
+use super::records::Records;
+use super::source_arguments::{SourceArguments, at_least};
 use wstac_host::atomic_write::lock_existing;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::files::has_name;
-use wstac_host::model_file::ModelFile;
-use wstac_host::output::{DisturbedBaseline, Output, OutputOptions};
+use wstac_host::output::{DisturbedBaseline, Output};
 use wstac_host::plural::counted;
-use wstac_host::record::about::About;
 use wstac_host::record::labels::{self, NAMES, by_name};
-use wstac_host::record::{Compression, Recorder, Written};
-use wstac_host::session::{Observer, Processor, Session, Step};
+use wstac_host::record::{Compression, Written};
 use wstac_host::source::Labels;
-use wstac_host::source::decorate::Limited;
 use wstac_host::source::names::{Sensor, sensors};
-use wstac_host::source::{Crop, FramePolicy, Lag, SourceEvent, StreamInfo};
-use wstac_host::texture::Textures;
+use wstac_host::source::{Crop, Lag, StreamInfo};
 
 /// Record frames, events and settings of a source to a file
 ///
@@ -156,7 +149,8 @@ const HELP: &str = r#"Content of the file:
 
 Several sensors, as NAME=SOURCE, in one file:
   Each has its own topics (/left/camera, /left/features, …), its own
-  baseline and its own end. Frames are in the order of their times. All
+  baseline and its own end. Frames of files and scenes are in the order
+  of their times, those of cameras in the order in which they came. All
   need one clock: cameras together, or files and scenes together. They
   share options, configuration, models and labels. wstac run, view and
   dataset read all sensors of the file; --sensor NAME chooses one, which
@@ -211,57 +205,22 @@ Examples:
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let sensors = sensors(&arguments.sources)?;
-    let [Sensor { name: None, source: only }] = &sensors[..] else {
-        if let Some(plain) = sensors.iter().find(|sensor| sensor.name.is_none()) {
-            let message = "is one of several sources, expected a name for each: NAME=SOURCE";
-            return Err(Error::new(ErrorKind::Usage, plain.source.display(), message).into());
-        }
-        return several::run(arguments, &sensors);
-    };
-    if let Some(plan) = &arguments.guide {
-        return guide::run(arguments, only, plan);
+    let all = sensors(&arguments.sources)?;
+    if let [Sensor { name: None, source }] = &all[..] {
+        return match &arguments.guide {
+            Some(plan) => guide::run(arguments, source, plan),
+            None => to_file::run(arguments, &all),
+        };
     }
-    let labels = labels(&arguments.labels)?;
-    let outputs = Outputs::new(arguments.force).source(only);
-    let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
-    check_ending(&arguments.output, &["mcap"])?;
-    outputs.check([&arguments.output])?;
-    let (source, info, config) =
-        arguments.options.open_configured(only, FramePolicy::Every, arguments.config.as_deref())?;
-    let files = ModelFile::open_all(&arguments.models)?;
-    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
-    let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
-        .info(info.clone())
-        .config(config.clone())
-        .outputs(wanted);
-    let mut session = session.textures(Textures::new(&files)?).build()?;
-    let models = files.iter().map(|file| file.about().to_owned()).collect();
-    let about = About::new(&kept(arguments, &info, &config)?, &config, labels, models)?;
-    let interrupted = finishing(Ending::Whole);
-    note(&info.about);
-    if let Some(doubt) = doubts_of_textures(&info, &files) {
-        note(doubt);
+    if let Some(plain) = all.iter().find(|sensor| sensor.name.is_none()) {
+        let message = "is one of several sources, expected a name for each: NAME=SOURCE";
+        return Err(Error::new(ErrorKind::Usage, plain.source.display(), message).into());
     }
-    let (file, new) = create(arguments, &outputs)?;
-    let path = new.as_ref().map_or(&arguments.output, |new| &new.beside);
-    let recorder =
-        Recorder::compressed(file, path, &about, session.processor(), arguments.compress.unwrap_or_default())?;
-    let form = Form::json_if(arguments.json);
-    let mut recording = Recording::new(recorder, Records::new(form));
-    let ended = read(&mut session, &mut recording, arguments.events, &interrupted);
-    recording.losses.say(note);
-    let events = recording.shown.events;
-    let written = recording.recorder.finish();
-    let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
-    say(&arguments.output, written.as_ref().ok(), session.lag(), events, info.is_live());
-    // Both errors matter, but an incomplete file matters more.
-    if let (Err(error), Err(_)) = (&ended, &written) {
-        note(error);
+    if arguments.guide.is_some() {
+        let message = "is for one sensor, expected a plain source";
+        return Err(Error::new(ErrorKind::Usage, "--guide", message).into());
     }
-    written?;
-    replaced?;
-    Ok(ended?)
+    to_file::run(arguments, &all)
 }
 
 /// Creates the file, beside an older recording that it will replace.
@@ -347,73 +306,18 @@ impl Replacement {
 struct Shown {
     records: Records<'static>,
     is_read: bool,
-    events: u64,
 }
 
 impl Shown {
     fn new(records: Records<'static>) -> Self {
-        Self { records, is_read: true, events: 0 }
+        Self { records, is_read: true }
     }
 
     fn show(&mut self, record: &Output) {
-        self.events += u64::from(matches!(record, Output::Event(_)));
         if let Output::BaselineDisturbed { .. } = record {
             self.records.note(DisturbedBaseline);
         } else if !matches!(record, Output::Features(_)) {
             self.is_read = self.is_read && self.records.write(record).is_ok();
-        }
-    }
-}
-
-/// Records and shows everything that passes through a session.
-struct Recording {
-    recorder: Recorder,
-    shown: Shown,
-    losses: LossReport,
-}
-
-impl Recording {
-    fn new(recorder: Recorder, records: Records<'static>) -> Self {
-        Self { recorder, shown: Shown::new(records), losses: LossReport::default() }
-    }
-}
-
-impl Observer for Recording {
-    type Error = Error;
-
-    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
-        if let SourceEvent::Lost { frames, reason } = event {
-            self.losses.add(*frames, reason);
-        }
-        self.recorder.source_event(event);
-        Ok(())
-    }
-
-    fn output(&mut self, output: Output) -> Result<(), Error> {
-        self.recorder.output(&output, &text_of(&output));
-        self.shown.show(&output);
-        Ok(())
-    }
-
-    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        self.recorder.processed(event, processor)
-    }
-}
-
-/// Reads until the source ends or fails, a limit is reached, the disk is full, or a signal asks for the end.
-fn read(
-    session: &mut Session,
-    recording: &mut Recording,
-    events: Option<u64>,
-    interrupted: &AtomicBool,
-) -> Result<(), Error> {
-    loop {
-        let enough = events.is_some_and(|limit| recording.shown.events >= limit);
-        if interrupted.load(Ordering::Relaxed) || enough {
-            return session.finish(recording);
-        }
-        if session.step(recording)? == Step::Over {
-            return Ok(());
         }
     }
 }

@@ -5,8 +5,12 @@
 
 use std::collections::BTreeMap;
 
+use mcap::McapResult;
+use mcap::records::Record;
+
 use super::file::{Sensors, Topic};
 use super::foxglove::Schema;
+use super::parse::parse_record;
 
 /// Most topics that an error names.
 const MOST_NAMES: usize = 8;
@@ -23,6 +27,8 @@ struct Found {
 #[derive(Debug, Default)]
 pub(super) struct Channels {
     sensors: Sensors,
+    /// Names of the schemas.
+    schemas: BTreeMap<u16, String>,
     found: BTreeMap<u16, Found>,
     /// Names of the first topics that are not this program's.
     others: Vec<String>,
@@ -36,6 +42,22 @@ pub(super) struct Channels {
 impl Channels {
     pub(super) fn new(sensors: Sensors) -> Self {
         Self { sensors, ..Self::default() }
+    }
+
+    /// Takes the record of a schema or of a channel. It replaces the one of this number.
+    ///
+    /// # Errors
+    /// The record is damaged.
+    pub(super) fn define(&mut self, op: u8, body: &[u8]) -> McapResult<()> {
+        match parse_record(op, body)? {
+            Record::Schema { header, .. } => drop(self.schemas.insert(header.id, header.name)),
+            Record::Channel(channel) => {
+                let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                self.add(channel.id, &channel.topic, &schema);
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
     /// Adds a channel, or replaces the one of this number.

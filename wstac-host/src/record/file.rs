@@ -8,6 +8,7 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -19,7 +20,6 @@ use mcap::{McapError, Schema, WriteOptions, Writer};
 
 use super::about::{self, MOST_SENSORS};
 use super::compression::Compression;
-use super::recorder::lost_frames;
 use super::reserved::Reserved;
 use super::sums::{MomentSum, Tally};
 use super::{foxglove, sums};
@@ -363,10 +363,8 @@ impl RecordingFile {
         header: &MessageHeader,
         data: &[u8],
     ) -> Result<(), McapError> {
-        match own {
-            Some((sensor, topic)) if topic.is_frame() => self.tally.add_frame(sensor),
-            Some((sensor, Topic::FaultsJson)) => self.tally.add_lost(sensor, lost_frames(data)),
-            _ => {}
+        if let Some((sensor, topic)) = own {
+            self.tally.add(sensor, topic, data);
         }
         self.chunk_start.get_or_insert(header.log_time);
         // An event is about an earlier frame.
@@ -486,14 +484,11 @@ impl RecordingFile {
     }
 }
 
-/// Describes an error of writing. The content of the file is not lost.
-pub(super) fn in_words(path: &Path, error: McapError) -> Error {
-    let path = path.display();
-    let hint = format_args!("wstac recover {path} -o NEW.mcap brings back what is in it");
+/// Describes an error of writing a file. `rest` says what that means.
+pub(super) fn write_error(path: &Path, error: McapError, rest: impl Display) -> Error {
+    let of = |kind, error: &dyn Display| Error::new(kind, path.display(), format_args!("{error}{rest}"));
     match error {
-        McapError::Io(error) => {
-            Error::new(error.kind().into(), &path, format_args!("{error}; {hint}")).caused_by(error)
-        }
-        error => Error::new(ErrorKind::Io, &path, format_args!("{error}; {hint}")).caused_by(error),
+        McapError::Io(error) => of(error.kind().into(), &error).caused_by(error),
+        error => of(ErrorKind::Io, &error).caused_by(error),
     }
 }

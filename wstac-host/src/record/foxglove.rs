@@ -12,7 +12,7 @@ use wstac_core::params::{FEATURES, TAXELS};
 
 pub(crate) use self::messages::log::Level;
 use self::messages::{CompressedImage, Log, RawImage};
-use super::{limits, schema};
+use super::schema;
 
 /// A schema of a recording's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +106,7 @@ pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) ->
         step: shape.step,
         data: Vec::new(),
     };
-    with_data(&header, 6, data)
+    with_data(&header, RAW_DATA, data)
 }
 
 /// Encodes a `foxglove.CompressedImage` of a JPEG picture.
@@ -117,7 +117,16 @@ pub(crate) fn jpeg_image(time: u64, frame_id: &str, data: &[u8]) -> Vec<u8> {
         format: "jpeg".into(),
         data: Vec::new(),
     };
-    with_data(&header, 2, data)
+    with_data(&header, JPEG_DATA, data)
+}
+
+/// The numbers of the fields that have a picture's bytes.
+const RAW_DATA: u8 = 6;
+const JPEG_DATA: u8 = 2;
+
+/// Returns the tag of a field of bytes: its number, and wire type 2.
+fn key(field: u8) -> u8 {
+    field << 3 | 2
 }
 
 /// Encodes a message whose last field, of this number, is `data`.
@@ -127,44 +136,37 @@ fn with_data(header: &impl Message, field: u8, data: &[u8]) -> Vec<u8> {
     let mut message = Vec::with_capacity(data.len() + 100);
     // The vector grows as needed, so there is always room.
     header.encode(&mut message).unwrap_or_default();
-    // The field's tag: its number, and wire type 2 for bytes.
-    message.push(field << 3 | 2);
+    message.push(key(field));
     prost::encode_length_delimiter(data.len(), &mut message).unwrap_or_default();
     message.extend_from_slice(data);
     message
 }
 
-/// A reader of pictures, one after the other.
-#[derive(Debug, Default)]
-pub(crate) struct Images {
-    raw: RawImage,
-    compressed: CompressedImage,
-}
-
-impl Images {
-    /// Makes room for a picture of at most this many bytes, and returns whether there is so much memory.
-    pub(crate) fn make_room(&mut self, bytes: usize, compressed: bool) -> bool {
-        let data = if compressed { &mut self.compressed.data } else { &mut self.raw.data };
-        // The decoder copies the bytes once more.
-        data.capacity() >= bytes
-            || (data.try_reserve(bytes.saturating_sub(data.len())).is_ok() && limits::has_memory(bytes))
-    }
-
-    /// Returns the picture in a `foxglove.RawImage` or, if `compressed`, in a `foxglove.CompressedImage`.
-    ///
-    /// # Errors
-    /// The bytes are no such message.
-    pub(crate) fn read(&mut self, message: &[u8], compressed: bool) -> Result<&[u8], prost::DecodeError> {
-        // The buffers are kept from picture to picture.
-        if compressed {
-            self.compressed.clear();
-            self.compressed.merge(message)?;
-            return Ok(&self.compressed.data);
+/// Returns the picture in a `foxglove.RawImage` or, if `compressed`, in a `foxglove.CompressedImage`; `None` if the bytes are
+/// no such message.
+///
+/// The picture is not copied, and the other fields are passed over.
+pub(crate) fn picture_of(message: &[u8], compressed: bool) -> Option<&[u8]> {
+    let wanted = usize::from(key(if compressed { JPEG_DATA } else { RAW_DATA }));
+    let number = |rest: &mut &[u8]| prost::decode_length_delimiter(rest).ok();
+    let (mut rest, mut picture) = (message, &[][..]);
+    while !rest.is_empty() {
+        let key = number(&mut rest).filter(|key| *key > 7)?;
+        let bytes = match key & 7 {
+            // A number ends where its own bytes say.
+            0 => number(&mut rest).map(|_| 0)?,
+            1 => 8,
+            2 => number(&mut rest)?,
+            5 => 4,
+            _ => return None,
+        };
+        let (field, behind) = rest.split_at_checked(bytes)?;
+        if key == wanted {
+            picture = field;
         }
-        self.raw.clear();
-        self.raw.merge(message)?;
-        Ok(&self.raw.data)
+        rest = behind;
     }
+    Some(picture)
 }
 
 /// Encodes a `foxglove.Log`.
@@ -220,17 +222,19 @@ mod tests {
     fn a_picture_comes_out_as_it_went_in() {
         let shape = Shape { encoding: "mono8", width: 3, height: 1, step: 3 };
         let raw = raw_image(1_500_000_000, "camera", shape, &[1, 2, 3]);
-        let mut images = Images::default();
-        assert_eq!(images.read(&raw, false), Ok(&[1, 2, 3][..]));
+        assert_eq!(picture_of(&raw, false), Some(&[1, 2, 3][..]));
         let jpeg = jpeg_image(0, "camera", &[0xFF, 0xD8]);
-        assert_eq!(images.read(&jpeg, true), Ok(&[0xFF, 0xD8][..]));
+        assert_eq!(picture_of(&jpeg, true), Some(&[0xFF, 0xD8][..]));
         for length in 0..raw.len() {
             // A message that is cut off between two fields is one without the fields behind.
-            assert!(
-                images.read(&raw[..length], false).is_ok_and(<[u8]>::is_empty)
-                    || images.read(&raw[..length], false).is_err()
-            );
+            assert!(picture_of(&raw[..length], false).is_none_or(<[u8]>::is_empty), "{length}");
         }
+        // Fields in any order, and fields that this program does not know.
+        let data = [&[0x32, 3][..], &[1, 2, 3]].concat();
+        for other in [&[0x7D, 1, 2, 3, 4][..], &[0x79, 1, 2, 3, 4, 5, 6, 7, 8], &[0x78, 0xFF, 1], &[0x7A, 1, 9]] {
+            assert_eq!(picture_of(&[other, &data, other].concat(), false), Some(&[1, 2, 3][..]));
+        }
+        assert_eq!([&[0; 8][..], &[0x7B], &[0x7C]].map(|message| picture_of(message, false)), [None; 3]);
     }
 
     /// Checks that recordings are the same byte for byte, with any encoder.

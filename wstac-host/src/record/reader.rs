@@ -11,25 +11,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 
-use mcap::records::{Record, op};
+use mcap::records::op;
 
 use super::channels::Channels;
 use super::file::{Sensors, Topic};
-use super::parse::parse_record;
-use super::recorder::lost_frames;
 use super::sums::{MomentSum, Stated, Sum, Tally, sound_metadata};
 use super::walk::{Crc, MessageBody, Mode, Outline, Span, Step, Walk, outline};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
-
-/// The next part of a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Item {
-    /// A message of this sensor and topic.
-    Message(u8, Topic),
-    /// The end.
-    End,
-}
 
 /// A recording that is read.
 #[derive(Debug)]
@@ -42,8 +31,6 @@ pub(crate) struct Reader {
     /// Channels that were described so far, and those of this program. The index may name those before they are described.
     channels: BTreeSet<u16>,
     own: Channels,
-    /// Names of the schemas that were described so far.
-    schemas: BTreeMap<u16, String>,
     /// Messages of each channel so far.
     messages: BTreeMap<u16, u64>,
     /// The statements of the recording about its frames; `None` if it has no checksums.
@@ -79,7 +66,7 @@ impl Reader {
             return Err(Error::new(ErrorKind::Format, &subject, format_args!("was not finished: {recover}")));
         }
         let walk = Walk::open(path, Mode::Strict)?;
-        let (body, channels, messages, schemas) = Default::default();
+        let (body, channels, messages) = Default::default();
         let sensors = Sensors::of(&sound_metadata(&outline.metadata).0);
         let tally = Tally::new(sensors.count());
         let own = Channels::new(sensors);
@@ -91,8 +78,7 @@ impl Reader {
             return Err(damaged(&subject, "has the ends of several recordings"));
         }
         let definitions = walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
-        let mut reader =
-            Self { subject, walk, span: None, body, channels, own, schemas, messages, stated, tally, moment: None };
+        let mut reader = Self { subject, walk, span: None, body, channels, own, messages, stated, tally, moment: None };
         for (op, body) in definitions {
             reader.define(op, &body)?;
         }
@@ -107,14 +93,7 @@ impl Reader {
     /// Notes a schema or a channel.
     fn define(&mut self, op: u8, body: &[u8]) -> Result<(), Error> {
         let known = self.own.prefix().map(str::to_owned);
-        match parse_record(op, body).map_err(|error| self.damaged(error))? {
-            Record::Schema { header, .. } => drop(self.schemas.insert(header.id, header.name)),
-            Record::Channel(channel) => {
-                let schema = self.schemas.get(&channel.schema_id).map_or("", String::as_str);
-                self.own.add(channel.id, &channel.topic, schema);
-            }
-            _ => {}
-        }
+        self.own.define(op, body).map_err(|error| damaged(&self.subject, error))?;
         let has_changed = self.tally.all.all() > 0 && known.as_deref() != self.own.prefix();
         let changed = has_changed.then(|| format!("has the topics of two recordings (found {})", self.own.names()));
         match changed.or_else(|| self.own.ambiguity()) {
@@ -128,11 +107,11 @@ impl Reader {
         damaged(&self.subject, what)
     }
 
-    /// Goes on to the next message or definition.
+    /// Goes on to the next message of this program. Returns its sensor and topic; `None` at the end.
     ///
     /// # Errors
     /// The file cannot be read, or is damaged.
-    pub(crate) fn next(&mut self) -> Result<Item, Error> {
+    pub(crate) fn next(&mut self) -> Result<Option<(u8, Topic)>, Error> {
         loop {
             self.span = None;
             match self.walk.next().map_err(|error| Error::io(&self.subject, error))? {
@@ -162,7 +141,7 @@ impl Reader {
                             *count = count.saturating_add(1);
                             let Some((sensor, topic)) = self.own.of(channel) else { continue };
                             self.count(sensor, topic)?;
-                            return Ok(Item::Message(sensor, topic));
+                            return Ok(Some((sensor, topic)));
                         }
                         _ => {}
                     }
@@ -170,7 +149,7 @@ impl Reader {
                 Step::ChunkEnd => {}
                 Step::Damage(unread) => return Err(self.damaged(format_args!("is damaged at byte {}", unread.at))),
                 Step::End { whole: false } => return Err(self.damaged("breaks off")),
-                Step::End { whole: true } => return self.check_end().map(|()| Item::End),
+                Step::End { whole: true } => return self.check_end().map(|()| None),
             }
         }
     }
@@ -178,22 +157,16 @@ impl Reader {
     /// Counts the frames of a message, and checks its place if it is a checksum.
     fn count(&mut self, sensor: u8, topic: Topic) -> Result<(), Error> {
         self.sum_up(sensor, topic)?;
-        match topic {
-            topic if topic.is_frame() => self.tally.add_frame(sensor),
-            Topic::FaultsJson => {
-                self.load()?;
-                let lost = self.message().map_or(0, |message| lost_frames(message.data));
-                self.tally.add_lost(sensor, lost);
+        if matches!(topic, Topic::FaultsJson | Topic::Sums) {
+            self.load()?;
+        }
+        let data = MessageBody::parse(&self.body).map_or(&[][..], |message| message.data);
+        self.tally.add(sensor, topic, data);
+        if topic == Topic::Sums && self.stated.is_some() {
+            let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
+            if !sum.tally().agrees(&self.tally) {
+                return Err(self.has_other_frames(&sum.tally(), " up to a checksum"));
             }
-            Topic::Sums if self.stated.is_some() => {
-                self.load()?;
-                let sum = self.message().and_then(|message| Sum::parse(message.data));
-                let sum = sum.ok_or_else(|| self.damaged("has a checksum that is none"))?;
-                if !sum.tally().agrees(&self.tally) {
-                    return Err(self.has_other_frames(&sum.tally(), " up to a checksum"));
-                }
-            }
-            _ => {}
         }
         Ok(())
     }

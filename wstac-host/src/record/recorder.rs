@@ -14,7 +14,8 @@ use super::foxglove::{self, Level, Shape};
 use super::limits::MOST_MESSAGE;
 use super::ordering::Turn;
 use super::picture;
-use super::writer::{self, Order, Outbox, Writing, Written, discard};
+use super::shared::{RecordedSensor, SharedRecording};
+use super::writer::{Outbox, Writing, Written};
 use crate::error::{Error, ErrorKind};
 use crate::frame_clock::can_be_written;
 use crate::json::{JsonLine, real};
@@ -240,39 +241,21 @@ impl Recorder {
         processor: &Processor,
         compression: Compression,
     ) -> Result<Self, Error> {
-        let same = file.try_clone().map_err(|error| Error::io(path.display(), error))?;
-        let started = Self::start(file, path, about, processor, compression);
-        started.inspect_err(|_| discard(&same, path))
-    }
-
-    fn start(
-        file: File,
-        path: &Path,
-        about: &About,
-        processor: &Processor,
-        compression: Compression,
-    ) -> Result<Self, Error> {
-        compression.check(&path.display())?;
-        let metadata = description(path, about, processor, None)?;
-        let frame_bytes = stored_bytes(&about.info);
-        let (mut outboxes, writing) = writer::start(file, path, metadata, (&[frame_bytes], Order::Given), compression)?;
-        let outbox = outboxes.pop().ok_or_else(|| Error::new(ErrorKind::Io, path.display(), "has no queue"))?;
-        Ok(Self::of_sensor(0, about, (outbox, None), Some(writing)))
+        let sensor = RecordedSensor { name: "", about, processor, wall_zero: None };
+        let (recording, recorders) = SharedRecording::start(file, path, &[sensor], compression)?;
+        let recorder = recorders.into_iter().next();
+        let recorder = recorder.ok_or_else(|| Error::new(ErrorKind::Io, path.display(), "has no queue"))?;
+        Ok(Self { writing: Some(recording.writing), ..recorder })
     }
 
     /// Creates the recorder of a sensor, whose messages go through a queue.
-    pub(super) fn of_sensor(
-        sensor: u8,
-        about: &About,
-        (outbox, turn): (Outbox, Option<Turn>),
-        writing: Option<Writing>,
-    ) -> Self {
+    pub(super) fn of_sensor(sensor: u8, about: &About, outbox: Outbox, turn: Option<Turn>) -> Self {
         let rate = about.info.rate;
         let period = (1_000_000_000 * u128::from(rate.denominator()), u128::from(rate.numerator()));
         Self {
             outbox,
             turn,
-            writing,
+            writing: None,
             sensor,
             content: Content::new(&about.info),
             time: TimeLine { frames: 0, period, driver_times: about.driver_times, now: None, last: None, wall: None },
@@ -402,8 +385,8 @@ impl Recorder {
         self.outbox.waiting()
     }
 
-    /// Ends the recording and its file. If several sensors share the file, it goes on; then the result has only what
-    /// waited, and [`SharedRecording::finish`](super::SharedRecording::finish) has the rest.
+    /// Ends the recording and its file. If sensors share the file, it goes on, and
+    /// [`SharedRecording::finish`](super::SharedRecording::finish) has the result.
     ///
     /// # Errors
     /// The file could not be written, or not all of it.
@@ -412,10 +395,8 @@ impl Recorder {
         if !self.messages.is_empty() {
             self.outbox.give(std::mem::take(&mut self.messages));
         }
-        let waited = self.outbox.end();
-        let Some(writing) = self.writing else { return Ok(waited) };
-        let Written { most_waiting, waits, .. } = waited;
-        Ok(Written { most_waiting, waits, ..writing.finish()? })
+        drop(self.outbox);
+        self.writing.map_or_else(|| Ok(Written::default()), Writing::finish)
     }
 
     fn lost(&mut self, frames: u64, why: &str) {

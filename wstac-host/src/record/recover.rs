@@ -33,7 +33,7 @@ use mcap::{McapError, Schema};
 use super::about::{About, is_description};
 use super::channels::Channels;
 use super::compression::Compression;
-use super::file::{RecordingFile, Sensors, Topic};
+use super::file::{RecordingFile, Sensors, Topic, write_error};
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::lost_line;
@@ -41,6 +41,7 @@ use super::reserved::give_back_of_killed;
 use super::summary::Summary;
 use super::sums::{self, Stated, Sum, Tally};
 use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
+use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 use crate::source::mcap::McapSource;
@@ -228,15 +229,10 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
 
 /// Returns whether a file has frames, and no checksums of them.
 fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
-    let (mut schemas, mut own) = (BTreeMap::new(), Channels::new(sensors.clone()));
+    let mut own = Channels::new(sensors.clone());
     for (op, body) in &summary.definitions {
-        match parse_record(*op, body) {
-            Ok(Record::Schema { header, .. }) => drop(schemas.insert(header.id, header.name)),
-            Ok(Record::Channel(channel)) => {
-                own.add(channel.id, &channel.topic, schemas.get(&channel.schema_id).map_or("", String::as_str));
-            }
-            _ => {}
-        }
+        // A damaged record describes nothing.
+        let _ = own.define(*op, body);
     }
     own.has_frames_and_sums() == (true, false)
 }
@@ -270,11 +266,7 @@ impl Failure {
 
 /// Describes an error of writing the new file.
 fn not_written(path: &Path, error: McapError) -> Error {
-    let (path, hint) = (path.display(), "it was not written, and the recording is as it was");
-    match error {
-        McapError::Io(error) => Error::new(error.kind().into(), path, format_args!("{error}: {hint}")).caused_by(error),
-        error => Error::new(ErrorKind::Io, path, format_args!("{error}: {hint}")).caused_by(error),
-    }
+    write_error(path, error, ": it was not written, and the recording is as it was")
 }
 
 /// Returns whether a new entry replaces the one there is. The first entry stays, unless it stands in damaged bytes.
@@ -631,7 +623,8 @@ impl Recovery<'_> {
 /// Reads a recording to its end.
 fn read_all(path: &Path, sensor: Option<&str>) -> Result<(), Error> {
     let mut source = McapSource::open_sensor(path, sensor, None)?;
-    let config = crate::source::config_of(source.info(), None)?;
+    // A law that was removed is no damage: `--config` gives the recording another.
+    let config = Config::parse_recorded(&source.about().configuration)?;
     crate::session::Processor::new(source.info(), &config, crate::output::OutputOptions::default())?;
     while !matches!(source.next_event()?, SourceEvent::End) {}
     Ok(())

@@ -4,18 +4,13 @@ use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-use wstac_core::rate::FrameRate;
-
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
 use super::ordering::turns;
 use super::recorder::{Recorder, description, stored_bytes};
-use super::writer::{self, Order, Patience, Writing, Written, discard};
+use super::writer::{self, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
-
-/// The longest that cameras that give no frames hold up the others.
-const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The most by which somebody sets the wall clock while a machine runs. Where the monotonic clocks of two recordings show
 /// more, the machine was started in between, or there were two.
@@ -24,7 +19,7 @@ const MOST_APART: Duration = Duration::from_mins(1);
 /// A sensor of a recording of several.
 #[derive(Clone, Copy)]
 pub struct RecordedSensor<'a> {
-    /// Its name, which starts its topics.
+    /// Its name, which starts its topics. It is empty for a single sensor without a name.
     pub name: &'a str,
     /// The description of its recording.
     pub about: &'a About,
@@ -38,14 +33,11 @@ pub struct RecordedSensor<'a> {
 
 /// A recording of several sensors.
 ///
-/// Frames are in the order of their times, whatever sensor they are of.
-///
-/// Sensors of files and scenes take turns ([`Recorder::wait_for_turn`]). Then the same sources make the same recording, and
-/// one that ends for all of them ([`Recorder::end_all`]) ends at the same place. Cameras do not wait for each other: those
-/// that give no frames hold up the file for at most a second, and then their own come later. The time is shorter if memory
-/// has no room for the frames of two seconds.
+/// Sensors of files and scenes take turns in the order of their times ([`Recorder::wait_for_turn`]). Then the same sources
+/// make the same recording, and one that ends for all of them ([`Recorder::end_all`]) ends at the same place. Cameras do
+/// not wait for each other: their frames are in the order in which they came.
 pub struct SharedRecording {
-    writing: Writing,
+    pub(super) writing: Writing,
 }
 
 impl SharedRecording {
@@ -79,21 +71,23 @@ impl SharedRecording {
         compression.check(&path.display())?;
         check(path, sensors)?;
         let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name).collect();
-        let names = of_sensors(&names).map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?;
-        let mut metadata = vec![names];
+        let is_alone = names == [""];
+        let mut metadata = Vec::new();
+        if !is_alone {
+            let names = of_sensors(&names);
+            metadata.push(names.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?);
+        }
         for RecordedSensor { name, about, processor, .. } in sensors {
-            metadata.extend(description(path, about, processor, Some(name))?);
+            metadata.extend(description(path, about, processor, Some(*name).filter(|_| !is_alone))?);
         }
         let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
+        let (outbox, writing) = writer::start(file, path, metadata, &frame_bytes, compression)?;
         let is_any_live = sensors.iter().any(|sensor| sensor.about.info.is_live());
-        let frame = sensors.iter().map(|sensor| period(sensor.about.info.rate)).min().unwrap_or_default();
-        let order = if is_any_live { Order::Time(Patience { most: PATIENCE, frame }) } else { Order::Given };
-        let (outboxes, writing) = writer::start(file, path, metadata, (&frame_bytes, order), compression)?;
-        let mut turns = if is_any_live { Vec::new() } else { turns(sensors.len()) }.into_iter();
-        let recorders = sensors.iter().zip(outboxes).zip(0_u8..);
-        let recorders =
-            recorders.map(|((sensor, outbox), at)| Recorder::of_sensor(at, sensor.about, (outbox, turns.next()), None));
-        let recorders = recorders.collect();
+        let mut turns = if is_any_live || is_alone { Vec::new() } else { turns(sensors.len()) }.into_iter();
+        let recorder = |(sensor, at): (&RecordedSensor<'_>, u8)| {
+            Recorder::of_sensor(at, sensor.about, outbox.clone(), turns.next())
+        };
+        let recorders = sensors.iter().zip(0..).map(recorder).collect();
         Ok((Self { writing }, recorders))
     }
 
@@ -104,11 +98,6 @@ impl SharedRecording {
     pub fn finish(self) -> Result<Written, Error> {
         self.writing.finish()
     }
-}
-
-/// Returns the time between two frames.
-fn period(rate: FrameRate) -> Duration {
-    Duration::from_secs_f64(f64::from(rate.denominator()) / f64::from(rate.numerator()))
 }
 
 /// Refuses sensors that cannot share a recording.

@@ -14,6 +14,9 @@ use mcap::records::{MessageHeader, op};
 use mcap::write::Metadata;
 use serde::Deserialize;
 
+use super::file::Topic;
+use super::recorder::lost_frames;
+
 /// Topic of the checksums.
 pub(super) const SUMS: &str = "/sums/json";
 /// Name of the record with checksums of the description.
@@ -81,6 +84,15 @@ impl Tally {
     pub(super) fn new(sensors: usize) -> Self {
         let each = if sensors > 1 { vec![Counts::default(); sensors] } else { Vec::new() };
         Self { all: Counts::default(), each }
+    }
+
+    /// Counts the frames of a message.
+    pub(super) fn add(&mut self, sensor: u8, topic: Topic, data: &[u8]) {
+        match topic {
+            topic if topic.is_frame() => self.add_frame(sensor),
+            Topic::FaultsJson => self.add_lost(sensor, lost_frames(data)),
+            _ => {}
+        }
     }
 
     /// Counts a frame of a sensor.

@@ -18,7 +18,7 @@ use crc32fast::Hasher;
 use mcap::records::{MessageHeader, op};
 use mcap::write::Metadata;
 
-use self::shape::ChunkHead;
+use self::shape::{Around, ChunkHead};
 use super::bytes::FileBytes;
 use super::compression::Compression;
 use super::file::Sensors;
@@ -126,13 +126,6 @@ pub struct Unread {
     pub damaged: bool,
 }
 
-/// A chunk that is being read.
-#[derive(Debug)]
-struct Chunk {
-    /// The place behind its records; `None` if it was never finished.
-    end: Option<u64>,
-}
-
 /// The place of a chunk that was unpacked.
 #[derive(Clone, Copy, Debug)]
 struct Outer {
@@ -166,7 +159,7 @@ pub(super) struct Walk {
     /// The place of the next record, and the end of all records.
     at: u64,
     end: u64,
-    chunk: Option<Chunk>,
+    around: Around,
     /// The verdict on the chunk that is being read, or that just ended.
     crc: Crc,
     /// The end of the bytes that a chunk's checksum was made of.
@@ -209,7 +202,7 @@ impl Walk {
             file,
             mode,
             at: mcap::MAGIC.len() as u64,
-            chunk: None,
+            around: Around::File,
             crc: Crc::Unknown,
             hashed: 0,
             outer: None,
@@ -273,7 +266,7 @@ impl Walk {
 
     /// Returns whether the last record stands in a chunk that was never finished, in a file without an end.
     pub(super) fn in_unfinished(&self) -> bool {
-        let is_open = self.chunk.as_ref().is_some_and(|chunk| chunk.end.is_none()) || self.outer.is_some();
+        let is_open = self.around == Around::Open || self.outer.is_some();
         is_open && self.summary.is_none()
     }
 
@@ -289,7 +282,7 @@ impl Walk {
 
     /// Returns whether the last record stands in a chunk.
     pub(super) fn in_chunk(&self) -> bool {
-        self.chunk.is_some()
+        self.around != Around::File
     }
 
     /// Reads a record's body.
@@ -361,7 +354,7 @@ impl Walk {
     /// # Errors
     /// The file cannot be read, or a chunk is compressed in a way that this build does not read.
     pub(super) fn next(&mut self) -> io::Result<Step> {
-        if self.chunk.is_none() {
+        if !self.in_chunk() {
             self.crc = Crc::Unknown;
             if let Some(outer) = self.outer.take() {
                 self.file.set_unpacked(None);
@@ -372,8 +365,8 @@ impl Walk {
             }
         }
         loop {
-            if self.chunk.as_ref().is_some_and(|chunk| chunk.end.is_some_and(|end| self.at >= end)) {
-                self.chunk = None;
+            if self.around.end().is_some_and(|end| self.at >= end) {
+                self.around = Around::File;
                 return Ok(Step::ChunkEnd);
             }
             let start = self.at;
@@ -387,21 +380,13 @@ impl Walk {
                 continue;
             };
             match span.op {
-                op::CHUNK => {
-                    if self.chunk.is_some() {
-                        // It was never finished, or it is a damaged one whose end is not known.
-                        self.chunk = None;
-                        return Ok(Step::ChunkEnd);
-                    }
-                    self.enter(span)?;
+                op::CHUNK | op::DATA_END if self.in_chunk() => {
+                    // The chunk was never finished, or it is a damaged one whose end is not known.
+                    self.around = Around::File;
+                    return Ok(Step::ChunkEnd);
                 }
-                op::DATA_END => {
-                    if self.chunk.is_some() {
-                        self.chunk = None;
-                        return Ok(Step::ChunkEnd);
-                    }
-                    return Ok(Step::End { whole: summary::has_proper_end(&mut self.file)? });
-                }
+                op::CHUNK => self.enter(span)?,
+                op::DATA_END => return Ok(Step::End { whole: summary::has_proper_end(&mut self.file)? }),
                 _ => {
                     self.at = span.end();
                     if span.op == op::CHANNEL {
@@ -421,7 +406,8 @@ impl Walk {
             return Ok(Some(Step::End { whole: false }));
         }
         if start >= self.end || self.is_empty_from(start)? {
-            let is_open = self.chunk.take().is_some();
+            let is_open = self.in_chunk();
+            self.around = Around::File;
             return Ok(Some(if is_open { Step::ChunkEnd } else { Step::End { whole: false } }));
         }
         let next = if self.goes_on() { self.resync(start + 1)? } else { self.end };
@@ -480,7 +466,7 @@ impl Walk {
             }
             None => Crc::Unknown,
         };
-        self.chunk = Some(Chunk { end });
+        self.around = end.map_or(Around::Open, Around::Until);
         Ok(())
     }
 
@@ -528,7 +514,7 @@ impl Walk {
         let unread = (!is_whole).then_some(Unread { at, bytes: behind - at, damaged: !is_cut });
         self.outer = Some(Outer { at, behind, end: self.end, unread });
         (self.at, self.end) = (0, bytes.len() as u64);
-        self.chunk = Some(Chunk { end: Some(self.end) });
+        self.around = Around::Until(self.end);
         self.file.set_unpacked(Some(bytes));
         Ok(())
     }

@@ -171,7 +171,7 @@ impl Config {
             }
             return wrong("taxel sums are of the paper's layout and every pixel, expected no other layout or stride");
         };
-        let own = Self::parse_without_law(&recorded.configuration).map_err(|error| error.about(&info.about))?;
+        let own = Self::parse_recorded(&recorded.configuration).map_err(|error| error.about(&info.about))?;
         let is_same = own.geometry(info)?.layout() == geometry.layout()
             && own.green.stride == self.green.stride
             && (own.green.yuv == self.green.yuv || !info.format.is_ycbcr());

@@ -14,18 +14,8 @@ use super::{
 use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
 use crate::record::about::{self, About};
-use crate::record::foxglove::{Images, read_taxel_sums};
-use crate::record::{CLOCK, ClockLine, FAULTS, Item, Reader, Topic, check_frame_bytes, damaged, sound_metadata};
-
-/// The content of a channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Content {
-    Raw,
-    Jpeg,
-    Sums,
-    Faults,
-    Clock,
-}
+use crate::record::foxglove::{picture_of, read_taxel_sums};
+use crate::record::{CLOCK, ClockLine, FAULTS, Reader, Topic, check_frame_bytes, damaged, sound_metadata};
 
 /// A line of the channel of faults.
 #[derive(Deserialize)]
@@ -51,7 +41,6 @@ pub struct McapSource {
     info: StreamInfo,
     /// The place of its sensor among those of the recording.
     sensor: u8,
-    images: Images,
     /// The frame whose part was stored.
     whole: Vec<u8>,
     decoder: Option<Decoder>,
@@ -62,10 +51,9 @@ pub struct McapSource {
 
 /// The next thing to hand out.
 enum Next {
-    Frame(Content),
+    Frame(Topic),
     Lost(u64, LossReason),
     Fault(Fault),
-    End,
 }
 
 impl McapSource {
@@ -141,7 +129,6 @@ impl McapSource {
             about,
             info,
             sensor: names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8,
-            images: Images::default(),
             whole: Vec::new(),
             decoder: None,
             wall: None,
@@ -159,31 +146,35 @@ impl McapSource {
         damaged(&self.subject, what)
     }
 
-    /// Goes on to the next message that matters. A frame's message stays in `reader`.
-    fn advance(&mut self) -> Result<Next, Error> {
-        loop {
-            let content = match self.reader.next()? {
-                Item::Message(sensor, topic) if sensor == self.sensor => self.content(topic),
-                Item::Message(..) => None,
-                Item::End => return Ok(Next::End),
+    /// Goes on to the next message that matters; `None` is the end. A frame's message stays in `reader`.
+    fn advance(&mut self) -> Result<Option<Next>, Error> {
+        while let Some((sensor, topic)) = self.reader.next()? {
+            let is_wanted = match topic {
+                Topic::Raw | Topic::Jpeg | Topic::FaultsJson | Topic::Clock => true,
+                Topic::TaxelSums => self.info.taxels_only,
+                _ => false,
             };
-            let Some(content) = content else { continue };
+            if sensor != self.sensor || !is_wanted {
+                continue;
+            }
             self.reader.load()?;
             let Some(message) = self.reader.message() else {
                 return Err(self.damaged("has a message without a header"));
             };
-            match content {
-                Content::Faults => {
+            match topic {
+                Topic::FaultsJson => {
                     let line = serde_json::from_slice(message.data);
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
-                        Line::Lost { frames, why } => return Ok(Next::Lost(frames, LossReason::from(why.as_str()))),
+                        Line::Lost { frames, why } => {
+                            return Ok(Some(Next::Lost(frames, LossReason::from(why.as_str()))));
+                        }
                         Line::Fault { fault, message } => {
-                            return Ok(Next::Fault(Fault::from_text(FaultKind::from(fault.as_str()), &message)));
+                            return Ok(Some(Next::Fault(Fault::from_text(FaultKind::from(fault.as_str()), &message))));
                         }
                         Line::Other => {}
                     }
                 }
-                Content::Clock => {
+                Topic::Clock => {
                     let line = serde_json::from_slice(message.data);
                     let line: ClockLine = line.map_err(|error| self.damaged(format_args!("{CLOCK}: {error}")))?;
                     let time = humantime::parse_rfc3339(&line.stamp);
@@ -191,25 +182,14 @@ impl McapSource {
                     let zero = time.checked_sub(Duration::from_nanos(line.time_ns));
                     self.wall = zero.map(|zero| (zero, Duration::from_nanos(line.within_ns)));
                 }
-                content => return Ok(Next::Frame(content)),
+                topic => return Ok(Some(Next::Frame(topic))),
             }
         }
-    }
-
-    /// Returns what a topic has; `None` if it does not matter.
-    fn content(&self, topic: Topic) -> Option<Content> {
-        match topic {
-            Topic::Raw => Some(Content::Raw),
-            Topic::Jpeg => Some(Content::Jpeg),
-            Topic::TaxelSums => Some(Content::Sums).filter(|_| self.info.taxels_only),
-            Topic::FaultsJson => Some(Content::Faults),
-            Topic::Clock => Some(Content::Clock),
-            _ => None,
-        }
+        Ok(None)
     }
 
     /// Returns the frame that `reader` has.
-    fn frame(&mut self, content: Content) -> Result<SourceEvent<'_>, Error> {
+    fn frame(&mut self, topic: Topic) -> Result<SourceEvent<'_>, Error> {
         let Some(message) = self.reader.message() else {
             return Err(self.damaged(NO_PICTURE));
         };
@@ -220,29 +200,22 @@ impl McapSource {
             .wall
             .zip(timestamp)
             .and_then(|((zero, within), timestamp)| Some(Stamp { time: zero.checked_add(timestamp)?, within }));
-        if content == Content::Sums {
+        if topic == Topic::TaxelSums {
             let sums = read_taxel_sums(message.data).ok_or_else(|| self.damaged("has a frame without taxel sums"))?;
             return Ok(SourceEvent::Taxels(SummedFrame { sums, timestamp, stamp, sequence }));
         }
-        let no_memory = |bytes: usize| {
-            let message = format_args!("has a frame of {} MB, and there is not so much memory", bytes >> 20);
-            Error::new(ErrorKind::Unsupported, &self.subject, message)
-        };
-        let bytes = message.data.len();
-        if !self.images.make_room(bytes, content == Content::Jpeg) {
-            return Err(no_memory(bytes));
-        }
-        if self.info.crop.is_some() {
-            let bytes = self.info.frame_bytes();
-            self.whole.try_reserve(bytes.saturating_sub(self.whole.len())).map_err(|_| no_memory(bytes))?;
-        }
-        let data = self.images.read(message.data, content == Content::Jpeg);
-        let data = data.map_err(|_| damaged(&self.subject, NO_PICTURE))?;
+        let data = picture_of(message.data, topic == Topic::Jpeg);
+        let data = data.ok_or_else(|| damaged(&self.subject, NO_PICTURE))?;
         if let Some(crop) = &self.info.crop {
+            let bytes = self.info.frame_bytes();
+            self.whole.try_reserve(bytes.saturating_sub(self.whole.len())).map_err(|_| {
+                let message = format_args!("has a frame of {} MB, and there is not so much memory", bytes >> 20);
+                Error::new(ErrorKind::Unsupported, &self.subject, message)
+            })?;
             crop.paste(&self.info, data, &mut self.whole);
             return Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, ..Frame::new(&self.whole) }));
         }
-        if content == Content::Raw {
+        if topic == Topic::Raw {
             return Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, ..Frame::new(data) }));
         }
         let decoder = self.decoder.get_or_insert_with(|| Decoder::new(self.info.size));
@@ -267,12 +240,12 @@ impl Source for McapSource {
         // After an error, nothing that follows can be relied on.
         self.ended = true;
         let next = self.advance()?;
-        self.ended = matches!(next, Next::End);
+        self.ended = next.is_none();
         match next {
-            Next::Frame(content) => self.frame(content),
-            Next::Lost(frames, reason) => Ok(SourceEvent::Lost { frames, reason }),
-            Next::Fault(fault) => Ok(SourceEvent::Fault(fault)),
-            Next::End => Ok(SourceEvent::End),
+            Some(Next::Frame(topic)) => self.frame(topic),
+            Some(Next::Lost(frames, reason)) => Ok(SourceEvent::Lost { frames, reason }),
+            Some(Next::Fault(fault)) => Ok(SourceEvent::Fault(fault)),
+            None => Ok(SourceEvent::End),
         }
     }
 }

@@ -38,7 +38,7 @@ impl Walk {
 
     /// Returns the next place at which records start again.
     pub(super) fn resync(&mut self, from: u64) -> io::Result<u64> {
-        let chunk = self.around();
+        let chunk = self.around;
         let end = chunk.end().unwrap_or(self.end);
         let summary = self.summary.as_ref().filter(|_| self.outer.is_none());
         let chunks = summary.map_or(&[][..], |summary| &summary.chunks);

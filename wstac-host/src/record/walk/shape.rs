@@ -66,14 +66,9 @@ impl Walk {
         Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
     }
 
-    /// Returns what the next record stands in.
-    pub(super) fn around(&self) -> Around {
-        self.chunk.as_ref().map_or(Around::File, |chunk| chunk.end.map_or(Around::Open, Around::Until))
-    }
-
     /// Returns the record at a place if it has the shape of its kind.
     pub(super) fn shape(&mut self, at: u64) -> io::Result<Option<Span>> {
-        self.shape_in(at, self.around())
+        self.shape_in(at, self.around)
     }
 
     /// Returns the record at a place if it has the shape of its kind. `chunk` is what it stands in.

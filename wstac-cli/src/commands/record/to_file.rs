@@ -1,4 +1,4 @@
-//! `wstac record` writes several sensors to one file.
+//! `wstac record` writes one sensor or several to one file.
 
 use std::panic::{self, AssertUnwindSafe};
 use std::path::Path;
@@ -7,16 +7,16 @@ use std::thread;
 use std::time::SystemTime;
 
 use super::super::files::{Outputs, check_ending};
-use super::super::output::{Stop, note};
+use super::super::output::{LossReport, Stop, note, text_of};
 use super::super::records::{Form, Records};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
-use super::{Arguments, Recording, create, frame_limit, kept, labels, say};
+use super::{Arguments, Shown, create, frame_limit, kept, labels, say};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::record::about::About;
-use wstac_host::record::{RecordedSensor, Recorder, SharedRecording, Written};
+use wstac_host::record::{RecordedSensor, Recorder, SharedRecording};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
 use wstac_host::source::mcap::McapSource;
@@ -26,6 +26,7 @@ use wstac_host::texture::Textures;
 
 /// A sensor that is ready for recording.
 struct Opened<'a> {
+    /// Its name. It is empty for a single sensor without a name.
     name: &'a str,
     session: Session,
     about: About,
@@ -45,10 +46,6 @@ struct Shared<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), Stop> {
-    if arguments.guide.is_some() {
-        let message = "is for one sensor, expected a plain source";
-        return Err(Error::new(ErrorKind::Usage, "--guide", message).into());
-    }
     // Before any of them is opened.
     let (found, most) = (sensors.len(), SharedRecording::MOST_SENSORS);
     if found > most {
@@ -80,24 +77,23 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     let all = &shared;
     let ended: Vec<_> = thread::scope(|scope| {
         let read_all = |(opened, recorder): (Opened<'_>, Recorder)| {
-            let name = opened.name;
-            whatever_happens(name, all, || read(opened, recorder, all))
+            let about: &str = &opened.session.info().about;
+            let name = if opened.name.is_empty() { about } else { opened.name }.to_owned();
+            whatever_happens(&name, all, || read(opened, recorder, all))
         };
-        let threads: Vec<_> = both.map(|both| scope.spawn(move || read_all(both))).collect();
+        let mut both: Vec<_> = both.collect();
+        // A signal ends a wait for standard input in this thread alone.
+        let last = both.pop();
+        let threads: Vec<_> = both.into_iter().map(|both| scope.spawn(move || read_all(both))).collect();
+        let last = last.map(read_all);
         // A thread cannot panic: that was caught.
-        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+        threads.into_iter().filter_map(|thread| thread.join().ok()).chain(last).collect()
     });
     let written = recording.finish();
     let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
-    let most = |of: fn(&Ended) -> u64| ended.iter().map(of).max().unwrap_or(0);
-    let whole = written.as_ref().ok().map(|written| Written {
-        most_waiting: most(|ended| ended.waited.most_waiting),
-        waits: ended.iter().map(|ended| ended.waited.waits).sum(),
-        ..*written
-    });
     let mut lag = Lag::default();
-    lag.most = most(|ended| u64::from(ended.lag.most)) as u32;
-    say(&arguments.output, whole.as_ref(), lag, shared.events.into_inner(), is_live);
+    lag.most = ended.iter().map(|ended| ended.lag.most).max().unwrap_or(0);
+    say(&arguments.output, written.as_ref().ok(), lag, shared.events.into_inner(), is_live);
     let mut failures: Vec<Error> = ended.into_iter().filter_map(|ended| ended.failure).collect();
     let last = failures.pop();
     // All errors matter, but an incomplete file matters more.
@@ -134,8 +130,9 @@ fn open<'a>(
     if let Some(doubt) = doubts_of_textures(&info, files) {
         records.note(doubt);
     }
-    let is_recorded = info.recorded.is_some();
-    let wall_zero = is_recorded.then(|| McapSource::wall_zero(Path::new(sensor.source), arguments.options.sensor()));
+    let has_others = sensor.name.is_some();
+    let wall_zero = (has_others && info.recorded.is_some())
+        .then(|| McapSource::wall_zero(Path::new(sensor.source), arguments.options.sensor()));
     Ok(Opened { name, session, about, records, wall_zero: wall_zero.and_then(Result::ok).flatten() })
 }
 
@@ -149,7 +146,6 @@ impl Opened<'_> {
 /// How the recording of a sensor has ended.
 #[derive(Default)]
 struct Ended {
-    waited: Written,
     lag: Lag,
     failure: Option<Error>,
 }
@@ -158,7 +154,7 @@ struct Ended {
 /// asks for the end.
 fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
     let Opened { mut session, records, .. } = opened;
-    let mut observer = OneOfSeveral { recording: Recording::new(recorder, records), shared };
+    let mut observer = Recording { recorder, shown: Shown::new(records), losses: LossReport::default(), shared };
     let failure = loop {
         if shared.is_over() {
             observer.end_all();
@@ -178,12 +174,12 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
         Halt::Over => None,
         Halt::Failed(error) => Some(error),
     });
-    let Recording { recorder, shown, losses } = observer.recording;
+    let Recording { recorder, shown, losses, .. } = observer;
     losses.say(|message| shown.records.note(message));
     let lag = session.lag();
-    // The file goes on, so this is no error of writing.
-    let waited = recorder.finish().unwrap_or_default();
-    Ended { waited, lag, failure }
+    // The file goes on, and its errors come when it ends.
+    let _ = recorder.finish();
+    Ended { lag, failure }
 }
 
 /// Reads a sensor. If that panics, the sensor has failed as by any other error, and the recording of all ends.
@@ -220,32 +216,39 @@ impl From<Error> for Halt {
 }
 
 /// Records and shows everything that passes through a sensor's session, and tells the other sensors what concerns them.
-struct OneOfSeveral<'a> {
-    recording: Recording,
+struct Recording<'a> {
+    recorder: Recorder,
+    shown: Shown,
+    losses: LossReport,
     shared: &'a Shared<'a>,
 }
 
-impl OneOfSeveral<'_> {
+impl Recording<'_> {
     /// Ends the recording of all sensors. Files and scenes end at the same place every time, cameras as soon as they can.
     fn end_all(&self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
-        self.recording.recorder.end_all();
+        self.recorder.end_all();
     }
 }
 
-impl Observer for OneOfSeveral<'_> {
+impl Observer for Recording<'_> {
     type Error = Halt;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Halt> {
-        if !self.recording.recorder.wait_for_turn(event) {
+        if !self.recorder.wait_for_turn(event) {
             return Err(Halt::Over);
         }
-        Ok(self.recording.source_event(event)?)
+        if let SourceEvent::Lost { frames, reason } = event {
+            self.losses.add(*frames, reason);
+        }
+        self.recorder.source_event(event);
+        Ok(())
     }
 
     fn output(&mut self, output: Output) -> Result<(), Halt> {
         self.shared.events.fetch_add(u64::from(matches!(output, Output::Event(_))), Ordering::Relaxed);
-        self.recording.output(output)?;
+        self.recorder.output(&output, &text_of(&output));
+        self.shown.show(&output);
         if self.shared.has_enough() {
             self.end_all();
         }
@@ -253,7 +256,7 @@ impl Observer for OneOfSeveral<'_> {
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        let goes_on = self.recording.processed(event, processor);
+        let goes_on = self.recorder.processed(event, processor);
         if !goes_on {
             self.end_all();
         }
