@@ -264,14 +264,14 @@ fn boosted_trees_answer_as_tables_do() {
         model(scores.len().max(2), Kind::Boosted(Boosted { scores, bound: 0.25 }))
     };
     let models = [
-        boosted(10, 30, 14, true),
-        boosted(10, 30, 14, false),
-        boosted(1, 40, 14, true),
-        boosted(1, 40, 14, false),
+        boosted(10, 8, 14, true),
+        boosted(10, 8, 14, false),
+        boosted(1, 20, 14, true),
+        boosted(1, 20, 14, false),
         boosted(3, 0, 1, true),
         boosted(4, 5, 1, false),
         // More splits for one score than one function has.
-        boosted(2, 8, 1500, false),
+        boosted(2, 5, 1500, false),
     ];
     for leaves in [Leaves::Auto, Leaves::Int16, Leaves::Float32] {
         let options = Options { leaves, ..Options::default() };
@@ -381,7 +381,7 @@ fn deep_and_large_trees_compile() {
     let models = [
         model(10, Kind::Forest(vec![chain(&mut random, 64)])),
         model(10, Kind::Forest(vec![chain(&mut random, 300)])),
-        model(10, Kind::Forest(vec![chain(&mut random, 5000)])),
+        model(10, Kind::Forest(vec![chain(&mut random, 1000)])),
         // 65 535 nodes.
         model(10, Kind::Forest(vec![tree(&mut random, 32_767, pure(10))])),
     ];
