@@ -1,10 +1,10 @@
 //! Tests that a command that takes its time says so at once, and at its end, also where nobody watches a terminal.
 
 use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use wstac_tests::command::{good, run, said, start, wstac};
+use wstac_tests::command::{good, program, run, said, start, wstac};
 use wstac_tests::folder::Folder;
 
 /// Time for the first line: a second, and some room for a busy machine.
@@ -21,7 +21,7 @@ fn long_commands_say_something_in_their_first_second() {
         (&["doctor", "scene:Saw3@150"], "scene: Saw3 at 150 mm/s"),
         (&["plot", "scene:Saw3@150", "-o", "a.svg"], "scene: Saw3 at 150 mm/s"),
     ] {
-        let mut command = Command::new(wstac());
+        let mut command = program(wstac());
         command.args(arguments).current_dir(&folder.0).stdin(Stdio::null());
         let started = Instant::now();
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
