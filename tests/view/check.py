@@ -288,18 +288,12 @@ def fenced(title, screen):
 
 def keep(wstac):
     """Writes docs/VIEW.md: screens of a scene and of a board, as text."""
-    screens = []
-    for size in [(80, 24), (120, 40)]:
-        with view(wstac, SCENE, "--model", "builtin:svm", size=size, variables=["env", "NO_COLOR=1"]) as terminal:
-            terminal.until(r"event [34]\d/70", "contact")
-            terminal.keys("Space")
-            terminal.until("PAUSED", "space")
-            first = terminal.screen()
-            terminal.keys("Space")
-            terminal.until(r"\bended\b", "the end")
-            screens.append((size, first))
-            terminal.keys("q")
-            terminal.left(0)
+    with view(wstac, SCENE, "--model", "builtin:svm", variables=["env", "NO_COLOR=1"]) as terminal:
+        terminal.until(r"event [34]\d/70", "contact")
+        terminal.keys("Space")
+        of_a_scene = terminal.until("PAUSED", "space")
+        terminal.keys("q")
+        terminal.left(0)
     with board(0.83) as source, view(wstac, source, variables=["env", "NO_COLOR=1"]) as terminal:
         of_board = terminal.until(r"\bended\b", "the end of what the board sent").replace(source.removeprefix("board:"), "board.bytes")
         terminal.keys("q")
@@ -309,16 +303,14 @@ def keep(wstac):
 `wstac view` shows one sensor: a camera, a video, a recording, a board or a simulated sensor.
 [`wstac serve`](SERVE.md) shows several, records, and goes back and forth in files.
 
-The first two screens show a simulated slide, paused while it is captured, in two sizes of a terminal without colors.
-With colors, the picture has two pixels per character, and the cells of the taxel map are filled.
-The picture is scaled so that white is the given percentage of full scale.
+The first screen shows a simulated slide, paused while it is captured, in a terminal without colors.
+The picture is scaled so that white is the given percentage of full scale; with colors, it has two pixels per character.
 Below it, each trace shows one feature, r1 to r5 for rows and c1 to c5 for columns: a dot per frame, and the newest value beside it.
 The dashes are the threshold of the trigger.
 The lines at the bottom list the events, in the words of `wstac run`.
 `ci/long view --keep` writes this page.
 """
-    for (width, height), screen in screens:
-        text += fenced(f"{width} × {height}", screen)
+    text += fenced("A simulated sensor", of_a_scene)
     text += fenced("A board", of_board).replace("```text", "A board sends features, events and its state, and no pictures.\n\n```text", 1)
     (ROOT / "docs/VIEW.md").write_text(text)
     print("docs/VIEW.md is written")
