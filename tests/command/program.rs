@@ -1,6 +1,6 @@
 //! Tests the `wstac` command as people use it: its exact records, and its end after signals.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 
 use wstac_tests::command::{good, printed, program, refusal, run, run_script, said, start, wstac};
 use wstac_tests::folder::Folder;
@@ -103,29 +103,6 @@ fn samples_are_ten_lists_of_seventy() {
     let sample = event["sample"].as_array().unwrap();
     assert_eq!(sample.len(), 10);
     assert!(sample.iter().all(|feature| feature.as_array().unwrap().len() == 70));
-}
-
-#[test]
-fn a_signal_ends_a_pipe_that_goes_on_with_the_end_record() {
-    for signal in [libc::SIGINT, libc::SIGTERM] {
-        let mut child = start(&["run", "-", "--json", "--features"]);
-        let mut stdin = child.stdin.take().unwrap();
-        stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\n").unwrap();
-        stdin.write_all(&[3; 1600]).unwrap();
-        // Another half frame, and the pipe stays open.
-        stdin.write_all(b"FRAME\nhalf").unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        assert!(lines.next().unwrap().unwrap().contains(r#""frame":0"#));
-        // SAFETY: sends a signal to the child, which has not been waited for.
-        assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
-        let end = concat!(
-            r#"{"kind":"end","frames":1,"dropped":0,"baseline":"incomplete","incomplete":null,"#,
-            r#""time_ns":0,"clock":"frames"}"#
-        );
-        assert_eq!(lines.next().unwrap().unwrap(), end);
-        assert_eq!(child.wait().unwrap().code(), Some(0));
-        drop(stdin);
-    }
 }
 
 #[test]

@@ -7,7 +7,6 @@ mod error_bounds;
 mod extremes;
 mod extremes_in_time;
 mod extremes_of_answers;
-mod extremes_page;
 mod golden_vectors;
 mod learn;
 mod ln;
