@@ -8,6 +8,7 @@ mod extremes;
 mod extremes_in_time;
 mod extremes_of_answers;
 mod golden_vectors;
+mod host;
 mod learn;
 mod ln;
 mod path_models;
