@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-use wstac_tests::command::{program, run, wstac};
+use wstac_tests::command::{Signal, program, run, send, wstac};
 use wstac_tests::folder::Folder;
 
 const SWEEP: &str =
@@ -142,15 +142,14 @@ fn a_signal_ends_it_and_leaves_no_file() {
     // Rendered frames take long enough to be stopped on any machine.
     let folder = Folder::new("signal");
     let sweep = folder.file("s.toml", "slides = 1000\n[scene]\nfidelity = \"rendered\"\n");
-    for (signal, code) in [(libc::SIGINT, 130), (libc::SIGTERM, 143)] {
+    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143)] {
         let mut command = program(wstac());
         command.arg("dataset").arg(&sweep).arg("-o").arg(folder.0.join("a.npz")).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let mut said = String::new();
         BufReader::new(child.stderr.take().unwrap()).read_line(&mut said).unwrap();
         assert_eq!(said, "wstac: 0 of 10000 slides done\n");
-        // SAFETY: sends a signal to the child, which has not been waited for.
-        assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
+        send(&child, signal);
         assert_eq!(child.wait().unwrap().code(), Some(code));
         assert_eq!(folder.names(), ["s.toml"]);
     }

@@ -5,9 +5,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::symlink;
 use std::process::Stdio;
 
-use rustix::process::{Pid, Signal, kill_process};
-
-use wstac_tests::command::{good, program, run, run_in, said, start, wstac};
+use wstac_tests::command::{Signal, good, program, run, run_in, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 /// Returns a recording, a sweep, a data set, a trained model, a configuration, a plan and a map in a folder.
@@ -207,7 +205,7 @@ fn a_recording_under_way_is_not_replaced() {
         assert_eq!(done.status.code(), Some(1), "{command:?}: {}", said(&done));
         assert!(said(&done).contains("b.mcap: another wstac is writing it"), "{command:?}: {}", said(&done));
     }
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(good(&["run", name, "--json"]).contains(r#""kind":"end","frames":40,"#));
 }

@@ -4,10 +4,9 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
-use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Map, Value};
 
-use wstac_tests::command::{good, program, refusal, run, said, start, wstac};
+use wstac_tests::command::{Signal, good, program, refusal, run, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 /// Prints the rows of a table as JSON Lines, as Python's own reader sees them.
@@ -250,7 +249,7 @@ fn a_file_is_whole_or_not_there() {
         while !has_all() {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
-        kill_process(Pid::from_child(&child), signal).unwrap();
+        send(&child, signal);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         assert_eq!(rows(&fs::read_to_string(&path).unwrap()).len(), 8);
     }

@@ -8,9 +8,7 @@ use std::process::{Child, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
-
-use wstac_tests::command::{good, program, run, run_script, said, start, wstac};
+use wstac_tests::command::{Signal, good, program, run, run_script, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
@@ -19,10 +17,6 @@ const HEADER: &[u8] = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n";
 
 fn frames(count: usize) -> Vec<u8> {
     [&b"FRAME\n"[..], &[3; 1600]].concat().repeat(count)
-}
-
-fn send(child: &Child, signal: Signal) {
-    kill_process(Pid::from_child(child), signal).unwrap();
 }
 
 /// Sends a signal, and returns how the process ended. It must end within a second, and some room for a busy machine.

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 
-use rustix::process::{Signal, set_parent_process_death_signal};
+use rustix::process::{Pid, kill_process, set_parent_process_death_signal};
+
+pub use rustix::process::Signal;
 
 use crate::folder::Folder;
 
@@ -60,6 +62,14 @@ pub fn start(arguments: &[&str]) -> Child {
     let mut command = program(wstac());
     command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().unwrap()
+}
+
+/// Sends a signal to a program that has not been waited for.
+///
+/// # Panics
+/// If it cannot be sent.
+pub fn send(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
 }
 
 /// Runs `wstac`, which must succeed, and returns its output.

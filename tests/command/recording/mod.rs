@@ -22,8 +22,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 
-use rustix::process::{Pid, Signal, kill_process};
-use wstac_tests::command::{good, program, run, run_script, said, wstac};
+use wstac_tests::command::{Signal, good, program, run, run_script, said, send, wstac};
 use wstac_tests::folder::Folder;
 
 /// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
@@ -138,7 +137,7 @@ fn two_programs_do_not_write_one_recording() {
         assert_eq!(done.status.code(), Some(1), "{}", said(&done));
         assert!(said(&done).contains("a.mcap.part: another wstac is writing it"), "{}", said(&done));
     }
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     fs::rename(&part, &whole).unwrap();
     assert!(good(&["run", whole_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
@@ -259,7 +258,7 @@ fn a_killed_recording_comes_back_and_a_stopped_one_is_whole() {
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         fs::remove_file(&file).unwrap();
         let (mut child, _open) = piped(&file, 3);
-        kill_process(Pid::from_child(&child), signal).unwrap();
+        send(&child, signal);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":3,"#));
     }
@@ -290,7 +289,7 @@ fn force_replaces_a_recording_at_its_end() {
     assert!(good(&["run", new_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
     fs::remove_file(&beside).unwrap();
     let (mut child, _open) = forced(30);
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":30,"dropped":0,"#));
     assert!(!beside.exists());

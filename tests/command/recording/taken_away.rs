@@ -5,8 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Stdio};
 
-use rustix::process::{Pid, Signal, kill_process};
-use wstac_tests::command::{good, program, wstac};
+use wstac_tests::command::{Signal, good, program, send, wstac};
 use wstac_tests::folder::Folder;
 
 use super::{has_frames, piped_to};
@@ -28,7 +27,7 @@ fn started(folder: &Folder, options: &[&str], file: &Path) -> (Child, ChildStdin
 
 /// Ends the recording, which must fail, and returns what it has said.
 fn ended(folder: &Folder, mut child: Child) -> String {
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     let code = child.wait().unwrap().code();
     let mut said = String::new();
     fs::File::open(folder.0.join("said")).unwrap().read_to_string(&mut said).unwrap();
