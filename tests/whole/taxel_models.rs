@@ -2,6 +2,7 @@
 //! They are absent if frames are lost.
 
 use wstac_core::law::EventLaw;
+use wstac_core::params::TAXELS;
 use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::rate::FrameRate;
 use wstac_host::config::Config;
