@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use wstac_tests::command::{good, said};
+use wstac_tests::command::{good, program, said};
 use wstac_tests::folder::Folder;
 
 /// Completes a line as bash does: divides it at blanks and colons, calls the function, and prints what it offers.
@@ -32,7 +32,7 @@ fn bash_completes_commands_options_models_and_scenes() {
     let script = folder.file("wstac.bash", good(&["completions", "bash"]));
     folder.file("mine.wsm", "");
     let offered = |line: &str| {
-        let mut bash = Command::new("bash");
+        let mut bash = program("bash");
         bash.args(["--norc", "-c", COMPLETE, "bash"]).arg(&script).arg(line).current_dir(&folder.0);
         let text = printed(&mut bash, line);
         text.lines().map(str::to_owned).collect::<Vec<_>>()
@@ -65,7 +65,7 @@ fn fish_completes_commands_options_models_and_scenes() {
     let script = folder.file("wstac.fish", good(&["completions", "fish"]));
     folder.file("mine.wsm", "");
     offers("fish", |line| {
-        let mut fish = Command::new("fish");
+        let mut fish = program("fish");
         fish.args(["--no-config", "-c", "source $argv[1]; complete -C $argv[2]"]).arg(&script).arg(line);
         // A name, and what it is.
         let text = printed(fish.current_dir(&folder.0), line);
@@ -108,7 +108,7 @@ fn zsh_completes_commands_options_models_and_scenes() {
     folder.file("_wstac", good(&["completions", "zsh"]));
     folder.file("mine.wsm", "");
     offers("zsh", |line| {
-        let mut zsh = Command::new("zsh");
+        let mut zsh = program("zsh");
         let text = printed(zsh.args(["-f", "-c", ZSH, "zsh", line]).current_dir(&folder.0), line);
         text.lines().map(str::to_owned).collect()
     });

@@ -3,16 +3,16 @@
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
-use wstac_tests::command::wstac;
+use wstac_tests::command::{Signal, program, run, send, wstac};
 use wstac_tests::folder::Folder;
 
 const SWEEP: &str =
     "specimens = [\"Fla0\", \"Saw3\"]\nspeeds = [100, 150.5]\ndirections = [0, 270]\nslides = 5\nseed = 7\n";
 
 fn dataset(sweep: &Path, output: &Path, more: &[&str]) -> Output {
-    Command::new(wstac()).arg("dataset").arg(sweep).arg("-o").arg(output).args(more).output().unwrap()
+    program(wstac()).arg("dataset").arg(sweep).arg("-o").arg(output).args(more).output().unwrap()
 }
 
 /// Returns the messages of a run that must succeed.
@@ -128,8 +128,7 @@ fn samples_are_those_of_run() {
     let sweep = "specimens = [\"Tri4\"]\nslides = 1\ndirections = [90]\nseed = 3\n[scene]\nfidelity = \"rendered\"";
     let output = folder.0.join("a.npz");
     good(&folder.file("s.toml", sweep), &output, &[]);
-    let run = ["run", "scene:Tri4@150,90deg,seed=3", "--json", "--samples"];
-    let run = Command::new(wstac()).args(run).output().unwrap();
+    let run = run(["run", "scene:Tri4@150,90deg,seed=3", "--json", "--samples"]);
     let event = BufReader::new(&run.stdout[..]).lines().next().unwrap().unwrap();
     let event: serde_json::Value = serde_json::from_str(&event).unwrap();
     let features = event["sample"].as_array().unwrap().iter().flat_map(|feature| feature.as_array().unwrap());
@@ -143,15 +142,14 @@ fn a_signal_ends_it_and_leaves_no_file() {
     // Rendered frames take long enough to be stopped on any machine.
     let folder = Folder::new("signal");
     let sweep = folder.file("s.toml", "slides = 1000\n[scene]\nfidelity = \"rendered\"\n");
-    for (signal, code) in [(libc::SIGINT, 130), (libc::SIGTERM, 143)] {
-        let mut command = Command::new(wstac());
+    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143)] {
+        let mut command = program(wstac());
         command.arg("dataset").arg(&sweep).arg("-o").arg(folder.0.join("a.npz")).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let mut said = String::new();
         BufReader::new(child.stderr.take().unwrap()).read_line(&mut said).unwrap();
         assert_eq!(said, "wstac: 0 of 10000 slides done\n");
-        // SAFETY: sends a signal to the child, which has not been waited for.
-        assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
+        send(&child, signal);
         assert_eq!(child.wait().unwrap().code(), Some(code));
         assert_eq!(folder.names(), ["s.toml"]);
     }

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::fs::{self, File};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
@@ -16,7 +16,7 @@ use wstac_host::record::Recorder;
 use wstac_host::session::Processor;
 use wstac_host::source::Source;
 use wstac_host::source::mcap::McapSource;
-use wstac_tests::command::wstac;
+use wstac_tests::command::run_in;
 use wstac_tests::folder::Folder;
 
 use crate::monitor::board::sent;
@@ -28,8 +28,7 @@ const ESCAPED: &str = r"x\u001b]52;c;aGk=\u0007\u001b[2J\u000aevent at frame 3x\
 
 /// Runs a command in a folder, and returns what is wrong with what it prints.
 fn wrong(folder: &Folder, arguments: &[&str], expected: &str) -> Option<String> {
-    let mut process = Command::new(wstac());
-    let done = process.args(arguments).current_dir(&folder.0).stdin(Stdio::null()).output().unwrap();
+    let done = run_in(folder, arguments);
     let found = faults(&done, expected);
     (!found.is_empty()).then(|| {
         let text = String::from_utf8_lossy(&done.stdout) + String::from_utf8_lossy(&done.stderr);

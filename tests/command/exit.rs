@@ -1,8 +1,8 @@
 //! Tests that every exit code of docs/EXIT.md is the one that its example has.
 
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
-use wstac_tests::command::{good, said, wstac};
+use wstac_tests::command::{good, program, said, wstac};
 use wstac_tests::folder::Folder;
 
 const PAGE: &str = include_str!("../../docs/EXIT.md");
@@ -25,7 +25,7 @@ fn every_example_of_the_page_ends_with_its_code() {
     let mut seen = Vec::new();
     for (first, example) in examples() {
         let folder = Folder::new("exit");
-        let mut shell = Command::new("bash");
+        let mut shell = program("bash");
         shell.args(["-o", "pipefail", "-c", &example]).env("PATH", &path).current_dir(&folder.0).stdin(Stdio::null());
         let done = shell.output().unwrap();
         let code = match &*first {

@@ -3,9 +3,8 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
-use wstac_tests::command::{good, said, wstac};
+use wstac_tests::command::{good, program, run_in, said};
 use wstac_tests::folder::Folder;
 
 /// Commands and the ending of the output that stands for `OUT`.
@@ -33,7 +32,7 @@ fn bad_outputs(folder: &Path, ending: &str) -> Vec<String> {
     let path = |kind: &str| folder.join(name(kind));
     if !path("pipe").exists() {
         fs::create_dir(path("folder")).unwrap();
-        assert!(Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+        assert!(program("mkfifo").arg(path("pipe")).status().unwrap().success());
         symlink("/dev/full", path("full")).unwrap();
         symlink("nowhere", path("link")).unwrap();
     }
@@ -61,9 +60,7 @@ fn an_output_that_cannot_be_written_ends_every_command_with_1() {
             for force in [&[][..], &["--force"]] {
                 let words: Vec<&str> =
                     command.split(' ').map(|word| if word == "OUT" { &*output } else { word }).collect();
-                let mut process = Command::new(wstac());
-                process.args(&words).args(force).current_dir(&folder.0).stdin(Stdio::null());
-                let done = process.output().unwrap();
+                let done = run_in(&folder, words.iter().chain(force));
                 tried += 1;
                 let is_named = said(&done).contains(&output) && !said(&done).contains("panicked");
                 if done.status.code() != Some(1) || !is_named {
@@ -96,9 +93,7 @@ fn wrong_arguments_about_outputs_end_with_2() {
         "record scene:Saw3@150 --label specimen=Saw\u{202e}3 -o b.mcap",
         "record cam:-a=scene:Saw3@150 cam:b=scene:Saw3@150 -o b.mcap",
     ] {
-        let mut process = Command::new(wstac());
-        process.args(command.split(' ')).current_dir(&folder.0).stdin(Stdio::null());
-        let done = process.output().unwrap();
+        let done = run_in(&folder, command.split(' '));
         assert_eq!(done.status.code(), Some(2), "{command}: {}", said(&done));
     }
     assert_eq!(folder.names(), ["a.mcap"]);

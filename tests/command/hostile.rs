@@ -3,9 +3,9 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
-use wstac_tests::command::{refusal, said, start, wstac};
+use wstac_tests::command::{program, refusal, wstac};
 use wstac_tests::folder::Folder;
 
 /// The input of a run, and the expected result.
@@ -175,7 +175,7 @@ fn hostile_inputs_get_a_clear_message_and_the_right_exit_code() {
     let cases = cases(&folder.0);
     assert!(cases.len() >= 40);
     for case in &cases {
-        let mut child = Command::new(wstac())
+        let mut child = program(wstac())
             .args(&case.arguments)
             .current_dir(&folder.0)
             .stdin(Stdio::piped())
@@ -215,21 +215,4 @@ fn a_file_that_is_there_is_never_written_over() {
     let path = folder.file("kept", "kept");
     refusal(&["run", "scene:Saw3@150", "--save-raw", path.to_str().unwrap()]);
     assert_eq!(fs::read_to_string(&path).unwrap(), "kept");
-}
-
-#[test]
-fn a_closed_output_ends_the_program_quietly() {
-    let mut child = start(&["run", "scene:Saw3@150", "--json", "--features"]);
-    drop(child.stdout.take());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(0));
-    assert!(!said(&output).contains("panicked"));
-}
-
-#[test]
-fn a_full_disk_is_an_error_that_names_the_output() {
-    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let output = Command::new(wstac()).args(["run", "scene:Saw3@150", "--json"]).stdout(full).output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    assert!(said(&output).contains("standard output"));
 }

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, Task};
-use wstac_tests::command::wstac;
+use wstac_tests::command::{program, wstac};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 use wstac_tests::trained::XGBOOST;
@@ -18,7 +18,7 @@ use wstac_train::model::write::{Leaves, Options, write};
 /// Runs rustc in a folder. Any message of it is an error.
 fn rustc(folder: &Folder, arguments: &[&str]) {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let done = Command::new(rustc).args(arguments).args(["--edition", "2024"]).current_dir(&folder.0).output().unwrap();
+    let done = program(rustc).args(arguments).args(["--edition", "2024"]).current_dir(&folder.0).output().unwrap();
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(done.status.success() && said.is_empty(), "{said}");
 }
@@ -72,7 +72,7 @@ impl Crate {
         self.folder.file("samples", "");
         fs::write(self.folder.0.join("samples"), bytes).unwrap();
         let input = fs::File::open(self.folder.0.join("samples")).unwrap();
-        let done = Command::new(self.folder.0.join("main")).stdin(input).stderr(Stdio::inherit()).output().unwrap();
+        let done = program(self.folder.0.join("main")).stdin(input).stderr(Stdio::inherit()).output().unwrap();
         assert!(done.status.success());
         assert_eq!(done.stdout.len(), samples.len() * self.models);
         done.stdout.chunks(self.models).map(<[u8]>::to_vec).collect()
@@ -441,7 +441,7 @@ fn what_is_generated_says_what_it_is() {
 }
 
 fn import(file: &Path, output: &Path, more: &[&str]) -> Output {
-    Command::new(wstac()).args(["model", "import"]).arg(file).arg("-o").arg(output).args(more).output().unwrap()
+    program(wstac()).args(["model", "import"]).arg(file).arg("-o").arg(output).args(more).output().unwrap()
 }
 
 #[test]

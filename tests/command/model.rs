@@ -1,11 +1,10 @@
 //! Tests `wstac model`: from a trainer's file to answers, and what it refuses.
 
 use std::fs;
-use std::path::Path;
 use std::process::Output;
 
 use wstac_tests::command::{printed, refusal, run};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 use wstac_tests::npz::{header, npz, zip64};
 use wstac_tests::trained::XGBOOST;
 
@@ -22,10 +21,6 @@ fn bad(arguments: &[&str], parts: &[&str]) {
     for part in parts {
         assert!(said.contains(part), "{part}: {said}");
     }
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
 }
 
 #[test]

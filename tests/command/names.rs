@@ -3,9 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
-use std::process::{Command, Stdio};
 
-use wstac_tests::command::{said, wstac};
+use wstac_tests::command::{program, run, run_in, said, wstac};
 use wstac_tests::folder::Folder;
 
 /// Returns a name with a byte that is no UTF-8: `caf\xe9` and an ending.
@@ -73,9 +72,7 @@ fn names_of_files_need_not_be_utf_8() {
         // The file is no board's stream, and the message says so.
         ("monitor @.bin", 1),
     ] {
-        let mut process = Command::new(wstac());
-        process.args(command.split(' ').map(word)).current_dir(&folder.0).stdin(Stdio::null());
-        let done = process.output().unwrap();
+        let done = run_in(&folder, command.split(' ').map(word));
         if done.status.code() != Some(code) || (code == 1 && !said(&done).contains("has no messages")) {
             wrong.push(format!("{command}: {:?} {}", done.status.code(), said(&done)));
         }
@@ -89,9 +86,9 @@ fn names_of_files_need_not_be_utf_8() {
     }
     // A folder of pictures, and a missing file.
     fs::create_dir(folder.0.join(name(".pictures"))).unwrap();
-    let empty = Command::new(wstac()).arg("run").arg(folder.0.join(name(".pictures"))).output().unwrap();
+    let empty = run([OsStr::new("run"), folder.0.join(name(".pictures")).as_os_str()]);
     assert!(said(&empty).contains("has no .png or .jpg file"), "{}", said(&empty));
-    let missing = Command::new(wstac()).arg("run").arg(name(".none")).output().unwrap();
+    let missing = run([OsStr::new("run"), &name(".none")]);
     assert!(missing.status.code() == Some(1) && said(&missing).contains("no such file"), "{}", said(&missing));
 }
 
@@ -108,7 +105,7 @@ fn words_that_are_not_utf_8_are_wrong_arguments() {
         (&["board", "/dev/null", "--learn"], "not UTF-8"),
         (&["completions"], "invalid value"),
     ] {
-        let done = Command::new(wstac()).args(before).arg(not_utf_8).stdin(Stdio::null()).output().unwrap();
+        let done = program(wstac()).args(before).arg(not_utf_8).output().unwrap();
         let code = if expected == "no such file" { 1 } else { 2 };
         let said = said(&done);
         assert!(done.status.code() == Some(code) && said.contains(expected), "{before:?}: {:?} {said}", done.status);

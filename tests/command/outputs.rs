@@ -3,11 +3,9 @@
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::symlink;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
-use rustix::process::{Pid, Signal, kill_process};
-
-use wstac_tests::command::{good, run, said, start, wstac};
+use wstac_tests::command::{Signal, good, program, run, run_in, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 /// Returns a recording, a sweep, a data set, a trained model, a configuration, a plan and a map in a folder.
@@ -102,9 +100,7 @@ fn no_command_overwrites_an_input_by_any_name() {
             for output in outputs {
                 let arguments: Vec<&str> =
                     command.iter().map(|word| if word.starts_with("OUT") { &*output } else { word }).collect();
-                let mut process = Command::new(wstac());
-                process.args(&arguments).arg("--force").current_dir(&folder.0).stdin(Stdio::null());
-                let done = process.output().unwrap();
+                let done = run_in(&folder, arguments.iter().chain(&["--force"]));
                 tried += 1;
                 println!("| `wstac {}` | {input} | {:?} |", arguments.join(" "), done.status.code().unwrap_or(-1));
                 let is_same = fs::read(folder.0.join(input)).unwrap() == before;
@@ -127,7 +123,7 @@ fn standard_input_is_an_input_too() {
     good(&["scene", "render", "Saw3@150", "-o", path.to_str().unwrap()]);
     let before = fs::read(&path).unwrap();
     for command in ["record", "calibrate"] {
-        let mut process = Command::new(wstac());
+        let mut process = program(wstac());
         process.args([command, "-", "--force", "-o"]).arg(&path).stdin(fs::File::open(&path).unwrap());
         let done = process.output().unwrap();
         assert!(said(&done).contains("expected a new file"), "{}", said(&done));
@@ -139,9 +135,7 @@ fn standard_input_is_an_input_too() {
 fn two_outputs_have_two_names() {
     let folder = Folder::new("outputs-two");
     inputs(&folder);
-    let mut process = Command::new(wstac());
-    process.args(["run", "a.mcap", "-o", "a.jsonl", "--save-raw", "./a.jsonl"]).current_dir(&folder.0);
-    let done = process.output().unwrap();
+    let done = run_in(&folder, ["run", "a.mcap", "-o", "a.jsonl", "--save-raw", "./a.jsonl"]);
     assert!(said(&done).contains("is the name of two outputs"), "{}", said(&done));
 }
 
@@ -167,9 +161,8 @@ fn planted_names_are_not_touched() {
             symlink(&victim, name).unwrap();
         }
         for force in [false, true] {
-            let mut process = Command::new(wstac());
-            process.args(*command).args(force.then_some("--force").filter(|_| command[0] != "man"));
-            let done = process.current_dir(&folder.0).output().unwrap();
+            let force = force.then_some(&"--force").filter(|_| command[0] != "man");
+            let done = run_in(&folder, command.iter().chain(force));
             assert_eq!(done.status.code(), Some(0), "{command:?}: {}", said(&done));
             assert_eq!(fs::read(&victim).unwrap(), b"theirs", "{command:?}");
         }
@@ -212,7 +205,7 @@ fn a_recording_under_way_is_not_replaced() {
         assert_eq!(done.status.code(), Some(1), "{command:?}: {}", said(&done));
         assert!(said(&done).contains("b.mcap: another wstac is writing it"), "{command:?}: {}", said(&done));
     }
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(good(&["run", name, "--json"]).contains(r#""kind":"end","frames":40,"#));
 }
@@ -240,7 +233,7 @@ fn a_killed_guided_session_keeps_its_unfinished_file() {
     let part = files.join("Saw3-1.mcap.part");
     fs::write(&part, "recoverable").unwrap();
     let plan = folder.0.join("plan.toml");
-    let mut process = Command::new(wstac());
+    let mut process = program(wstac());
     process.args(["record", "scene:Saw3@150", "--guide"]).arg(&plan).arg("-o").arg(&files).stdin(Stdio::null());
     let done = process.output().unwrap();
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));

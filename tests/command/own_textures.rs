@@ -1,14 +1,10 @@
 //! Tests models of textures with names of one's own, such as denim: from recordings to a model, and its evaluation.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use wstac_tests::command::{good, printed, refusal, run, said};
-use wstac_tests::folder::Folder;
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
+use wstac_tests::folder::{Folder, text};
 
 /// Records slides of textures to a folder: the name of each, and the scene's specimen.
 fn recorded(folder: &Folder, name: &str, textures: &[(&str, &str)], slides: u32) -> PathBuf {

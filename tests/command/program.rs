@@ -1,9 +1,8 @@
 //! Tests the `wstac` command as people use it: its exact records, and its end after signals.
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::process::Command;
+use std::io::{Read, Write};
 
-use wstac_tests::command::{good, printed, refusal, run, said, start, wstac};
+use wstac_tests::command::{good, printed, program, refusal, run, run_script, said, start, wstac};
 use wstac_tests::folder::Folder;
 
 fn output(arguments: &[&str]) -> Vec<String> {
@@ -107,29 +106,6 @@ fn samples_are_ten_lists_of_seventy() {
 }
 
 #[test]
-fn a_signal_ends_a_pipe_that_goes_on_with_the_end_record() {
-    for signal in [libc::SIGINT, libc::SIGTERM] {
-        let mut child = start(&["run", "-", "--json", "--features"]);
-        let mut stdin = child.stdin.take().unwrap();
-        stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\n").unwrap();
-        stdin.write_all(&[3; 1600]).unwrap();
-        // Another half frame, and the pipe stays open.
-        stdin.write_all(b"FRAME\nhalf").unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        assert!(lines.next().unwrap().unwrap().contains(r#""frame":0"#));
-        // SAFETY: sends a signal to the child, which has not been waited for.
-        assert_eq!(unsafe { libc::kill(child.id() as i32, signal) }, 0);
-        let end = concat!(
-            r#"{"kind":"end","frames":1,"dropped":0,"baseline":"incomplete","incomplete":null,"#,
-            r#""time_ns":0,"clock":"frames"}"#
-        );
-        assert_eq!(lines.next().unwrap().unwrap(), end);
-        assert_eq!(child.wait().unwrap().code(), Some(0));
-        drop(stdin);
-    }
-}
-
-#[test]
 fn a_source_error_is_told_even_if_nobody_reads_the_output() {
     let mut child = start(&["run", "-", "--json"]);
     drop(child.stdout.take());
@@ -145,11 +121,8 @@ fn a_source_error_is_told_even_if_nobody_reads_the_output() {
 #[test]
 fn a_raw_file_that_cannot_be_written_still_lets_the_stream_end() {
     // A limit on the size of the file acts like a full disk: 100 000 bytes are less than a frame.
-    let path = std::env::temp_dir().join(format!("wstac-limited-{}", std::process::id()));
-    let script =
-        format!("trap '' XFSZ; ulimit -f 100; exec \"$0\" run scene:Saw3@150 --json --save-raw {}", path.display());
-    let output = Command::new("bash").args(["-c", &script]).arg(wstac()).output().unwrap();
-    let _ = std::fs::remove_file(&path);
+    let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" run scene:Saw3@150 --json --save-raw wstac-limited";
+    let output = run_script(&Folder::new("limited"), script);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stdout).contains(r#""kind":"end""#));
     assert!(String::from_utf8_lossy(&output.stderr).contains("wstac-limited"));
@@ -289,7 +262,7 @@ fn a_figure_s_file_is_what_its_name_says() {
         (&["trade", "--slides", "1"], "b.pdf", "only the figure of a map is a file"),
     ] {
         let path = folder.0.join(name);
-        let refused = Command::new(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
+        let refused = program(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
         let told = String::from_utf8_lossy(&refused.stderr);
         assert!(refused.status.code() == Some(2) && told.contains(says) && !path.exists(), "{told}");
     }
@@ -315,7 +288,7 @@ fn several_sensors_give_what_each_gives_alone_under_its_name() {
 fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
     let path = std::env::temp_dir().join(format!("wstac-sensor-{}.y4m", std::process::id()));
     std::fs::write(&path, b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\nshort").unwrap();
-    let run = |sources: &[&str]| Command::new(wstac()).arg("run").arg("--json").args(sources).output().unwrap();
+    let run = |sources: &[&str]| run(["run", "--json"].iter().chain(sources));
     let broken = format!("cam:broken={}", path.display());
     let both = run(&[&broken, "cam:sound=scene:Saw3@150"]);
     std::fs::remove_file(&path).unwrap();

@@ -2,10 +2,10 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use wstac_tests::command::{good, run, said, start, wstac};
+use wstac_tests::command::{good, program, run, said, start, wstac};
 use wstac_tests::folder::Folder;
 
 /// Processor time for the first line. A program of the tests is slower than what people get.
@@ -30,7 +30,7 @@ fn long_commands_say_something_in_their_first_second() {
         (&["doctor", "scene:Saw3@150"], "scene: Saw3 at 150 mm/s"),
         (&["plot", "scene:Saw3@150", "-o", "a.svg"], "scene: Saw3 at 150 mm/s"),
     ] {
-        let mut command = Command::new(wstac());
+        let mut command = program(wstac());
         command.args(arguments).current_dir(&folder.0).stdin(Stdio::null());
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         let line = BufReader::new(child.stderr.take().unwrap()).lines().next().unwrap().unwrap();

@@ -2,12 +2,11 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
-use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Map, Value};
 
-use wstac_tests::command::{good, refusal, run, said, start, wstac};
+use wstac_tests::command::{Signal, good, program, refusal, run, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 /// Prints the rows of a table as JSON Lines, as Python's own reader sees them.
@@ -22,7 +21,7 @@ for row in csv.DictReader(open(sys.argv[1], newline=''), strict=True):
 fn rows(table: &str) -> Vec<Map<String, Value>> {
     let folder = Folder::new("records-rows");
     let path = folder.file("table.csv", table);
-    let done = Command::new("python3").args(["-c", READER]).arg(path).output().unwrap();
+    let done = program("python3").args(["-c", READER]).arg(path).output().unwrap();
     assert!(done.status.success(), "{}", said(&done));
     objects(&String::from_utf8(done.stdout).unwrap())
 }
@@ -250,7 +249,7 @@ fn a_file_is_whole_or_not_there() {
         while !has_all() {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
-        kill_process(Pid::from_child(&child), signal).unwrap();
+        send(&child, signal);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         assert_eq!(rows(&fs::read_to_string(&path).unwrap()).len(), 8);
     }
@@ -263,7 +262,7 @@ fn a_file_that_cannot_be_written_is_not_there() {
     let folder = Folder::new("records-full");
     let path = folder.file("a.jsonl", "mine");
     let limited = "ulimit -f 8; exec \"$@\"";
-    let mut command = Command::new("sh");
+    let mut command = program("sh");
     command.args(["-c", limited, "sh"]).arg(wstac());
     command.args(["run", "scene:Saw3@150", "--features", "--force", "-o"]).arg(&path);
     let done = command.stdin(Stdio::null()).output().unwrap();

@@ -1,11 +1,10 @@
 //! Tests the page of `wstac doctor --report`.
 
 use std::fs;
-use std::process::Command;
 
 use serde_json::Value;
 
-use wstac_tests::command::{good, run, said};
+use wstac_tests::command::{good, program, run, said};
 use wstac_tests::folder::Folder;
 
 /// Reads a page as a browser does: prints its elements, the addresses in it and its text, and writes its picture.
@@ -33,7 +32,7 @@ print(json.dumps(page.found))
 fn read(folder: &Folder, page: &str) -> Value {
     let picture = folder.0.join("pictures/1.png");
     fs::create_dir_all(folder.0.join("pictures")).unwrap();
-    let mut python = Command::new("python3");
+    let mut python = program("python3");
     let done = python.args(["-c", READER, page]).arg(picture).output().unwrap();
     assert!(done.status.success(), "{}", said(&done));
     serde_json::from_slice(&done.stdout).unwrap()

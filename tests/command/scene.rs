@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use wstac_tests::command::{good, refusal, run, start};
+use wstac_tests::command::{Signal, good, refusal, run, send, start};
 use wstac_tests::folder::Folder;
 
 /// Writes a file in a folder of its own.
@@ -103,7 +102,7 @@ fn an_interrupted_rendering_keeps_the_old_file() {
     }
     // The signal is handled from the first frame on.
     std::thread::sleep(std::time::Duration::from_millis(300));
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert_eq!((folder.names(), std::fs::read(&path).unwrap()), (vec!["a.y4m".to_owned()], b"mine".to_vec()));
 }

@@ -5,15 +5,11 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use wstac_tests::command::{good, refusal, run, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 use wstac_tests::npz::{header, npz};
 
 /// An array: its name, its header and its data.
 type Array = (&'static str, String, Vec<u8>);
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
 
 /// Returns an array of text.
 fn texts(name: &'static str, texts: &[&[u32]]) -> Array {

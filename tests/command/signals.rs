@@ -4,13 +4,11 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
-
-use wstac_tests::command::{good, run, said, start, wstac};
+use wstac_tests::command::{Signal, good, program, run, run_script, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
@@ -19,10 +17,6 @@ const HEADER: &[u8] = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n";
 
 fn frames(count: usize) -> Vec<u8> {
     [&b"FRAME\n"[..], &[3; 1600]].concat().repeat(count)
-}
-
-fn send(child: &Child, signal: Signal) {
-    kill_process(Pid::from_child(child), signal).unwrap();
 }
 
 /// Sends a signal, and returns how the process ended. It would run for hours without the signal.
@@ -42,7 +36,7 @@ fn end(child: &mut Child, signal: Signal) -> Result<ExitStatus, String> {
 
 fn pipe(folder: &Folder, name: &str) -> String {
     let path = folder.0.join(name);
-    assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+    assert!(program("mkfifo").arg(&path).status().unwrap().success());
     path.to_str().unwrap().to_owned()
 }
 
@@ -55,7 +49,8 @@ fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
             let mut child = start(arguments);
             let mut stdin = child.stdin.take().unwrap();
             stdin.write_all(HEADER).unwrap();
-            stdin.write_all(&frames(1)).unwrap();
+            // Another half frame, and the pipe stays open.
+            stdin.write_all(&[&frames(1)[..], b"FRAME\nhalf"].concat()).unwrap();
             let (out, err) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
             let (mut out, mut err) = (BufReader::new(out), BufReader::new(err));
             let mut first = [0];
@@ -64,7 +59,13 @@ fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
             let mut text = String::new();
             out.read_to_string(&mut text).unwrap();
             assert_eq!(status.code(), Some(0), "{signal:?} {text}");
-            assert!(text.lines().last().unwrap().starts_with(r#"{"kind":"end","#), "{signal:?} {text}");
+            let end = text.lines().last().unwrap();
+            assert!(end.starts_with(r#"{"kind":"end","#), "{signal:?} {text}");
+            let after_a_frame = concat!(
+                r#"{"kind":"end","frames":1,"dropped":0,"baseline":"incomplete","incomplete":null,"#,
+                r#""time_ns":0,"clock":"frames"}"#
+            );
+            assert!(!first_on_stdout || end == after_a_frame, "{signal:?} {text}");
         }
     }
 }
@@ -155,7 +156,7 @@ fn every_other_command_ends_at_once_and_leaves_nothing() {
         (&["demo"], true),
     ] {
         for signal in SIGNALS {
-            let mut process = Command::new(wstac());
+            let mut process = program(wstac());
             process.args(command).current_dir(&folder.0).stdout(Stdio::null()).stderr(Stdio::null());
             let mut child = process.spawn().unwrap();
             thread::sleep(Duration::from_millis(400));
@@ -174,7 +175,7 @@ fn every_other_command_ends_at_once_and_leaves_nothing() {
 #[test]
 fn a_signal_that_the_parent_ignores_stays_ignored() {
     let script = "trap '' HUP INT TERM; exec \"$0\" run - --json --features";
-    let mut process = Command::new("bash");
+    let mut process = program("bash");
     process.args(["-c", script]).arg(wstac()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = process.spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
@@ -293,7 +294,7 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
         ("trade --map kept -o new.svg", 0),
     ] {
         let script = format!("ulimit -f {blocks}; exec \"$0\" {command}");
-        let done = Command::new("bash").args(["-c", &script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
+        let done = run_script(&folder, &script);
         assert_eq!(done.status.code(), Some(1), "{command}: {}", said(&done));
         assert!(said(&done).contains("new"), "{command}: {}", said(&done));
         assert!(!said(&done).contains(".wstac-"), "{command}: {}", said(&done));
@@ -302,7 +303,7 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
     }
     // Of raw frames, the whole ones are kept.
     let script = "ulimit -f 2000; exec \"$0\" run a.mcap --save-raw new.raw";
-    let done = Command::new("bash").args(["-c", script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
+    let done = run_script(&folder, script);
     assert_eq!(done.status.code(), Some(1));
     assert!(said(&done).contains("new.raw: ") && said(&done).contains("has the first 2 frames"), "{}", said(&done));
     assert_eq!(fs::metadata(Path::new(&path("new.raw"))).unwrap().len(), 2 * 1280 * 720);
@@ -332,7 +333,7 @@ fn a_full_output_is_an_error_of_every_command() {
         &["demo"],
     ] {
         let full = File::options().write(true).open("/dev/full").unwrap();
-        let done = Command::new(wstac()).args(arguments).current_dir(&folder.0).stdout(full).output().unwrap();
+        let done = program(wstac()).args(arguments).current_dir(&folder.0).stdout(full).output().unwrap();
         assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
         assert!(said(&done).contains("standard output: No space left"), "{arguments:?}: {}", said(&done));
     }

@@ -1,19 +1,14 @@
 //! Tests `wstac train`: from nothing, from data sets and from recordings to a model that names textures.
 
 use std::fs;
-use std::path::Path;
 
 use serde_json::Value;
 use wstac_tests::command::{good, printed, refusal, run, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 
 /// Trains with these arguments, and returns the printed object.
 fn trained(arguments: &[&str]) -> Value {
     serde_json::from_str(&good(&[&["train"], arguments, &["--json"]].concat())).unwrap()
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
 }
 
 /// A sweep that takes seconds.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use wstac_tests::command::{run, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 
 use crate::dataset::arrays;
 
@@ -53,10 +53,6 @@ fn bad(arguments: &[&str], code: i32, parts: &[&str]) {
     for part in parts {
         assert!(said(&done).contains(part), "{:?}, expected {part:?}", said(&done));
     }
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
 }
 
 /// Returns what `numpy.concatenate` makes of the same array of several parts; arrays without a dimension are the same in

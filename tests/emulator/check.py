@@ -105,20 +105,10 @@ def as_a_board(line):
     return re.sub(r',"reliable":"[^"]*"(?=\}\}$)', "", re.sub(r',"why":\{"reliable":"[^"]*"\}', "", line))
 
 
-def crc(data):
-    """Computes the CRC-32 (IEEE), bit by bit."""
-    rest = 0xFFFF_FFFF
-    for byte in data:
-        rest ^= byte
-        for _ in range(8):
-            rest = rest >> 1 ^ (0xEDB8_8320 if rest & 1 else 0)
-    return rest ^ 0xFFFF_FFFF
-
-
 def request(message, *wanted):
     """Returns the frame of a request."""
     data = bytes([4, 0, message, *wanted])
-    data += crc(data).to_bytes(4, "little")
+    data += zlib.crc32(data).to_bytes(4, "little")
     stuffed = b"".join(bytes([len(part) + 1]) + part for part in data.split(b"\0"))
     return b"\0" + stuffed + b"\0"
 
@@ -132,7 +122,7 @@ def contents(data):
             block = stuffed[at + 1 : at + stuffed[at]]
             at += stuffed[at]
             content += block + (b"\0" if at < len(stuffed) and len(block) < 254 else b"")
-        if len(content) > 4 and crc(content[:-4]) == int.from_bytes(content[-4:], "little"):
+        if len(content) > 4 and zlib.crc32(content[:-4]) == int.from_bytes(content[-4:], "little"):
             found.append(varint(content[:-4], 1)[1])
     return found
 
@@ -299,6 +289,7 @@ class Check:
         elif abs(float(states[-1][4] or 0) - 42.5) > 0.2:
             problems.append(f"{states[-1][4]} °C, expected 42.5")
         self.say(name, problems)
+
     def clock(self, name):
         """Asked at any time of a frame, the board tells its clock. It differs from the machine's by the same time always."""
         board = self.board(self.host.frames[:90])

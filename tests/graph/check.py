@@ -305,7 +305,7 @@ def main() -> None:
     found = packages(ROOT, (file for file in files if Path(file).name == "Cargo.toml"))
     folders = {package.folder for package in found.values()}
     rooms = {package.folder for package in found.values() if package.is_room}
-    sources = {file: (ROOT / file).read_text(encoding="utf-8") for file in files if Path(file).suffix in code_lines.COMMENTS}
+    sources = {file: (ROOT / file).read_text(encoding="utf-8", errors="replace") for file in files if Path(file).suffix in code_lines.OF_CHECKS}
     texts = {file: text for file, text in sources.items() if file.endswith(".rs")}
     wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms) + wrong_sentences(texts, rooms, FOREIGN)
     wrong += wrong_names(texts, found, rules["twice"]) + code_lines.wrong_lengths(texts, rules["long"])

@@ -1,8 +1,16 @@
 //! The `wstac` command as a separate program.
 
+use std::ffi::OsStr;
+use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
+
+use rustix::process::{Pid, kill_process, set_parent_process_death_signal};
+
+pub use rustix::process::Signal;
+
+use crate::folder::Folder;
 
 /// Returns the path of the `wstac` command: that of the variable `WSTAC`, or one that is built now.
 ///
@@ -13,12 +21,37 @@ pub fn wstac() -> &'static PathBuf {
     PATH.get_or_init(|| std::env::var_os("WSTAC").map_or_else(build, PathBuf::from))
 }
 
+/// Returns a command for this program. It is killed when the thread ends that started it, and so with its test, however
+/// that ends: a program that a killed test has left would use the devices of the next.
+pub fn program(name: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(name);
+    // SAFETY: the new process makes one system call.
+    unsafe { command.pre_exec(|| Ok(set_parent_process_death_signal(Some(Signal::KILL))?)) };
+    command
+}
+
 /// Runs `wstac` to its end.
 ///
 /// # Panics
 /// If it cannot be run.
-pub fn run(arguments: &[&str]) -> Output {
-    Command::new(wstac()).args(arguments).output().unwrap()
+pub fn run(arguments: impl IntoIterator<Item: AsRef<OsStr>>) -> Output {
+    program(wstac()).args(arguments).output().unwrap()
+}
+
+/// Runs `wstac` in a folder to its end.
+///
+/// # Panics
+/// If it cannot be run.
+pub fn run_in(folder: &Folder, arguments: impl IntoIterator<Item: AsRef<OsStr>>) -> Output {
+    program(wstac()).args(arguments).current_dir(&folder.0).output().unwrap()
+}
+
+/// Runs a script of bash in a folder to its end. Its `$0` is `wstac`.
+///
+/// # Panics
+/// If it cannot be run.
+pub fn run_script(folder: &Folder, script: &str) -> Output {
+    program("bash").args(["-c", script]).arg(wstac()).current_dir(&folder.0).output().unwrap()
 }
 
 /// Starts `wstac`. Its input and outputs are pipes.
@@ -26,9 +59,17 @@ pub fn run(arguments: &[&str]) -> Output {
 /// # Panics
 /// If it cannot be started.
 pub fn start(arguments: &[&str]) -> Child {
-    let mut command = Command::new(wstac());
+    let mut command = program(wstac());
     command.args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().unwrap()
+}
+
+/// Sends a signal to a program that has not been waited for.
+///
+/// # Panics
+/// If it cannot be sent.
+pub fn send(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
 }
 
 /// Runs `wstac`, which must succeed, and returns its output.

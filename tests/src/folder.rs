@@ -1,7 +1,7 @@
 //! A folder for the files of one test.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A new folder that is removed at the end, with its path.
 pub struct Folder(pub PathBuf);
@@ -38,6 +38,14 @@ impl Folder {
         names.sort();
         names
     }
+}
+
+/// Returns a path as an argument.
+///
+/// # Panics
+/// If it is not UTF-8.
+pub fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
 }
 
 impl Drop for Folder {

@@ -1,9 +1,8 @@
 //! A trained model as its trainer saves it, and as it is imported.
 
 use std::path::PathBuf;
-use std::process::Command;
 
-use crate::command::wstac;
+use crate::command::run;
 use crate::folder::Folder;
 
 /// XGBoost JSON of two classes: the second if feature 0 of frame 69 is −1.5 or above.
@@ -27,7 +26,7 @@ pub fn model(folder: &Folder, name: &str, frames: u32, frame: u32, labels: &str)
     );
     let (file, out) = (folder.file(&format!("{name}.json"), json), folder.0.join(format!("{name}.wsm")));
     let (file, path) = (file.to_str().unwrap(), out.to_str().unwrap());
-    let done = Command::new(wstac()).args(["model", "import", file, "-o", path, "--labels", labels]).output().unwrap();
+    let done = run(["model", "import", file, "-o", path, "--labels", labels]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     out
 }

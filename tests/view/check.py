@@ -1,8 +1,7 @@
 """Checks `wstac view` in a real terminal (tmux): the screen, keys, signals and sizes. At the end, the terminal must be
 as before.
 
-check.py WSTAC BOARD          checks; BOARD prints what a board sends for a scene
-check.py WSTAC BOARD --keep   writes the screens in docs/VIEW.md as well
+check.py WSTAC BOARD    BOARD prints what a board sends for a scene
 """
 
 import contextlib
@@ -15,7 +14,6 @@ import sys
 import tempfile
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENE = "scene:Saw3@150,90deg"
 # Small frames, so that a program without optimization plays them in time.
 SMALL = ["--size", "320x180"]
@@ -260,12 +258,11 @@ def check_a_broken_file(wstac):
 
 
 @contextlib.contextmanager
-def board(part=1.0):
-    """What a board sends of this part of the scene, as a source."""
+def board():
+    """What a board sends of the scene, as a source."""
     sent = pathlib.Path(os.environ.get("TMPDIR", "/tmp")) / f"wstac-board-{os.getpid()}"
     data = subprocess.run([sys.argv[2], SCENE], stdout=subprocess.PIPE, check=True).stdout
-    # A frame of the link ends with a zero.
-    sent.write_bytes(data[: data.rindex(b"\0", 0, int(len(data) * part)) + 1])
+    sent.write_bytes(data)
     try:
         yield f"board:{sent}"
     finally:
@@ -280,58 +277,12 @@ def check_a_board(wstac):
         terminal.left(0)
 
 
-def fenced(title, screen):
-    """A section of the page with a screen."""
-    lines = [line.rstrip() for line in screen.splitlines()]
-    return f"\n## {title}\n\n```text\n" + "\n".join(lines).rstrip() + "\n```\n"
-
-
-def keep(wstac):
-    """Writes docs/VIEW.md: screens of a scene and of a board, as text."""
-    screens = []
-    for size in [(80, 24), (120, 40)]:
-        with view(wstac, SCENE, "--model", "builtin:svm", size=size, variables=["env", "NO_COLOR=1"]) as terminal:
-            terminal.until(r"event [34]\d/70", "contact")
-            terminal.keys("Space")
-            terminal.until("PAUSED", "space")
-            first = terminal.screen()
-            terminal.keys("Space")
-            terminal.until(r"\bended\b", "the end")
-            screens.append((size, first))
-            terminal.keys("q")
-            terminal.left(0)
-    with board(0.83) as source, view(wstac, source, variables=["env", "NO_COLOR=1"]) as terminal:
-        of_board = terminal.until(r"\bended\b", "the end of what the board sent").replace(source.removeprefix("board:"), "board.bytes")
-        terminal.keys("q")
-        terminal.left(0)
-    text = """# The screens of `wstac view`
-
-`wstac view` shows one sensor: a camera, a video, a recording, a board or a simulated sensor.
-[`wstac serve`](SERVE.md) shows several, records, and goes back and forth in files.
-
-The first two screens show a simulated slide, paused while it is captured, in two sizes of a terminal without colors.
-With colors, the picture has two pixels per character, and the cells of the taxel map are filled.
-The picture is scaled so that white is the given percentage of full scale.
-Below it, each trace shows one feature, r1 to r5 for rows and c1 to c5 for columns: a dot per frame, and the newest value beside it.
-The dashes are the threshold of the trigger.
-The lines at the bottom list the events, in the words of `wstac run`.
-`ci/long view --keep` writes this page.
-"""
-    for (width, height), screen in screens:
-        text += fenced(f"{width} × {height}", screen)
-    text += fenced("A board", of_board).replace("```text", "A board sends features, events and its state, and no pictures.\n\n```text", 1)
-    (ROOT / "docs/VIEW.md").write_text(text)
-    print("docs/VIEW.md is written")
-
-
 def main():
     wstac = sys.argv[1]
     checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_removed, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)
-    if sys.argv[3:] == ["--keep"]:
-        keep(wstac)
 
 
 if __name__ == "__main__":

@@ -2,56 +2,26 @@
 
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::motion::{Contact, Doubt};
-use wstac_core::params::TAXELS;
 use wstac_host::config::Config;
 use wstac_host::json::JsonLine;
-use wstac_host::model_file::ModelFile;
-use wstac_host::output::{Output, OutputOptions, TactileEvent};
-use wstac_host::session::Processor;
-use wstac_host::source::{LossReason, Source, SourceEvent, SummedFrame};
-use wstac_host::texture::{NoTexture, Textures};
+use wstac_host::output::{Output, TactileEvent};
+use wstac_host::texture::NoTexture;
 use wstac_scene::SceneConfig;
-use wstac_scene::sensor::Fidelity;
-use wstac_scene::source::SceneSource;
 
-/// What is left of a frame.
-type Altered = Option<[u32; TAXELS]>;
+use crate::host::{Sums, first_event, sums};
 
 /// Returns the first event of a scene, `Saw3@150` or TOML, with these keys of the configuration and this model. `alter`
 /// gets all frames, and changes or loses some.
-fn event(scene: &str, keys: &str, model: &str, alter: impl Fn(&mut Vec<Altered>)) -> TactileEvent {
+fn event(scene: &str, keys: &str, model: &str, alter: impl Fn(&mut Vec<Option<Sums>>)) -> TactileEvent {
     let is_short = scene.contains('@');
     let script = if is_short { SceneConfig::parse_short(scene) } else { SceneConfig::from_toml("scene", scene) };
-    let mut script = script.unwrap();
-    script.fidelity = Fidelity::Taxel;
-    let mut source = SceneSource::new(&script).unwrap();
-    let mut frames = Vec::new();
-    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
-        frames.push(Some(frame.sums));
-    }
+    let (info, frames) = sums(script.unwrap());
+    let mut frames = frames.into_iter().map(Some).collect();
     alter(&mut frames);
-    let config = Config::parse(keys).unwrap();
-    let files = [ModelFile::open(model.as_ref()).unwrap()];
-    let processor = Processor::new(source.info(), &config, OutputOptions::default()).unwrap();
-    let mut processor = processor.with_textures(Textures::new(&files).unwrap());
-    let mut first = None;
-    for frame in frames {
-        let event = match frame {
-            Some(sums) => SourceEvent::Taxels(SummedFrame::new(sums)),
-            None => SourceEvent::Lost { frames: 1, reason: LossReason::Dropped },
-        };
-        let emit = |output| {
-            if let Output::Event(event) = output {
-                first.get_or_insert(*event);
-            }
-            Ok::<(), ()>(())
-        };
-        processor.process(&event, emit).unwrap();
-    }
-    first.expect("the touch has an event")
+    first_event(&info, frames, &Config::parse(keys).unwrap(), &[model])
 }
 
-fn as_it_is(_: &mut Vec<Altered>) {}
+fn as_it_is(_: &mut Vec<Option<Sums>>) {}
 
 /// Returns the reasons of an event's line of JSON.
 fn why(event: &TactileEvent) -> serde_json::Value {

@@ -7,52 +7,27 @@ use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::rate::FrameRate;
 use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
-use wstac_host::output::{Output, OutputOptions, TactileEvent};
-use wstac_host::session::Processor;
-use wstac_host::source::{LossReason, Source, SourceEvent, StreamInfo, SummedFrame};
-use wstac_host::texture::{NoTexture, Texture, Textures};
+use wstac_host::output::TactileEvent;
+use wstac_host::source::StreamInfo;
+use wstac_host::texture::{NoTexture, Texture};
 use wstac_scene::SceneConfig;
-use wstac_scene::sensor::Fidelity;
-use wstac_scene::source::SceneSource;
 
-/// Returns a slide as taxel sums, and what its frames have in common.
-fn slide(text: &str, per_second: u32) -> (StreamInfo, Vec<[u32; TAXELS]>) {
+use crate::host::{Sums, first_event, sums};
+
+fn slide(text: &str, per_second: u32) -> (StreamInfo, Vec<Sums>) {
     let mut script = SceneConfig::parse_short(text).unwrap();
-    script.fidelity = Fidelity::Taxel;
     script.sensor.rate = FrameRate::new(per_second, 1).unwrap();
-    let mut source = SceneSource::new(&script).unwrap();
-    let mut frames = Vec::new();
-    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
-        frames.push(frame.sums);
-    }
-    (source.info().clone(), frames)
+    sums(script)
 }
 
 /// Returns the first event of a host with these models, if every frame of `lost` is lost.
-fn on_host(info: &StreamInfo, frames: &[[u32; TAXELS]], models: &[&str], lost: &[usize]) -> TactileEvent {
-    let files: Vec<_> = models.iter().map(|name| ModelFile::open(name.as_ref()).unwrap()).collect();
-    let processor = Processor::new(info, &Config::default(), OutputOptions::default()).unwrap();
-    let mut processor = processor.with_textures(Textures::new(&files).unwrap());
-    let mut first = None;
-    for (number, sums) in frames.iter().enumerate() {
-        let event = if lost.contains(&number) {
-            SourceEvent::Lost { frames: 1, reason: LossReason::Dropped }
-        } else {
-            SourceEvent::Taxels(SummedFrame::new(*sums))
-        };
-        let emit = |output| {
-            if let Output::Event(event) = output {
-                first.get_or_insert(*event);
-            }
-            Ok::<(), ()>(())
-        };
-        processor.process(&event, emit).unwrap();
-    }
-    first.expect("the slide has an event")
+fn on_host(info: &StreamInfo, frames: &[Sums], models: &[&str], lost: &[usize]) -> TactileEvent {
+    let frames = frames.iter().enumerate().map(|(number, sums)| (!lost.contains(&number)).then_some(*sums));
+    first_event(info, frames, &Config::default(), models)
 }
 
 /// Returns the class of the first event, as the core computes it from a ring of its own.
-fn directly(info: &StreamInfo, frames: &[[u32; TAXELS]], model: &str) -> String {
+fn directly(info: &StreamInfo, frames: &[Sums], model: &str) -> String {
     let config = Config::default();
     let mut pipeline = config.pipeline(info).unwrap();
     let (law, motion) = (config.law(info.rate).unwrap(), config.motion(info.rate).unwrap());
@@ -126,12 +101,8 @@ fn reasons_are_those_of_the_touch() {
     let with = |models: &[&str], lost: &[usize]| on_host(&info, &frames, models, lost).texture;
     assert_eq!(with(&["builtin:taxel-path-svm"], &[]), Err(NoTexture::TooShort));
     assert_eq!(with(&[], &[]), Err(NoTexture::NoModel));
-    let script = SceneConfig::from_toml("a press", "fidelity = \"taxel\"\n[[touch]]\nkind = \"press\"\n").unwrap();
-    let mut source = SceneSource::new(&script).unwrap();
-    let mut frames = Vec::new();
-    while let SourceEvent::Taxels(frame) = source.next_event().unwrap() {
-        frames.push(frame.sums);
-    }
-    let press = on_host(source.info(), &frames, &["builtin:taxel-path-svm"], &[]).texture;
+    let script = SceneConfig::from_toml("a press", "[[touch]]\nkind = \"press\"\n").unwrap();
+    let (info, frames) = sums(script);
+    let press = on_host(&info, &frames, &["builtin:taxel-path-svm"], &[]).texture;
     assert_eq!(press, Err::<Texture, _>(NoTexture::NoSlide));
 }

@@ -21,7 +21,7 @@ use serde_json::Value;
 use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text, encode};
 use wstac_host::model_file::ModelFile;
-use wstac_tests::command::{good, printed, refusal, run, said, start};
+use wstac_tests::command::{Signal, good, printed, refusal, run, said, send, start};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
 
@@ -305,8 +305,7 @@ fn a_device_that_is_gone_is_waited_for() {
     assert!(stderr.next().unwrap().contains("the baseline was not quiet"));
     assert!(stderr.next().unwrap().contains("it started again because of: a panic"));
     assert!(stderr.next().unwrap().contains("2 frames lost by the board"));
-    // SAFETY: sends a signal to the child, which has not been waited for.
-    assert_eq!(unsafe { libc::kill(monitor.id() as i32, libc::SIGINT) }, 0);
+    send(&monitor, Signal::INT);
     let mut out = String::new();
     monitor.stdout.take().unwrap().read_to_string(&mut out).unwrap();
     let incomplete = r#"{"frame":280,"frames":20}"#;
@@ -378,8 +377,7 @@ impl Unread {
 
     /// Sends a signal that ends the monitor.
     fn interrupt(&self) {
-        // SAFETY: sends a signal to the child, which has not been waited for.
-        assert_eq!(unsafe { libc::kill(self.monitor.id() as i32, libc::SIGINT) }, 0);
+        send(&self.monitor, Signal::INT);
     }
 }
 

@@ -1,9 +1,8 @@
 //! Tests recordings whose chunks are compressed.
 
 use std::fs;
-use std::process::Command;
 
-use wstac_tests::command::{good, run, said, wstac};
+use wstac_tests::command::{good, program, run, run_script, said, wstac};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
@@ -64,7 +63,7 @@ fn a_killed_compressed_recording_loses_its_last_second() {
     let [file, new, again] = ["a.mcap", "new.mcap", "again.mcap"].map(|name| folder.0.join(name));
     let [name, new_name, again_name] = [&file, &new, &again].map(|path| path.to_str().unwrap());
     for compression in ["zstd", "lz4"] {
-        let mut command = Command::new(wstac());
+        let mut command = program(wstac());
         command.args(["record", "-", "--compress", compression, "-o", name]);
         // No frame of noise is found in the compressed file, so only its size says how far it is.
         let (mut child, _open) = piped_to(command, &file, 200, |bytes| bytes.len() > 6000);
@@ -119,10 +118,9 @@ fn a_compressed_recording_fills_a_small_disk() {
     for compression in ["zstd", "lz4"] {
         let _ = fs::remove_file(&file);
         let script = format!(
-            "ulimit -f 1000; exec \"$0\" record scene:Saw3@150 --size 300x300 --compress {compression} -o {}",
-            file.display()
+            "ulimit -f 1000; exec \"$0\" record scene:Saw3@150 --size 300x300 --compress {compression} -o a.mcap"
         );
-        let done = Command::new("bash").args(["-c", &script]).arg(wstac()).output().unwrap();
+        let done = run_script(&folder, &script);
         assert_eq!(done.status.code(), Some(1), "{}", said(&done));
         assert!(said(&done).contains("the disk is full"), "{}", said(&done));
         let size = file.metadata().unwrap().len();

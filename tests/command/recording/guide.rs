@@ -3,9 +3,9 @@
 
 use std::fs;
 use std::io::Write;
-use std::process::{Command, Output, Stdio};
+use std::process::{Output, Stdio};
 
-use wstac_tests::command::{run, said, wstac};
+use wstac_tests::command::{program, run, said, wstac};
 use wstac_tests::folder::Folder;
 
 #[test]
@@ -27,7 +27,7 @@ fn guided(folder: &Folder, keys: &str) -> Output {
     let path = |name: &str| folder.0.join(name).display().to_string();
     let scene = format!("scene:{}", path("s.toml"));
     let (plan, files) = (path("plan.toml"), path("files"));
-    let mut command = Command::new(wstac());
+    let mut command = program(wstac());
     command.args(["record", &scene, "--guide", &plan, "-o", &files, "--label", "person=me"]);
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // The session may end before it has read everything.

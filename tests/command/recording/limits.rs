@@ -4,9 +4,9 @@
 use std::fs::{self, File};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use wstac_tests::command::{said, wstac};
+use wstac_tests::command::{program, run_in, said, wstac};
 use wstac_tests::folder::Folder;
 
 use super::good;
@@ -29,7 +29,7 @@ const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Runs `wstac` with little memory, and prints a line of a table: the command, its most memory and its exit code.
 fn limited(folder: &Folder, arguments: &[&str]) -> Output {
-    let mut command = Command::new("python3");
+    let mut command = program("python3");
     command.args(["-c", LIMITED, &SPACE.to_string(), "peak"]).arg(wstac()).args(arguments).current_dir(&folder.0);
     let done = command.output().unwrap();
     let kib: u32 = fs::read_to_string(folder.0.join("peak")).unwrap().parse().unwrap();
@@ -184,7 +184,7 @@ fn texts_and_models_without_an_end_take_little_memory() {
 fn a_pipe_is_no_recording() {
     let folder = Folder::new("recording-pipe");
     let pipe = folder.0.join("pipe.mcap");
-    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    assert!(program("mkfifo").arg(&pipe).status().unwrap().success());
     let (name, new) = (pipe.to_str().unwrap(), folder.0.join("new.mcap"));
     let start = std::time::Instant::now();
     for arguments in [&["recover", name, "-o", new.to_str().unwrap()][..], &["dataset", name, "-o", "new.npz"]] {
@@ -216,7 +216,7 @@ fn samples_and_labels_that_compress_well_take_little_memory() {
     let folder = Folder::new("recording-limits-samples");
     let bomb = |name: &str, samples: u32, descr: &str, label: &str| {
         let arguments = [name, &samples.to_string(), descr, label];
-        let done = Command::new("python3").args(["-c", BOMB]).args(arguments).current_dir(&folder.0).output().unwrap();
+        let done = program("python3").args(["-c", BOMB]).args(arguments).current_dir(&folder.0).output().unwrap();
         assert!(done.status.success(), "{}", said(&done));
         assert!(fs::metadata(folder.0.join(name)).unwrap().len() < 8 << 20);
     };
@@ -256,7 +256,7 @@ fn large_frames_are_refused_where_there_is_little_memory() {
         assert_eq!(done.status.code(), Some(1), "{}", said(&done));
         assert!(said(&done).contains("frames of 61 MB"), "{}", said(&done));
         assert_eq!(folder.names(), ["peak", "s.toml"]);
-        let done = Command::new(wstac()).args(arguments).current_dir(&folder.0).output().unwrap();
+        let done = run_in(&folder, arguments);
         assert!(done.status.success(), "{}", said(&done));
         for arguments in [&["recover", name, "-o", "new.mcap"][..], &["run", name], &["dataset", name, "-o", "new.npz"]]
         {

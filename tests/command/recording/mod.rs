@@ -22,8 +22,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 
-use rustix::process::{Pid, Signal, kill_process};
-use wstac_tests::command::{good, run, said, wstac};
+use wstac_tests::command::{Signal, good, program, run, run_script, said, send, wstac};
 use wstac_tests::folder::Folder;
 
 /// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
@@ -138,7 +137,7 @@ fn two_programs_do_not_write_one_recording() {
         assert_eq!(done.status.code(), Some(1), "{}", said(&done));
         assert!(said(&done).contains("a.mcap.part: another wstac is writing it"), "{}", said(&done));
     }
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     fs::rename(&part, &whole).unwrap();
     assert!(good(&["run", whole_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
@@ -200,7 +199,7 @@ fn limits_end_a_recording() {
 fn a_closed_output_does_not_end_a_recording() {
     let folder = Folder::new("recording-closed");
     let file = folder.0.join("a.mcap");
-    let mut command = Command::new(wstac());
+    let mut command = program(wstac());
     command.args(["record", "scene:Saw3@150", "--json", "-o"]).arg(&file).stdout(Stdio::piped());
     let mut child = command.stderr(Stdio::null()).spawn().unwrap();
     drop(child.stdout.take());
@@ -210,7 +209,7 @@ fn a_closed_output_does_not_end_a_recording() {
 
 /// Starts to record a pipe, and waits until these frames are in the file. The pipe stays open.
 fn piped(file: &Path, frames: usize) -> (Child, ChildStdin) {
-    let mut command = Command::new(wstac());
+    let mut command = program(wstac());
     command.args(["record", "-", "-o"]).arg(file);
     piped_to(command, file, frames, |bytes| has_frames(bytes, frames))
 }
@@ -259,7 +258,7 @@ fn a_killed_recording_comes_back_and_a_stopped_one_is_whole() {
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         fs::remove_file(&file).unwrap();
         let (mut child, _open) = piped(&file, 3);
-        kill_process(Pid::from_child(&child), signal).unwrap();
+        send(&child, signal);
         assert_eq!(child.wait().unwrap().code(), Some(0));
         assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":3,"#));
     }
@@ -273,7 +272,7 @@ fn force_replaces_a_recording_at_its_end() {
     let [name, beside_name, new_name] = [&file, &beside, &new].map(|path| path.to_str().unwrap());
     fs::write(&file, "old").unwrap();
     let forced = |frames| {
-        let mut command = Command::new(wstac());
+        let mut command = program(wstac());
         command.args(["record", "-", "--force", "-o", name]);
         piped_to(command, &beside, frames, |bytes| has_frames(bytes, frames))
     };
@@ -290,7 +289,7 @@ fn force_replaces_a_recording_at_its_end() {
     assert!(good(&["run", new_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
     fs::remove_file(&beside).unwrap();
     let (mut child, _open) = forced(30);
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":30,"dropped":0,"#));
     assert!(!beside.exists());
@@ -332,8 +331,7 @@ fn no_room_stays_reserved() {
 fn a_full_disk_ends_a_recording_properly() {
     let folder = Folder::new("recording-full");
     let file = folder.0.join("a.mcap");
-    let script = format!("ulimit -f 2000; exec \"$0\" record scene:Saw3@150 --size 200x200 -o {}", file.display());
-    let done = Command::new("bash").args(["-c", &script]).arg(wstac()).output().unwrap();
+    let done = run_script(&folder, "ulimit -f 2000; exec \"$0\" record scene:Saw3@150 --size 200x200 -o a.mcap");
     assert_eq!(done.status.code(), Some(1), "{}", said(&done));
     let (_, after) = said(&done).split_once("the recording ends after ").map(|(a, b)| (a.len(), b.to_owned())).unwrap();
     let frames: u64 = after.split(' ').next().unwrap().parse().unwrap();
@@ -349,7 +347,7 @@ fn a_recording_that_cannot_start_leaves_no_file() {
     let before = folder.names();
     let limited = |blocks: u32, options: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" record scene:Saw3@150 --size 60x40 -o a.mcap {options}");
-        let done = Command::new("bash").args(["-c", &script]).arg(wstac()).current_dir(&folder.0).output().unwrap();
+        let done = run_script(&folder, &script);
         assert_eq!(done.status.code(), Some(1), "{}", said(&done));
         assert!(!said(&done).contains(".wstac-"), "{}", said(&done));
         said(&done)

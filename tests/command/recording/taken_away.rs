@@ -3,10 +3,9 @@
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Stdio};
 
-use rustix::process::{Pid, Signal, kill_process};
-use wstac_tests::command::{good, wstac};
+use wstac_tests::command::{Signal, good, program, send, wstac};
 use wstac_tests::folder::Folder;
 
 use super::{has_frames, piped_to};
@@ -16,7 +15,7 @@ const FRAMES: usize = 20;
 /// Starts a recording of standard input that goes on, and whose messages are kept in a file.
 fn started(folder: &Folder, options: &[&str], file: &Path) -> (Child, ChildStdin) {
     let (mut child, stdin) = {
-        let mut command = Command::new("sh");
+        let mut command = program("sh");
         // `piped_to` closes standard error.
         let script = format!("exec \"$0\" record \"$@\" 2> {}", folder.0.join("said").display());
         command.args(["-c", &script]).arg(wstac()).args(options).stdin(Stdio::piped());
@@ -28,7 +27,7 @@ fn started(folder: &Folder, options: &[&str], file: &Path) -> (Child, ChildStdin
 
 /// Ends the recording, which must fail, and returns what it has said.
 fn ended(folder: &Folder, mut child: Child) -> String {
-    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+    send(&child, Signal::INT);
     let code = child.wait().unwrap().code();
     let mut said = String::new();
     fs::File::open(folder.0.join("said")).unwrap().read_to_string(&mut said).unwrap();

@@ -22,6 +22,8 @@ use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Trigger};
 
 use case::{Case, EventOf, Expected, Manifest, directory, read};
 
+const EVIDENCE: &str = include_str!("../../../docs/EVIDENCE.md");
+
 /// Checks the numbers and answers of one event.
 fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &SpeedConfig, compare_samples: bool) {
     let at = format!("{name}, event at {}", expected.frame);
@@ -263,16 +265,23 @@ fn every_golden_vector_is_met() {
             failed.push(case.name.as_str());
         }
     }
+    let percent = 100.0 * found.equal as f64 / found.features as f64;
     println!(
         "{} cases: {} frames' sums identical; {} features, {:.4} % equal, the others off by 1/2048; {} events and {} incomplete samples; {} cases run from the reference's features only",
         manifest.cases.len(),
         found.sums,
         found.features,
-        100.0 * found.equal as f64 / found.features as f64,
+        percent,
         found.events,
         found.incomplete,
         found.unrobust,
     );
     assert!(failed.is_empty(), "{} of {} cases failed: {failed:?}", failed.len(), manifest.cases.len());
     assert!(found.sums > 0 && found.features > 0 && found.events > 0 && found.incomplete > 0, "a part has no cases");
+    for claim in [
+        format!("| {} golden cases ", manifest.cases.len()),
+        format!("{percent:.2} % of {},{:03} features equal", found.features / 1000, found.features % 1000),
+    ] {
+        assert!(EVIDENCE.contains(&claim), "docs/EVIDENCE.md does not say: {claim}");
+    }
 }
