@@ -9,7 +9,8 @@ use wstac_core::layout::Layout;
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
+use wstac_core::reason::Reason;
+use wstac_core::speed::{self, Speed, SpeedConfig};
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::trigger::{Trigger, TriggerConfig};
@@ -40,7 +41,7 @@ struct Sensor {
 struct Answered {
     event: OwnedEvent,
     direction: Direction,
-    speed: Result<Speed, NoSpeed>,
+    speed: Result<Speed, Reason>,
 }
 
 impl Sensor {

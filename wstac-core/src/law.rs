@@ -3,9 +3,10 @@
 //! [`ByCoherence`] and [`ByEdges`] measure arrival times, and hold for any slide. [`SpeedConfig`] is a law of durations,
 //! with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
 
-use crate::direction::{self, Direction, Unclear};
-use crate::motion::{self, Contact, Doubt, Motion, MotionConfig, Velocity};
-use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
+use crate::direction::{self, Direction};
+use crate::motion::{self, Contact, Motion, MotionConfig, Velocity};
+use crate::reason::Reason;
+use crate::speed::{self, LitSpan, Speed, SpeedConfig};
 use crate::trigger::Event;
 
 /// The answers of a law about an event's touch.
@@ -19,7 +20,7 @@ pub struct Answer {
     /// The duration in frames from the first lit frame of the sample to the last; `None` if no frame is lit.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
-    pub speed: Result<Speed, NoSpeed>,
+    pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
     /// Whether the answers are reliable.
@@ -27,12 +28,14 @@ pub struct Answer {
     /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says that
     /// speed and direction hold within their standard deviations, and that the kind of the touch is clear.
     pub reliable: bool,
+    /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, and by a law of durations.
+    pub doubt: Option<Reason>,
 }
 
 impl Answer {
     /// Creates an answer of a law of one's own.
-    pub const fn new(speed: Result<Speed, NoSpeed>, direction: Direction, reliable: bool) -> Self {
-        Self { contact: None, duration: None, speed, direction, reliable }
+    pub const fn new(speed: Result<Speed, Reason>, direction: Direction, reliable: bool) -> Self {
+        Self { contact: None, duration: None, speed, direction, reliable, doubt: None }
     }
 
     /// Returns the velocity by arrival times; `None` by a law of durations, or if the touch has none.
@@ -47,7 +50,7 @@ impl Answer {
 }
 
 /// Returns the velocity of a speed and a direction by arrival times, which have standard deviations; `None` of others.
-pub(crate) fn velocity(speed: Result<Speed, NoSpeed>, direction: &Direction) -> Option<Velocity> {
+pub(crate) fn velocity(speed: Result<Speed, Reason>, direction: &Direction) -> Option<Velocity> {
     let (speed, degrees) = (speed.ok()?, direction.degrees.ok()?);
     Some(Velocity { mm_s: speed.mm_s, mm_s_sd: speed.sd?, degrees, degrees_sd: direction.sd? })
 }
@@ -122,6 +125,7 @@ impl EventLaw for SpeedConfig {
             speed: speed::speed(event, self),
             direction: direction::direction(event),
             reliable: event.reliable,
+            doubt: None,
         }
     }
 
@@ -161,14 +165,10 @@ impl EventLaw for AnyLaw {
 }
 
 impl AnyLaw {
-    /// Returns why the touch of an event is unclear, or why its answers are not reliable; `None` if they are, and by a law
-    /// of durations.
-    pub fn doubt(&self, event: &Event<'_>) -> Option<Doubt> {
-        match self {
-            Self::Coherence(law) => motion::doubt_by_coherence(event, law.0),
-            Self::Edges(law) => motion::doubt_by_edges(event, law.0),
-            Self::Duration(_) => None,
-        }
+    #[deprecated(since = "0.4.0", note = "use `Answer::doubt`")]
+    #[doc(hidden)]
+    pub fn doubt(&self, event: &Event<'_>) -> Option<Reason> {
+        self.answer(event).doubt
     }
 }
 
@@ -178,13 +178,14 @@ fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
         Some(velocity) => {
             (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
         }
-        None => (Err(NoSpeed::NoSlide(motion.contact)), Err(Unclear::NoSlide(motion.contact))),
+        None => (Err(Reason::NoSlide(motion.contact)), Err(Reason::NoSlide(motion.contact))),
     };
-    let reliable = match motion.contact {
-        Contact::Slide => motion.reliable,
-        Contact::Press | Contact::Poke => event.reliable,
-        Contact::Unclear => false,
-    };
-    let direction = Direction::by_arrival(direction);
-    Answer { contact: Some(motion.contact), duration: event.lit_frames(), speed, direction, reliable }
+    Answer {
+        contact: Some(motion.contact),
+        duration: event.lit_frames(),
+        speed,
+        direction: Direction::by_arrival(direction),
+        reliable: motion.doubt.is_none(),
+        doubt: motion.doubt,
+    }
 }

@@ -21,6 +21,7 @@
 //! | event → texture | [`texture`] with a [`model`], and with textures that are [`learned`] |
 //! | half an event → texture | [`early`] |
 //! | all of it | [`pipeline`] |
+//! | why an answer is missing or not reliable | [`reason`] |
 //! | events → a host, with the feature `wire` | `wire` |
 //!
 //! ## Example
@@ -83,6 +84,7 @@ pub mod params;
 pub mod path_sample;
 pub mod pipeline;
 pub mod rate;
+pub mod reason;
 pub mod sample;
 pub mod speed;
 pub mod stream;

@@ -8,11 +8,12 @@ use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyModule};
-use wstac_core::direction::{Direction, Heading, Unclear};
+use wstac_core::direction::{Direction, Heading};
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::motion::{Contact, Doubt};
+use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::speed::{NoSpeed, Speed};
+use wstac_core::reason::Reason;
+use wstac_core::speed::Speed;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread, within_ms};
 use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
@@ -244,10 +245,10 @@ impl<'py> Classes<'py> {
         let (why, why_texture) = (PyDict::new(py), event.why_texture());
         let (direction, paths) = (event.direction, event.paths.as_deref());
         let missing = [
-            ("speed", event.speed.err().map(NoSpeed::as_str)),
-            ("direction", direction.degrees.err().map(Unclear::as_str)),
+            ("speed", event.speed.err().map(Reason::as_str)),
+            ("direction", direction.degrees.err().map(Reason::as_str)),
             ("texture", why_texture.as_deref()),
-            ("reliable", event.doubt.map(Doubt::as_str)),
+            ("reliable", event.doubt.map(Reason::as_str)),
         ];
         for (answer, reason) in missing {
             if let Some(reason) = reason {

@@ -15,7 +15,8 @@ use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::direction;
 use wstac_core::green::any::Any;
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::speed::{self, NoSpeed, SpeedConfig};
+use wstac_core::reason::Reason;
+use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::TaxelSums;
 use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Trigger};
@@ -52,9 +53,9 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
         }
         Err(none) => {
             let (why, bound) = match none {
-                NoSpeed::BaselineAbove => ("baseline", None),
-                NoSpeed::NeverValid => ("no_light", None),
-                NoSpeed::CutOff { at_most } => ("cut_off", at_most),
+                Reason::BaselineAbove => ("baseline", None),
+                Reason::NeverValid => ("no_light", None),
+                Reason::CutOff { at_most } => ("cut_off", at_most),
                 other => panic!("{at}: {other:?} is no reason of the reference"),
             };
             assert_eq!(Some(why), answer.why.as_deref(), "{at}: why there is no speed");

@@ -19,8 +19,9 @@ use crate::model::speeds::KnownSpeeds;
 use crate::motion::{Contact, Velocity};
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 use crate::rate::FrameRate;
+use crate::reason::Reason;
 use crate::sample::Sample;
-use crate::speed::{NoSpeed, Speed};
+use crate::speed::Speed;
 use crate::texture::Texture;
 use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
 
@@ -261,7 +262,7 @@ pub struct Answers<'a> {
     /// The duration in frames, from the first lit frame to the last; `None` if no frame is lit.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
-    pub speed: Result<Speed, NoSpeed>,
+    pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
     /// The answers of texture models; unused places are `None`.
@@ -276,6 +277,10 @@ pub struct Answers<'a> {
     pub number: u16,
     /// How far the oldest event that the board keeps is behind this one. Older ones than that are not sent again.
     pub kept: u8,
+    /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, by a law of durations, and from
+    /// a board before version 0.4.
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub doubt: Option<Reason>,
 }
 
 impl<'a> Answers<'a> {
@@ -300,6 +305,7 @@ impl<'a> Answers<'a> {
             reliable: answer.reliable,
             number: 0,
             kept: 0,
+            doubt: answer.doubt,
         }
     }
 

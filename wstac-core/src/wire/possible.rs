@@ -8,7 +8,8 @@ use crate::direction::Direction;
 use crate::features::Features;
 use crate::motion::{Contact, Velocity};
 use crate::params::SAMPLE_FRAMES;
-use crate::speed::{NoSpeed, Speed};
+use crate::reason::Reason;
+use crate::speed::Speed;
 use crate::trigger::{InterruptedSample, StreamEnd};
 
 /// The largest frame number and count: 2^53, the last up to which JSON's numbers are exact. At 1000 frames per second
@@ -176,9 +177,9 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     count(answers.frames_filled, 0..=SAMPLE_FRAMES)?;
     match answers.speed {
         Ok(Speed { mm_s, sd, .. }) => speed(mm_s).and_then(|()| deviation(sd.unwrap_or(0.0)))?,
-        Err(NoSpeed::CutOff { at_most: Some(mm_s) }) => speed(mm_s)?,
-        Err(_) => {}
+        Err(reason) => check_reason(reason)?,
     }
+    answers.doubt.map_or(Ok(()), check_reason)?;
     let Direction { degrees: angle, sd, confidence: certainty } = answers.direction;
     degrees(angle.unwrap_or(0.0))?;
     deviation(sd.unwrap_or(0.0))?;
@@ -186,6 +187,13 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     let slides = matches!(answers.contact, None | Some(Contact::Slide));
     ensure(slides || answers.speed.is_err() && angle.is_err(), Quantity::Contact)?;
     answers.textures.iter().flatten().try_for_each(check_texture)
+}
+
+fn check_reason(reason: Reason) -> Result<(), Quantity> {
+    match reason {
+        Reason::CutOff { at_most: Some(mm_s) } => speed(mm_s),
+        _ => Ok(()),
+    }
 }
 
 fn check_texture(texture: &TextureAnswer<'_>) -> Result<(), Quantity> {
