@@ -34,8 +34,8 @@ impl Heading {
     }
 }
 
+/// The former name of [`Reason`].
 #[deprecated(since = "0.4.0", note = "use `reason::Reason`")]
-#[doc(hidden)]
 pub type Unclear = Reason;
 
 /// A direction, and how far it can be trusted.

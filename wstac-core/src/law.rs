@@ -165,8 +165,8 @@ impl EventLaw for AnyLaw {
 }
 
 impl AnyLaw {
+    /// Returns [`Answer::doubt`].
     #[deprecated(since = "0.4.0", note = "use `Answer::doubt`")]
-    #[doc(hidden)]
     pub fn doubt(&self, event: &Event<'_>) -> Option<Reason> {
         self.answer(event).doubt
     }

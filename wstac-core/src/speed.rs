@@ -208,8 +208,8 @@ impl Speed {
     }
 }
 
+/// The former name of [`Reason`].
 #[deprecated(since = "0.4.0", note = "use `reason::Reason`")]
-#[doc(hidden)]
 pub type NoSpeed = Reason;
 
 /// Returns the first and last valid frame of an event's sample; `None` if no frame is valid.

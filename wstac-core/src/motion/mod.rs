@@ -342,18 +342,18 @@ fn degrees(right: f32, up: f32) -> f32 {
     if turned >= 360.0 { 0.0 } else { turned + 0.0 }
 }
 
+/// The former name of [`Reason`].
 #[deprecated(since = "0.4.0", note = "use `reason::Reason`")]
-#[doc(hidden)]
 pub type Doubt = Reason;
 
+/// Returns [`Motion::doubt`].
 #[deprecated(since = "0.4.0", note = "use `Motion::doubt`")]
-#[doc(hidden)]
 pub fn doubt_by_coherence(event: &Event<'_>, config: MotionConfig) -> Option<Reason> {
     by_coherence(event, config).doubt
 }
 
+/// Returns [`Motion::doubt`].
 #[deprecated(since = "0.4.0", note = "use `Motion::doubt`")]
-#[doc(hidden)]
 pub fn doubt_by_edges(event: &Event<'_>, config: MotionConfig) -> Option<Reason> {
     by_edges(event, config).doubt
 }
