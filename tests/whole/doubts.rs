@@ -1,9 +1,9 @@
 //! Tests that unclear touches, unreliable answers and unknown textures name their cause.
 
 use wstac_core::model::speeds::KnownSpeeds;
-use wstac_core::motion::Contact;
 use wstac_core::params::TAXELS;
 use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
 use wstac_host::json::JsonLine;
 use wstac_host::model_file::ModelFile;

@@ -1,16 +1,16 @@
 //! Tests the ends of every range of answers and of real parameters. Each test names an extreme and what is guaranteed
 //! there.
 
-use wstac_core::baseline::Baseline;
-use wstac_core::direction;
 use wstac_core::error::ConfigError;
 use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{self, Law, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{Event, Rule, TriggerConfig};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
-use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_tests::extreme::{DARK, feature};
 
 /// Values that are wrong for real numbers: refused or harmless everywhere.

@@ -5,18 +5,18 @@ use std::fmt::Debug;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use wstac_core::baseline::Baseline;
-use wstac_core::direction::{Direction, Heading};
 use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::motion::Contact;
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction::{Direction, Heading};
+use wstac_core::paper::speed::{Law, LitSpan, Speed, ThresholdOn};
+use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
-use wstac_core::speed::{Law, LitSpan, Speed, ThresholdOn};
 use wstac_core::stream::FeatureFrame;
-use wstac_core::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
+use wstac_core::touch::motion::Contact;
 use wstac_tests::formats;
 
 /// Writes and reads `value`, and checks that every shorter message is refused.

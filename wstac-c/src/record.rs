@@ -3,9 +3,9 @@
 use std::ffi::{CString, c_char};
 use std::ptr;
 
-use wstac_core::motion::Contact;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::texture::Texture;

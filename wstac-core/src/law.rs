@@ -3,11 +3,11 @@
 //! [`ByCoherence`] and [`ByEdges`] measure arrival times, and hold for any slide. [`SpeedConfig`] is a law of durations,
 //! with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
 
-use crate::direction::{self, Direction};
-use crate::motion::{self, Contact, Motion, MotionConfig, Velocity};
+use crate::paper::direction::{self, Direction};
+use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
+use crate::paper::trigger::Event;
 use crate::reason::Reason;
-use crate::speed::{self, LitSpan, Speed, SpeedConfig};
-use crate::trigger::Event;
+use crate::touch::motion::{self, Contact, Motion, MotionConfig, Velocity};
 
 /// The answers of a law about an event's touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,8 @@ pub trait EventLaw {
 
     /// Returns whether the law needs one event per touch, however long the touch is.
     ///
-    /// A pipeline has that from [`TriggerConfig::one_event_per_touch`](crate::trigger::TriggerConfig::one_event_per_touch).
+    /// A pipeline has that from
+    /// [`TriggerConfig::one_event_per_touch`](crate::paper::trigger::TriggerConfig::one_event_per_touch).
     fn is_per_touch(&self) -> bool {
         true
     }
@@ -78,7 +79,7 @@ pub trait EventLaw {
 /// ```
 /// use wstac_core::law::{ByCoherence, EventLaw};
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{motion::{Contact, MotionConfig}, taxels::FrameGeometry, trigger::TriggerConfig};
+/// use wstac_core::{touch::motion::{Contact, MotionConfig}, taxels::FrameGeometry, paper::trigger::TriggerConfig};
 ///
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let trigger = TriggerConfig::default().one_event_per_touch();

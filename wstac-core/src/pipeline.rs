@@ -3,19 +3,19 @@
 
 use core::marker::PhantomData;
 
-use crate::baseline::Baseline;
-use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
-use crate::early::{self, SamplePrefix};
 use crate::error::{ConfigError, FrameError};
 use crate::features::{Features, Floor};
 use crate::green::{GreenChannel, gray::Gray};
 use crate::ln::{Ln, fixed::Fixed};
+use crate::paper::baseline::Baseline;
+use crate::paper::baseline_policy::{BaselinePolicy, FixedBaseline};
+use crate::paper::early::{self, SamplePrefix};
+use crate::paper::sample::Sample;
+use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
 use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
-use crate::path_sample::{NoTaxels, TaxelRing, TaxelStore};
-use crate::sample::Sample;
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
-use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
+use crate::touch::path_sample::{NoTaxels, TaxelRing, TaxelStore};
 
 /// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples.
 ///
@@ -24,8 +24,8 @@ use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, T
 /// Every push returns an [`Update`] with whatever the frame brought.
 ///
 /// ```
-/// use wstac_core::{direction, green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{speed::{self, SpeedConfig}, taxels::FrameGeometry};
+/// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{paper::direction, paper::speed::{self, SpeedConfig}, taxels::FrameGeometry};
 ///
 /// let layout = Layout::paper(FrameSize::new(400, 400)?)?;
 /// let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?;
@@ -98,7 +98,7 @@ impl<'a> Update<'a> {
     }
 
     /// Returns the taxels of the last 70 frames, for the sample of the event
-    /// ([`PathSample::of_taxels`](crate::path_sample::PathSample::of_taxels)).
+    /// ([`PathSample::of_taxels`](crate::touch::path_sample::PathSample::of_taxels)).
     ///
     /// It is `None` if the pipeline keeps no taxels ([`PipelineBuilder::taxels`]), or if a frame of them was lost, in
     /// whole or in part.
@@ -114,7 +114,7 @@ impl<'a> Update<'a> {
     /// Returns the end of the touch of an event: this one's, or that of an earlier one.
     ///
     /// It is given only by a trigger with one event per touch
-    /// ([`TriggerConfig::one_event_per_touch`](crate::trigger::TriggerConfig::one_event_per_touch)).
+    /// ([`TriggerConfig::one_event_per_touch`](crate::paper::trigger::TriggerConfig::one_event_per_touch)).
     pub fn contact_end(&self) -> Option<ContactEnd> {
         self.completed?.trigger.contact_end()
     }
@@ -211,7 +211,8 @@ impl Pipeline {
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
     /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
-    /// use wstac_core::{baseline_policy::TrackingBaseline, ln::any::AnyLn, trigger::{Rule, TriggerConfig}};
+    /// use wstac_core::ln::any::AnyLn;
+    /// use wstac_core::paper::{baseline_policy::TrackingBaseline, trigger::{Rule, TriggerConfig}};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
     /// let pipeline = Pipeline::builder(geometry)
@@ -460,7 +461,8 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G
 
     /// Sets the baseline policy, which applies after the baseline's 5m frames.
     ///
-    /// A host that chooses at run time uses `Option<`[`TrackingBaseline`](crate::baseline_policy::TrackingBaseline)`>`.
+    /// A host that chooses at run time uses
+    /// `Option<`[`TrackingBaseline`](crate::paper::baseline_policy::TrackingBaseline)`>`.
     #[inline(always)]
     pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, T> {
         let Self { geometry, floor, ln, trigger, first_frame, taxels, .. } = self;
@@ -472,7 +474,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G
     ///
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
-    /// use wstac_core::{motion::{self, MotionConfig}, path_sample::{PathSample, TaxelRing}};
+    /// use wstac_core::{touch::motion::{self, MotionConfig}, touch::path_sample::{PathSample, TaxelRing}};
     /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;

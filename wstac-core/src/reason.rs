@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::motion::Contact;
+use crate::touch::motion::Contact;
 
 /// The reason why an event has no speed or no direction, or why its answers are not reliable.
 ///
@@ -105,7 +105,7 @@ pub(crate) mod of_direction {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     use super::Reason;
-    use crate::motion::Contact;
+    use crate::touch::motion::Contact;
 
     #[derive(Serialize, Deserialize)]
     enum Numbered {

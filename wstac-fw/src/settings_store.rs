@@ -9,7 +9,7 @@ use wstac_core::features::Floor;
 use wstac_core::layout::Layout;
 #[cfg(feature = "settings")]
 use wstac_core::rate::FrameRate;
-use wstac_core::trigger::TriggerConfig;
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::wire::Request;
 #[cfg(feature = "models")]
 use wstac_core::wire::{BoardModel, ModelRefusal, ModelStep};

@@ -3,13 +3,13 @@
 use std::time::SystemTime;
 
 use serde::Serialize;
-use wstac_core::direction::Direction;
 use wstac_core::features::Features;
-use wstac_core::motion::Contact;
+use wstac_core::paper::direction::Direction;
+use wstac_core::paper::speed::Speed;
+use wstac_core::paper::trigger::InterruptedSample;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::reason::Reason;
-use wstac_core::speed::Speed;
-use wstac_core::trigger::InterruptedSample;
+use wstac_core::touch::motion::Contact;
 
 use crate::output::{
     ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,

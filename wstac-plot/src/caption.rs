@@ -1,6 +1,6 @@
 //! The event's numbers, and an explanation of the figure, in words.
 
-use wstac_core::speed::{Law, ThresholdOn};
+use wstac_core::paper::speed::{Law, ThresholdOn};
 
 use super::event::Found;
 use wstac_core::params::SAMPLE_FRAMES;

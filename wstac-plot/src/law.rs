@@ -1,7 +1,7 @@
 //! Panel d: the speed law, and the event's place on it.
 
+use wstac_core::paper::speed::Law;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::speed::Law;
 
 use wstac_host::json::rounded;
 

@@ -1,9 +1,9 @@
 //! Tests of the figure's words and numbers, and of its well-formedness, also for events without answers.
 
 use super::*;
-use wstac_core::direction::Direction;
-use wstac_core::motion::Contact;
+use wstac_core::paper::direction::Direction;
 use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
 use wstac_host::json::{JsonLine, rounded};
 use wstac_host::output::{Output, OutputOptions};

@@ -8,11 +8,11 @@ use wstac_core::green::any::Any;
 use wstac_core::law::{AnyLaw, EventLaw};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::motion::{MotionConfig, by_coherence};
-use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::paper::trigger::Event;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::{MotionConfig, by_coherence};
+use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::candidate::Candidate;
 use super::parameters::{AnswerLaw, Format, Setting};

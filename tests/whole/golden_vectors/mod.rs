@@ -11,15 +11,15 @@ mod path;
 use std::collections::HashMap;
 use std::fs;
 
-use wstac_core::baseline_policy::TrackingBaseline;
-use wstac_core::direction;
 use wstac_core::green::any::Any;
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::direction;
+use wstac_core::paper::speed::{self, SpeedConfig};
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, Trigger};
 use wstac_core::reason::Reason;
-use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::TaxelSums;
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Trigger};
 
 use case::{Case, EventOf, Expected, Manifest, directory, read};
 

@@ -9,21 +9,21 @@ use super::{LearnedTextures, Learning, TextureName};
 use super::{PictureEnd, PicturePart, Text};
 #[cfg(feature = "settings")]
 use super::{Refusal, Settings, SettingsInUse};
-use crate::direction::Direction;
 use crate::features::Features;
 use crate::green::any::PixelFormat;
 use crate::law::{EventLaw, has_texture, velocity};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::model::speeds::KnownSpeeds;
-use crate::motion::{Contact, Velocity};
+use crate::paper::direction::Direction;
+use crate::paper::sample::Sample;
+use crate::paper::speed::Speed;
+use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 use crate::rate::FrameRate;
 use crate::reason::Reason;
-use crate::sample::Sample;
-use crate::speed::Speed;
 use crate::texture::Texture;
-use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
+use crate::touch::motion::{Contact, Velocity};
 
 /// A message from a board to a host.
 ///
@@ -421,7 +421,7 @@ pub enum Request {
     /// Says whether every event's sample is wanted. At first it is not.
     Samples(bool),
     /// Says whether speed and direction of every frame are wanted. At first they are not. A board without
-    /// [`LiveMotion`](crate::motion::LiveMotion) sends none.
+    /// [`LiveMotion`](crate::touch::motion::LiveMotion) sends none.
     Motion(bool),
     /// Says whether the host acknowledges events. Then the board sends those again that were not acknowledged. At first
     /// the host does not.

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use wstac_core::law::ByCoherence;
-//! use wstac_core::trigger::Event;
+//! use wstac_core::paper::trigger::Event;
 //! use wstac_core::wire::{self, Answers, Message};
 //!
 //! fn send(event: &Event, law: &ByCoherence, sequence: &mut u16, uart: &mut impl FnMut(&[u8])) {

@@ -4,13 +4,13 @@ use core::fmt;
 use core::ops::RangeInclusive;
 
 use super::{Answers, Hello, Message, SAMPLE_PART, TextureAnswer};
-use crate::direction::Direction;
 use crate::features::Features;
-use crate::motion::{Contact, Velocity};
+use crate::paper::direction::Direction;
+use crate::paper::speed::Speed;
+use crate::paper::trigger::{InterruptedSample, StreamEnd};
 use crate::params::SAMPLE_FRAMES;
 use crate::reason::Reason;
-use crate::speed::Speed;
-use crate::trigger::{InterruptedSample, StreamEnd};
+use crate::touch::motion::{Contact, Velocity};
 
 /// The largest frame number and count: 2^53, the last up to which JSON's numbers are exact. At 1000 frames per second
 /// it is reached after 285,000 years.

@@ -5,18 +5,18 @@ use std::vec::Vec;
 
 use super::*;
 use crate::crc::crc32;
-use crate::direction::{Direction, Heading};
 use crate::green::any::PixelFormat;
 use crate::green::bayer::BayerOrder;
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::model::forest::Forest;
-use crate::motion::{Contact, Velocity};
+use crate::paper::direction::{Direction, Heading};
+use crate::paper::speed::Speed;
+use crate::paper::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use crate::rate::FrameRate;
 use crate::reason::Reason;
-use crate::speed::Speed;
 use crate::texture::texture;
-use crate::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
+use crate::touch::motion::{Contact, Velocity};
 
 static MODEL: Forest<'static> = crate::include_model!(Forest, "../../tests/models/small.wsm");
 const LONGEST_NAME: &str = "the name of a class is at most this long: 63 bytes, in UTF-8 é";

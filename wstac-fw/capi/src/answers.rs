@@ -1,12 +1,12 @@
 //! The answers of a pipeline: features, the event, and its motion, or its speed and direction as published. Each has its
 //! own function, and a program links only those that it calls. So the function that a program calls is the law.
 
-use wstac_core::direction::direction;
-use wstac_core::motion::{self, Contact, Motion};
+use wstac_core::paper::direction::direction;
+use wstac_core::touch::motion::{self, Contact, Motion};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::reason::Reason;
-use wstac_core::speed;
-use wstac_core::trigger::Event;
+use wstac_core::paper::speed;
+use wstac_core::paper::trigger::Event;
 
 use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::{State, WstacFwPipeline};

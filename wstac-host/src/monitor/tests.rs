@@ -1,17 +1,17 @@
 //! Tests that the command's own tests do not cover: boards that start again, that are newer, or that send impossible
 //! messages.
 
-use wstac_core::baseline::Baseline;
 use wstac_core::crc::crc32;
-use wstac_core::direction::{Direction, Heading};
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
-use wstac_core::motion::{Contact, Velocity};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction::{Direction, Heading};
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{Speed, SpeedConfig};
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{Speed, SpeedConfig};
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
+use wstac_core::touch::motion::{Contact, Velocity};
 use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Text, TextureAnswer, Wanted, encode};
 
 use super::*;

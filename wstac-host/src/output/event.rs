@@ -1,14 +1,14 @@
 //! Tactile events and their answers.
 
-use wstac_core::direction::Direction;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
 use wstac_core::model::speeds::KnownSpeeds;
-use wstac_core::motion::{self, Contact, MotionConfig};
+use wstac_core::paper::direction::Direction;
+use wstac_core::paper::speed::{self, LitSpan, Speed, SpeedConfig};
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::reason::Reason;
-use wstac_core::speed::{self, LitSpan, Speed, SpeedConfig};
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::{self, Contact, MotionConfig};
+use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::{RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::law::EventLaw;
 use wstac_core::model::file::{INPUTS, Input, Task};
-use wstac_core::motion;
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::rate::FrameRate;
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion;
+use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::path::frames_of;
 use super::{Facts, Sample, by_feature, session};

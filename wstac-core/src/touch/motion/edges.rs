@@ -2,8 +2,8 @@
 
 use super::sqrt::sqrt;
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
+use crate::paper::trigger::Event;
 use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
-use crate::trigger::Event;
 
 /// Lines of an axis.
 pub(super) const LINES: usize = 5;

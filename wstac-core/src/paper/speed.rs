@@ -1,18 +1,18 @@
 //! Sliding speed from the duration for which a sample is lit (SPEC §4; paper, "Speed Regression").
 //!
-//! It holds for specimens of one length, within the range that its law was fitted on. [`motion`](crate::motion) needs
-//! neither.
+//! It holds for specimens of one length, within the range that its law was fitted on.
+//! [`motion`](crate::touch::motion) needs neither.
 
 use crate::error::{ConfigError, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::features::Features;
 use crate::ln::constant;
+use crate::paper::trigger::Event;
 use crate::params::{
     FASTEST_FITTED, FEATURE_FRACTION_BITS, SAMPLE_FRAMES, SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, VALID_THRESHOLD,
 };
 use crate::rate::FrameRate;
 use crate::reason::Reason;
-use crate::trigger::Event;
 
 /// The published law from a duration D, in frames at 30 per second, to a speed v in mm/s: D = intercept − slope · log10 v.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,8 +2,8 @@
 
 use super::edges::{Edges, LINES, between, brightest, widened};
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::paper::trigger::Event;
 use crate::params::SAMPLE_FRAMES;
-use crate::trigger::Event;
 
 /// Peak of a shape.
 pub(super) const PEAK: i32 = 1 << 13;

@@ -3,7 +3,7 @@
 use super::edges::{self, LINES};
 use super::shape::Shapes;
 use super::shift;
-use crate::trigger::Event;
+use crate::paper::trigger::Event;
 
 /// The slowness along one axis, and how well it is known.
 #[derive(Clone, Copy, Debug)]

@@ -6,10 +6,10 @@ mod level;
 mod light;
 mod track;
 
-use crate::baseline::Baseline;
 use crate::features::Features;
+use crate::paper::baseline::Baseline;
+use crate::paper::sample::Sample;
 use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
-use crate::sample::Sample;
 
 use super::edges::LINES;
 use super::{Contact, LEAST_SLIDE, MOST_SLOWNESS, MotionConfig, Velocity, degrees};
@@ -39,7 +39,7 @@ pub struct LiveContact {
 ///
 /// ```
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{motion::{LiveMotion, MotionConfig}, taxels::FrameGeometry};
+/// use wstac_core::{touch::motion::{LiveMotion, MotionConfig}, taxels::FrameGeometry};
 ///
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let mut pipeline = Pipeline::builder(geometry).build()?;

@@ -17,10 +17,10 @@ mod sqrt;
 use core::fmt;
 
 use crate::error::ConfigError;
+use crate::paper::trigger::Event;
 use crate::params::{LONGEST_FILLED_GAP, NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
 use crate::reason::Reason;
-use crate::trigger::Event;
 use axis::Axis;
 pub use live::{LiveContact, LiveMotion};
 use sqrt::sqrt;
@@ -191,7 +191,7 @@ impl MotionConfig {
 ///
 /// ```
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{motion::{self, Contact, MotionConfig}, taxels::FrameGeometry};
+/// use wstac_core::{touch::motion::{self, Contact, MotionConfig}, taxels::FrameGeometry};
 ///
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let mut pipeline = Pipeline::builder(geometry).build()?;

@@ -2,9 +2,9 @@
 //! Identification").
 
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::paper::trigger::Event;
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
 use crate::reason::Reason;
-use crate::trigger::Event;
 
 /// One of the four directions that the centroids tell apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
