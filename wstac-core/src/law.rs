@@ -55,7 +55,6 @@ pub(crate) fn velocity(speed: Result<Speed, Reason>, direction: &Direction) -> O
     Some(Velocity { mm_s: speed.mm_s, mm_s_sd: speed.sd?, degrees, degrees_sd: direction.sd? })
 }
 
-/// Returns whether a touch of this kind has a texture.
 pub(crate) fn has_texture(contact: Option<Contact>) -> bool {
     matches!(contact, None | Some(Contact::Slide))
 }
@@ -173,7 +172,6 @@ impl AnyLaw {
     }
 }
 
-/// Returns the answers by arrival times.
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
     let (speed, direction) = match motion.velocity {
         Some(velocity) => {

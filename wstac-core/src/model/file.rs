@@ -137,7 +137,6 @@ impl core::fmt::Display for ModelError {
     }
 }
 
-/// Returns the name of a kind.
 const fn name(kind: u16) -> &'static str {
     match kind {
         super::linear_svm::ONE_AGAINST_REST | super::linear_svm::ONE_AGAINST_ONE => "a linear model",

@@ -61,7 +61,7 @@ macro_rules! common {
             /// equally good, it is the lowest of them.
             ///
             /// A sample is 700 features in units of 2^-11, frame by frame
-    /// ([`crate::paper::sample::Sample::flat`]).
+            /// ([`crate::paper::sample::Sample::flat`]).
             #[inline(always)]
             pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
                 self.decide::<true>(sample, false, |_, _| {})

@@ -81,7 +81,6 @@ impl Direction {
     }
 }
 
-/// Fraction bits of a centroid, in frames.
 const CENTROID_FRACTION_BITS: u32 = 20;
 
 /// Slope of centroid against index, as a fraction. It is 0 if fewer than two lines light up.

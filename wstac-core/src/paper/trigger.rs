@@ -193,7 +193,6 @@ impl<B: BaselinePolicy> Trigger<B> {
         }
     }
 
-    /// Returns the trigger's state.
     pub(crate) fn state(&self) -> &TriggerState {
         &self.state
     }
@@ -496,7 +495,6 @@ impl TriggerState {
         sample.min(self.touch.settled_frame(window, is_captured))
     }
 
-    /// Returns the state of the stream.
     pub(crate) fn end(&self) -> StreamEnd {
         StreamEnd {
             frames: self.next_frame(),

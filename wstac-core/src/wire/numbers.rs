@@ -9,7 +9,6 @@ use crate::features::Features;
 use crate::params::FEATURES;
 use crate::reason::Reason;
 
-/// The number of bytes of a frame's features.
 const FRAME_BYTES: usize = 2 * FEATURES;
 
 /// Serializes a frame number as postcard does. Its varint would be unrolled at each of a dozen places. One function

@@ -135,7 +135,6 @@ fn count(frames: u8, possible: RangeInclusive<usize>) -> Result<(), Quantity> {
     ensure(possible.contains(&usize::from(frames)), Quantity::SampleFrames)
 }
 
-/// Checks a speed in mm/s.
 fn speed(mm_s: f32) -> Result<(), Quantity> {
     ensure(mm_s > 0.0 && mm_s.is_finite(), Quantity::Speed)
 }

@@ -121,7 +121,6 @@ mod tests {
     use super::*;
     use crate::paper::trigger::Rule;
 
-    /// Returns the longest settings.
     fn settings() -> Settings {
         let layout = Layout::paper(FrameSize::new(16_384, 16_384).unwrap()).unwrap();
         let trigger = TriggerConfig::new(20, 65_535.0, 50, Rule::Signed, 65_535.0).unwrap().one_event_per_touch();

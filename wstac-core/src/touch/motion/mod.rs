@@ -219,7 +219,6 @@ pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
 
-/// Returns the length of a vector.
 // Small code counts here: it runs once per event.
 #[inline(never)]
 fn length(a: f32, b: f32) -> f32 {

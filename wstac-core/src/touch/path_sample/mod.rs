@@ -32,7 +32,6 @@ const SPEED_FRACTION_BITS: u32 = 6;
 const ONE: i32 = 1 << 11;
 /// Largest slowness, in frames per pitch: that of a slide at 9 mm/s, at a pitch of 4 mm and 30 frames per second.
 const MOST_SLOWNESS: f32 = 13.5;
-/// Fraction bits of frames.
 const FRAME_BITS: u32 = 16;
 
 /// The sample of a touch along its path, as a texture model takes it.

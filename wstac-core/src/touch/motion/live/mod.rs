@@ -100,7 +100,6 @@ struct Slide {
     off: f32,
 }
 
-/// The most bytes of a follower.
 const MOST_BYTES: usize = 384;
 const _: () = assert!(size_of::<LiveMotion>() <= MOST_BYTES);
 
@@ -228,7 +227,6 @@ impl LiveMotion {
 }
 
 impl Slide {
-    /// Takes the newest frame.
     fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8) {
         let memory = Memory::of(self.slowness);
         let Change { number, large } = self.level.push(newest, self.slowness, frames);
@@ -244,7 +242,6 @@ impl Slide {
         self.slowness = slowness(&self.tracks);
     }
 
-    /// Returns the kind of the touch.
     fn contact(&self) -> Contact {
         if self.slowness < LEAST_SLIDE[0] {
             Contact::Press
