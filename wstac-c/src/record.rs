@@ -263,7 +263,6 @@ impl Given {
         })
     }
 
-    /// Returns the record of an output without its times.
     fn without_times(&mut self, output: Output) -> Option<WstacRecord> {
         Some(match output {
             Output::Features(FrameFeatures { frame, features, .. }) => {

@@ -181,7 +181,6 @@ impl Frames {
     }
 }
 
-/// Returns the objects of outputs.
 pub(crate) fn objects(py: Python<'_>, outputs: Vec<Numbered>) -> PyResult<Vec<Bound<'_, PyAny>>> {
     let classes = Classes(py.import("wstac._answers")?);
     outputs.into_iter().filter_map(|(at, output)| classes.object(at, output).transpose()).collect()
@@ -340,7 +339,6 @@ fn along_path<'py>(py: Python<'py>, paths: Option<&Paths>, input: Input) -> PyRe
     shaped(PyArray1::from_slice(py, &numbers), [FEATURES, SAMPLE_FRAMES])
 }
 
-/// Returns an array of another shape with as many numbers.
 pub(crate) fn shaped<T: numpy::Element, const N: usize>(
     array: Bound<'_, PyArray1<T>>,
     shape: [usize; N],

@@ -29,7 +29,6 @@ enum What {
     HostEvent,
 }
 
-/// A limit.
 #[derive(Clone, Debug, PartialEq)]
 struct Limit {
     term: String,

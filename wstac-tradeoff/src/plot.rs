@@ -24,7 +24,6 @@ const HEIGHT: f64 = 180.0;
 const BELOW: f64 = 36.0;
 const NEXT: f64 = 16.0;
 
-/// Returns the look of a format.
 fn of_format(format: Format) -> Look {
     let (marker, color, filled) = match format {
         Format::Gray => (Marker::Circle, INK, true),

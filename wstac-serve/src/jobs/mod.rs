@@ -271,7 +271,6 @@ impl Jobs {
         }
     }
 
-    /// Takes an output.
     pub(crate) fn output(&mut self, output: &Output) {
         if let Some(Job::Recording(recording)) = &mut self.job {
             recording.output(output, self.tools.words);

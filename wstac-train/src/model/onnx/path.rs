@@ -146,7 +146,6 @@ fn picked(model: &Model, node: &Node, name: &String, labels: &[String]) -> Resul
     })
 }
 
-/// Returns the encoded labels for the given ones.
 fn encoded(node: &Node, labels: &[String]) -> Result<Vec<String>, String> {
     let list = |names: [&str; 3]| {
         names.iter().find_map(|name| attribute(node, name)).map(|attribute| {
