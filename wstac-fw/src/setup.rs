@@ -9,12 +9,12 @@ use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::paper::speed::{SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::paper::speed::{SpeedConfig, ThresholdOn};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::paper::trigger::{Rule, TriggerConfig};
+use wstac_core::touch::motion::MotionConfig;
 
 include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 

@@ -2,11 +2,11 @@
 //! own function, and a program links only those that it calls. So the function that a program calls is the law.
 
 use wstac_core::paper::direction::direction;
-use wstac_core::touch::motion::{self, Contact, Motion};
-use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::reason::Reason;
 use wstac_core::paper::speed;
 use wstac_core::paper::trigger::Event;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::{self, Contact, Motion};
 
 use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::{State, WstacFwPipeline};

@@ -2,15 +2,15 @@
 
 use core::ffi::{CStr, c_char};
 
-use wstac_core::paper::direction::{Direction, Heading};
 use wstac_core::law::{Answer, EventLaw};
 use wstac_core::model::Model;
 use wstac_core::model::file::Task;
-use wstac_core::touch::motion::Contact;
-use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::reason::Reason;
+use wstac_core::paper::direction::{Direction, Heading};
 use wstac_core::paper::speed::Speed;
 use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
+use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_core::wire::{
     self, Answers, Decoder, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text, TextureAnswer,
     Wanted,

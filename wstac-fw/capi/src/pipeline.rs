@@ -1,19 +1,19 @@
 //! A pipeline in the caller's memory, which takes frames or stripes.
 
-use wstac_core::paper::baseline_policy::TrackingBaseline;
 use wstac_core::error::FrameError;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::speed::SpeedConfig;
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, TriggerConfig};
 use wstac_core::params::{PITCH_MM, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, TriggerConfig};
+use wstac_core::touch::motion::MotionConfig;
 
 use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};

@@ -6,11 +6,11 @@ use core::hint::black_box;
 
 use wstac_core::error::{ConfigError, Error};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::touch::motion::MotionConfig;
-use wstac_core::rate::FrameRate;
 use wstac_core::paper::speed::SpeedConfig;
-use wstac_core::taxels::FrameGeometry;
 use wstac_core::paper::trigger::Event;
+use wstac_core::rate::FrameRate;
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::motion::MotionConfig;
 
 use super::host;
 use crate::setup;

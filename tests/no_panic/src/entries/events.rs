@@ -1,22 +1,22 @@
 //! Entry points from features to events, and from events to answers.
 
-use wstac_core::paper::baseline::Baseline;
-use wstac_core::paper::baseline_policy::{FixedBaseline, TrackingBaseline};
-use wstac_core::paper::direction::{self, Direction, Heading};
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
-use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::baseline_policy::{FixedBaseline, TrackingBaseline};
+use wstac_core::paper::direction::{self, Direction, Heading};
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{self, Law, LitSpan, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::paper::sample::Sample;
 use wstac_core::reason::Reason;
-use wstac_core::paper::speed::{self, Law, LitSpan, Speed, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
+use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
+use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 
 entries! {
     trigger:
