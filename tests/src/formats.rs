@@ -1,11 +1,7 @@
 //! Every pixel format, by name and as the type that firmware uses.
 
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
-use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
-
-/// The four orders of a Bayer mosaic.
-pub const BAYER_ORDERS: [BayerOrder; 4] = [BayerOrder::Rggb, BayerOrder::Grbg, BayerOrder::Gbrg, BayerOrder::Bggr];
 
 /// The four encodings of a YCbCr stream.
 pub const COLORS: [YcbcrEncoding; 4] = [
@@ -18,35 +14,9 @@ pub const COLORS: [YcbcrEncoding; 4] = [
 /// Both methods from YCbCr to green.
 pub const METHODS: [YcbcrMethod; 2] = [YcbcrMethod::Exact, YcbcrMethod::Linear];
 
-/// Returns every pixel format.
-pub fn all() -> Vec<PixelFormat> {
-    use PixelFormat as F;
-    let mut formats = vec![
-        F::Gray,
-        F::Y10,
-        F::Y12,
-        F::Y16,
-        F::Rgb24,
-        F::Bgr24,
-        F::Rgbx32,
-        F::Xrgb32,
-        F::Rgb565,
-        F::Yuyv,
-        F::Uyvy,
-        F::Nv12,
-        F::Yu12,
-        F::Yuv422p,
-        F::Yuv444p,
-    ];
-    for order in BAYER_ORDERS {
-        formats.extend([F::Bayer8(order), F::Bayer10(order), F::Bayer12(order)]);
-    }
-    formats
-}
-
 /// Returns whether chroma follows all luma, so that frames cannot come in stripes.
 pub fn is_planar(format: PixelFormat) -> bool {
-    matches!(format, PixelFormat::Nv12 | PixelFormat::Yu12 | PixelFormat::Yuv422p | PixelFormat::Yuv444p)
+    format.facts().planes.len() > 1
 }
 
 /// Evaluates `$body` with `$green` bound to the format's own type, for a `PixelFormat`, `YcbcrEncoding` and `YcbcrMethod`.

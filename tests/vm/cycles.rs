@@ -9,8 +9,8 @@ use std::time::Instant;
 
 use v4l::Device;
 use v4l::control::{Control, Value};
+use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FaultKind, Source, SourceEvent};
-use wstac_linux::CameraRequest;
 use wstac_linux::source::CameraSource;
 
 /// The resources that one process holds.
@@ -79,11 +79,11 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let count = count.parse().expect("CYCLES is a whole number");
-    let request = CameraRequest { format: Some(*b"GREY"), size: Some((320, 180)), ..CameraRequest::new(path) };
+    let options = OpenOptions { format: Some(*b"GREY"), size: Some((320, 180)), ..OpenOptions::default() };
     let mut sound = cycles("open, one frame, close", count, || {
-        frame(&mut CameraSource::open(&request).expect("the camera opens"));
+        frame(&mut CameraSource::open(path, &options).expect("the camera opens"));
     });
-    let mut source = CameraSource::open(&request).expect("the camera opens");
+    let mut source = CameraSource::open(path, &options).expect("the camera opens");
     frame(&mut source);
     for button in buttons {
         let (name, id) = button.split_once("=0x").expect("a button is NAME=0xNUMBER");

@@ -5,6 +5,7 @@ use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::frame::Stride;
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::gray::Gray;
 use wstac_core::green::packed_rgb::Rgb24;
 use wstac_core::green::words::{Y10, Y12, Y16};
@@ -48,7 +49,7 @@ fn features_of<G: GreenChannel, L: Ln>(camera: FrameGeometry<G>, floor_levels: f
 /// All black: every feature is the floor, with every format and kernel. Nothing fires, and nothing panics.
 #[test]
 fn all_black_is_the_floor_and_no_event() {
-    for format in formats::all() {
+    for format in PixelFormat::all() {
         let layout = Layout::paper(size(20, 20)).unwrap();
         let camera = FrameGeometry::new(any(format), layout, FrameRate::NOMINAL).unwrap();
         let bytes = uniform(format, 20, 20, false);
@@ -105,7 +106,7 @@ fn one_count_in_one_pixel_is_one_in_one_sum() {
 /// All saturated: sums are exactly A · G, and every feature is ln 5, with every format, method and kernel.
 #[test]
 fn all_saturated_is_ln_5() {
-    for format in formats::all() {
+    for format in PixelFormat::all() {
         for method in formats::METHODS {
             let layout = Layout::paper(size(20, 20)).unwrap();
             let camera = FrameGeometry::new(Any::new(format, FULL_RANGE, method), layout, FrameRate::NOMINAL).unwrap();
@@ -156,15 +157,14 @@ fn one_pixel_taxels_read_their_own_pixel() {
     let sums =
         TaxelSums::new(FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap()).push_frame(&bytes).unwrap();
     assert_eq!(sums.map(|sum| sum as u8).to_vec(), bytes);
-    for order in formats::BAYER_ORDERS {
+    for order in BayerOrder::ALL {
         let error = FrameGeometry::new(any(PixelFormat::Bayer8(order)), layout, FrameRate::NOMINAL).unwrap_err();
         assert_eq!(error, ConfigError::EmptyTaxel { width: 1, height: 1 });
         let cell = stacked(size(2, 2), [2, 2], [0, 0]);
         let camera = FrameGeometry::new(any(PixelFormat::Bayer8(order)), cell, FrameRate::NOMINAL).unwrap();
         assert_eq!(camera.pixels(), 2);
         let sums = TaxelSums::new(camera).push_frame(&[1, 2, 4, 8]).unwrap();
-        let greens_are_second_and_third =
-            matches!(order, wstac_core::green::bayer::BayerOrder::Rggb | wstac_core::green::bayer::BayerOrder::Bggr);
+        let greens_are_second_and_third = matches!(order, BayerOrder::Rggb | BayerOrder::Bggr);
         assert_eq!(sums, [if greens_are_second_and_third { 6 } else { 9 }; 25]);
     }
 }
@@ -257,7 +257,7 @@ fn five_taxels_at_the_end_of_32_bits() {
 /// Rows as far apart as a number allows: no size overflows, and no frame is long enough.
 #[test]
 fn four_gigabytes_from_row_to_row() {
-    for format in formats::all() {
+    for format in PixelFormat::all() {
         let layout = stacked(size(16, 16_384), [2, 2], [0, 16_382]);
         let camera = FrameGeometry::new(any(format), layout, FrameRate::NOMINAL).unwrap();
         let camera = camera.with_bytes_per_row(u32::MAX).unwrap();

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
-use wstac_core::green::any::YcbcrMethod;
+use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::baseline::Baseline;
 use wstac_core::paper::direction::{Direction, Heading};
@@ -59,7 +59,7 @@ fn data_types_are_read_as_they_were_written() {
     round_trip(&TriggerConfig::new(70, 65_535.999, 0, Rule::Signed, 65_535.999).unwrap());
     round_trip(&TriggerConfig::new(1, 0.0, 5, Rule::Literal, 0.0).unwrap());
     round_trip(&Q16::new(1.2).unwrap());
-    for format in formats::all() {
+    for format in PixelFormat::all() {
         round_trip(&format);
     }
     for color in formats::COLORS {

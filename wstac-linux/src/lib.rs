@@ -21,46 +21,18 @@ pub mod source;
 mod timeline;
 mod wall_clock;
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use v4l::v4l_sys as sys;
-use wstac_core::rate::FrameRate;
 
 use buffers::Buffers;
 use device::Device;
 pub use devices::{device_at, devices};
 pub use negotiate::Negotiated;
-use wstac_host::camera::formats::{self, FourCc};
-use wstac_host::camera::{CameraState, ControlSetting};
+use wstac_host::camera::CameraState;
+use wstac_host::camera::formats;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::source::FramePolicy;
-
-/// A camera, and the format and control values to ask it for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CameraRequest {
-    /// Its device node, such as `/dev/video0`.
-    pub path: PathBuf,
-    /// Four-character code of the pixel format; `None` for the one that suits size and rate best.
-    pub format: Option<FourCc>,
-    /// Width and height in pixels; `None` for the paper's 1280x720.
-    pub size: Option<(u32, u32)>,
-    /// Frames per second; `None` for the paper's 30.
-    pub rate: Option<FrameRate>,
-    /// The choice of frames that are handed out if the program is slower.
-    pub delivery: FramePolicy,
-    /// Whether the controls are left as they are, instead of being locked.
-    pub keep_controls: bool,
-    /// The values of controls to set, whether the others are locked or not.
-    pub controls: Vec<ControlSetting>,
-}
-
-impl CameraRequest {
-    /// Creates a request for this camera with all defaults.
-    pub fn new(path: impl Into<PathBuf>) -> Self {
-        let (format, size, rate, delivery) = (None, None, None, FramePolicy::default());
-        Self { path: path.into(), format, size, rate, delivery, keep_controls: false, controls: Vec::new() }
-    }
-}
+use wstac_host::source::open::OpenOptions;
 
 /// A camera that streams.
 #[derive(Debug)]
@@ -74,26 +46,30 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Opens a camera, agrees with its driver on format, size and rate, locks its controls, and starts the stream.
+    /// Opens the camera of a device node, such as `/dev/video0`: agrees with its driver on format, size and rate, locks
+    /// its controls, and starts the stream.
+    ///
+    /// Without options it is asked for the paper's 1280x720 at 30 frames per second, in the format that suits these
+    /// best.
     ///
     /// # Errors
     /// There is no such camera, it may not be opened, another program uses it, or it offers no format that is read. A
     /// control that is to be set may be missing or out of range, or the driver may refuse. A control that cannot be
     /// locked is no error: the state says so.
-    pub fn open(request: &CameraRequest) -> Result<Self, Error> {
-        let device = Device::open(&request.path)?;
+    pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, Error> {
+        let device = Device::open(path)?;
         let identity = device.identity().map_err(|error| device.error("cannot be used", error))?;
         if let Some(reason) = unusable(identity.capabilities) {
-            return Err(Error::new(ErrorKind::Unsupported, request.path.display(), reason));
+            return Err(Error::new(ErrorKind::Unsupported, path.display(), reason));
         }
-        let negotiated = negotiate::negotiate(&device, request)?;
-        let controls = controls::lock(&device, &request.controls, request.keep_controls);
-        let mut controls = controls.map_err(|message| Error::new(ErrorKind::Usage, request.path.display(), message))?;
+        let negotiated = negotiate::negotiate(&device, options)?;
+        let controls = controls::lock(&device, &options.controls, options.keep_controls);
+        let mut controls = controls.map_err(|message| Error::new(ErrorKind::Usage, path.display(), message))?;
         let buffers = Buffers::start(device)?;
         controls::hold(buffers.device(), &mut controls);
         let state = CameraState {
-            path: request.path.clone(),
-            links: devices::links_to(&request.path),
+            path: path.to_path_buf(),
+            links: devices::links_to(path),
             card: identity.card,
             driver: identity.driver,
             bus: identity.bus,
@@ -124,7 +100,7 @@ mod tests {
     use super::*;
 
     fn error_of(path: &str) -> String {
-        Camera::open(&CameraRequest::new(path)).unwrap_err().to_string()
+        Camera::open(Path::new(path), &OpenOptions::default()).unwrap_err().to_string()
     }
 
     #[test]

@@ -6,13 +6,13 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
-use super::CameraRequest;
 use super::choose::{choose, same};
 use super::device::{Device, PictureFormat};
 use super::devices::modes;
 use wstac_host::camera::formats::{self, Coding, FourCc};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::{Error, ErrorKind};
+use wstac_host::source::open::OpenOptions;
 
 /// The paper's frame size.
 const PAPER_SIZE: (u32, u32) = (1280, 720);
@@ -39,10 +39,10 @@ pub struct Negotiated {
 }
 
 /// Agrees with the driver on format, size and rate.
-pub(super) fn negotiate(device: &Device, request: &CameraRequest) -> Result<Negotiated, Error> {
-    let size = request.size.unwrap_or(PAPER_SIZE);
-    let rate = request.rate.unwrap_or(FrameRate::NOMINAL);
-    let fourcc = match request.format {
+pub(super) fn negotiate(device: &Device, options: &OpenOptions) -> Result<Negotiated, Error> {
+    let size = options.size.unwrap_or(PAPER_SIZE);
+    let rate = options.fps.unwrap_or(FrameRate::NOMINAL);
+    let fourcc = match options.format {
         Some(fourcc) if formats::coding(fourcc).is_none() => return Err(unreadable(device, fourcc)),
         Some(fourcc) => fourcc,
         None => choose(&modes(device, size), size, rate).ok_or_else(|| nothing_readable(device))?,

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::io;
 use std::os::unix::fs::FileTypeExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rustix::time::{ClockId, clock_gettime};
@@ -19,7 +19,7 @@ use crate::buffers::{Filled, Wait};
 use crate::same::Known;
 use crate::timeline::Timeline;
 use crate::wall_clock::WallClock;
-use crate::{Camera, CameraRequest, Negotiated};
+use crate::{Camera, Negotiated};
 use wstac_host::camera::formats::{self, Coding};
 use wstac_host::camera::mjpeg::Decoder;
 use wstac_host::camera::modes::fps;
@@ -46,8 +46,9 @@ const MOST_READY: usize = 32;
 /// [`RateWatch`] around it also reports a camera that is slower than agreed on, as that of [`Cameras`] does.
 #[derive(Debug)]
 pub struct CameraSource {
-    /// The request, with exactly what was negotiated. A camera that comes back is asked for it.
-    request: CameraRequest,
+    path: PathBuf,
+    /// The options, with exactly what was negotiated. A camera that comes back is asked for it.
+    options: OpenOptions,
     known: Known,
     /// The camera; `None` while it is away.
     camera: Option<Camera>,
@@ -93,8 +94,9 @@ impl CameraSource {
     ///
     /// # Errors
     /// The errors of [`Camera::open`].
-    pub fn open(request: &CameraRequest) -> Result<Self, Error> {
-        let camera = Camera::open(request)?;
+    pub fn open(path: impl Into<PathBuf>, options: &OpenOptions) -> Result<Self, Error> {
+        let path = path.into();
+        let camera = Camera::open(&path, options)?;
         let negotiated = camera.negotiated.clone();
         let (format, decoder) = match negotiated.coding {
             Coding::Raw(format) => (format, None),
@@ -109,16 +111,17 @@ impl CameraSource {
             info.clock = StreamClock::Driver;
         }
         // A camera that was unplugged comes back with its values of power-on, so the values before are set again.
-        let held = if request.keep_controls { Vec::new() } else { camera.state.settings() };
-        let request = CameraRequest {
-            controls: [held, request.controls.clone()].concat(),
+        let held = if options.keep_controls { Vec::new() } else { camera.state.settings() };
+        let options = OpenOptions {
+            controls: [held, options.controls.clone()].concat(),
             format: Some(negotiated.fourcc),
             size: Some((size.width().into(), size.height().into())),
-            rate: Some(rate),
-            ..request.clone()
+            fps: Some(rate),
+            ..options.clone()
         };
         Ok(Self {
-            request,
+            path,
+            options,
             known: Known::new(&camera.state),
             camera: Some(camera),
             negotiated,
@@ -180,7 +183,7 @@ impl CameraSource {
         let (mut dropped, mut skipped) = (0, 0);
         while let Some(filled) = self.ready.pop_front() {
             dropped += self.arrive(&filled);
-            if self.request.delivery == FramePolicy::Every || self.ready.is_empty() {
+            if self.options.delivery == FramePolicy::Every || self.ready.is_empty() {
                 self.next = Some(filled);
                 break;
             }
@@ -244,7 +247,7 @@ impl CameraSource {
             self.away.get_or_insert_with(Away::without_signal);
             return;
         }
-        let path = self.request.path.display();
+        let path = self.path.display();
         let seconds = silence.as_secs();
         self.part(&format!("{path}: no frame for {seconds} s: check the cable and the hub's power"));
     }
@@ -256,7 +259,7 @@ impl CameraSource {
         if signal == std::mem::replace(&mut self.signal, signal) {
             return;
         }
-        let path = self.request.path.display();
+        let path = self.path.display();
         self.told.push_back(Told::Fault(if signal {
             Fault::new(FaultKind::Signal, format!("{path}: the input has its signal again"))
         } else {
@@ -329,10 +332,8 @@ impl Source for CameraSource {
             }
             Err(why) if !std::mem::replace(&mut self.is_damage_reported, true) => {
                 self.told.push_back(Told::Lost(1, LossReason::CorruptJpeg));
-                let message = format!(
-                    "{}: a JPEG picture is refused: {why}; others count as lost, too",
-                    self.request.path.display()
-                );
+                let message =
+                    format!("{}: a JPEG picture is refused: {why}; others count as lost, too", self.path.display());
                 SourceEvent::Fault(Fault::new(FaultKind::Decoder, message))
             }
             Err(_) => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
@@ -369,11 +370,8 @@ impl SourceKind for Cameras {
 
     fn open(&self, name: &OsStr, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
         if is_camera(name) {
-            let OpenOptions { fps: rate, format, size, delivery, keep_controls, controls, .. } = options.clone();
-            let request = CameraRequest { path: name.into(), format, size, rate, delivery, keep_controls, controls };
-            return Some(
-                CameraSource::open(&request).map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>),
-            );
+            let opened = CameraSource::open(name, options);
+            return Some(opened.map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>));
         }
         let is_missing = name.as_encoded_bytes().starts_with(b"/dev/video")
             && Path::new(name).metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound);

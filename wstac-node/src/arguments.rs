@@ -8,9 +8,8 @@ use clap::{Parser, ValueEnum};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::every_sensor::{self, every_sensor};
 use wstac_host::source::names;
+use wstac_host::source::open::OpenOptions;
 use wstac_host::visible;
-
-use crate::camera_options::CameraOptions;
 
 /// The variable of the environment that has the domain of ROS 2.
 pub(crate) const DOMAIN: &str = "ROS_DOMAIN_ID";
@@ -45,7 +44,7 @@ pub(crate) struct Arguments {
     pub(crate) baud: Option<u32>,
 
     #[command(flatten)]
-    pub(crate) camera: CameraOptions,
+    pub(crate) camera: OpenOptions,
 
     /// Publish JSON under the keys below; this is the default without --ros
     #[arg(long)]

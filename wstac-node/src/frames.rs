@@ -12,7 +12,7 @@ use wstac_host::output::{Elapsed, FrameFeatures, InterruptedReport, Output, Outp
 use wstac_host::record::Excerpt;
 use wstac_host::record::about::About;
 use wstac_host::session::{Observer, Processor, Session, Step};
-use wstac_host::source::open::{SourceKind, open};
+use wstac_host::source::open::{OpenOptions, SourceKind, open};
 use wstac_host::source::pace::Pace;
 use wstac_host::source::{FramePolicy, SourceEvent, StreamInfo, config_of};
 use wstac_host::text::text_of;
@@ -58,7 +58,8 @@ impl Frames {
     /// The source, the configuration or a model cannot be used.
     pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
         let NamedSource { name, source: source_name, recorded } = named;
-        let options = arguments.camera.to_open(delivery(arguments), recorded.clone());
+        let options =
+            OpenOptions { delivery: delivery(arguments), sensor: recorded.clone(), ..arguments.camera.clone() };
         let source = open(source_name, &options, KINDS)?;
         let info = source.info().clone();
         let given = arguments.config.as_deref().map(Config::read).transpose()?;

@@ -9,7 +9,6 @@
 
 mod arguments;
 mod board;
-mod camera_options;
 mod ending;
 mod frames;
 mod message;

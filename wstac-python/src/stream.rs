@@ -57,8 +57,7 @@ pub(crate) fn pixels(format: &str) -> PyResult<PixelFormat> {
 
 /// Returns the four-character code of a pixel format.
 pub(crate) fn code(format: PixelFormat) -> String {
-    let is_it = |code: &String| code.parse().is_ok_and(|code: SensorFormat| !code.is_jpeg() && code.pixels() == format);
-    formats::codes().map(formats::name).find(is_it).unwrap_or_else(|| PLANAR_444.to_owned())
+    format.facts().codes.first().map_or_else(|| PLANAR_444.to_owned(), |&&code| formats::name(code))
 }
 
 /// Returns the YCbCr encoding: `given`, with what Python says instead.

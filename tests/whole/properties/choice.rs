@@ -25,7 +25,7 @@ pub(super) fn config(cases: u32) -> ProptestConfig {
 }
 
 pub(super) fn any_format() -> impl Strategy<Value = PixelFormat> {
-    prop::sample::select(formats::all())
+    prop::sample::select(PixelFormat::all().collect::<Vec<_>>())
 }
 
 pub(super) fn any_color() -> impl Strategy<Value = YcbcrEncoding> {

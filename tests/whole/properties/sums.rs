@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 use wstac_core::green::any::PixelFormat;
+use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding};
 use wstac_core::taxels::TaxelSums;
 use wstac_tests::plain_sums::{self, Picture};
@@ -122,7 +123,7 @@ proptest! {
         };
         let gray = sums_in(PixelFormat::Gray, &levels, &mut random);
         let widened: Vec<u8> = levels.iter().map(|&v| v >> 2 << 2 | v >> 6).collect();
-        for format in formats::all() {
+        for format in PixelFormat::all() {
             let expected = match format {
                 PixelFormat::Y10 => gray.map(|sum| sum * 4),
                 PixelFormat::Y12 => gray.map(|sum| sum * 16),
@@ -135,10 +136,10 @@ proptest! {
             prop_assert_eq!(sums_in(format, &levels, &mut random), expected, "{:?}", format);
         }
         // Orders with green on the same diagonal must give equal sums, at every bit depth.
-        let mosaic = formats::BAYER_ORDERS.map(|order| sums_in(PixelFormat::Bayer8(order), &levels, &mut random));
+        let mosaic = BayerOrder::ALL.map(|order| sums_in(PixelFormat::Bayer8(order), &levels, &mut random));
         prop_assert_eq!(mosaic[0], mosaic[3]);
         prop_assert_eq!(mosaic[1], mosaic[2]);
-        for (order, eight) in formats::BAYER_ORDERS.into_iter().zip(mosaic) {
+        for (order, eight) in BayerOrder::ALL.into_iter().zip(mosaic) {
             prop_assert_eq!(sums_in(PixelFormat::Bayer10(order), &levels, &mut random), eight.map(|sum| sum * 4));
             prop_assert_eq!(sums_in(PixelFormat::Bayer12(order), &levels, &mut random), eight.map(|sum| sum * 16));
         }

@@ -6,19 +6,17 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::str::FromStr;
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
 
 use crate::open;
-use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::every_sensor::{NamedSource, every_sensor};
 use wstac_host::source::names::Sensor;
 use wstac_host::source::open::{OpenOptions, recorded_sensors};
-use wstac_host::source::option_text::{control, four_characters, frame_rate, size};
 use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
@@ -26,42 +24,16 @@ use wstac_scene::{Scene, Truth};
 /// The options for opening and reading a source.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct SourceArguments {
-    /// Frames per second, such as 30 or 30000/1001
-    ///
-    /// Of a recording, the rate replaces the one in the file. A camera is asked for it. A scene is simulated at it.
-    #[arg(long, value_name = "RATE", value_parser = frame_rate)]
-    fps: Option<FrameRate>,
+    #[command(flatten)]
+    options: OpenOptions,
 
     /// Matrix of a YCbCr source, instead of the stated one
-    #[arg(long)]
-    matrix: Option<MatrixName>,
+    #[arg(long, value_parser = matrix())]
+    matrix: Option<YcbcrMatrix>,
 
     /// Quantization range of a YCbCr source, instead of the stated one
-    #[arg(long)]
-    range: Option<RangeName>,
-
-    /// Pixel format to ask a camera for, such as YUYV, GREY or MJPG
-    ///
-    /// It is a four-character code. wstac devices lists those of a camera.
-    #[arg(long, value_name = "FOURCC", value_parser = four_characters)]
-    format: Option<[u8; 4]>,
-
-    /// Frame size to ask a camera for, or to simulate
-    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
-    size: Option<(u32, u32)>,
-
-    /// Do not lock a camera's controls
-    ///
-    /// Exposure, gain, white balance, focus and the like stay automatic.
-    #[arg(long)]
-    keep_controls: bool,
-
-    /// Set a control of a camera, such as gain=20
-    ///
-    /// The camera keeps the value. The option can be given any number of times. Names and values are those of v4l2-ctl
-    /// -L; the error for an unknown name lists all names.
-    #[arg(long = "control", value_name = "NAME=VALUE", value_parser = control)]
-    controls: Vec<ControlSetting>,
+    #[arg(long, value_parser = range())]
+    range: Option<QuantizationRange>,
 
     /// Read this sensor of a recording of several
     ///
@@ -70,16 +42,14 @@ pub(super) struct SourceArguments {
     sensor: Option<String>,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum MatrixName {
-    Bt601,
-    Bt709,
+fn matrix() -> impl TypedValueParser<Value = YcbcrMatrix> {
+    let names = PossibleValuesParser::new(["bt601", "bt709"]);
+    names.map(|name| if name == "bt709" { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 })
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum RangeName {
-    Limited,
-    Full,
+fn range() -> impl TypedValueParser<Value = QuantizationRange> {
+    let names = PossibleValuesParser::new(["limited", "full"]);
+    names.map(|name| if name == "full" { QuantizationRange::Full } else { QuantizationRange::Limited })
 }
 
 impl SourceArguments {
@@ -100,10 +70,7 @@ impl SourceArguments {
 
     /// Opens a source and returns it with its stream information, as the arguments change it.
     pub(super) fn open(&self, source: &OsStr, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
-        let Self { fps, format, size, keep_controls, .. } = *self;
-        let controls = self.controls.clone();
-        let sensor = self.sensor.clone();
-        let options = OpenOptions { fps, format, size, delivery, keep_controls, controls, sensor };
+        let options = OpenOptions { delivery, sensor: self.sensor.clone(), ..self.options.clone() };
         let source = open(source, &options).map_err(|error| self.with_advice(source, error))?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
@@ -117,18 +84,8 @@ impl SourceArguments {
             let message = "was recorded without pictures, so --matrix and --range change nothing: expected neither";
             return Err(Error::new(ErrorKind::Usage, &info.about, message));
         }
-        if let Some(matrix) = self.matrix {
-            info.color.matrix = match matrix {
-                MatrixName::Bt601 => YcbcrMatrix::Bt601,
-                MatrixName::Bt709 => YcbcrMatrix::Bt709,
-            };
-        }
-        if let Some(range) = self.range {
-            info.color.range = match range {
-                RangeName::Limited => QuantizationRange::Limited,
-                RangeName::Full => QuantizationRange::Full,
-            };
-        }
+        info.color.matrix = self.matrix.unwrap_or(info.color.matrix);
+        info.color.range = self.range.unwrap_or(info.color.range);
         Ok((source, info))
     }
 
@@ -147,14 +104,8 @@ impl SourceArguments {
 
     /// Refuses the options of a camera or a recording, for a source that is a board.
     pub(super) fn expect_none(&self, source: &OsStr) -> Result<(), Error> {
-        let Self { fps, matrix, range, format, size, keep_controls, controls, sensor } = self;
-        let is_given = sensor.is_some()
-            || fps.is_some()
-            || matrix.is_some()
-            || range.is_some()
-            || format.is_some()
-            || size.is_some();
-        if is_given || *keep_controls || !controls.is_empty() {
+        let Self { options, matrix, range, sensor } = self;
+        if *options != OpenOptions::default() || matrix.is_some() || range.is_some() || sensor.is_some() {
             let message = "is a board, expected no options of a camera: its firmware sets the camera up";
             return Err(Error::new(ErrorKind::Usage, source.display(), message));
         }
@@ -196,19 +147,19 @@ impl SourceArguments {
 
     /// Returns the same arguments with another format and size.
     pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {
-        Self { format: Some(format), size: Some(size), matrix: None, range: None, ..self.clone() }
+        let options = OpenOptions { format: Some(format), size: Some(size), ..self.options.clone() };
+        Self { options, matrix: None, range: None, sensor: self.sensor.clone() }
     }
 
     /// Returns the frames per second that a camera is asked for.
     pub(super) fn asked_fps(&self) -> f64 {
-        self.fps.unwrap_or(FrameRate::NOMINAL).per_second()
+        self.options.fps.unwrap_or(FrameRate::NOMINAL).per_second()
     }
 
     /// Returns the number of camera frames of a scene before its first slide; `None` for other sources.
     pub(super) fn frames_before_touch(&self, source: &OsStr) -> Result<Option<u64>, Error> {
         let Some(scene) = source.as_bytes().strip_prefix(b"scene:").map(OsStr::from_bytes) else { return Ok(None) };
-        let options = OpenOptions { fps: self.fps, format: self.format, size: self.size, ..OpenOptions::default() };
-        let scene = Scene::new(&script(scene, &options)?).map_err(|error| error.about(source.display()))?;
+        let scene = Scene::new(&script(scene, &self.options)?).map_err(|error| error.about(source.display()))?;
         Ok(scene.truth().first().map(Truth::start_frame))
     }
 }

@@ -16,6 +16,21 @@ pub enum BayerOrder {
     Bggr,
 }
 
+impl BayerOrder {
+    /// All orders.
+    pub const ALL: [Self; 4] = [Self::Rggb, Self::Grbg, Self::Gbrg, Self::Bggr];
+
+    /// Returns the one of four values that is for this order; they are in the order of [`ALL`](Self::ALL).
+    pub(super) const fn of<T: Copy>(self, [rggb, grbg, gbrg, bggr]: [T; 4]) -> T {
+        match self {
+            Self::Rggb => rggb,
+            Self::Grbg => grbg,
+            Self::Gbrg => gbrg,
+            Self::Bggr => bggr,
+        }
+    }
+}
+
 /// A mosaic of `BITS` bits, with G = 2^BITS − 1. A site is one byte for 8 bits, and a little-endian 16-bit word
 /// otherwise.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,84 @@
 //! Rows of one pixel format → green sums (SPEC §1). No other module knows about formats.
 //!
-//! A format is a type with [`GreenChannel`] in a file of its own. An application that names one type links only that
-//! one. [`any::Any`] chooses at run time, for hosts.
+//! A format is a type with [`GreenChannel`] in a file of its own, and a row of the table in this file. An application
+//! that names one type links only that one. [`any::Any`] chooses at run time, for hosts.
+
+/// The table of pixel formats, for a macro that takes its rows.
+///
+/// A row has the name of a format, its type and value, for YCbCr also those of the linear method, and then its facts
+/// ([`any::FormatFacts`]). A new row is the last one, because messages of boards have the number of a row.
+macro_rules! table {
+    ($take:ident) => {
+        $take! { |color|
+            /// One byte per pixel, taken as green.
+            // Recordings keep the name.
+            #[cfg_attr(feature = "serde", serde(rename = "Grey"))]
+            Gray: gray::Gray = gray::Gray
+                => &[b"GREY"], 0, [1 x 1: b"G"], Some("mono8"), Some("mono8");
+            /// One little-endian word of 16 bits per pixel, of which 10 count.
+            Y10: words::Y10 = words::Words
+                => &[b"Y10 "], 2, [1 x 1: b"Gg"], Some("mono16"), Some("mono16");
+            /// One little-endian word of 16 bits per pixel, of which 12 count.
+            Y12: words::Y12 = words::Words
+                => &[b"Y12 "], 2, [1 x 1: b"Gg"], Some("mono16"), Some("mono16");
+            /// One little-endian word of 16 bits per pixel.
+            Y16: words::Y16 = words::Words
+                => &[b"Y16 "], 2, [1 x 1: b"Gg"], Some("mono16"), Some("mono16");
+            /// R G B in memory.
+            Rgb24: packed_rgb::Rgb24 = packed_rgb::PackedRgb
+                => &[b"RGB3"], 3, [1 x 1: b"RGB"], Some("rgb8"), Some("rgb8");
+            /// B G R in memory.
+            Bgr24: packed_rgb::Rgb24 = packed_rgb::PackedRgb
+                => &[b"BGR3"], 3, [1 x 1: b"BGR"], Some("bgr8"), Some("bgr8");
+            /// R G B X or B G R X in memory.
+            // V4L2 names XR24 after the word's bytes from the highest down: in memory, it is B G R X.
+            Rgbx32: packed_rgb::Rgbx32 = packed_rgb::PackedRgb
+                => &[b"XR24", b"AR24", b"BGR4", b"XB24", b"AB24"], 3, [1 x 1: b"RGBX"], Some("rgba8"), None;
+            /// X R G B or X B G R in memory.
+            Xrgb32: packed_rgb::Xrgb32 = packed_rgb::PackedRgb
+                => &[b"BX24", b"BA24", b"RGB4", b"RX24", b"RA24"], 3, [1 x 1: b"XRGB"], None, None;
+            /// One little-endian word of 16 bits per pixel, with 6 bits of green.
+            Rgb565: rgb565::Rgb565 = rgb565::Rgb565
+                => &[b"RGBP"], 5, [1 x 1: b"Gg"], Some("mono16"), None;
+            /// One byte per site.
+            Bayer8(order: bayer::BayerOrder): bayer::Bayer<8> = bayer::Bayer::new(order)
+                => order.of([&[b"RGGB"], &[b"GRBG"], &[b"GBRG"], &[b"BA81"]]), 4, [1 x 1: b"G"],
+                Some(order.of(BAYER_8)), Some(order.of(BAYER_8));
+            /// One little-endian word of 16 bits per site, of which 10 count.
+            Bayer10(order: bayer::BayerOrder): bayer::Bayer<10> = bayer::Bayer::new(order)
+                => order.of([&[b"RG10"], &[b"BA10"], &[b"GB10"], &[b"BG10"]]), 4, [1 x 1: b"Gg"],
+                Some("mono16"), Some(order.of(BAYER_16));
+            /// One little-endian word of 16 bits per site, of which 12 count.
+            Bayer12(order: bayer::BayerOrder): bayer::Bayer<12> = bayer::Bayer::new(order)
+                => order.of([&[b"RG12"], &[b"BA12"], &[b"GB12"], &[b"BG12"]]), 4, [1 x 1: b"Gg"],
+                Some("mono16"), Some(order.of(BAYER_16));
+            /// Y₀ Cb Y₁ Cr in memory, for two pixels.
+            Yuyv: packed_ycbcr::Yuyv<ycbcr::Exact> = packed_ycbcr::Yuyv::new(ycbcr::Exact::new(color)),
+            YuyvLinear: packed_ycbcr::Yuyv<ycbcr::Linear> = packed_ycbcr::Yuyv::new(ycbcr::Linear::new(color))
+                => &[b"YUYV"], 1, [2 x 1: b"YUYV"], Some("yuyv"), Some("yuv422_yuy2");
+            /// Cb Y₀ Cr Y₁ in memory, for two pixels.
+            Uyvy: packed_ycbcr::Uyvy<ycbcr::Exact> = packed_ycbcr::Uyvy::new(ycbcr::Exact::new(color)),
+            UyvyLinear: packed_ycbcr::Uyvy<ycbcr::Linear> = packed_ycbcr::Uyvy::new(ycbcr::Linear::new(color))
+                => &[b"UYVY"], 1, [2 x 1: b"UYVY"], Some("uyvy"), Some("yuv422");
+            /// A plane of Y, then one of Cb Cr pairs, each for 2 × 2 pixels.
+            Nv12: planar_ycbcr::Nv12<ycbcr::Exact> = planar_ycbcr::Nv12::new(ycbcr::Exact::new(color)),
+            Nv12Linear: planar_ycbcr::Nv12<ycbcr::Linear> = planar_ycbcr::Nv12::new(ycbcr::Linear::new(color))
+                => &[b"NV12"], 1, [1 x 1: b"Y", 2 x 2: b"UV"], None, Some("mono8");
+            /// Planes of Y, Cb and Cr; chroma for 2 × 2 pixels.
+            Yu12: planar_ycbcr::Yu12<ycbcr::Exact> = planar_ycbcr::Yu12::new(ycbcr::Exact::new(color)),
+            Yu12Linear: planar_ycbcr::Yu12<ycbcr::Linear> = planar_ycbcr::Yu12::new(ycbcr::Linear::new(color))
+                => &[b"YU12"], 1, [1 x 1: b"Y", 2 x 2: b"U", 2 x 2: b"V"], None, Some("mono8");
+            /// Planes of Y, Cb and Cr; chroma for 2 × 1 pixels.
+            Yuv422p: planar_ycbcr::Yuv422p<ycbcr::Exact> = planar_ycbcr::Yuv422p::new(ycbcr::Exact::new(color)),
+            Yuv422pLinear: planar_ycbcr::Yuv422p<ycbcr::Linear> = planar_ycbcr::Yuv422p::new(ycbcr::Linear::new(color))
+                => &[b"422P"], 1, [1 x 1: b"Y", 2 x 1: b"U", 2 x 1: b"V"], None, Some("mono8");
+            /// Planes of Y, Cb and Cr of the same size.
+            Yuv444p: planar_ycbcr::Yuv444p<ycbcr::Exact> = planar_ycbcr::Yuv444p::new(ycbcr::Exact::new(color)),
+            Yuv444pLinear: planar_ycbcr::Yuv444p<ycbcr::Linear> = planar_ycbcr::Yuv444p::new(ycbcr::Linear::new(color))
+                => &[], 1, [1 x 1: b"Y", 1 x 1: b"U", 1 x 1: b"V"], None, Some("mono8");
+        }
+    };
+}
 
 pub mod any;
 #[cfg(target_arch = "x86_64")]

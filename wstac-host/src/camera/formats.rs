@@ -1,7 +1,6 @@
 //! Four-character codes of V4L2, and their pixel formats.
 
 use wstac_core::green::any::PixelFormat;
-use wstac_core::green::bayer::BayerOrder::{Bggr, Gbrg, Grbg, Rggb};
 
 /// A four-character code, as in `YUYV`; shorter names end in spaces, as in `Y10 `.
 pub type FourCc = [u8; 4];
@@ -15,62 +14,26 @@ pub enum Coding {
     Jpeg,
 }
 
-/// All formats that are read. If nothing else decides, an earlier one is preferred. Green straight from the bytes of a
-/// monochrome or YCbCr camera comes first, the sensor's own mosaic later, lossy pictures last.
-const READABLE: [(FourCc, Coding); 36] = [
-    (*b"GREY", Coding::Raw(PixelFormat::Gray)),
-    (*b"YUYV", Coding::Raw(PixelFormat::Yuyv)),
-    (*b"UYVY", Coding::Raw(PixelFormat::Uyvy)),
-    (*b"NV12", Coding::Raw(PixelFormat::Nv12)),
-    (*b"YU12", Coding::Raw(PixelFormat::Yu12)),
-    (*b"422P", Coding::Raw(PixelFormat::Yuv422p)),
-    (*b"Y10 ", Coding::Raw(PixelFormat::Y10)),
-    (*b"Y12 ", Coding::Raw(PixelFormat::Y12)),
-    (*b"Y16 ", Coding::Raw(PixelFormat::Y16)),
-    (*b"RGB3", Coding::Raw(PixelFormat::Rgb24)),
-    (*b"BGR3", Coding::Raw(PixelFormat::Bgr24)),
-    // In memory: B G R X and R G B X. V4L2 names the first after the word's bytes from the highest down.
-    (*b"XR24", Coding::Raw(PixelFormat::Rgbx32)),
-    (*b"AR24", Coding::Raw(PixelFormat::Rgbx32)),
-    (*b"BGR4", Coding::Raw(PixelFormat::Rgbx32)),
-    (*b"XB24", Coding::Raw(PixelFormat::Rgbx32)),
-    (*b"AB24", Coding::Raw(PixelFormat::Rgbx32)),
-    // In memory: X R G B and X B G R.
-    (*b"BX24", Coding::Raw(PixelFormat::Xrgb32)),
-    (*b"BA24", Coding::Raw(PixelFormat::Xrgb32)),
-    (*b"RGB4", Coding::Raw(PixelFormat::Xrgb32)),
-    (*b"RX24", Coding::Raw(PixelFormat::Xrgb32)),
-    (*b"RA24", Coding::Raw(PixelFormat::Xrgb32)),
-    (*b"RGGB", Coding::Raw(PixelFormat::Bayer8(Rggb))),
-    (*b"GRBG", Coding::Raw(PixelFormat::Bayer8(Grbg))),
-    (*b"GBRG", Coding::Raw(PixelFormat::Bayer8(Gbrg))),
-    (*b"BA81", Coding::Raw(PixelFormat::Bayer8(Bggr))),
-    (*b"RG10", Coding::Raw(PixelFormat::Bayer10(Rggb))),
-    (*b"BA10", Coding::Raw(PixelFormat::Bayer10(Grbg))),
-    (*b"GB10", Coding::Raw(PixelFormat::Bayer10(Gbrg))),
-    (*b"BG10", Coding::Raw(PixelFormat::Bayer10(Bggr))),
-    (*b"RG12", Coding::Raw(PixelFormat::Bayer12(Rggb))),
-    (*b"BA12", Coding::Raw(PixelFormat::Bayer12(Grbg))),
-    (*b"GB12", Coding::Raw(PixelFormat::Bayer12(Gbrg))),
-    (*b"BG12", Coding::Raw(PixelFormat::Bayer12(Bggr))),
-    (*b"RGBP", Coding::Raw(PixelFormat::Rgb565)),
-    (*b"MJPG", Coding::Jpeg),
-    (*b"JPEG", Coding::Jpeg),
-];
+/// The codes of JPEG pictures.
+const JPEG: [FourCc; 2] = [*b"MJPG", *b"JPEG"];
 
 /// Returns the content of buffers of this code; `None` if the code is not read.
 pub fn coding(fourcc: FourCc) -> Option<Coding> {
-    READABLE.iter().find(|(code, _)| *code == fourcc).map(|(_, coding)| *coding)
+    let raw = PixelFormat::all().find(|format| format.facts().codes.contains(&&fourcc));
+    raw.map(Coding::Raw).or_else(|| JPEG.contains(&fourcc).then_some(Coding::Jpeg))
 }
 
 /// Returns a code's place in the order of preference, 0 first; `None` if the code is not read.
 pub fn preference(fourcc: FourCc) -> Option<usize> {
-    READABLE.iter().position(|(code, _)| *code == fourcc)
+    codes().position(|code| code == fourcc)
 }
 
-/// Returns the codes that are read, in the order of preference.
+/// Returns the codes that are read, in the order of preference. Green straight from the bytes of a monochrome or YCbCr
+/// camera comes first, the sensor's own mosaic later, lossy pictures last.
 pub fn codes() -> impl Iterator<Item = FourCc> {
-    READABLE.iter().map(|(code, _)| *code)
+    let mut formats: Vec<_> = PixelFormat::all().map(PixelFormat::facts).collect();
+    formats.sort_by_key(|facts| facts.preference);
+    formats.into_iter().flat_map(|facts| facts.codes).copied().chain(&JPEG).copied()
 }
 
 /// Returns the codes that are read, for a person.
@@ -96,6 +59,7 @@ pub fn name(code: FourCc) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wstac_core::green::bayer::BayerOrder::{Bggr, Gbrg, Grbg, Rggb};
 
     #[test]
     fn names_are_for_people() {
@@ -107,9 +71,18 @@ mod tests {
 
     #[test]
     fn codes_are_unique() {
-        for (index, (code, _)) in READABLE.iter().enumerate() {
-            assert_eq!(preference(*code), Some(index), "{}", name(*code));
+        for (index, code) in codes().enumerate() {
+            assert_eq!(preference(code), Some(index), "{}", name(code));
         }
+    }
+
+    #[test]
+    fn codes_are_in_the_order_of_preference() {
+        let expected = "GREY, YUYV, UYVY, NV12, YU12, 422P, Y10, Y12, Y16, RGB3, BGR3, XR24, AR24, BGR4, XB24, AB24, \
+                        BX24, BA24, RGB4, RX24, RA24, RGGB, GRBG, GBRG, BA81, RG10, BA10, GB10, BG10, RG12, BA12, \
+                        GB12, BG12, RGBP, MJPG, JPEG";
+        let known = codes().map(name).filter(|code| expected.split(", ").any(|expected| expected == code));
+        assert_eq!(known.collect::<Vec<_>>().join(", "), expected);
     }
 
     #[test]

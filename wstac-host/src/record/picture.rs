@@ -4,42 +4,21 @@
 //! mosaic of 10 bits becomes 16-bit gray, and planes are placed one below the other. The real format is in the
 //! recording's metadata.
 
-use wstac_core::green::any::PixelFormat;
-use wstac_core::green::bayer::BayerOrder;
-
 use super::foxglove::Shape;
 use crate::source::StreamInfo;
 
 /// Returns how a stream's frames are shown.
 pub(crate) fn shape(info: &StreamInfo) -> Shape {
-    use PixelFormat as P;
     let (mut width, mut height) = (u32::from(info.size.width()), u32::from(info.size.height()));
-    let step = info.bytes_per_row;
-    let encoding = match info.format {
-        P::Gray => "mono8",
-        P::Y10 | P::Y12 | P::Y16 | P::Bayer10(_) | P::Bayer12(_) | P::Rgb565 => "mono16",
-        P::Rgb24 => "rgb8",
-        P::Bgr24 => "bgr8",
-        P::Rgbx32 if is_blue_first(info) => "bgra8",
-        P::Rgbx32 => "rgba8",
-        P::Bayer8(BayerOrder::Rggb) => "bayer_rggb8",
-        P::Bayer8(BayerOrder::Grbg) => "bayer_grbg8",
-        P::Bayer8(BayerOrder::Gbrg) => "bayer_gbrg8",
-        P::Bayer8(BayerOrder::Bggr) => "bayer_bggr8",
-        P::Yuyv => "yuyv",
-        P::Uyvy => "uyvy",
-        P::Xrgb32 => {
-            width *= 4;
+    let (facts, step) = (info.format.facts(), info.bytes_per_row);
+    let encoding = match (facts.foxglove, facts.planes) {
+        (Some("rgba8"), _) if is_blue_first(info) => "bgra8",
+        (Some(encoding), _) => encoding,
+        (None, [packed]) => {
+            width = width.div_ceil(packed.unit[0].into()) * packed.bytes.len() as u32;
             "mono8"
         }
-        P::Nv12 | P::Yu12 | P::Yuv422p | P::Yuv444p => {
-            let rows = info.frame_bytes().checked_div(step as usize);
-            height = rows.map_or(height, |rows| rows as u32);
-            "mono8"
-        }
-        // A format that pictures have no name for is shown as its bytes.
-        _ => {
-            width = step;
+        (None, _) => {
             let rows = info.frame_bytes().checked_div(step as usize);
             height = rows.map_or(height, |rows| rows as u32);
             "mono8"
@@ -56,6 +35,7 @@ fn is_blue_first(info: &StreamInfo) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wstac_core::green::any::PixelFormat;
     use wstac_core::green::bayer::BayerOrder;
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use wstac_core::green::GreenChannel;
-use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
+use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::ycbcr::QuantizationRange;
 use wstac_core::layout::{FrameSize, Layout};
 
@@ -156,92 +156,58 @@ impl Crop {
     }
 }
 
-/// The bytes of a frame, or of one of its planes.
+/// A plane of a frame, and its place.
 struct Plane {
     /// The place of its first byte.
     start: usize,
     /// Bytes from row to row.
     step: usize,
     rows: usize,
-    /// Columns and rows of pixels that share some bytes, and the number of those bytes.
+    /// Columns and rows of pixels that share some bytes.
     unit: [u16; 2],
-    bytes: usize,
-    /// The bytes of a black unit.
-    black: [u8; 4],
+    /// Those bytes if they are black.
+    black: Vec<u8>,
 }
 
 impl Plane {
     /// Returns the place of a row of a part that starts at a pixel.
     fn place(&self, [x, y]: [u16; 2], row: usize) -> usize {
         let first = usize::from(y / self.unit[1]);
-        self.start + (first + row) * self.step + usize::from(x / self.unit[0]) * self.bytes
+        self.start + (first + row) * self.step + usize::from(x / self.unit[0]) * self.black.len()
     }
 }
 
 /// Returns the planes of a stream's frames.
 fn planes(info: &StreamInfo) -> Vec<Plane> {
-    use PixelFormat as P;
-    let (rows, step) = (usize::from(info.size.height()), info.bytes_per_row as usize);
-    let full = info.color.range == QuantizationRange::Full;
-    let dark = if full { 0 } else { 16 };
-    let luma = Plane { start: 0, step, rows, unit: [1, 1], bytes: 1, black: [dark; 4] };
-    let chroma = |start: usize, step: usize, unit: [u16; 2], bytes: usize| {
-        let rows = rows.div_ceil(usize::from(unit[1]));
-        Plane { start, step, rows, unit, bytes, black: [128; 4] }
-    };
-    let two = |luma: Plane, step: usize, unit: [u16; 2]| {
-        let first = chroma(luma.step * luma.rows, step, unit, 1);
-        let behind = first.start + first.step * first.rows;
-        vec![luma, first, chroma(behind, step, unit, 1)]
-    };
-    match info.format {
-        P::Nv12 => {
-            let pairs = chroma(step * rows, step, [2, 2], 2);
-            vec![luma, pairs]
-        }
-        P::Yu12 => two(luma, step.div_ceil(2), [2, 2]),
-        P::Yuv422p => two(luma, step.div_ceil(2), [2, 1]),
-        P::Yuv444p => two(luma, step, [1, 1]),
-        P::Yuyv => vec![Plane { unit: [2, 1], bytes: 4, black: [dark, 128, dark, 128], ..luma }],
-        P::Uyvy => vec![Plane { unit: [2, 1], bytes: 4, black: [128, dark, 128, dark], ..luma }],
-        format => {
-            let bytes = Any::new(format, info.color, YcbcrMethod::Exact).row_bytes(1);
-            vec![Plane { bytes, black: [0; 4], ..luma }]
-        }
-    }
+    let (height, step) = (usize::from(info.size.height()), info.bytes_per_row as usize);
+    let dark = if info.color.range == QuantizationRange::Full { 0 } else { 16 };
+    let mut start = 0;
+    let planes = info.format.facts().planes.iter().map(|plane| {
+        let [columns, rows] = plane.unit.map(usize::from);
+        // Only planes of chroma have rows of another length than the first.
+        let step = if start == 0 { step } else { (step * plane.bytes.len()).div_ceil(columns) };
+        let black = plane.bytes.iter().map(|byte| match byte {
+            b'Y' => dark,
+            b'U' | b'V' => 128,
+            _ => 0,
+        });
+        let plane = Plane { start, step, rows: height.div_ceil(rows), unit: plane.unit, black: black.collect() };
+        start += plane.step * plane.rows;
+        plane
+    });
+    planes.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use wstac_core::frame::Stride;
-    use wstac_core::green::bayer::BayerOrder;
+    use wstac_core::green::any::PixelFormat;
     use wstac_core::green::ycbcr::YcbcrEncoding;
     use wstac_core::params::TAXELS;
     use wstac_core::rate::FrameRate;
     use wstac_core::taxels::{FrameGeometry, TaxelSums};
 
     use super::*;
-
-    const FORMATS: [PixelFormat; 18] = [
-        PixelFormat::Gray,
-        PixelFormat::Y10,
-        PixelFormat::Y12,
-        PixelFormat::Y16,
-        PixelFormat::Rgb24,
-        PixelFormat::Bgr24,
-        PixelFormat::Rgbx32,
-        PixelFormat::Xrgb32,
-        PixelFormat::Rgb565,
-        PixelFormat::Bayer8(BayerOrder::Grbg),
-        PixelFormat::Bayer10(BayerOrder::Rggb),
-        PixelFormat::Bayer12(BayerOrder::Gbrg),
-        PixelFormat::Yuyv,
-        PixelFormat::Uyvy,
-        PixelFormat::Nv12,
-        PixelFormat::Yu12,
-        PixelFormat::Yuv422p,
-        PixelFormat::Yuv444p,
-    ];
 
     /// Layouts whose taxels begin at odd places and end at the edges.
     fn layouts(frame: FrameSize) -> [Layout; 2] {
@@ -253,8 +219,7 @@ mod tests {
 
     #[test]
     fn a_part_gives_the_sums_of_the_frame_in_every_format() {
-        for (format, [width, height], padding) in FORMATS
-            .into_iter()
+        for (format, [width, height], padding) in PixelFormat::all()
             .flat_map(|format| [([100, 80], 0), ([101, 79], 6)].map(|(size, padding)| (format, size, padding)))
         {
             let size = FrameSize::new(width, height).unwrap();

@@ -13,6 +13,8 @@ use super::jpeg_folder::JpegFolder;
 #[cfg(feature = "mcap")]
 use super::mcap::McapSource;
 use super::names;
+#[cfg(feature = "clap")]
+use super::option_text;
 #[cfg(all(feature = "jpeg", feature = "png"))]
 use super::picture_files::{self, PictureKind};
 #[cfg(feature = "png")]
@@ -23,24 +25,51 @@ use super::video::{self, Video};
 use super::y4m::{MAGIC, Y4m};
 use super::{FramePolicy, Source};
 use crate::camera::ControlSetting;
+use crate::camera::formats::FourCc;
 use crate::error::{Error, ErrorKind};
 
 /// The options of a user for a source. By default, none changes anything.
+///
+/// This is the one list of them: with the feature `clap`, each field that a command can set is an argument, and its
+/// comment is the argument's help. The C and Python libraries and cameras take the same fields.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct OpenOptions {
-    /// Frames per second. A file is taken to have this rate; a camera or a scene is set to it.
+    /// Frames per second, such as 30 or 30000/1001
+    ///
+    /// Of a recording, the rate replaces the one in the file. A camera is asked for it. A scene is simulated at it.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = option_text::frame_rate))]
     pub fps: Option<FrameRate>,
-    /// Pixel format by its four-character code; cameras and scenes.
-    pub format: Option<[u8; 4]>,
-    /// Width and height in pixels; cameras and scenes.
+
+    /// Pixel format to ask a camera for, such as YUYV, GREY or MJPG
+    ///
+    /// It is a four-character code. wstac devices lists those of a camera.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FOURCC", value_parser = option_text::four_characters))]
+    pub format: Option<FourCc>,
+
+    /// Frame size to ask a camera for, or to simulate
+    #[cfg_attr(feature = "clap", arg(long, value_name = "WIDTHxHEIGHT", value_parser = option_text::size))]
     pub size: Option<(u32, u32)>,
-    /// The choice of frames of a camera that are handed out if the program is slower.
-    pub delivery: FramePolicy,
-    /// Whether a camera's controls are left as they are, instead of being locked.
+
+    /// Do not lock a camera's controls
+    ///
+    /// Exposure, gain, white balance, focus and the like stay automatic.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub keep_controls: bool,
-    /// The values to set for a camera's controls.
+
+    /// Set a control of a camera, such as gain=20
+    ///
+    /// The camera keeps the value. The option can be given any number of times. Names and values are those of v4l2-ctl
+    /// -L; the error for an unknown name lists all names.
+    #[cfg_attr(feature = "clap", arg(long = "control", value_name = "NAME=VALUE", value_parser = option_text::control))]
     pub controls: Vec<ControlSetting>,
+
+    /// The choice of frames of a camera that are handed out if the program is slower.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub delivery: FramePolicy,
+
     /// The sensor to read of a recording of several.
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub sensor: Option<String>,
 }
 

@@ -80,8 +80,8 @@ impl CameraSource {
             thread::sleep(PAUSE);
         }
         let Some(path) = self.known.find() else { return Ok(()) };
-        self.request.path = path;
-        match Camera::open(&self.request) {
+        self.path = path;
+        match Camera::open(&self.path, &self.options) {
             Ok(camera) => self.resume(camera),
             Err(error) => {
                 let why = error.to_string();
@@ -97,12 +97,12 @@ impl CameraSource {
     /// Resumes a stream that was started again, if its format is the same as before.
     fn resume(&mut self, camera: Camera) -> Result<(), Error> {
         if let Some(difference) = difference(&self.negotiated, &camera.negotiated) {
-            return Err(Error::new(ErrorKind::Device, self.request.path.display(), difference));
+            return Err(Error::new(ErrorKind::Device, self.path.display(), difference));
         }
         let state = Some(Box::new(camera.state.clone()));
         let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();
         if let Some(changed) = changed(&before, &camera.state.controls) {
-            let message = format!("{}: {changed}: gray levels may have changed", self.request.path.display());
+            let message = format!("{}: {changed}: gray levels may have changed", self.path.display());
             self.told.push_back(Told::Fault(Fault::new(FaultKind::Controls, message)));
         }
         (self.waits, self.errors) = (0, 0);

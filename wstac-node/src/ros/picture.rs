@@ -2,8 +2,6 @@
 
 use std::time::SystemTime;
 
-use wstac_core::green::any::PixelFormat;
-use wstac_core::green::bayer::BayerOrder;
 use wstac_host::source::StreamInfo;
 
 use super::cdr::Cdr;
@@ -24,24 +22,7 @@ pub(crate) struct Shape {
 impl Shape {
     /// Returns the shape of a source's pictures; `None` if it has none, or if ROS 2 has no name for their format.
     pub(crate) fn of(info: &StreamInfo) -> Option<Self> {
-        use PixelFormat as P;
-        if info.taxels_only {
-            return None;
-        }
-        let encoding = match info.format {
-            // Of formats in planes, the first one is the brightness.
-            P::Gray | P::Nv12 | P::Yu12 | P::Yuv422p | P::Yuv444p => "mono8",
-            P::Y10 | P::Y12 | P::Y16 => "mono16",
-            P::Rgb24 => "rgb8",
-            P::Bgr24 => "bgr8",
-            P::Yuyv => "yuv422_yuy2",
-            P::Uyvy => "yuv422",
-            P::Bayer8(order) => bayer(order, ["bayer_rggb8", "bayer_grbg8", "bayer_gbrg8", "bayer_bggr8"]),
-            P::Bayer10(order) | P::Bayer12(order) => {
-                bayer(order, ["bayer_rggb16", "bayer_grbg16", "bayer_gbrg16", "bayer_bggr16"])
-            }
-            _ => return None,
-        };
+        let encoding = info.format.facts().ros.filter(|_| !info.taxels_only)?;
         let (width, height) = (u32::from(info.size.width()), u32::from(info.size.height()));
         Some(Self { encoding, width, height, step: info.bytes_per_row })
     }
@@ -58,18 +39,11 @@ impl Shape {
     }
 }
 
-fn bayer(order: BayerOrder, [rggb, grbg, gbrg, bggr]: [&'static str; 4]) -> &'static str {
-    match order {
-        BayerOrder::Rggb => rggb,
-        BayerOrder::Grbg => grbg,
-        BayerOrder::Gbrg => gbrg,
-        BayerOrder::Bggr => bggr,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wstac_core::green::any::PixelFormat;
+    use wstac_core::green::bayer::BayerOrder;
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;
 
