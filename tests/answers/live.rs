@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
-use wstac_core::motion::{LiveMotion, MotionConfig, Velocity};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::motion::{LiveMotion, MotionConfig, Velocity};
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, SimulatedFrame, Slide};
 

@@ -10,7 +10,7 @@ mod touches;
 
 use std::fmt::Write as _;
 
-use wstac_core::motion::{Contact, Motion};
+use wstac_core::touch::motion::{Contact, Motion};
 use wstac_host::statistics::percentile;
 use wstac_scene::Slide;
 use wstac_train::train::wilson;

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
-use wstac_core::motion::{self, Motion, MotionConfig};
 use wstac_core::params::{COLUMNS, TAXELS};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::motion::{self, Motion, MotionConfig};
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, Slide, Touch};
 

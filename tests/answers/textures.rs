@@ -51,7 +51,7 @@ struct Said {
 /// Returns the sample of a slide that a model takes, if the slide shows enough of the path.
 fn sample<'s>(model: &Model, slide: &'s PathSlide) -> Option<&'s [i16; INPUTS]> {
     let path = if model.input() == Input::Path { &slide.path } else { &slide.taxel_path };
-    path.as_ref().filter(|path| path.covers(model.frames())).map(wstac_core::path_sample::PathSample::numbers)
+    path.as_ref().filter(|path| path.covers(model.frames())).map(wstac_core::touch::path_sample::PathSample::numbers)
 }
 
 /// Returns what a model says about each slide; `None` without a sample.

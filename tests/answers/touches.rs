@@ -2,11 +2,11 @@
 
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::motion::{self, Motion, MotionConfig};
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::TriggerConfig;
+use wstac_core::touch::motion::{self, Motion, MotionConfig};
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;

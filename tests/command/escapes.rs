@@ -7,8 +7,8 @@ use std::process::Output;
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::rate::FrameRate;
-use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::{Fault, Hello, Message, Text};
 use wstac_host::config::Config;
 use wstac_host::output::OutputOptions;

@@ -13,21 +13,21 @@ MODELS = {"linear_svm": ("linear_svm", "dot"), "forest": ("forest",), "boosted":
 TREES = ("trees", "descent", "walk")
 # Files of wstac-core, or a crate, that an image must not contain.
 ABSENT = {
-    "features": ("trigger", "baseline_policy", "baseline", "sample", "speed", "direction", "motion/", "exp", "texture", "early", "model/", "wire/", "libm"),
-    "trigger": ("baseline_policy", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "libm"),
-    "speed": ("baseline_policy", "direction", "texture", "early", "model/", "wire/"),
-    "direction": ("baseline_policy", "texture", "early", "model/", "wire/", "motion/"),
-    "edges": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/", "motion/shape", "motion/shift", "motion/live/"),
-    "motion": ("baseline_policy", "speed", "direction", "texture", "early", "model/", "wire/", "motion/live/"),
-    "live": ("baseline_policy", "speed", "direction", "exp", "texture", "early", "model/", "wire/", "motion/axis", "motion/shape", "motion/shift"),
+    "features": ("paper/trigger", "paper/baseline_policy", "paper/baseline", "paper/sample", "paper/speed", "paper/direction", "touch/motion/", "exp", "texture", "paper/early", "model/", "wire/", "libm"),
+    "trigger": ("paper/baseline_policy", "paper/speed", "paper/direction", "exp", "texture", "paper/early", "model/", "wire/", "libm"),
+    "speed": ("paper/baseline_policy", "paper/direction", "texture", "paper/early", "model/", "wire/"),
+    "direction": ("paper/baseline_policy", "texture", "paper/early", "model/", "wire/", "touch/motion/"),
+    "edges": ("paper/baseline_policy", "paper/speed", "paper/direction", "texture", "paper/early", "model/", "wire/", "touch/motion/shape", "touch/motion/shift", "touch/motion/live/"),
+    "motion": ("paper/baseline_policy", "paper/speed", "paper/direction", "texture", "paper/early", "model/", "wire/", "touch/motion/live/"),
+    "live": ("paper/baseline_policy", "paper/speed", "paper/direction", "exp", "texture", "paper/early", "model/", "wire/", "touch/motion/axis", "touch/motion/shape", "touch/motion/shift"),
 } | {
-    name: ("baseline_policy", "speed", "direction", "exp", "early", "wire/", "libm")
+    name: ("paper/baseline_policy", "paper/speed", "paper/direction", "exp", "paper/early", "wire/", "libm")
     + tuple(f"model/{part}" for other, parts in MODELS.items() if other != name for part in parts)
     + (tuple(f"model/{part}" for part in TREES) if name == "linear_svm" else ())
     for name in MODELS
 }
 # Files that it must contain, so that an absence has a meaning.
-PRESENT = {"features": "taxels", "trigger": "trigger", "speed": "speed", "direction": "direction", "edges": "motion/edges", "motion": "motion/shift", "live": "motion/live/track"} | {
+PRESENT = {"features": "taxels", "trigger": "paper/trigger", "speed": "paper/speed", "direction": "paper/direction", "edges": "touch/motion/edges", "motion": "touch/motion/shift", "live": "touch/motion/live/track"} | {
     name: f"model/{name}" for name in MODELS
 }
 

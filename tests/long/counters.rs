@@ -1,7 +1,7 @@
 //! Tests frame counters with features that are really pushed, and with losses, for a very long time. Only the trigger
 //! counts that far: the code before it counts at most the camera frames of one feature frame.
 
-use wstac_core::trigger::{InterruptedSample, Trigger, TriggerConfig};
+use wstac_core::paper::trigger::{InterruptedSample, Trigger, TriggerConfig};
 use wstac_tests::extreme::{BRIGHT, DARK};
 
 use wstac_tests::how_many;

@@ -3,16 +3,17 @@
 
 use std::fmt::Write;
 
-use wstac_core::direction::{self, Direction};
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::Layout;
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::paper::direction::{self, Direction};
+use wstac_core::paper::speed::{self, Speed, SpeedConfig};
+use wstac_core::paper::trigger::{Trigger, TriggerConfig};
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, NoSpeed, Speed, SpeedConfig};
+use wstac_core::reason::Reason;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Trigger, TriggerConfig};
 use wstac_host::source::{Source, SourceEvent, StreamInfo, SummedFrame};
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
@@ -40,7 +41,7 @@ struct Sensor {
 struct Answered {
     event: OwnedEvent,
     direction: Direction,
-    speed: Result<Speed, NoSpeed>,
+    speed: Result<Speed, Reason>,
 }
 
 impl Sensor {

@@ -1,7 +1,7 @@
 //! Helpers of the tests of extremes.
 
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::trigger::Trigger;
+use wstac_core::paper::trigger::Trigger;
 
 use crate::OwnedEvent;
 

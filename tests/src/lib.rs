@@ -13,7 +13,7 @@ pub mod textures;
 pub mod trained;
 
 use wstac_core::features::Features;
-use wstac_core::trigger::Event;
+use wstac_core::paper::trigger::Event;
 
 /// An event that does not borrow its trigger.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Algorithm 1 over a whole stream at once, directly from SPEC §3: no ring, no states, fractions instead of shifts.
 
 use wstac_core::features::Features;
-use wstac_core::trigger::{Rule, TriggerConfig};
+use wstac_core::paper::trigger::{Rule, TriggerConfig};
 
 use crate::OwnedEvent;
 

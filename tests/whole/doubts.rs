@@ -1,7 +1,8 @@
 //! Tests that unclear touches, unreliable answers and unknown textures name their cause.
 
 use wstac_core::model::speeds::KnownSpeeds;
-use wstac_core::motion::{Contact, Doubt};
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
 use wstac_host::json::JsonLine;
 use wstac_host::output::{Output, TactileEvent};
@@ -39,17 +40,17 @@ fn each_cause_has_its_reason() {
     for (scene, contact, doubt) in [
         ("Saw3@150", Contact::Slide, None),
         ("Saw3@700", Contact::Slide, None),
-        ("Saw3@6", Contact::Unclear, Some(Doubt::TooSlow)),
-        ("Saw3@900", Contact::Unclear, Some(Doubt::TooFast)),
-        (&changing, Contact::Slide, Some(Doubt::SpeedChanges)),
-        (&narrow, Contact::Slide, Some(Doubt::NotCrossed)),
-        (&dead, Contact::Slide, Some(Doubt::OutOfLine)),
+        ("Saw3@6", Contact::Unclear, Some(Reason::TooSlow)),
+        ("Saw3@900", Contact::Unclear, Some(Reason::TooFast)),
+        (&changing, Contact::Slide, Some(Reason::SpeedChanges)),
+        (&narrow, Contact::Slide, Some(Reason::NotCrossed)),
+        (&dead, Contact::Slide, Some(Reason::OutOfLine)),
         ("[[touch]]\nkind = \"press\"", Contact::Press, None),
     ] {
         let found = event(scene, "", "builtin:path-svm", as_it_is);
         assert_eq!((found.contact, found.doubt), (Some(contact), doubt), "{scene}");
         assert_eq!(found.reliable, doubt.is_none(), "{scene}");
-        assert_eq!(why(&found)["reliable"].as_str(), doubt.map(Doubt::as_str), "{scene}");
+        assert_eq!(why(&found)["reliable"].as_str(), doubt.map(Reason::as_str), "{scene}");
     }
 }
 
@@ -60,14 +61,14 @@ fn lost_frames_and_a_disturbed_baseline_are_reasons() {
     let lost = event("Saw3@150", "", "builtin:path-svm", |frames| {
         (0..8).for_each(|number| frames[touch + 2 * number] = None);
     });
-    assert_eq!((lost.frames_filled, lost.reliable, lost.doubt), (8, false, Some(Doubt::LostFrames)));
+    assert_eq!((lost.frames_filled, lost.reliable, lost.doubt), (8, false, Some(Reason::LostFrames)));
     let disturbed = event("Saw3@150", "", "builtin:path-svm", |frames| frames[10] = frames[touch + 8]);
-    assert_eq!((disturbed.reliable, disturbed.doubt), (false, Some(Doubt::Baseline)));
+    assert_eq!((disturbed.reliable, disturbed.doubt), (false, Some(Reason::Baseline)));
     // By edges, too.
     let lost = event("Saw3@150", "[speed]\nestimator = \"edges\"", "builtin:path-svm", |frames| {
         (0..8).for_each(|number| frames[touch + 2 * number] = None);
     });
-    assert_eq!(lost.doubt, Some(Doubt::LostFrames));
+    assert_eq!(lost.doubt, Some(Reason::LostFrames));
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
-use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
+use wstac_core::paper::baseline_policy::{BaselinePolicy, FixedBaseline, TrackingBaseline};
+use wstac_core::paper::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_host::config::Config;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::session::Session;
@@ -99,7 +99,7 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
 }
 
 /// Pushes a level this many times, and returns whether anything fired.
-fn push<B: wstac_core::baseline_policy::BaselinePolicy>(trigger: &mut Trigger<B>, level: i16, frames: u32) -> bool {
+fn push<B: BaselinePolicy>(trigger: &mut Trigger<B>, level: i16, frames: u32) -> bool {
     (0..frames).fold(false, |fired, _| {
         trigger.push([level; 10], false).is_some() || trigger.end().incomplete.is_some() || fired
     })

@@ -4,10 +4,10 @@
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Rule, TriggerConfig};
 use wstac_tests::OwnedEvent;
 use wstac_tests::random::Random;
 

@@ -4,11 +4,11 @@ use wstac_core::error::ConfigError;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
 use wstac_core::ln::libm::Libm;
+use wstac_core::paper::trigger::{InterruptedSample, Rule, Trigger, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{InterruptedSample, Rule, Trigger, TriggerConfig};
 use wstac_tests::OwnedEvent;
 use wstac_tests::extreme::{BRIGHT, DARK, push, size, stacked};
 

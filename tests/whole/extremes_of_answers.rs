@@ -1,15 +1,16 @@
 //! Tests the ends of every range of answers and of real parameters. Each test names an extreme and what is guaranteed
 //! there.
 
-use wstac_core::baseline::Baseline;
-use wstac_core::direction::{self, Unclear};
 use wstac_core::error::ConfigError;
 use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{self, Law, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{Event, Rule, TriggerConfig};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{self, Law, NoSpeed, SpeedConfig, ThresholdOn};
-use wstac_core::trigger::{Event, Rule, TriggerConfig};
+use wstac_core::reason::Reason;
 use wstac_tests::extreme::{DARK, feature};
 
 /// Values that are wrong for real numbers: refused or harmless everywhere.
@@ -43,15 +44,15 @@ fn durations_0_and_69() {
     assert!(close(slowest.mm_s, 67.0) && slowest.extrapolated, "{slowest:?}");
     assert_eq!(duration(0..70), Some((0, 69, 69)));
     for (lit, frames) in [(0..70, 69.0), (0..1, 0.0), (69..70, 0.0), (0..69, 68.0), (1..70, 68.0)] {
-        let Err(NoSpeed::CutOff { at_most: Some(bound) }) = answer(lit.clone()) else {
+        let Err(Reason::CutOff { at_most: Some(bound) }) = answer(lit.clone()) else {
             panic!("{lit:?} is not cut off")
         };
         assert!(close(bound, frames), "{lit:?}: {bound}");
     }
-    assert_eq!((duration(0..0), answer(0..0)), (None, Err(NoSpeed::NeverValid)));
+    assert_eq!((duration(0..0), answer(0..0)), (None, Err(Reason::NeverValid)));
     // Without any light above baseline there is no direction either.
     let direction = with_event(0..0, direction::direction);
-    assert_eq!((direction.degrees, direction.confidence), (Err(Unclear::NeverLit), Some(0)));
+    assert_eq!((direction.degrees, direction.confidence), (Err(Reason::NeverLit), Some(0)));
 }
 
 /// The law where 32 bits end: no speed, never an infinite or negative one.
@@ -60,8 +61,8 @@ fn the_speed_law_where_32_bits_end() {
     let config = |law, rate| SpeedConfig::new(law, 0.0475, ThresholdOn::Absolute, rate).unwrap();
     let answer = |law, rate, lit| with_event(lit, |event| speed::speed(event, &config(law, rate)));
     let paper = |intercept, slope| Law { intercept, slope };
-    assert_eq!(answer(paper(f32::MAX, 56.29), FrameRate::NOMINAL, 20..31), Err(NoSpeed::OutsideLaw));
-    assert_eq!(answer(paper(f32::MAX, 56.29), FrameRate::NOMINAL, 0..11), Err(NoSpeed::CutOff { at_most: None }));
+    assert_eq!(answer(paper(f32::MAX, 56.29), FrameRate::NOMINAL, 20..31), Err(Reason::OutsideLaw));
+    assert_eq!(answer(paper(f32::MAX, 56.29), FrameRate::NOMINAL, 0..11), Err(Reason::CutOff { at_most: None }));
     assert_eq!(paper(f32::MAX, 56.29).speed(10.0), None);
     assert_eq!(paper(151.06, f32::MIN_POSITIVE).speed(10.0), None);
     assert_eq!(paper(f32::MIN, 56.29).speed(10.0), None);
@@ -73,7 +74,7 @@ fn the_speed_law_where_32_bits_end() {
     // The slowest possible rate over the longest sample: no overflow, and a speed that is too small for 32 bits is no
     // answer instead of 0.
     let slowest = FrameRate::new(1, u32::MAX).unwrap();
-    assert_eq!(answer(Law::PUBLISHED, slowest, 1..69), Err(NoSpeed::OutsideLaw));
+    assert_eq!(answer(Law::PUBLISHED, slowest, 1..69), Err(Reason::OutsideLaw));
 }
 
 /// NaN, infinities, subnormal numbers, negative zero and negative numbers in every real parameter: refused, or as

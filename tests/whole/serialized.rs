@@ -5,17 +5,18 @@ use std::fmt::Debug;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use wstac_core::baseline::Baseline;
-use wstac_core::direction::{Direction, Heading, Unclear};
 use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{PixelFormat, YcbcrMethod};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::motion::Contact;
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction::{Direction, Heading};
+use wstac_core::paper::speed::{Law, LitSpan, Speed, ThresholdOn};
+use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{Law, LitSpan, NoSpeed, Speed, ThresholdOn};
+use wstac_core::reason::Reason;
 use wstac_core::stream::FeatureFrame;
-use wstac_core::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
+use wstac_core::touch::motion::Contact;
 use wstac_tests::formats;
 
 /// Writes and reads `value`, and checks that every shorter message is refused.
@@ -77,18 +78,18 @@ fn data_types_are_read_as_they_were_written() {
     round_trip(&LitSpan::new(0, 69));
     round_trip(&[Speed::new(102.5), Speed::by_arrival(102.5, 0.5)]);
     for contact in [Contact::Slide, Contact::Press, Contact::Poke, Contact::Unclear] {
-        round_trip(&[NoSpeed::NoSlide(contact)]);
-        round_trip(&Direction::by_arrival(Err(Unclear::NoSlide(contact))));
+        round_trip(&[Reason::NoSlide(contact)]);
+        round_trip(&Direction::by_arrival(Err(Reason::NoSlide(contact))));
     }
     round_trip(&Direction::by_arrival(Ok([359.5, 0.25])));
     round_trip(&ContactEnd::new(u64::MAX, 0));
-    round_trip(&[NoSpeed::BaselineAbove, NoSpeed::NeverValid, NoSpeed::OutsideLaw]);
-    round_trip(&[NoSpeed::CutOff { at_most: None }, NoSpeed::CutOff { at_most: Some(45.0) }]);
+    round_trip(&[Reason::BaselineAbove, Reason::NeverValid, Reason::OutsideLaw]);
+    round_trip(&[Reason::CutOff { at_most: None }, Reason::CutOff { at_most: Some(45.0) }]);
     for heading in [Ok(Heading::Right), Ok(Heading::Up), Ok(Heading::Left), Ok(Heading::Down)] {
         round_trip(&Direction::by_centroids(heading, 32_768));
     }
-    round_trip(&Direction::by_centroids(Err(Unclear::NeverLit), 0));
-    round_trip(&Direction::by_centroids(Err(Unclear::NoOrder), 6553));
+    round_trip(&Direction::by_centroids(Err(Reason::NeverLit), 0));
+    round_trip(&Direction::by_centroids(Err(Reason::NoOrder), 6553));
 }
 
 #[test]

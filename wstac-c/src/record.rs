@@ -3,10 +3,9 @@
 use std::ffi::{CString, c_char};
 use std::ptr;
 
-use wstac_core::direction::Unclear;
-use wstac_core::motion::{Contact, Doubt};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
-use wstac_core::speed::NoSpeed;
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::texture::Texture;
@@ -264,7 +263,6 @@ impl Given {
         })
     }
 
-    /// Returns the record of an output without its times.
     fn without_times(&mut self, output: Output) -> Option<WstacRecord> {
         Some(match output {
             Output::Features(FrameFeatures { frame, features, .. }) => {
@@ -333,8 +331,8 @@ impl Given {
             direction_confidence: confidence(direction).unwrap_or(f64::NAN),
             frames_filled: u32::from(event.frames_filled),
             reliable: event.reliable,
-            why_no_speed: self.keep_any(event.speed.err().map(NoSpeed::as_str)),
-            why_no_direction: self.keep_any(direction.degrees.err().map(Unclear::as_str)),
+            why_no_speed: self.keep_any(event.speed.err().map(Reason::as_str)),
+            why_no_direction: self.keep_any(direction.degrees.err().map(Reason::as_str)),
             sample: self.sample.as_ref().map_or(ptr::null(), |sample| sample.as_ptr()),
             contact: self.keep_any(event.contact.map(Contact::as_str)),
             speed_sd_mm_s: event.speed.ok().and_then(|speed| speed.sd).map_or(f64::NAN, rounded),
@@ -345,7 +343,7 @@ impl Given {
             completed_s: event.time.map_or(f64::NAN, |time| seconds(time.completed_s)),
             stamp: self.keep_any(event.time.and(event.stamp).map(|stamp| in_utc(stamp.time)).as_deref()),
             completed_ns: event.completed_ns.map_or(-1, signed),
-            why_not_reliable: self.keep_any(event.doubt.map(Doubt::as_str)),
+            why_not_reliable: self.keep_any(event.doubt.map(Reason::as_str)),
             why_texture: self.keep_any(why_texture.as_deref()),
         }
     }

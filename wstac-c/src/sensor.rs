@@ -26,7 +26,6 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// Opens a source.
     pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
         let source = open_source(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
         let config = config_of(source.info(), options.config.clone());

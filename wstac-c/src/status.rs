@@ -45,7 +45,6 @@ const TEXTS: [(WstacStatus, &CStr); 10] = [
     (WstacStatus::Panic, c"something inside has failed: the handle can only be closed"),
 ];
 
-/// Returns a status in words.
 pub(super) fn in_words(status: i32) -> &'static CStr {
     TEXTS.iter().find(|(known, _)| *known as i32 == status).map_or(c"no status of this library", |(_, text)| text)
 }
@@ -57,7 +56,6 @@ pub(super) struct Failure {
     pub(super) message: CString,
 }
 
-/// Creates a failure with a message.
 pub(super) fn failed(status: WstacStatus, message: impl fmt::Display) -> Failure {
     Failure { status, message: c_string(message) }
 }

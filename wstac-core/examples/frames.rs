@@ -7,11 +7,11 @@ use wstac_core::error::Error;
 use wstac_core::green::packed_rgb::Rgb24;
 use wstac_core::law::{ByCoherence, EventLaw};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::trigger::{Event, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, TriggerConfig};
+use wstac_core::touch::motion::MotionConfig;
 
 /// Frames of 640 × 480 RGB, whose rows take 2048 bytes each, as if the driver preferred powers of two.
 const SIZE: (u32, u32) = (640, 480);

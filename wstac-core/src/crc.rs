@@ -3,7 +3,6 @@
 /// The remainders for every half byte: a small table, to save flash.
 const TABLE: [u32; 16] = remainders(4);
 
-/// Returns the remainder of every number of so many bits.
 pub(crate) const fn remainders<const N: usize>(bits: u32) -> [u32; N] {
     let mut table = [0; N];
     let mut number = 0;

@@ -97,7 +97,6 @@ impl<L: Ln> FeatureScale<L> {
         Ok(scale)
     }
 
-    /// Replaces the floor of a scale for pixels of this full scale.
     pub(crate) fn set_floor(&mut self, floor: Floor, full_scale: u32) -> Result<(), ConfigError> {
         if floor.full_scale != full_scale {
             return Err(ConfigError::FloorFullScale { found: floor.full_scale, expected: full_scale });

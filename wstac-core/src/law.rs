@@ -3,10 +3,11 @@
 //! [`ByCoherence`] and [`ByEdges`] measure arrival times, and hold for any slide. [`SpeedConfig`] is a law of durations,
 //! with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
 
-use crate::direction::{self, Direction, Unclear};
-use crate::motion::{self, Contact, Doubt, Motion, MotionConfig, Velocity};
-use crate::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
-use crate::trigger::Event;
+use crate::paper::direction::{self, Direction};
+use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
+use crate::paper::trigger::Event;
+use crate::reason::Reason;
+use crate::touch::motion::{self, Contact, Motion, MotionConfig, Velocity};
 
 /// The answers of a law about an event's touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +20,7 @@ pub struct Answer {
     /// The duration in frames from the first lit frame of the sample to the last; `None` if no frame is lit.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
-    pub speed: Result<Speed, NoSpeed>,
+    pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
     /// Whether the answers are reliable.
@@ -27,12 +28,14 @@ pub struct Answer {
     /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says that
     /// speed and direction hold within their standard deviations, and that the kind of the touch is clear.
     pub reliable: bool,
+    /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, and by a law of durations.
+    pub doubt: Option<Reason>,
 }
 
 impl Answer {
     /// Creates an answer of a law of one's own.
-    pub const fn new(speed: Result<Speed, NoSpeed>, direction: Direction, reliable: bool) -> Self {
-        Self { contact: None, duration: None, speed, direction, reliable }
+    pub const fn new(speed: Result<Speed, Reason>, direction: Direction, reliable: bool) -> Self {
+        Self { contact: None, duration: None, speed, direction, reliable, doubt: None }
     }
 
     /// Returns the velocity by arrival times; `None` by a law of durations, or if the touch has none.
@@ -47,12 +50,11 @@ impl Answer {
 }
 
 /// Returns the velocity of a speed and a direction by arrival times, which have standard deviations; `None` of others.
-pub(crate) fn velocity(speed: Result<Speed, NoSpeed>, direction: &Direction) -> Option<Velocity> {
+pub(crate) fn velocity(speed: Result<Speed, Reason>, direction: &Direction) -> Option<Velocity> {
     let (speed, degrees) = (speed.ok()?, direction.degrees.ok()?);
     Some(Velocity { mm_s: speed.mm_s, mm_s_sd: speed.sd?, degrees, degrees_sd: direction.sd? })
 }
 
-/// Returns whether a touch of this kind has a texture.
 pub(crate) fn has_texture(contact: Option<Contact>) -> bool {
     matches!(contact, None | Some(Contact::Slide))
 }
@@ -64,7 +66,8 @@ pub trait EventLaw {
 
     /// Returns whether the law needs one event per touch, however long the touch is.
     ///
-    /// A pipeline has that from [`TriggerConfig::one_event_per_touch`](crate::trigger::TriggerConfig::one_event_per_touch).
+    /// A pipeline has that from
+    /// [`TriggerConfig::one_event_per_touch`](crate::paper::trigger::TriggerConfig::one_event_per_touch).
     fn is_per_touch(&self) -> bool {
         true
     }
@@ -75,7 +78,7 @@ pub trait EventLaw {
 /// ```
 /// use wstac_core::law::{ByCoherence, EventLaw};
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{motion::{Contact, MotionConfig}, taxels::FrameGeometry, trigger::TriggerConfig};
+/// use wstac_core::{touch::motion::{Contact, MotionConfig}, taxels::FrameGeometry, paper::trigger::TriggerConfig};
 ///
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let trigger = TriggerConfig::default().one_event_per_touch();
@@ -122,6 +125,7 @@ impl EventLaw for SpeedConfig {
             speed: speed::speed(event, self),
             direction: direction::direction(event),
             reliable: event.reliable,
+            doubt: None,
         }
     }
 
@@ -161,30 +165,26 @@ impl EventLaw for AnyLaw {
 }
 
 impl AnyLaw {
-    /// Returns why the touch of an event is unclear, or why its answers are not reliable; `None` if they are, and by a law
-    /// of durations.
-    pub fn doubt(&self, event: &Event<'_>) -> Option<Doubt> {
-        match self {
-            Self::Coherence(law) => motion::doubt_by_coherence(event, law.0),
-            Self::Edges(law) => motion::doubt_by_edges(event, law.0),
-            Self::Duration(_) => None,
-        }
+    /// Returns [`Answer::doubt`].
+    #[deprecated(since = "0.4.0", note = "use `Answer::doubt`")]
+    pub fn doubt(&self, event: &Event<'_>) -> Option<Reason> {
+        self.answer(event).doubt
     }
 }
 
-/// Returns the answers by arrival times.
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
     let (speed, direction) = match motion.velocity {
         Some(velocity) => {
             (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
         }
-        None => (Err(NoSpeed::NoSlide(motion.contact)), Err(Unclear::NoSlide(motion.contact))),
+        None => (Err(Reason::NoSlide(motion.contact)), Err(Reason::NoSlide(motion.contact))),
     };
-    let reliable = match motion.contact {
-        Contact::Slide => motion.reliable,
-        Contact::Press | Contact::Poke => event.reliable,
-        Contact::Unclear => false,
-    };
-    let direction = Direction::by_arrival(direction);
-    Answer { contact: Some(motion.contact), duration: event.lit_frames(), speed, direction, reliable }
+    Answer {
+        contact: Some(motion.contact),
+        duration: event.lit_frames(),
+        speed,
+        direction: Direction::by_arrival(direction),
+        reliable: motion.doubt.is_none(),
+        doubt: motion.doubt,
+    }
 }

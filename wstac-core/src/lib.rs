@@ -16,17 +16,19 @@
 //! | positions of taxels | [`layout`] |
 //! | pixel bytes → green sums | [`green`], [`taxels`] |
 //! | sums → features | [`ln`], [`features`], [`stream`] |
-//! | features → events | [`trigger`], [`baseline`], [`baseline_policy`], [`sample`] |
-//! | event → speed, direction and kind of touch | [`law`]: [`motion`], or as published [`speed`] and [`direction`] |
-//! | event → texture | [`texture`] with a [`model`], and with textures that are [`learned`] |
-//! | half an event → texture | [`early`] |
+//! | features → events | [`paper::trigger`], [`paper::baseline`], [`paper::baseline_policy`], [`paper::sample`] |
+//! | event → speed, direction, kind of touch | [`law`]: [`touch::motion`], or [`paper::speed`] and [`paper::direction`] |
+//! | event → texture | [`texture`] with a [`model`], and with textures that are [`learned`]; [`touch::path_sample`] |
+//! | half an event → texture | [`paper::early`] |
 //! | all of it | [`pipeline`] |
+//! | why an answer is missing or not reliable | [`reason`] |
 //! | events → a host, with the feature `wire` | `wire` |
 //!
 //! ## Example
 //! ```rust
-//! use wstac_core::{green::gray::Gray, law::{ByCoherence, EventLaw}, layout::{FrameSize, Layout}, motion::MotionConfig};
-//! use wstac_core::{pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry, trigger::TriggerConfig};
+//! use wstac_core::{green::gray::Gray, law::{ByCoherence, EventLaw}, layout::{FrameSize, Layout}};
+//! use wstac_core::{paper::trigger::TriggerConfig, pipeline::Pipeline, rate::FrameRate, taxels::FrameGeometry};
+//! use wstac_core::touch::motion::MotionConfig;
 //!
 //! fn main() -> Result<(), wstac_core::error::Error> {
 //!     let rate = FrameRate::NOMINAL; // 30 frames per second
@@ -50,9 +52,9 @@
 //! ```
 //!
 //! ## Panics
-//! None. Sizes, sums and indices are proven when a [`taxels::FrameGeometry`], a [`trigger::TriggerConfig`] or a
-//! [`speed::SpeedConfig`] is built. Trees and weights are proven when a [`model::Model`] is. Slices are accessed with
-//! checks whose other branch reads nothing.
+//! None. Sizes, sums and indices are proven when a [`taxels::FrameGeometry`], a [`paper::trigger::TriggerConfig`] or a
+//! [`paper::speed::SpeedConfig`] is built. Trees and weights are proven when a [`model::Model`] is. Slices are accessed
+//! with checks whose other branch reads nothing.
 #![no_std]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![deny(unsafe_code)]
@@ -62,11 +64,7 @@ extern crate self as wstac_core;
 #[cfg(test)]
 extern crate std;
 
-pub mod baseline;
-pub mod baseline_policy;
 pub mod crc;
-pub mod direction;
-pub mod early;
 pub mod error;
 mod exp;
 pub mod features;
@@ -78,21 +76,23 @@ pub mod layout;
 pub mod learned;
 pub mod ln;
 pub mod model;
-pub mod motion;
+pub mod paper;
 pub mod params;
-pub mod path_sample;
 pub mod pipeline;
 pub mod rate;
-pub mod sample;
-pub mod speed;
+pub mod reason;
 pub mod stream;
 pub mod taxels;
 pub mod texture;
-mod touch_state;
-pub mod trigger;
-mod trigger_config;
+pub mod touch;
 #[cfg(feature = "wire")]
 pub mod wire;
+
+// The former paths of these modules, for one release.
+#[doc(no_inline)]
+pub use paper::{baseline, baseline_policy, direction, early, sample, speed, trigger};
+#[doc(no_inline)]
+pub use touch::{motion, path_sample};
 
 /// The example of README.md, tested.
 #[cfg(doctest)]

@@ -3,19 +3,19 @@
 
 use core::marker::PhantomData;
 
-use crate::baseline::Baseline;
-use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
-use crate::early::{self, SamplePrefix};
 use crate::error::{ConfigError, FrameError};
 use crate::features::{Features, Floor};
 use crate::green::{GreenChannel, gray::Gray};
 use crate::ln::{Ln, fixed::Fixed};
+use crate::paper::baseline::Baseline;
+use crate::paper::baseline_policy::{BaselinePolicy, FixedBaseline};
+use crate::paper::early::{self, SamplePrefix};
+use crate::paper::sample::Sample;
+use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
 use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
-use crate::path_sample::{NoTaxels, TaxelRing, TaxelStore};
-use crate::sample::Sample;
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
-use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
+use crate::touch::path_sample::{NoTaxels, TaxelRing, TaxelStore};
 
 /// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples.
 ///
@@ -24,8 +24,8 @@ use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, T
 /// Every push returns an [`Update`] with whatever the frame brought.
 ///
 /// ```
-/// use wstac_core::{direction, green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{speed::{self, SpeedConfig}, taxels::FrameGeometry};
+/// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
+/// use wstac_core::{paper::direction, paper::speed::{self, SpeedConfig}, taxels::FrameGeometry};
 ///
 /// let layout = Layout::paper(FrameSize::new(400, 400)?)?;
 /// let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?;
@@ -98,7 +98,7 @@ impl<'a> Update<'a> {
     }
 
     /// Returns the taxels of the last 70 frames, for the sample of the event
-    /// ([`PathSample::of_taxels`](crate::path_sample::PathSample::of_taxels)).
+    /// ([`PathSample::of_taxels`](crate::touch::path_sample::PathSample::of_taxels)).
     ///
     /// It is `None` if the pipeline keeps no taxels ([`PipelineBuilder::taxels`]), or if a frame of them was lost, in
     /// whole or in part.
@@ -114,7 +114,7 @@ impl<'a> Update<'a> {
     /// Returns the end of the touch of an event: this one's, or that of an earlier one.
     ///
     /// It is given only by a trigger with one event per touch
-    /// ([`TriggerConfig::one_event_per_touch`](crate::trigger::TriggerConfig::one_event_per_touch)).
+    /// ([`TriggerConfig::one_event_per_touch`](crate::paper::trigger::TriggerConfig::one_event_per_touch)).
     pub fn contact_end(&self) -> Option<ContactEnd> {
         self.completed?.trigger.contact_end()
     }
@@ -211,7 +211,8 @@ impl Pipeline {
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
     /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
-    /// use wstac_core::{baseline_policy::TrackingBaseline, ln::any::AnyLn, trigger::{Rule, TriggerConfig}};
+    /// use wstac_core::ln::any::AnyLn;
+    /// use wstac_core::paper::{baseline_policy::TrackingBaseline, trigger::{Rule, TriggerConfig}};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
     /// let pipeline = Pipeline::builder(geometry)
@@ -223,10 +224,11 @@ impl Pipeline {
     /// assert_eq!(pipeline.next_frame(), 0);
     /// # Ok::<(), wstac_core::error::Error>(())
     /// ```
+    #[inline(always)]
     pub fn builder<G: GreenChannel>(geometry: FrameGeometry<G>) -> PipelineBuilder<G> {
         PipelineBuilder {
             geometry,
-            floor: DEFAULT_FLOOR_LEVELS,
+            floor: ChosenFloor::Levels(DEFAULT_FLOOR_LEVELS),
             ln: Fixed,
             trigger: TriggerConfig::default(),
             baseline: FixedBaseline,
@@ -413,11 +415,9 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
 /// Builds a [`Pipeline`]. [`Pipeline::builder`] creates the builder.
 #[derive(Clone, Copy, Debug)]
 #[must_use]
-pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64, T = NoTaxels> {
+pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, T = NoTaxels> {
     geometry: FrameGeometry<G>,
-    /// The floor in gray levels of a taxel, or computed. It is a type parameter so that a board with a computed floor
-    /// needs no 64-bit floating point.
-    floor: F,
+    floor: ChosenFloor,
     ln: L,
     trigger: TriggerConfig,
     baseline: B,
@@ -425,34 +425,46 @@ pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64, T = NoTaxel
     taxels: PhantomData<T>,
 }
 
-impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> PipelineBuilder<G, L, B, F, T> {
+/// A darkness floor in gray levels of a taxel, or a computed one. A board takes the latter, and its compiler leaves out the
+/// 64-bit floating point that the former needs: for that, all of the builder is inlined.
+#[derive(Clone, Copy, Debug)]
+enum ChosenFloor {
+    Levels(f64),
+    Computed(Floor),
+}
+
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G, L, B, T> {
     /// Sets the darkness floor to this many gray levels of a taxel, from 0 to the green full scale.
-    pub fn floor_levels(self, levels: f64) -> PipelineBuilder<G, L, B, f64, T> {
-        let Self { geometry, ln, trigger, baseline, first_frame, taxels, .. } = self;
-        PipelineBuilder { geometry, floor: levels, ln, trigger, baseline, first_frame, taxels }
+    #[inline(always)]
+    pub fn floor_levels(self, levels: f64) -> Self {
+        Self { floor: ChosenFloor::Levels(levels), ..self }
     }
 
     /// Sets a computed darkness floor. If it is computed in a `const`, a board needs no 64-bit floating point.
-    pub fn floor(self, floor: Floor) -> PipelineBuilder<G, L, B, Floor, T> {
-        let Self { geometry, ln, trigger, baseline, first_frame, taxels, .. } = self;
-        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
+    #[inline(always)]
+    pub fn floor(self, floor: Floor) -> Self {
+        Self { floor: ChosenFloor::Computed(floor), ..self }
     }
 
     /// Sets the log kernel. A host that chooses at run time uses [`AnyLn`](crate::ln::any::AnyLn).
-    pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, F, T> {
+    #[inline(always)]
+    pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, T> {
         let Self { geometry, floor, trigger, baseline, first_frame, taxels, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
 
     /// Sets the trigger's parameters.
+    #[inline(always)]
     pub fn trigger(self, trigger: TriggerConfig) -> Self {
         Self { trigger, ..self }
     }
 
     /// Sets the baseline policy, which applies after the baseline's 5m frames.
     ///
-    /// A host that chooses at run time uses `Option<`[`TrackingBaseline`](crate::baseline_policy::TrackingBaseline)`>`.
-    pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, F, T> {
+    /// A host that chooses at run time uses
+    /// `Option<`[`TrackingBaseline`](crate::paper::baseline_policy::TrackingBaseline)`>`.
+    #[inline(always)]
+    pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, T> {
         let Self { geometry, floor, ln, trigger, first_frame, taxels, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
@@ -462,7 +474,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> P
     ///
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
-    /// use wstac_core::{motion::{self, MotionConfig}, path_sample::{PathSample, TaxelRing}};
+    /// use wstac_core::{touch::motion::{self, MotionConfig}, touch::path_sample::{PathSample, TaxelRing}};
     /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
@@ -488,7 +500,8 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> P
     /// # assert_eq!(samples, 1);
     /// # Ok::<(), wstac_core::error::Error>(())
     /// ```
-    pub fn taxels<S: TaxelStore>(self) -> PipelineBuilder<G, L, B, F, S> {
+    #[inline(always)]
+    pub fn taxels<S: TaxelStore>(self) -> PipelineBuilder<G, L, B, S> {
         let Self { geometry, floor, ln, trigger, baseline, first_frame, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels: PhantomData }
     }
@@ -503,70 +516,33 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> P
     /// # Errors
     /// Returns [`ConfigError::FloorLevels`] if the floor is not 0 to the green full scale, and
     /// [`ConfigError::FloorFullScale`] if it is for pixels of another full scale.
+    #[inline(always)]
     pub fn build(self) -> Result<Pipeline<G, L, B, T>, ConfigError> {
-        Ok(self.check()?.build())
+        Ok(self.check()?())
     }
 
-    /// Checks everything, so that the pipeline can be built in its final place.
+    /// Checks everything, and returns what builds the pipeline in its final place.
     ///
     /// This helps a board with little stack, where a `Result` of a whole pipeline would be a copy of 2 KiB.
     ///
     /// # Errors
     /// Returns the errors of [`PipelineBuilder::build`].
-    pub fn check(self) -> Result<CheckedBuilder<G, L, B, T>, ConfigError> {
-        let Self { geometry, floor, ln, trigger, baseline, first_frame, taxels } = self;
-        let stream = FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?;
-        Ok(CheckedBuilder { stream, trigger, baseline, first_frame, taxels })
-    }
-}
-
-/// A [`PipelineBuilder`] that has been checked.
-#[derive(Clone, Debug)]
-#[must_use]
-pub struct CheckedBuilder<G: GreenChannel, L = Fixed, B = FixedBaseline, T = NoTaxels> {
-    stream: FeatureStream<G, L>,
-    trigger: TriggerConfig,
-    baseline: B,
-    first_frame: u64,
-    taxels: PhantomData<T>,
-}
-
-impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> CheckedBuilder<G, L, B, T> {
-    /// Builds the pipeline.
     #[inline(always)]
-    pub fn build(self) -> Pipeline<G, L, B, T> {
-        let Self { stream, trigger, baseline, first_frame, .. } = self;
-        if !T::NEEDS_START {
-            return Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline), taxels: T::EMPTY };
-        }
-        let trigger = Trigger::with(trigger, first_frame, baseline);
-        let mut pipeline = Pipeline { stream, trigger, taxels: T::EMPTY };
-        pipeline.taxels.start(pipeline.stream.camera());
-        pipeline
+    pub fn check(self) -> Result<impl FnOnce() -> Pipeline<G, L, B, T>, ConfigError> {
+        let Self { geometry, floor, ln, trigger, baseline, first_frame, .. } = self;
+        let floor = match floor {
+            ChosenFloor::Levels(levels) => Floor::new(levels, geometry.full_scale())?,
+            ChosenFloor::Computed(floor) => floor,
+        };
+        let stream = FeatureStream::with_ln(geometry, floor, ln)?;
+        Ok(move || {
+            if !T::NEEDS_START {
+                return Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline), taxels: T::EMPTY };
+            }
+            let trigger = Trigger::with(trigger, first_frame, baseline);
+            let mut pipeline = Pipeline { stream, trigger, taxels: T::EMPTY };
+            pipeline.taxels.start(pipeline.stream.camera());
+            pipeline
+        })
     }
-}
-
-/// A form in which [`PipelineBuilder`] takes a darkness floor: gray levels, or a computed [`Floor`].
-pub trait FloorChoice: sealed::Sealed + Copy {
-    /// Computes the floor for pixels of this full scale.
-    #[doc(hidden)]
-    fn floor(self, full_scale: u32) -> Result<Floor, ConfigError>;
-}
-
-impl FloorChoice for f64 {
-    fn floor(self, full_scale: u32) -> Result<Floor, ConfigError> {
-        Floor::new(self, full_scale)
-    }
-}
-
-impl FloorChoice for Floor {
-    fn floor(self, _: u32) -> Result<Floor, ConfigError> {
-        Ok(self)
-    }
-}
-
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for f64 {}
-    impl Sealed for super::Floor {}
 }

@@ -5,8 +5,8 @@ use crate::features::{FeatureScale, Features, Floor, line_sums};
 use crate::green::GreenChannel;
 use crate::ln::Ln;
 use crate::params::{FEATURES, TAXELS};
-use crate::path_sample::{NoTaxels, TaxelStore};
 use crate::taxels::{FrameGeometry, TaxelSums};
+use crate::touch::path_sample::{NoTaxels, TaxelStore};
 
 /// The features of one feature frame, which is one camera frame, or several above 45 frames per second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

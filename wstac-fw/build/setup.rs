@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::model::Model;
 use wstac_core::model::file::Input;
-use wstac_core::speed::Law;
+use wstac_core::paper::speed::Law;
 
 use crate::pixels::Pixels;
 use wstac_host::config::{Config, Estimator, Kernel};
@@ -69,11 +69,11 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
     };
     let trigger = config.trigger().map_err(|error| error.to_string())?;
     let (following, follow) = match config.following().map_err(|error| error.to_string())? {
-        None => ("FixedBaseline", "wstac_core::baseline_policy::FixedBaseline".to_owned()),
+        None => ("FixedBaseline", "wstac_core::paper::baseline_policy::FixedBaseline".to_owned()),
         Some(follow) => {
             let windows = follow.windows();
             let follow = format!(
-                "match wstac_core::baseline_policy::TrackingBaseline::new({windows}) {{
+                "match wstac_core::paper::baseline_policy::TrackingBaseline::new({windows}) {{
     Ok(follow) => follow,
     Err(_) => panic!(\"checked by the build script\"),
 }}"
@@ -108,7 +108,7 @@ pub const TRIGGER: TriggerConfig = match TriggerConfig::new({}, {:?}, {}, Rule::
     Err(_) => panic!(\"checked by the build script\"),
 }};
 /// The type of the baseline policy: fixed or tracking.
-pub type BaselinePolicy = wstac_core::baseline_policy::{following};
+pub type BaselinePolicy = wstac_core::paper::baseline_policy::{following};
 /// The baseline policy at the start of a stream.
 pub const FOLLOWING: BaselinePolicy = {follow};
 /// Returns the layout of the taxels in frames of this size.
@@ -175,7 +175,7 @@ pub const fn motion(rate: FrameRate) -> Result<MotionConfig, ConfigError> {{
 /// # Errors
 /// Returns the errors of [`SpeedConfig::new`] and [`SpeedConfig::fitted_on`].
 pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
-    match SpeedConfig::new(wstac_core::speed::{durations:?}, {:?}, ThresholdOn::{:?}, rate) {{
+    match SpeedConfig::new(wstac_core::paper::speed::{durations:?}, {:?}, ThresholdOn::{:?}, rate) {{
         Ok(speed) => speed.fitted_on({slowest:?}, {fastest:?}),
         Err(error) => Err(error),
     }}

@@ -3,8 +3,8 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use wstac_core::trigger::Event;
-use wstac_core::{direction, speed};
+use wstac_core::paper::trigger::Event;
+use wstac_core::{paper::direction, paper::speed};
 use wstac_fw::emulated::bench;
 
 #[entry]

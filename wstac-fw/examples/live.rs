@@ -4,7 +4,7 @@
 
 use cortex_m_rt::entry;
 use wstac_core::error::Error;
-use wstac_core::motion::LiveMotion;
+use wstac_core::touch::motion::LiveMotion;
 use wstac_fw::emulated::{bench, host};
 use wstac_fw::setup;
 
@@ -17,7 +17,7 @@ fn main() -> ! {
 }
 
 fn run() -> Result<(), Error> {
-    let mut pipeline = setup::checked(bench::camera()?)?.build();
+    let mut pipeline = setup::checked(bench::camera()?)?();
     let mut live = LiveMotion::new(bench::MOTION);
     loop {
         pipeline.push_stripe(bench::stripe())?;

@@ -3,8 +3,8 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use wstac_core::motion;
-use wstac_core::trigger::Event;
+use wstac_core::paper::trigger::Event;
+use wstac_core::touch::motion;
 use wstac_fw::emulated::bench;
 
 #[entry]

@@ -3,7 +3,7 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use wstac_core::speed;
+use wstac_core::paper::speed;
 use wstac_fw::emulated::bench;
 
 #[entry]

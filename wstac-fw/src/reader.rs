@@ -1,21 +1,21 @@
 //! Turns rows and losses into messages for the host: the core with the compiled-in configuration, as `wstac run` has it
 //! on a host.
 
-use wstac_core::early::SamplePrefix;
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Floor;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::INPUTS;
-#[cfg(feature = "motion")]
-use wstac_core::motion::LiveMotion;
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::early::SamplePrefix;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::trigger::{ContactEnd, Event, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::path_sample::TaxelRing;
 use wstac_core::pipeline::Update;
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{ContactEnd, Event, TriggerConfig};
+#[cfg(feature = "motion")]
+use wstac_core::touch::motion::LiveMotion;
+use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::path_sample::TaxelRing;
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 #[cfg(feature = "learn")]
@@ -119,7 +119,7 @@ impl Reader {
         // An error behind the built pipeline would leave a second one on the stack.
         let motion = setup::motion(rate)?;
         Ok(Self {
-            pipeline: pipeline.build(),
+            pipeline: pipeline(),
             sender: Sender {
                 law,
                 motion,

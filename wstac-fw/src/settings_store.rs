@@ -7,9 +7,9 @@ use core::ops::Range;
 use embedded_storage_async::nor_flash::NorFlash as Storage;
 use wstac_core::features::Floor;
 use wstac_core::layout::Layout;
+use wstac_core::paper::trigger::TriggerConfig;
 #[cfg(feature = "settings")]
 use wstac_core::rate::FrameRate;
-use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::Request;
 #[cfg(feature = "models")]
 use wstac_core::wire::{BoardModel, ModelRefusal, ModelStep};

@@ -1,11 +1,11 @@
 //! The sample that the compiled-in texture model takes, as a type, so that no code of another sample is linked.
 
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::motion::MotionConfig;
-use wstac_core::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
+use wstac_core::paper::trigger::Event;
 #[cfg(not(feature = "learn"))]
 use wstac_core::texture;
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 use wstac_core::wire::{Answers, TextureAnswer};
 
 use crate::setup::Kind;

@@ -7,17 +7,17 @@ use std::error::Error as StdError;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::error::ConfigError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::speed::SpeedConfig;
+use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::SpeedConfig;
-use wstac_core::trigger::{Rule, TriggerConfig};
+use wstac_core::touch::motion::MotionConfig;
 
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};

@@ -3,12 +3,13 @@
 use std::time::SystemTime;
 
 use serde::Serialize;
-use wstac_core::direction::{Direction, Unclear};
 use wstac_core::features::Features;
-use wstac_core::motion::{Contact, Doubt};
+use wstac_core::paper::direction::Direction;
+use wstac_core::paper::speed::Speed;
+use wstac_core::paper::trigger::InterruptedSample;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
-use wstac_core::speed::{NoSpeed, Speed};
-use wstac_core::trigger::InterruptedSample;
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 
 use crate::output::{
     ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
@@ -264,10 +265,10 @@ impl<'a> EventLine<'a> {
             frames_filled: event.frames_filled,
             reliable: event.reliable,
             why: WhyField {
-                speed: event.speed.err().map(NoSpeed::as_str),
-                direction: direction.degrees.err().map(Unclear::as_str),
+                speed: event.speed.err().map(Reason::as_str),
+                direction: direction.degrees.err().map(Reason::as_str),
                 texture: event.why_texture(),
-                reliable: event.doubt.map(Doubt::as_str),
+                reliable: event.doubt.map(Reason::as_str),
             },
             sample: event.sample.as_deref().map(over_time),
         }

@@ -5,9 +5,9 @@ mod event;
 use std::fmt;
 
 use wstac_core::features::Features;
-use wstac_core::motion::Velocity;
+use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, StreamEnd};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::trigger::{ContactEnd, InterruptedSample, StreamEnd};
+use wstac_core::touch::motion::Velocity;
 
 pub(crate) use self::event::Answering;
 pub use self::event::{Paths, TactileEvent, TouchTime};

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write as _};
 
-use wstac_core::motion::Velocity;
+use wstac_core::touch::motion::Velocity;
 
 use crate::json::{angle, confidence, real, rounded, with_deviation};
 use crate::output::{DisturbedBaseline, Output, TactileEvent};

@@ -9,11 +9,11 @@ use wstac_core::model::Model;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::model::speeds::KnownSpeeds;
-use wstac_core::motion::{self, MotionConfig, Velocity};
-use wstac_core::path_sample::{PathSample, TaxelRing};
+use wstac_core::paper::trigger::Event;
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::{self, MotionConfig, Velocity};
+use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use crate::error::{Error, ErrorKind};
 use crate::model_file::{ModelFile, OwnedModel};

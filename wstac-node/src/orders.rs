@@ -40,7 +40,6 @@ pub(crate) struct Order {
     content: Option<(Action, Answer)>,
 }
 
-/// Takes the result of an order.
 pub(crate) type Answer = Box<dyn FnOnce(Result<String, Error>) + Send>;
 
 impl Order {

@@ -70,7 +70,6 @@ pub(crate) struct Counts {
     times: Mutex<Times>,
     /// Camera frames that were lost.
     pub(crate) lost: AtomicU64,
-    /// Events.
     pub(crate) events: AtomicU64,
     /// Events that a board has found and that never arrived.
     pub(crate) lost_events: AtomicU64,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use wstac_core::speed::ThresholdOn;
+use wstac_core::paper::speed::ThresholdOn;
 use wstac_host::output::Output;
 use wstac_host::text::text_of;
 

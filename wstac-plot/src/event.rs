@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use wstac_core::baseline::Baseline;
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::speed::{LitSpan, ThresholdOn};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{LitSpan, ThresholdOn};
 
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};

@@ -1,7 +1,7 @@
 //! Panels a and b: five features over the sample's frames, thresholds, and the time at which each row or column is lit.
 
+use wstac_core::paper::speed::ThresholdOn;
 use wstac_core::params::{ROWS, SAMPLE_FRAMES};
-use wstac_core::speed::ThresholdOn;
 use wstac_host::output::FEATURE_NAMES;
 
 use super::event::Found;

@@ -1,9 +1,9 @@
 //! Tests of the figure's words and numbers, and of its well-formedness, also for events without answers.
 
 use super::*;
-use wstac_core::direction::{Direction, Unclear};
-use wstac_core::motion::Contact;
-use wstac_core::speed::NoSpeed;
+use wstac_core::paper::direction::Direction;
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
 use wstac_host::json::{JsonLine, rounded};
 use wstac_host::output::{Output, OutputOptions};
@@ -153,7 +153,7 @@ fn no_answers_are_no_trouble() {
     assert!(found.lit.is_none() && text.contains("no speed"), "{text}");
     legible(&text);
     let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"published\"");
-    found.record.direction.degrees = Err(Unclear::NoOrder);
+    found.record.direction.degrees = Err(Reason::NoOrder);
     found.taxels.iter_mut().flatten().for_each(|taxels| taxels[7] = 1.0);
     let text = draw(&found);
     well_formed(&text);
@@ -172,8 +172,8 @@ fn no_answers_are_no_trouble() {
 fn a_touch_that_is_no_slide_names_its_kind() {
     let (mut found, _) = figure("scene:Saw3@150", "");
     found.record.contact = Some(Contact::Press);
-    found.record.speed = Err(NoSpeed::NoSlide(Contact::Press));
-    found.record.direction = Direction::by_arrival(Err(Unclear::NoSlide(Contact::Press)));
+    found.record.speed = Err(Reason::NoSlide(Contact::Press));
+    found.record.direction = Direction::by_arrival(Err(Reason::NoSlide(Contact::Press)));
     let text = draw(&found);
     well_formed(&text);
     legible(&text);

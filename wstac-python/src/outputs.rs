@@ -8,11 +8,12 @@ use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyModule};
-use wstac_core::direction::{Direction, Heading, Unclear};
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::motion::{Contact, Doubt};
+use wstac_core::paper::direction::{Direction, Heading};
+use wstac_core::paper::speed::Speed;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::speed::{NoSpeed, Speed};
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread, within_ms};
 use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
@@ -180,7 +181,6 @@ impl Frames {
     }
 }
 
-/// Returns the objects of outputs.
 pub(crate) fn objects(py: Python<'_>, outputs: Vec<Numbered>) -> PyResult<Vec<Bound<'_, PyAny>>> {
     let classes = Classes(py.import("wstac._answers")?);
     outputs.into_iter().filter_map(|(at, output)| classes.object(at, output).transpose()).collect()
@@ -244,10 +244,10 @@ impl<'py> Classes<'py> {
         let (why, why_texture) = (PyDict::new(py), event.why_texture());
         let (direction, paths) = (event.direction, event.paths.as_deref());
         let missing = [
-            ("speed", event.speed.err().map(NoSpeed::as_str)),
-            ("direction", direction.degrees.err().map(Unclear::as_str)),
+            ("speed", event.speed.err().map(Reason::as_str)),
+            ("direction", direction.degrees.err().map(Reason::as_str)),
             ("texture", why_texture.as_deref()),
-            ("reliable", event.doubt.map(Doubt::as_str)),
+            ("reliable", event.doubt.map(Reason::as_str)),
         ];
         for (answer, reason) in missing {
             if let Some(reason) = reason {
@@ -339,7 +339,6 @@ fn along_path<'py>(py: Python<'py>, paths: Option<&Paths>, input: Input) -> PyRe
     shaped(PyArray1::from_slice(py, &numbers), [FEATURES, SAMPLE_FRAMES])
 }
 
-/// Returns an array of another shape with as many numbers.
 pub(crate) fn shaped<T: numpy::Element, const N: usize>(
     array: Bound<'_, PyArray1<T>>,
     shape: [usize; N],

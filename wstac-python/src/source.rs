@@ -132,7 +132,6 @@ pub(crate) fn open_scene(
     Ok((Source::new(Box::new(source), &options, true)?, truth))
 }
 
-/// Returns whether a source is a camera.
 #[pyfunction]
 pub(crate) fn is_camera(spec: OsString) -> bool {
     wstac_linux::source::is_camera(spec)

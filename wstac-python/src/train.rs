@@ -65,7 +65,6 @@ fn choice(what: &str, found: &str, expected: &str) -> PyErr {
     crate::refused(format_args!("{what} is {found:?}, expected {expected}"))
 }
 
-/// Returns the input of this name.
 pub(crate) fn input_of(name: &str) -> PyResult<Input> {
     match name {
         "frames" => Ok(Input::Frames),
@@ -75,7 +74,6 @@ pub(crate) fn input_of(name: &str) -> PyResult<Input> {
     }
 }
 
-/// Returns the task of this name.
 fn task_of(name: &str) -> PyResult<Task> {
     match name {
         "specimen" => Ok(Task::Specimen),

@@ -275,7 +275,6 @@ impl Fluctuation {
         [first, last, 0.5 * sum / (to - from)]
     }
 
-    /// Returns the value at a place.
     fn at(&mut self, place: f64) -> f64 {
         let floor = libm::floor(place);
         let knot = floor as i64;

@@ -111,7 +111,6 @@ impl Surface {
         self.segments.get(first..).unwrap_or_default()
     }
 
-    /// Returns its length in mm.
     pub(crate) fn length_mm(&self) -> f64 {
         self.segments.last().map_or(0.0, |segment| segment.to)
     }

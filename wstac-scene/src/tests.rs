@@ -1,11 +1,11 @@
-use wstac_core::direction::{self, Heading};
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::paper::direction::{self, Heading};
+use wstac_core::paper::speed::{self, SpeedConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, SpeedConfig};
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use libm::{cos, expm1, fabs, log1p, sin, tan};
-use wstac_core::direction::Heading;
+use wstac_core::paper::direction::Heading;
 
 use super::specimen::Specimen;
 use super::whisker::{Whisker, WhiskerConfig};

@@ -3,11 +3,11 @@
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, ByCoherence, EventLaw};
 use wstac_core::layout::Layout;
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::TriggerConfig;
+use wstac_core::touch::motion::MotionConfig;
 use wstac_scene::{Scene, SceneConfig, SimulatedFrame, Touch};
 
 /// Returns the answers to all events of a scene.

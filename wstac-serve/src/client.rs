@@ -36,7 +36,6 @@ const LEAVING: Duration = Duration::from_millis(500);
 /// Most bytes that wait for a client: the first round of many sensors is far smaller.
 const MOST_WAITING: usize = 16 << 20;
 
-/// A client.
 struct Client<'h> {
     socket: WebSocket<TcpStream>,
     hub: &'h Hub,

@@ -140,7 +140,6 @@ impl Request {
         Ok(None)
     }
 
-    /// Answers with a body.
     pub(crate) fn answer(&self, stream: &mut TcpStream, kind: &str, body: &[u8]) -> io::Result<()> {
         let length = body.len();
         let head = format!("HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{HEADERS}\r\n");

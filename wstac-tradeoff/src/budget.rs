@@ -26,7 +26,6 @@ enum What {
     Frames,
 }
 
-/// A limit.
 #[derive(Clone, Debug, PartialEq)]
 struct Limit {
     term: String,

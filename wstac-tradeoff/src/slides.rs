@@ -3,8 +3,8 @@
 //! None of them, nor any of their sensors, was used when a model was trained, chosen or judged. Those used sensors
 //! below 3000 and seeds below 100 000 000.
 
-use wstac_core::direction::Heading;
 use wstac_core::layout::FrameSize;
+use wstac_core::paper::direction::Heading;
 
 use super::parameters::Format;
 use wstac_host::error::Error;

@@ -6,11 +6,11 @@ use wstac_core::green::any::Any;
 use wstac_core::law::{AnyLaw, EventLaw};
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::float64::{FeatureError, Float64};
 use super::parameters::{Format, Setting};

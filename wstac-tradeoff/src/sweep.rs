@@ -2,9 +2,9 @@
 //! parallel.
 
 use rayon::prelude::*;
-use wstac_core::direction::Heading;
 use wstac_core::model::Model;
 use wstac_core::model::file::Input;
+use wstac_core::paper::direction::Heading;
 
 use super::candidate::{Candidate, Right};
 use super::float64::FeatureError;

@@ -9,7 +9,6 @@ use super::row::Row;
 use super::statistics::Interval;
 use wstac_core::params::SAMPLE_FRAMES;
 
-/// The head of the table.
 const HEAD: &str = "\
 | format | stride | ln | law | model | specimen accuracy, % (95 % interval) | pattern accuracy, % | depth accuracy, % | speed error, % | directions wrong or missing | feature error where lit, root mean square | frames to the answer | instructions per frame | instructions per event | flash, bytes | RAM, bytes |
 | --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |

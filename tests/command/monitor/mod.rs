@@ -18,7 +18,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 use serde_json::Value;
-use wstac_core::trigger::{InterruptedSample, StreamEnd};
+use wstac_core::paper::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text, encode};
 use wstac_host::model_file::ModelFile;
 use wstac_tests::command::{Signal, good, printed, refusal, run, said, send, start};

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::rate::FrameRate;
-use wstac_core::trigger::TriggerConfig;
 use wstac_core::wire::{Decoder, Fault, Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request, Text};
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::source::{Frame, SourceEvent};

@@ -3,9 +3,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use wstac_core::motion::{self, Contact, Motion, MotionConfig};
+use wstac_core::paper::trigger::{Trigger, TriggerConfig};
 use wstac_core::rate::FrameRate;
-use wstac_core::trigger::{Trigger, TriggerConfig};
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig};
 
 /// Frames of the baseline, which nothing touches.
 const BASELINE: usize = 25;

@@ -4,16 +4,16 @@
 
 use arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
-use wstac_core::direction;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::paper::direction;
+use wstac_core::paper::speed::{self, Law, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{Event, Rule, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::{Event, Rule, TriggerConfig};
 use wstac_tests::formats;
 use wstac_tests::plain_sums::{self, Picture};
 

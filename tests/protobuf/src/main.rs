@@ -17,7 +17,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let argument = std::env::args_os().nth(1).ok_or("wstac-protobuf: expected the repository's folder")?;
     let repository = Path::new(&argument);
     let protos = Path::new(env!("CARGO_MANIFEST_DIR")).join("proto");
-    let (host, train) = (repository.join("wstac-host/src/record/foxglove"), repository.join("wstac-train/src/model/onnx"));
+    let (host, train) =
+        (repository.join("wstac-host/src/record/foxglove"), repository.join("wstac-train/src/model/onnx"));
     let files = RECORDED.map(|name| format!("foxglove/{name}.proto"));
     write_rust(&compiled(&protos, &files, true)?, &host.join("messages.rs"))?;
     write_rust(&compiled(&protos, &["onnx.proto".into()], true)?, &train.join("messages.rs"))?;

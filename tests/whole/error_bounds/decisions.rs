@@ -2,7 +2,7 @@
 
 use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::trigger::{Rule, Trigger, TriggerConfig};
+use wstac_core::paper::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_tests::random::Random;
 
 use super::{FEATURE, Largest, ONE};

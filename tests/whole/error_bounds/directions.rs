@@ -2,15 +2,15 @@
 
 use std::array::from_fn;
 
-use wstac_core::baseline::Baseline;
-use wstac_core::direction::{self, Heading};
 use wstac_core::features::{FeatureScale, Features, Floor};
 use wstac_core::ln::fixed::Fixed;
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction::{self, Heading};
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{self, SpeedConfig};
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, VALID_THRESHOLD};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{self, SpeedConfig};
-use wstac_core::trigger::Event;
 use wstac_tests::random::Random;
 
 use super::{FEATURE, Largest, ONE};

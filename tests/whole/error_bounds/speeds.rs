@@ -1,7 +1,7 @@
 //! From durations to speeds.
 
+use wstac_core::paper::speed::Law;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::Law;
 
 use super::Largest;
 

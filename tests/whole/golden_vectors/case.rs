@@ -4,17 +4,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::speed::{Law, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, Rule, TriggerConfig};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{ContactEnd, InterruptedSample, Rule, TriggerConfig};
 
 #[derive(Deserialize)]
 pub(super) struct Manifest {

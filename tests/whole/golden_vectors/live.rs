@@ -1,12 +1,12 @@
 //! Tests live motion on the reference's frames: the kind of the touch, speed and direction in every frame.
 
 use serde::Deserialize;
-use wstac_core::baseline::Baseline;
 use wstac_core::features::Features;
-use wstac_core::motion::{LiveMotion, MotionConfig};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::sample::Sample;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
+use wstac_core::touch::motion::{LiveMotion, MotionConfig};
 
 use super::case::{directory, read};
 use super::motion_of::{MotionOf, Tolerance};

@@ -11,14 +11,15 @@ mod path;
 use std::collections::HashMap;
 use std::fs;
 
-use wstac_core::baseline_policy::TrackingBaseline;
-use wstac_core::direction;
 use wstac_core::green::any::Any;
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::speed::{self, NoSpeed, SpeedConfig};
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::direction;
+use wstac_core::paper::speed::{self, SpeedConfig};
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, Trigger};
+use wstac_core::reason::Reason;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::TaxelSums;
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Trigger};
 
 use case::{Case, EventOf, Expected, Manifest, directory, read};
 
@@ -54,9 +55,9 @@ fn check_event(name: &str, event: &Event<'_>, expected: &EventOf, config: &Speed
         }
         Err(none) => {
             let (why, bound) = match none {
-                NoSpeed::BaselineAbove => ("baseline", None),
-                NoSpeed::NeverValid => ("no_light", None),
-                NoSpeed::CutOff { at_most } => ("cut_off", at_most),
+                Reason::BaselineAbove => ("baseline", None),
+                Reason::NeverValid => ("no_light", None),
+                Reason::CutOff { at_most } => ("cut_off", at_most),
                 other => panic!("{at}: {other:?} is no reason of the reference"),
             };
             assert_eq!(Some(why), answer.why.as_deref(), "{at}: why there is no speed");

@@ -1,13 +1,13 @@
 //! Tests the motion of the reference's samples: kinds of touch, speeds, directions and standard deviations.
 
 use serde::Deserialize;
-use wstac_core::baseline::Baseline;
 use wstac_core::features::Features;
-use wstac_core::motion::{self, Contact, Motion, MotionConfig};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig};
 
 use super::case::{directory, read};
 use super::motion_of::{MotionOf, Tolerance};

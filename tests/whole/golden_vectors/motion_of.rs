@@ -1,7 +1,7 @@
 //! The reference's answer about a motion, of an event or of a frame.
 
 use serde::Deserialize;
-use wstac_core::motion::{Contact, Velocity};
+use wstac_core::touch::motion::{Contact, Velocity};
 
 /// A motion as the reference has it.
 #[derive(Debug, Deserialize)]

@@ -1,15 +1,15 @@
 //! Tests the samples along the path of the reference's touches: of ten sums and of 25 taxels.
 
 use serde::Deserialize;
-use wstac_core::baseline::Baseline;
 use wstac_core::features::Features;
 use wstac_core::model::file::Input;
-use wstac_core::motion::{MotionConfig, Velocity};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::path_sample::{PathSample, TaxelRing};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::{MotionConfig, Velocity};
+use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::case::{directory, read};
 

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use wstac_core::features::Features;
-use wstac_core::trigger::Trigger;
+use wstac_core::paper::trigger::Trigger;
 use wstac_tests::random::Random;
 use wstac_tests::{OwnedEvent, plain_trigger};
 

@@ -1,18 +1,18 @@
 //! Properties of the whole pipeline, from bytes to events and answers.
 
 use proptest::prelude::*;
-use wstac_core::direction;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::gray::Gray;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::{fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::paper::direction;
+use wstac_core::paper::speed::{self, Law, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{Event, InterruptedSample, TriggerConfig};
 use wstac_core::pipeline::{CompletedFrame, Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{self, Law, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{Event, InterruptedSample, TriggerConfig};
 use wstac_tests::OwnedEvent;
 use wstac_tests::random::Random;
 

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use wstac_core::layout::Layout;
-use wstac_core::motion::Velocity;
 use wstac_core::params::{FEATURES, TAXELS};
+use wstac_core::touch::motion::Velocity;
 use wstac_host::json::real;
 use wstac_host::output::Output;
 use wstac_host::picture::Picture;

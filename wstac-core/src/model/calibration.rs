@@ -113,7 +113,6 @@ impl<'a> Calibration<'a> {
         }
     }
 
-    /// Returns whether there is a calibration.
     pub(super) const fn is_some(&self) -> bool {
         !self.words.is_empty()
     }
@@ -180,7 +179,6 @@ impl<'a> Calibration<'a> {
         usize::from(class).wrapping_mul(words_of_mean).wrapping_add(means).wrapping_mul(2)
     }
 
-    /// Returns whether every class has a limit of its own.
     #[inline(always)]
     fn has_limits(&self) -> bool {
         half(self.words, START + 1) == 1
@@ -219,7 +217,6 @@ pub(super) struct Softmax {
 }
 
 impl Softmax {
-    /// Takes a score.
     #[inline(never)]
     pub(super) fn push(&mut self, score: i64) {
         if self.sum == 0 || score > self.highest {

@@ -10,9 +10,7 @@ use super::rows::BLOCK;
 
 /// Weights of one size. The words of `ROWS` rows take turns.
 pub(super) trait Weights {
-    /// Returns the number of words of a row of so many inputs.
     fn row_words(inputs: usize) -> usize;
-    /// Returns the sums of products by plain code.
     fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS];
     /// Returns the sums of a block of rows by packed instructions.
     #[cfg(dsp)]
@@ -61,7 +59,6 @@ impl Weights for Int8 {
     }
 }
 
-/// Returns the sums of a block of rows.
 #[inline(always)]
 pub(super) fn block<W: Weights>(
     start: [i64; BLOCK],

@@ -30,7 +30,7 @@
 //!
 //! Features are counted frame by frame, ten per frame: feature k of frame t is 10 t + k. (Data sets hold 70 frames of
 //! feature 0, then of feature 1 and so on; an importer reorders them.) Numbers along a path have their own order
-//! ([`crate::path_sample`]).
+//! ([`crate::touch::path_sample`]).
 
 use super::speeds::KnownSpeeds;
 use crate::crc;
@@ -137,7 +137,6 @@ impl core::fmt::Display for ModelError {
     }
 }
 
-/// Returns the name of a kind.
 const fn name(kind: u16) -> &'static str {
     match kind {
         super::linear_svm::ONE_AGAINST_REST | super::linear_svm::ONE_AGAINST_ONE => "a linear model",
@@ -210,12 +209,12 @@ impl Task {
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Input {
-    /// Ten features over 70 frames ([`crate::sample::Sample`]).
+    /// Ten features over 70 frames ([`crate::paper::sample::Sample`]).
     #[default]
     Frames,
-    /// Light of ten sums along the path of a touch ([`crate::path_sample::PathSample::of_sums`]).
+    /// Light of ten sums along the path of a touch ([`crate::touch::path_sample::PathSample::of_sums`]).
     Path,
-    /// Light of 25 taxels along the path of a touch ([`crate::path_sample::PathSample::of_taxels`]).
+    /// Light of 25 taxels along the path of a touch ([`crate::touch::path_sample::PathSample::of_taxels`]).
     TaxelPath,
 }
 

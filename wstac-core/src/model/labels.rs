@@ -128,7 +128,6 @@ impl<'a> Labels<'a> {
         Self { words, start: 2 * header.labels, classes: header.classes }
     }
 
-    /// Returns the checksum of the file that they are in.
     pub(super) const fn checksum(&self) -> u32 {
         super::file::long(self.words, 2)
     }

@@ -60,7 +60,8 @@ macro_rules! common {
             /// Returns the class of a sample: 0 to the number of [`labels`](Self::labels) less one. If several are
             /// equally good, it is the lowest of them.
             ///
-            /// A sample is 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
+            /// A sample is 700 features in units of 2^-11, frame by frame
+            /// ([`crate::paper::sample::Sample::flat`]).
             #[inline(always)]
             pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
                 self.decide::<true>(sample, false, |_, _| {})
@@ -220,7 +221,8 @@ impl<'a> Model<'a> {
         Self::from_words(bytes::words(bytes)?)
     }
 
-    /// Returns the class of a sample: 700 features in units of 2^-11, frame by frame ([`crate::sample::Sample::flat`]).
+    /// Returns the class of a sample: 700 features in units of 2^-11, frame by frame
+    /// ([`crate::paper::sample::Sample::flat`]).
     pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
         match self {
             Self::LinearSvm(model) => model.classify(sample),

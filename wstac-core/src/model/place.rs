@@ -41,7 +41,6 @@ impl Place {
         pairs.fold(0, |sum: u32, (&one, &other)| sum.wrapping_add(squared(i64::from(one).wrapping_sub(other.into()))))
     }
 
-    /// Sets a number.
     pub(super) fn set(&mut self, dimension: usize, number: i16) {
         if let Some(place) = self.numbers.get_mut(dimension) {
             *place = number;

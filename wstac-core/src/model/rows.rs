@@ -26,7 +26,6 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Returns the number of halves that so many rows of so many inputs take.
     pub(super) const fn halves(rows: usize, inputs: usize, number: u16) -> usize {
         rows * (4 + if number == INT16 { inputs } else { inputs.div_ceil(4) * 2 })
     }
@@ -50,7 +49,6 @@ impl<'a> Rows<'a> {
         Self { biases: biases.as_chunks::<2>().0, weights, fits_32_bits: false }
     }
 
-    /// Returns the number of rows.
     pub(super) const fn len(&self) -> usize {
         self.biases.len()
     }
@@ -95,7 +93,6 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Returns the inputs of a sample that a model reads.
 pub(super) fn inputs_of(sample: &[i16; INPUTS], inputs: usize) -> &[i16] {
     sample.get(..inputs).unwrap_or_default()
 }

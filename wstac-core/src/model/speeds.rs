@@ -6,7 +6,7 @@
 
 use core::fmt;
 
-use crate::motion::Velocity;
+use crate::touch::motion::Velocity;
 
 /// The slowest and the fastest speed in a file are bytes, in units of so many mm/s.
 const SLOWEST_UNIT: u16 = 2;

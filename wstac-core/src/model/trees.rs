@@ -46,7 +46,6 @@ pub(super) const fn bounds(words: &[u32], at: usize, end: usize, shift: u8) -> R
     Ok((at + 1, at + 1 + length))
 }
 
-/// The type of leaves.
 #[derive(Clone, Copy)]
 pub(super) enum Leaves<'a> {
     /// One half: every value is a valid leaf.

@@ -3,7 +3,6 @@
 use super::file::{INPUTS, half};
 use super::trees::{CLASS_SHIFT, FEATURE, LEFT_LEAF, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
 
-/// Returns whether a sample goes left at a node.
 fn goes_left(words: &[u32], at: usize, sample: &[i16; INPUTS]) -> bool {
     let value = sample.get(usize::from(half(words, at) & FEATURE)).copied().unwrap_or(0);
     value <= half(words, at + 1) as i16

@@ -32,7 +32,7 @@ pub struct Decoder<const N: usize = LONGEST> {
     left: u8,
     /// Whether the next code, if one comes, stands for a zero.
     zero: bool,
-    state: State,
+    state: Arrived,
     /// The next expected sequence number.
     next: Option<u16>,
     /// Messages that were lost before a message that could not be read.
@@ -41,7 +41,7 @@ pub struct Decoder<const N: usize = LONGEST> {
 
 /// The part of a frame that has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum Arrived {
     Nothing,
     Some,
     TooMuch,
@@ -96,7 +96,7 @@ impl<const N: usize> Default for Decoder<N> {
 impl<const N: usize> Decoder<N> {
     /// Creates a decoder before its first byte.
     pub const fn new() -> Self {
-        Self { bytes: [0; N], length: 0, left: 0, zero: false, state: State::Nothing, next: None, lost: 0 }
+        Self { bytes: [0; N], length: 0, left: 0, zero: false, state: Arrived::Nothing, next: None, lost: 0 }
     }
 
     /// Takes the next byte. If the byte ends a frame, returns its message, or the reason why the frame is no message.
@@ -106,11 +106,11 @@ impl<const N: usize> Decoder<N> {
             return None;
         }
         let (length, left, state) = (self.length, self.left, self.state);
-        (self.length, self.left, self.zero, self.state) = (0, 0, false, State::Nothing);
+        (self.length, self.left, self.zero, self.state) = (0, 0, false, Arrived::Nothing);
         match state {
-            State::Nothing => None,
-            State::Some if left == 0 => Some(self.read(length)),
-            State::Some | State::TooMuch => Some(Err(DecodeError::Damaged)),
+            Arrived::Nothing => None,
+            Arrived::Some if left == 0 => Some(self.read(length)),
+            Arrived::Some | Arrived::TooMuch => Some(Err(DecodeError::Damaged)),
         }
     }
 
@@ -121,8 +121,8 @@ impl<const N: usize> Decoder<N> {
             self.store(byte);
             return;
         }
-        if self.state == State::Nothing {
-            self.state = State::Some;
+        if self.state == Arrived::Nothing {
+            self.state = Arrived::Some;
         }
         if self.zero {
             self.store(0);
@@ -137,7 +137,7 @@ impl<const N: usize> Decoder<N> {
                 *place = byte;
                 self.length += 1;
             }
-            None => self.state = State::TooMuch,
+            None => self.state = Arrived::TooMuch,
         }
     }
 

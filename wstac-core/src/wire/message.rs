@@ -9,20 +9,21 @@ use super::{LearnedTextures, Learning, TextureName};
 use super::{PictureEnd, PicturePart, Text};
 #[cfg(feature = "settings")]
 use super::{Refusal, Settings, SettingsInUse};
-use crate::direction::Direction;
 use crate::features::Features;
 use crate::green::any::PixelFormat;
 use crate::law::{EventLaw, has_texture, velocity};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::model::speeds::KnownSpeeds;
-use crate::motion::{Contact, Velocity};
+use crate::paper::direction::Direction;
+use crate::paper::sample::Sample;
+use crate::paper::speed::Speed;
+use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
 use crate::params::{FEATURES, SAMPLE_FRAMES};
 use crate::rate::FrameRate;
-use crate::sample::Sample;
-use crate::speed::{NoSpeed, Speed};
+use crate::reason::Reason;
 use crate::texture::Texture;
-use crate::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
+use crate::touch::motion::{Contact, Velocity};
 
 /// A message from a board to a host.
 ///
@@ -261,7 +262,7 @@ pub struct Answers<'a> {
     /// The duration in frames, from the first lit frame to the last; `None` if no frame is lit.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
-    pub speed: Result<Speed, NoSpeed>,
+    pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
     /// The answers of texture models; unused places are `None`.
@@ -276,6 +277,10 @@ pub struct Answers<'a> {
     pub number: u16,
     /// How far the oldest event that the board keeps is behind this one. Older ones than that are not sent again.
     pub kept: u8,
+    /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, by a law of durations, and from
+    /// a board before version 0.4.
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub doubt: Option<Reason>,
 }
 
 impl<'a> Answers<'a> {
@@ -300,6 +305,7 @@ impl<'a> Answers<'a> {
             reliable: answer.reliable,
             number: 0,
             kept: 0,
+            doubt: answer.doubt,
         }
     }
 
@@ -415,7 +421,7 @@ pub enum Request {
     /// Says whether every event's sample is wanted. At first it is not.
     Samples(bool),
     /// Says whether speed and direction of every frame are wanted. At first they are not. A board without
-    /// [`LiveMotion`](crate::motion::LiveMotion) sends none.
+    /// [`LiveMotion`](crate::touch::motion::LiveMotion) sends none.
     Motion(bool),
     /// Says whether the host acknowledges events. Then the board sends those again that were not acknowledged. At first
     /// the host does not.

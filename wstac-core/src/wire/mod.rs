@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use wstac_core::law::ByCoherence;
-//! use wstac_core::trigger::Event;
+//! use wstac_core::paper::trigger::Event;
 //! use wstac_core::wire::{self, Answers, Message};
 //!
 //! fn send(event: &Event, law: &ByCoherence, sequence: &mut u16, uart: &mut impl FnMut(&[u8])) {
@@ -62,7 +62,8 @@
 //! [`Fault::SensorRefuses`] has 16 bits.
 //!
 //! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns,
-//! and `Request::Model` and those behind it about models that are sent to a board.
+//! and `Request::Model` and those behind it about models that are sent to a board. [`Answers`] ends with the reason why
+//! it is not reliable.
 
 mod decoder;
 mod frame;

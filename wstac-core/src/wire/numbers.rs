@@ -1,4 +1,5 @@
-//! Features as byte strings, two bytes per number, the lower first; and frame numbers, written in one place.
+//! Features as byte strings, two bytes per number, the lower first; frame numbers, written in one place; and reasons that
+//! an older board does not send.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serializer};
@@ -6,8 +7,8 @@ use serde::{Deserialize, Deserializer, Serializer};
 use super::SAMPLE_PART;
 use crate::features::Features;
 use crate::params::FEATURES;
+use crate::reason::Reason;
 
-/// The number of bytes of a frame's features.
 const FRAME_BYTES: usize = 2 * FEATURES;
 
 /// Serializes a frame number as postcard does. Its varint would be unrolled at each of a dozen places. One function
@@ -16,6 +17,12 @@ const FRAME_BYTES: usize = 2 * FEATURES;
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
 pub(super) fn long<S: Serializer>(number: &u64, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_u64(*number)
+}
+
+/// Deserializes the reason at the end of a message: `None` if the message ends before it, or if it is a reason that this
+/// version does not know.
+pub(super) fn newest<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Reason>, D::Error> {
+    Ok(Option::deserialize(deserializer).unwrap_or(None))
 }
 
 #[inline(never)]

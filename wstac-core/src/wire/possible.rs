@@ -4,12 +4,13 @@ use core::fmt;
 use core::ops::RangeInclusive;
 
 use super::{Answers, Hello, Message, SAMPLE_PART, TextureAnswer};
-use crate::direction::Direction;
 use crate::features::Features;
-use crate::motion::{Contact, Velocity};
+use crate::paper::direction::Direction;
+use crate::paper::speed::Speed;
+use crate::paper::trigger::{InterruptedSample, StreamEnd};
 use crate::params::SAMPLE_FRAMES;
-use crate::speed::{NoSpeed, Speed};
-use crate::trigger::{InterruptedSample, StreamEnd};
+use crate::reason::Reason;
+use crate::touch::motion::{Contact, Velocity};
 
 /// The largest frame number and count: 2^53, the last up to which JSON's numbers are exact. At 1000 frames per second
 /// it is reached after 285,000 years.
@@ -134,7 +135,6 @@ fn count(frames: u8, possible: RangeInclusive<usize>) -> Result<(), Quantity> {
     ensure(possible.contains(&usize::from(frames)), Quantity::SampleFrames)
 }
 
-/// Checks a speed in mm/s.
 fn speed(mm_s: f32) -> Result<(), Quantity> {
     ensure(mm_s > 0.0 && mm_s.is_finite(), Quantity::Speed)
 }
@@ -176,9 +176,9 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     count(answers.frames_filled, 0..=SAMPLE_FRAMES)?;
     match answers.speed {
         Ok(Speed { mm_s, sd, .. }) => speed(mm_s).and_then(|()| deviation(sd.unwrap_or(0.0)))?,
-        Err(NoSpeed::CutOff { at_most: Some(mm_s) }) => speed(mm_s)?,
-        Err(_) => {}
+        Err(reason) => check_reason(reason)?,
     }
+    answers.doubt.map_or(Ok(()), check_reason)?;
     let Direction { degrees: angle, sd, confidence: certainty } = answers.direction;
     degrees(angle.unwrap_or(0.0))?;
     deviation(sd.unwrap_or(0.0))?;
@@ -186,6 +186,13 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     let slides = matches!(answers.contact, None | Some(Contact::Slide));
     ensure(slides || answers.speed.is_err() && angle.is_err(), Quantity::Contact)?;
     answers.textures.iter().flatten().try_for_each(check_texture)
+}
+
+fn check_reason(reason: Reason) -> Result<(), Quantity> {
+    match reason {
+        Reason::CutOff { at_most: Some(mm_s) } => speed(mm_s),
+        _ => Ok(()),
+    }
 }
 
 fn check_texture(texture: &TextureAnswer<'_>) -> Result<(), Quantity> {

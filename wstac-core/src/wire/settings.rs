@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::ConfigError;
 use crate::features::Floor;
 use crate::layout::{FrameSize, Layout};
+use crate::paper::trigger::TriggerConfig;
 use crate::params::TAXELS;
-use crate::trigger::TriggerConfig;
 
 /// The number of bytes of the longest request, for the decoder of a board that takes settings.
 pub const LONGEST_REQUEST: usize = 204;
@@ -119,9 +119,8 @@ mod tests {
 
     use super::super::{Decoder, LONGEST, Message, Request, encode};
     use super::*;
-    use crate::trigger::Rule;
+    use crate::paper::trigger::Rule;
 
-    /// Returns the longest settings.
     fn settings() -> Settings {
         let layout = Layout::paper(FrameSize::new(16_384, 16_384).unwrap()).unwrap();
         let trigger = TriggerConfig::new(20, 65_535.0, 50, Rule::Signed, 65_535.0).unwrap().one_event_per_touch();

@@ -5,17 +5,18 @@ use std::vec::Vec;
 
 use super::*;
 use crate::crc::crc32;
-use crate::direction::{Direction, Heading, Unclear};
 use crate::green::any::PixelFormat;
 use crate::green::bayer::BayerOrder;
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::model::forest::Forest;
-use crate::motion::{Contact, Velocity};
+use crate::paper::direction::{Direction, Heading};
+use crate::paper::speed::Speed;
+use crate::paper::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
 use crate::rate::FrameRate;
-use crate::speed::{NoSpeed, Speed};
+use crate::reason::Reason;
 use crate::texture::texture;
-use crate::trigger::{ContactEnd, InterruptedSample, Rule, StreamEnd, TriggerConfig};
+use crate::touch::motion::{Contact, Velocity};
 
 static MODEL: Forest<'static> = crate::include_model!(Forest, "../../tests/models/small.wsm");
 const LONGEST_NAME: &str = "the name of a class is at most this long: 63 bytes, in UTF-8 é";
@@ -61,6 +62,7 @@ fn answers() -> Answers<'static> {
         reliable: true,
         number: u16::MAX,
         kept: u8::MAX,
+        doubt: Some(Reason::Uncertain),
     }
 }
 
@@ -97,6 +99,7 @@ fn messages() -> Vec<Message<'static>> {
         reliable: false,
         number: 0,
         kept: 0,
+        doubt: None,
     };
     let mut all = Vec::from([
         Message::Hello(hello(LAST)),
@@ -113,13 +116,13 @@ fn messages() -> Vec<Message<'static>> {
         Message::Event(short),
         Message::Event(Answers {
             contact: Some(Contact::Press),
-            speed: Err(NoSpeed::NoSlide(Contact::Press)),
-            direction: Direction::by_arrival(Err(Unclear::NoSlide(Contact::Press))),
+            speed: Err(Reason::NoSlide(Contact::Press)),
+            direction: Direction::by_arrival(Err(Reason::NoSlide(Contact::Press))),
             ..short
         }),
         Message::Event(Answers {
-            speed: Err(NoSpeed::CutOff { at_most: Some(45.5) }),
-            direction: Direction::by_centroids(Err(Unclear::NoOrder), 32_768),
+            speed: Err(Reason::CutOff { at_most: Some(45.5) }),
+            direction: Direction::by_centroids(Err(Reason::NoOrder), 32_768),
             ..short
         }),
         Message::ContactEnd(ContactEnd::new(LAST, LAST)),
@@ -199,7 +202,7 @@ fn the_bytes_of_a_frame_are_these() {
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
     // An event: a slide from frame 45 to 73, 159.9 ± 1.5 mm/s in 27 frames, 90.5 ± 0.75°, one known texture of
-    // a confidence of 32000/32768, no frame filled, reliable, event 300, the one before it is kept.
+    // a confidence of 32000/32768, no frame filled, reliable, event 300, the one before it is kept, no doubt.
     let texture = Some(TextureAnswer {
         confidence: Some(32_000),
         known: Some(true),
@@ -218,6 +221,7 @@ fn the_bytes_of_a_frame_are_these() {
         reliable: true,
         number: 300,
         kept: 1,
+        doubt: None,
     };
     let content = [
         &[4, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
@@ -232,10 +236,17 @@ fn the_bytes_of_a_frame_are_these() {
         b"Saw3",
         // 32000 in seven bits a byte.
         &[1, 0x80, 0xFA, 1, 1, 1],
-        &[0, 0, 0, 1, 0xAC, 2, 1],
+        &[0, 0, 0, 1, 0xAC, 2, 1, 0],
     ]
     .concat();
     assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
+    // A board before version 0.4 sends no reason, a newer one may send one that is not known here.
+    let (_, before) = content.split_last().unwrap();
+    let doubted = Answers { reliable: false, doubt: Some(Reason::LostFrames), ..event };
+    for (last, answers) in [(&[][..], event), (&[1, 7], Answers { reliable: true, ..doubted }), (&[1, 99], event)] {
+        let bytes = frame_of(&[before, last].concat());
+        assert_eq!(received(&mut Decoder::new(), &bytes), [arrived(&Message::Event(answers), 0)]);
+    }
     assert_eq!((event.touch_frame(), event.end_frame()), (Some(45), Some(73)));
     // The check value of CRC-32 (IEEE).
     assert_eq!(crc32(*b"123456789"), 0xCBF4_3926);
@@ -447,14 +458,14 @@ fn texts_are_cut_between_characters_and_labels_are_read_where_they_lie() {
 #[test]
 fn reasons_are_errors_with_sentences() {
     let reasons: [(&dyn core::error::Error, &str); 12] = [
-        (&NoSpeed::BaselineAbove, "the baseline is above the speed threshold"),
-        (&NoSpeed::NeverValid, "no frame is above the speed threshold"),
-        (&NoSpeed::CutOff { at_most: Some(45.5) }, "cut off: the sample starts or ends above the speed threshold"),
-        (&NoSpeed::OutsideLaw, "the speed law has no finite speed for this duration"),
-        (&NoSpeed::NoSlide(Contact::Press), "the touch is a press, which does not slide"),
-        (&Unclear::NoSlide(Contact::Unclear), "unclear: the touch is not certain to be a slide"),
-        (&Unclear::NeverLit, "unclear: a row and a column never light up"),
-        (&Unclear::NoOrder, "unclear: neither rows nor columns light up in order"),
+        (&Reason::BaselineAbove, "the baseline is above the speed threshold"),
+        (&Reason::NeverValid, "no frame is above the speed threshold"),
+        (&Reason::CutOff { at_most: Some(45.5) }, "cut off: the sample starts or ends above the speed threshold"),
+        (&Reason::OutsideLaw, "the speed law has no finite speed for this duration"),
+        (&Reason::NoSlide(Contact::Press), "the touch is a press, which does not slide"),
+        (&Reason::NoSlide(Contact::Unclear), "unclear: the touch is not certain to be a slide"),
+        (&Reason::NeverLit, "unclear: a row and a column never light up"),
+        (&Reason::NoOrder, "unclear: neither rows nor columns light up in order"),
         (&DecodeError::Damaged, "the frame is damaged: its bytes are not the bytes that were sent"),
         (&DecodeError::Version(7), "version of the link is 7, expected 4"),
         (&DecodeError::Unknown, "the message is unknown to this version of the software"),
@@ -504,7 +515,7 @@ fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
     ] {
         let expected = is_refused.then_some(Quantity::Speed);
         assert_eq!(event(&|answers| answers.speed = Ok(Speed::new(mm_s))), expected, "{mm_s}");
-        let cut_off = Err(NoSpeed::CutOff { at_most: Some(mm_s) });
+        let cut_off = Err(Reason::CutOff { at_most: Some(mm_s) });
         assert_eq!(event(&|answers| answers.speed = cut_off), expected, "{mm_s}");
         assert_eq!(velocity(&|velocity| velocity.mm_s = mm_s), expected, "{mm_s}");
     }

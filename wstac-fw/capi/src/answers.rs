@@ -1,11 +1,12 @@
 //! The answers of a pipeline: features, the event, and its motion, or its speed and direction as published. Each has its
 //! own function, and a program links only those that it calls. So the function that a program calls is the law.
 
-use wstac_core::direction::{Unclear, direction};
-use wstac_core::motion::{self, Contact, Motion};
+use wstac_core::paper::direction::direction;
+use wstac_core::paper::speed;
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::speed::{self, NoSpeed};
-use wstac_core::trigger::Event;
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::{self, Contact, Motion};
 
 use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::{State, WstacFwPipeline};
@@ -310,12 +311,12 @@ pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed:
         };
         match speed::speed(event, &state.speed) {
             Ok(speed) => WstacFwSpeed { mm_s: speed.mm_s, extrapolated: speed.extrapolated, ..none },
-            Err(NoSpeed::BaselineAbove) => WstacFwSpeed { why: WstacFwWhy::BaselineAbove, ..none },
-            Err(NoSpeed::NeverValid) => WstacFwSpeed { why: WstacFwWhy::NeverLit, ..none },
-            Err(NoSpeed::CutOff { at_most }) => {
+            Err(Reason::BaselineAbove) => WstacFwSpeed { why: WstacFwWhy::BaselineAbove, ..none },
+            Err(Reason::NeverValid) => WstacFwSpeed { why: WstacFwWhy::NeverLit, ..none },
+            Err(Reason::CutOff { at_most }) => {
                 WstacFwSpeed { why: WstacFwWhy::CutOff, at_most_mm_s: at_most.unwrap_or(0.0), ..none }
             }
-            Err(NoSpeed::OutsideLaw) => WstacFwSpeed { why: WstacFwWhy::OutsideLaw, ..none },
+            Err(Reason::OutsideLaw) => WstacFwSpeed { why: WstacFwWhy::OutsideLaw, ..none },
             Err(_) => WstacFwSpeed { why: WstacFwWhy::Other, ..none },
         }
     };
@@ -336,8 +337,8 @@ pub unsafe extern "C" fn wstac_fw_direction(
         let found = direction(event);
         let why = match found.degrees {
             Ok(_) => WstacFwWhy::There,
-            Err(Unclear::NeverLit) => WstacFwWhy::NeverLit,
-            Err(Unclear::NoOrder) => WstacFwWhy::NoOrder,
+            Err(Reason::NeverLit) => WstacFwWhy::NeverLit,
+            Err(Reason::NoOrder) => WstacFwWhy::NoOrder,
             Err(_) => WstacFwWhy::Other,
         };
         let degrees = found.heading().map_or(-1, |heading| heading.degrees().cast_signed());

@@ -2,14 +2,15 @@
 
 use core::ffi::{CStr, c_char};
 
-use wstac_core::direction::{Direction, Heading, Unclear};
 use wstac_core::law::{Answer, EventLaw};
 use wstac_core::model::Model;
 use wstac_core::model::file::Task;
-use wstac_core::motion::Contact;
+use wstac_core::paper::direction::{Direction, Heading};
+use wstac_core::paper::speed::Speed;
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::speed::{NoSpeed, Speed};
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd};
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_core::wire::{
     self, Answers, Decoder, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text, TextureAnswer,
     Wanted,
@@ -327,7 +328,7 @@ fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Answer {
     let (speed, direction) = if contact == Contact::Slide {
         (Ok(Speed::by_arrival(motion.mm_s, motion.mm_s_sd)), Ok([motion.degrees, motion.degrees_sd]))
     } else {
-        (Err(NoSpeed::NoSlide(contact)), Err(Unclear::NoSlide(contact)))
+        (Err(Reason::NoSlide(contact)), Err(Reason::NoSlide(contact)))
     };
     let mut answer = Answer::new(speed, Direction::by_arrival(direction), motion.reliable);
     (answer.contact, answer.duration) = (Some(contact), event.lit_frames());
@@ -342,18 +343,18 @@ fn by_duration(speed: &WstacFwSpeed, direction: &WstacFwDirection, event: &Event
             found.extrapolated = speed.extrapolated;
             Ok(found)
         }
-        WstacFwWhy::BaselineAbove => Err(NoSpeed::BaselineAbove),
-        WstacFwWhy::CutOff => Err(NoSpeed::CutOff { at_most: Some(speed.at_most_mm_s).filter(|&mm_s| mm_s > 0.0) }),
-        WstacFwWhy::OutsideLaw => Err(NoSpeed::OutsideLaw),
-        WstacFwWhy::NeverLit | WstacFwWhy::NoOrder | WstacFwWhy::Other => Err(NoSpeed::NeverValid),
+        WstacFwWhy::BaselineAbove => Err(Reason::BaselineAbove),
+        WstacFwWhy::CutOff => Err(Reason::CutOff { at_most: Some(speed.at_most_mm_s).filter(|&mm_s| mm_s > 0.0) }),
+        WstacFwWhy::OutsideLaw => Err(Reason::OutsideLaw),
+        WstacFwWhy::NeverLit | WstacFwWhy::NoOrder | WstacFwWhy::Other => Err(Reason::NeverValid),
     };
     let heading = match (direction.why, direction.degrees) {
         (WstacFwWhy::There, 0) => Ok(Heading::Right),
         (WstacFwWhy::There, 90) => Ok(Heading::Up),
         (WstacFwWhy::There, 180) => Ok(Heading::Left),
         (WstacFwWhy::There, 270) => Ok(Heading::Down),
-        (WstacFwWhy::NeverLit, _) => Err(Unclear::NeverLit),
-        _ => Err(Unclear::NoOrder),
+        (WstacFwWhy::NeverLit, _) => Err(Reason::NeverLit),
+        _ => Err(Reason::NoOrder),
     };
     let mut answer = Answer::new(found, Direction::by_centroids(heading, direction.confidence), event.reliable);
     answer.duration = u8::try_from(speed.duration_frames).ok();

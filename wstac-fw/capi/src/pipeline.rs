@@ -1,19 +1,19 @@
 //! A pipeline in the caller's memory, which takes frames or stripes.
 
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::error::FrameError;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::speed::SpeedConfig;
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, TriggerConfig};
 use wstac_core::params::{PITCH_MM, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, TriggerConfig};
+use wstac_core::touch::motion::MotionConfig;
 
 use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
@@ -116,7 +116,7 @@ impl State {
         // All that can fail comes first, so that the pipeline is built in its place.
         let (builder, motion) = (builder.check()?, MotionConfig::new(pitch, rate)?);
         Ok(Self {
-            pipeline: builder.build(),
+            pipeline: builder(),
             speed: SpeedConfig::published(rate),
             motion,
             features: None,

@@ -1,14 +1,14 @@
 //! A pipeline's parameters, which may be changed before its first frame. A program links only the functions that it
 //! calls: these use 64-bit floating point.
 
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::features::Floor;
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::speed::{Law, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::params::{
     DEFAULT_BACKTRACK, DEFAULT_MARGIN, DEFAULT_MULTIPLIER, DEFAULT_WINDOW, FASTEST_FITTED, SLOWEST_FITTED,
     SPEED_INTERCEPT, SPEED_SLOPE, VALID_THRESHOLD,
 };
-use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
-use wstac_core::trigger::{Rule, TriggerConfig};
 
 use crate::memory::{borrowed, give, value_mut};
 use crate::pipeline::{State, WstacFwPipeline};

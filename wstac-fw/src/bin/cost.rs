@@ -9,19 +9,19 @@
 use core::fmt::Write;
 
 use cortex_m_rt::entry;
-use wstac_core::direction;
 use wstac_core::error::{ConfigError, Error, FrameError};
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
-use wstac_core::motion::{self, LiveMotion, MotionConfig};
+use wstac_core::paper::direction;
+use wstac_core::paper::speed;
+use wstac_core::paper::trigger::{Event, Trigger};
 use wstac_core::params::TAXELS;
-use wstac_core::path_sample::TaxelRing;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
-use wstac_core::trigger::{Event, Trigger};
+use wstac_core::touch::motion::{self, LiveMotion, MotionConfig};
+use wstac_core::touch::path_sample::TaxelRing;
 use wstac_core::wire::Answers;
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console, File};

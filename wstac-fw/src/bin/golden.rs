@@ -7,8 +7,6 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use wstac_core::baseline::Baseline;
-use wstac_core::direction;
 use wstac_core::error::Error;
 use wstac_core::frame::Stride;
 use wstac_core::green::GreenChannel;
@@ -17,14 +15,16 @@ use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::gray::Gray;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::motion::{self, Contact, Motion, MotionConfig};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{self, Law, LitSpan, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{ContactEnd, Event, Rule, TriggerConfig};
 use wstac_core::params::{COLUMNS, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{self, Law, LitSpan, SpeedConfig, ThresholdOn};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::{ContactEnd, Event, Rule, TriggerConfig};
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig};
 use wstac_fw::emulated::host::{self, File};
 
 /// The size of the largest whole frame. Larger frames come in stripes.

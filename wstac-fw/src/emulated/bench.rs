@@ -6,11 +6,11 @@ use core::hint::black_box;
 
 use wstac_core::error::{ConfigError, Error};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::speed::SpeedConfig;
+use wstac_core::paper::trigger::Event;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::Event;
+use wstac_core::touch::motion::MotionConfig;
 
 use super::host;
 use crate::setup;
@@ -66,7 +66,7 @@ pub fn events(show: impl FnMut(&Event<'_>)) -> ! {
 }
 
 fn run(mut show: impl FnMut(&Event<'_>)) -> Result<(), Error> {
-    let mut pipeline = setup::checked(camera()?)?.build();
+    let mut pipeline = setup::checked(camera()?)?();
     loop {
         if let Some(event) = pipeline.push_stripe(stripe())?.event() {
             show(&event);

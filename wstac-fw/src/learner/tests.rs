@@ -6,7 +6,7 @@ use std::vec::Vec;
 use wstac_core::learned::Center;
 use wstac_core::model::linear_svm::LinearSvm;
 use wstac_core::model::place::Place;
-use wstac_core::motion::Contact;
+use wstac_core::touch::motion::Contact;
 
 use super::*;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::vec::Vec;
 
 use wstac_core::features::Floor;
-use wstac_core::trigger::TriggerConfig;
+use wstac_core::paper::trigger::TriggerConfig;
 
 use super::*;
 use crate::mock_flash::{Cut, Flash, SECTOR, WORD};
@@ -19,7 +19,8 @@ fn size() -> FrameSize {
 fn settings(number: u16) -> Settings {
     let corners = core::array::from_fn(|k| [k as u16 * 9 + number % 50, k as u16 * 7 + number % 40]);
     let layout = Layout::new(size(), [20 + number % 10, 20], corners).unwrap();
-    let trigger = TriggerConfig::new(5, 1.5 + f64::from(number), 15, wstac_core::trigger::Rule::Signed, 0.5).unwrap();
+    let trigger =
+        TriggerConfig::new(5, 1.5 + f64::from(number), 15, wstac_core::paper::trigger::Rule::Signed, 0.5).unwrap();
     Settings::new(&layout, Floor::new(1.0 + f64::from(number % 200), 255).unwrap(), trigger, Some(number))
 }
 

@@ -4,10 +4,10 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use wstac_core::error::ConfigError;
 use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
-use wstac_core::motion::MotionConfig;
+use wstac_core::paper::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
-use wstac_core::speed::{Law, SpeedConfig, ThresholdOn};
+use wstac_core::touch::motion::MotionConfig;
 
 use crate::text_file::whole_if_any;
 

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::time::{Duration, SystemTime};
 
 use wstac_core::features::Features;
+use wstac_core::paper::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{
     Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
 };

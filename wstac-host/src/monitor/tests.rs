@@ -1,17 +1,17 @@
 //! Tests that the command's own tests do not cover: boards that start again, that are newer, or that send impossible
 //! messages.
 
-use wstac_core::baseline::Baseline;
 use wstac_core::crc::crc32;
-use wstac_core::direction::{Direction, Heading};
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
-use wstac_core::motion::{Contact, Velocity};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::direction::{Direction, Heading};
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{Speed, SpeedConfig};
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::speed::NoSpeed;
-use wstac_core::speed::{Speed, SpeedConfig};
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, TriggerConfig};
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::{Contact, Velocity};
 use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Text, TextureAnswer, Wanted, encode};
 
 use super::*;
@@ -383,7 +383,7 @@ fn assert_possible(output: &Output) {
             if let Ok(speed) = event.speed {
                 assert!(speed_is_possible(speed.mm_s, speed.sd.unwrap_or(0.0)), "{event:?}");
             }
-            if let Err(NoSpeed::CutOff { at_most: Some(mm_s) }) = event.speed {
+            if let Err(Reason::CutOff { at_most: Some(mm_s) }) = event.speed {
                 assert!(speed_is_possible(mm_s, 0.0), "{event:?}");
             }
             assert!(event.direction.degrees.is_err() || (0.0..360.0).contains(&event.direction.degrees.unwrap()));
@@ -462,7 +462,7 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
     let mut texture = TextureAnswer::new(wstac_core::model::file::Task::Specimen, Text::new("Saw3"));
     (texture.confidence, texture.known) = (Some(32_000), Some(true));
     let mut cut_off = answers;
-    cut_off.speed = Err(NoSpeed::CutOff { at_most: Some(45.5) });
+    cut_off.speed = Err(Reason::CutOff { at_most: Some(45.5) });
     let mut stream = StreamEnd::new(207);
     stream.incomplete = Some(InterruptedSample::new(200, 7));
     let mut velocity = Velocity::default();

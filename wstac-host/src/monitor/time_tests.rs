@@ -2,7 +2,7 @@
 
 use std::time::{Duration, SystemTime};
 
-use wstac_core::trigger::InterruptedSample;
+use wstac_core::paper::trigger::InterruptedSample;
 use wstac_core::wire::{FrameTime, LONGEST, encode};
 
 use super::tests::hello;

@@ -1,13 +1,14 @@
 //! Tactile events and their answers.
 
-use wstac_core::direction::Direction;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
 use wstac_core::model::speeds::KnownSpeeds;
-use wstac_core::motion::{self, Contact, Doubt, MotionConfig};
+use wstac_core::paper::direction::Direction;
+use wstac_core::paper::speed::{self, LitSpan, Speed, SpeedConfig};
+use wstac_core::paper::trigger::Event;
 use wstac_core::params::SAMPLE_FRAMES;
-use wstac_core::path_sample::{PathSample, TaxelRing};
-use wstac_core::speed::{self, LitSpan, NoSpeed, Speed, SpeedConfig};
-use wstac_core::trigger::Event;
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::{self, Contact, MotionConfig};
+use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::{RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};
@@ -42,7 +43,7 @@ pub struct TactileEvent {
     /// a board.
     pub lit_span: Option<LitSpan>,
     /// The sliding speed, or why there is none.
-    pub speed: Result<Speed, NoSpeed>,
+    pub speed: Result<Speed, Reason>,
     /// An upper bound of the speed of an event that is cut off. The slide lasted longer than was seen, so it was
     /// slower. The bound is as good as the speed law is there.
     pub speed_at_most: Option<Speed>,
@@ -59,8 +60,8 @@ pub struct TactileEvent {
     /// frames of the sample came unevenly.
     pub reliable: bool,
     /// The reason why the touch is unclear, or why the answers are not reliable; `None` if they are, and if a board does not
-    /// say. By a law of durations it is only [`Doubt::Uneven`].
-    pub doubt: Option<Doubt>,
+    /// say, as before version 0.4. By a law of durations it is only [`Reason::Uneven`].
+    pub doubt: Option<Reason>,
     /// Whether the sample is reliable, whatever its answers are: the baseline was quiet, at most a tenth of the sample was
     /// filled, and its frames came evenly. A board says only [`Self::reliable`].
     pub sample_reliable: bool,
@@ -108,7 +109,7 @@ impl TactileEvent {
             texture_doubt,
             frames_filled: event.frames_filled,
             reliable: answer.reliable,
-            doubt: if answer.reliable { None } else { answering.law.doubt(event) },
+            doubt: answer.doubt,
             sample_reliable: event.reliable,
             sample: sample.copied().map(Box::new),
             paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, taxels, &answer, answering.motion))),
@@ -117,7 +118,7 @@ impl TactileEvent {
 
     /// Returns the event of a sample whose frames came unevenly: nothing of it is reliable.
     pub(crate) fn uneven(self) -> Self {
-        Self { reliable: false, sample_reliable: false, doubt: Some(Doubt::Uneven), ..self }
+        Self { reliable: false, sample_reliable: false, doubt: Some(Reason::Uneven), ..self }
     }
 
     /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is
@@ -173,15 +174,17 @@ impl TactileEvent {
 
     /// Returns whether the sample starts or ends in the light, so that the slide lasted longer than was seen.
     pub fn is_cut_off(&self) -> bool {
-        matches!(self.speed, Err(NoSpeed::CutOff { .. }))
+        matches!(self.speed, Err(Reason::CutOff { .. }))
     }
 }
 
-/// Returns why answers of a board by arrival times are not reliable, if their numbers say so: a board does not.
+/// Returns why answers of a board are not reliable. A board before version 0.4 does not say; by arrival times, the number of
+/// filled frames may.
 #[cfg(feature = "board")]
-fn doubt_of_board(answers: &wstac_core::wire::Answers<'_>) -> Option<Doubt> {
+fn doubt_of_board(answers: &wstac_core::wire::Answers<'_>) -> Option<Reason> {
     let has_lost = u32::from(answers.frames_filled) > wstac_core::params::LONGEST_FILLED_GAP;
-    (answers.contact.is_some() && !answers.reliable && has_lost).then_some(Doubt::LostFrames)
+    let by_number = answers.contact.is_some() && !answers.reliable && has_lost;
+    answers.doubt.or_else(|| by_number.then_some(Reason::LostFrames))
 }
 
 impl Paths {
@@ -235,9 +238,9 @@ pub(crate) struct Answering<'p> {
 }
 
 /// Returns the bound of a speed that is not known because its event is cut off; `mark` marks it as extrapolated or not.
-fn bound(speed: Result<Speed, NoSpeed>, mark: impl FnOnce(f32) -> Speed) -> Option<Speed> {
+fn bound(speed: Result<Speed, Reason>, mark: impl FnOnce(f32) -> Speed) -> Option<Speed> {
     match speed {
-        Err(NoSpeed::CutOff { at_most: Some(mm_s) }) => Some(mark(mm_s)),
+        Err(Reason::CutOff { at_most: Some(mm_s) }) => Some(mark(mm_s)),
         _ => None,
     }
 }

@@ -2,19 +2,19 @@
 
 use std::collections::VecDeque;
 
-use wstac_core::baseline_policy::TrackingBaseline;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
-use wstac_core::motion::{LiveMotion, MotionConfig};
+use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::speed::SpeedConfig;
+use wstac_core::paper::trigger::{ContactEnd, InterruptedSample};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::path_sample::TaxelRing;
 use wstac_core::pipeline::{Pipeline, Update};
-use wstac_core::speed::SpeedConfig;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{ContactEnd, InterruptedSample};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig};
+use wstac_core::touch::path_sample::TaxelRing;
 
 use crate::config::{Config, Kernel};
 use crate::error::Error;
@@ -483,7 +483,7 @@ struct Answers<'p> {
 }
 
 impl Answers<'_> {
-    fn event(&self, event: &wstac_core::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
+    fn event(&self, event: &wstac_core::paper::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
         let Self { law, durations, textures, motion, ref clock, options, uneven } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
         let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };

@@ -173,8 +173,8 @@ impl<S: Source, F: FnMut(u64) -> Injection + Send> Source for FaultInjector<S, F
 mod tests {
     use wstac_core::green::any::PixelFormat;
     use wstac_core::layout::FrameSize;
-    use wstac_core::motion::Doubt;
     use wstac_core::rate::FrameRate;
+    use wstac_core::reason::Reason;
 
     use super::*;
     use crate::output::Output;
@@ -294,7 +294,7 @@ mod tests {
         let whole = event(u64::MAX, u64::MAX);
         assert_eq!((whole.0, whole.2), (30, true));
         assert_eq!(event(10, 30), whole);
-        let uneven = (30, false, false, Some(Doubt::Uneven));
+        let uneven = (30, false, false, Some(Reason::Uneven));
         assert_eq!(event(10, 31), uneven);
         assert_eq!(event(99, 110), uneven);
         assert_eq!(event(100, 110), whole);

@@ -8,7 +8,6 @@ use super::plan::{SWITCHES, Switch, VALUES};
 use super::{Control, ControlSetting, Controls};
 use wstac_host::camera::{LockedControl, UnlockedReason};
 
-/// An attempt to lock a control.
 struct Attempt {
     id: u32,
     name: String,

@@ -113,7 +113,6 @@ impl Type {
     }
 }
 
-/// The type of a service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ServiceType {
     Trigger,

@@ -11,7 +11,6 @@ use crate::orders::{Control, copy_of, replace};
 /// The longest name of a coordinate frame.
 const MOST_FRAME_ID: usize = 255;
 
-/// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     /// There is no such parameter.
@@ -95,7 +94,6 @@ const OF_NODE: [(&str, bool, &str); 2] =
     [("domain", true, "The domain of ROS 2."), ("namespace", true, "The beginning of all topics and services.")];
 
 impl Parameters {
-    /// Returns all names.
     fn names(&self) -> impl Iterator<Item = String> {
         let of_sensor = |control: &Control| OF_SENSORS.map(|(name, ..)| format!("{}.{name}", control.name));
         let of_node = OF_NODE.iter().map(|(name, ..)| (*name).to_owned());

@@ -82,7 +82,6 @@ impl Renderer {
         &self.frame.bytes
     }
 
-    /// Renders the taxels.
     pub(super) fn expose(&mut self, light: &[f64; TAXELS]) {
         let corners = *self.layout.corners();
         for (corner, &light) in corners.iter().zip(light) {

@@ -29,7 +29,6 @@ const SLANT: f64 = 0.51;
 pub(super) struct Lattice {
     /// Their places in cells, row by row: the place of their light, or the expected place if they gave no light.
     pub(super) centers: [[f64; 2]; TAXELS],
-    /// The spot of each, if it has one.
     pub(super) spots: [Option<usize>; TAXELS],
     /// Median steps to the right and down, in cells.
     pub(super) pitch: [f64; 2],

@@ -7,9 +7,9 @@
 //! F · e^Δ − R levels, as the sum of its taxels.
 
 use serde::Serialize;
+use wstac_core::paper::speed::ThresholdOn;
+use wstac_core::paper::trigger::Rule;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS, TAXELS};
-use wstac_core::speed::ThresholdOn;
-use wstac_core::trigger::Rule;
 
 use super::measure::Measured;
 use super::still::Still;

@@ -15,7 +15,7 @@ pub mod sweep;
 use rayon::prelude::*;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
-use wstac_core::speed::LitSpan;
+use wstac_core::paper::speed::LitSpan;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::output::{Output, OutputOptions, SampleFrames, TactileEvent};

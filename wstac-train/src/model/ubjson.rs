@@ -10,7 +10,6 @@ use serde::forward_to_deserialize_any;
 /// Largest nesting depth of arrays and objects.
 const DEEPEST: usize = 64;
 
-/// Deserializes the bytes.
 pub(super) fn from_slice<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Error> {
     let mut reader = Reader { bytes, at: 0, depth: 0 };
     let marker = reader.marker()?;

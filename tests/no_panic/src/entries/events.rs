@@ -1,21 +1,22 @@
 //! Entry points from features to events, and from events to answers.
 
-use wstac_core::baseline::Baseline;
-use wstac_core::baseline_policy::{FixedBaseline, TrackingBaseline};
-use wstac_core::direction::{self, Direction, Heading, Unclear};
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
 use wstac_core::ln::fixed::Fixed;
-use wstac_core::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
-use wstac_core::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
+use wstac_core::paper::baseline::Baseline;
+use wstac_core::paper::baseline_policy::{FixedBaseline, TrackingBaseline};
+use wstac_core::paper::direction::{self, Direction, Heading};
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::{self, Law, LitSpan, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
-use wstac_core::speed::{self, Law, LitSpan, NoSpeed, Speed, SpeedConfig, ThresholdOn};
+use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::trigger::{ContactEnd, Event, InterruptedSample, Rule, StreamEnd, Trigger, TriggerConfig};
+use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
+use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 
 entries! {
     trigger:
@@ -76,22 +77,21 @@ entries! {
     degrees(heading: Heading) -> u16 { heading.degrees() }
     confidence(direction: &Direction) -> Option<f32> { direction.confidence() }
     heading(direction: &Direction) -> Option<Heading> { direction.heading() }
-    direction_by_centroids(heading: Result<Heading, Unclear>, confidence: u16) -> Direction { Direction::by_centroids(heading, confidence) }
-    direction_by_arrival(angle: Result<[f32; 2], Unclear>) -> Direction { Direction::by_arrival(angle) }
+    direction_by_centroids(heading: Result<Heading, Reason>, confidence: u16) -> Direction { Direction::by_centroids(heading, confidence) }
+    direction_by_arrival(angle: Result<[f32; 2], Reason>) -> Direction { Direction::by_arrival(angle) }
     speed_by_arrival(mm_s: f32, sd: f32) -> Speed { Speed::by_arrival(mm_s, sd) }
     lit_frames(event: &Event<'_>) -> Option<u8> { event.lit_frames() }
     contact_end_of(frame: u64, event_frame: u64) -> ContactEnd { ContactEnd::new(frame, event_frame) }
-    answer_of_ones_own(speed: Result<Speed, NoSpeed>, direction: Direction, reliable: bool) -> Answer {
+    answer_of_ones_own(speed: Result<Speed, Reason>, direction: Direction, reliable: bool) -> Answer {
         Answer::new(speed, direction, reliable)
     }
     has_texture(answer: &Answer) -> bool { answer.has_texture() }
     velocity_of_answer(answer: &Answer) -> Option<Velocity> { answer.velocity() }
     answer_by_duration(law: &SpeedConfig, event: &Event<'_>) -> Answer { law.answer(event) }
     is_law_per_touch(law: &AnyLaw) -> bool { law.is_per_touch() }
-    why_unclear(reason: Unclear) -> &'static str { reason.as_str() }
-    why_no_speed(reason: NoSpeed) -> &'static str { reason.as_str() }
+    reason(reason: Reason) -> &'static str { reason.as_str() }
     duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> { speed::duration(event, config) }
-    speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> { speed::speed(event, config) }
+    speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, Reason> { speed::speed(event, config) }
     duration_frames(duration: LitSpan) -> u8 { duration.frames() }
     duration_cut_off(duration: LitSpan) -> bool { duration.is_cut_off() }
     law_speed(law: Law, frames: f32) -> Option<f32> { law.speed(frames) }

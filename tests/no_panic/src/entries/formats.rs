@@ -1,6 +1,5 @@
 //! Entry points of every pixel format: geometry, sums, features and pipeline.
 
-use wstac_core::baseline_policy::FixedBaseline;
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Floor;
 use wstac_core::frame::Stride;
@@ -15,12 +14,13 @@ use wstac_core::green::words::{Y10, Y12, Y16};
 use wstac_core::green::ycbcr::{Exact, Linear};
 use wstac_core::layout::Layout;
 use wstac_core::ln::{any::AnyLn, fixed::Fixed, libm::Libm, micromath::Micromath};
+use wstac_core::paper::baseline_policy::FixedBaseline;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
-use wstac_core::sample::Sample;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 
 /// Declares the entry points of one pixel format.
 macro_rules! format {

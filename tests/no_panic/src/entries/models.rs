@@ -1,9 +1,9 @@
 //! Entry points for texture models: reading them, classifying, and labels.
 
+use wstac_core::learned::{self, Center, Lesson};
 use wstac_core::model::boosted::Boosted;
 use wstac_core::model::file::{self, ModelError, Task};
 use wstac_core::model::forest::Forest;
-use wstac_core::learned::{self, Center, Lesson};
 use wstac_core::model::labels::{Label, Labels};
 use wstac_core::model::linear_svm::LinearSvm;
 use wstac_core::model::place::Place;

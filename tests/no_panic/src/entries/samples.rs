@@ -1,9 +1,9 @@
 //! Entry points for samples and their prefixes.
 
-use wstac_core::early::SamplePrefix;
 use wstac_core::features::Features;
+use wstac_core::paper::early::SamplePrefix;
+use wstac_core::paper::sample::Sample;
 use wstac_core::pipeline::Update;
-use wstac_core::sample::Sample;
 
 entries! {
     sample:

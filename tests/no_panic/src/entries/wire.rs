@@ -4,12 +4,12 @@ use wstac_core::features::Floor;
 use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::Model;
-use wstac_core::motion::Velocity;
-use wstac_core::sample::Sample;
-use wstac_core::speed::SpeedConfig;
+use wstac_core::paper::sample::Sample;
+use wstac_core::paper::speed::SpeedConfig;
+use wstac_core::paper::trigger::Event;
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::texture;
-use wstac_core::trigger::Event;
-use wstac_core::trigger::TriggerConfig;
+use wstac_core::touch::motion::Velocity;
 use wstac_core::wire::{
     self, AcceptedModels, Answers, BoardModel, DecodeError, Decoder, Learning, LearningStep, Message, ModelPiece,
     ModelStep, Outbox, PictureEnd, PicturePart, Received, Refusal, Request, Settings, SettingsInUse, Text, TextureName,

@@ -62,7 +62,8 @@ pub unsafe extern "C" fn wstac_open(format: u32, width: u32, height: u32, layout
     let stream = || {
         let &(format, method) = FORMATS.get(format as usize)?;
         let layout = Layout::new(FrameSize::new(width, height).ok()?, taxel, *corners).ok()?;
-        let camera = FrameGeometry::new(Any::new(format, YcbcrEncoding::default(), method), layout, FrameRate::NOMINAL).ok()?;
+        let camera =
+            FrameGeometry::new(Any::new(format, YcbcrEncoding::default(), method), layout, FrameRate::NOMINAL).ok()?;
         FeatureStream::new(camera, 0.5).ok()
     };
     stream().map_or(std::ptr::null_mut(), |stream| Box::into_raw(Box::new(Stream(stream))))

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::super::output::Stop;
-use wstac_core::path_sample::FACTS;
+use wstac_core::touch::path_sample::FACTS;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::visible::OneLine;

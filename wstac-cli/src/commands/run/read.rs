@@ -18,8 +18,8 @@ use super::Arguments;
 use super::board::Board;
 use super::no_event::NoEvent;
 use super::range::Range;
-use wstac_core::motion::Doubt;
 use wstac_core::params::LONGEST_FILLED_GAP;
+use wstac_core::reason::Reason;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::line::BoardLine;
@@ -376,7 +376,7 @@ impl Observer for Printer<'_> {
         self.no_event.output(&output);
         if let Output::Event(event) = &output {
             let has_gap = match event.doubt {
-                Some(doubt) => matches!(doubt, Doubt::Uneven | Doubt::LostFrames),
+                Some(doubt) => matches!(doubt, Reason::Uneven | Reason::LostFrames),
                 // Laws of durations have no doubt.
                 None => u32::from(event.frames_filled) > LONGEST_FILLED_GAP,
             };

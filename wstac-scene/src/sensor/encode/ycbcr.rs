@@ -33,7 +33,6 @@ impl Conversion {
         Self { luma, black, cb, cr }
     }
 
-    /// Returns the luma of a pixel.
     #[inline(always)]
     pub(super) fn luma(&self, pixel: [u16; 3]) -> u8 {
         (self.black + dot(self.luma, pixel) + ROUNDER).to_bits() as u8

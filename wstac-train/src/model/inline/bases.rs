@@ -18,7 +18,6 @@ const WORTH: u32 = 4;
 /// Number of int16 values.
 const NUMBERS: usize = 1 << 16;
 
-/// The bases of a model.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bases(pub(super) Vec<i32>);
 

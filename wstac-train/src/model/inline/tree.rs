@@ -16,7 +16,6 @@ const MOST_SPLITS: u32 = 1000;
 pub(super) struct Writer<'a> {
     /// The bases with which thresholds are compared.
     pub(super) bases: &'a Bases,
-    /// The type of a leaf.
     pub(super) leaf_type: &'a str,
     /// A leaf's word as Rust.
     pub(super) leaf: &'a dyn Fn(u32) -> String,
@@ -131,7 +130,6 @@ pub(super) fn depth(tree: &[Part]) -> f64 {
     sum / leaves
 }
 
-/// Returns the number of splits in a tree.
 pub(super) fn splits(tree: &[Part]) -> usize {
     tree.len() / 2
 }

@@ -148,7 +148,6 @@ fn picked(graph: &Graph, node: &Node, name: &String, labels: &[String]) -> Resul
     })
 }
 
-/// Returns the encoded labels for the given ones.
 fn encoded(node: &Node, labels: &[String]) -> Result<Vec<String>, String> {
     let list = |names: [&str; 3]| -> Option<Result<Vec<String>, String>> {
         let attribute = names.iter().find_map(|name| attribute(node, name))?;

@@ -12,7 +12,6 @@ pub(super) struct Scaler {
 }
 
 impl Scaler {
-    /// Creates a scaler from offsets and scales.
     pub(super) fn new(offset: &[f32], scale: &[f32]) -> Self {
         Self { offset: offset.to_vec(), scale: scale.to_vec() }
     }

@@ -113,7 +113,6 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     Ok(Written { words, exactness, score_bound: body.score_bound })
 }
 
-/// Returns the number of classes of a model.
 pub(super) fn classes(model: &Trained) -> Result<usize, String> {
     let classes = model.labels.len();
     if classes == 0 || classes > MOST_CLASSES {

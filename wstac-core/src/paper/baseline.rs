@@ -2,8 +2,8 @@
 
 use crate::features::Features;
 use crate::fixed::Q16;
+use crate::paper::trigger_config::{Rule, TriggerConfig};
 use crate::params::{BASELINE_WINDOWS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES};
-use crate::trigger_config::{Rule, TriggerConfig};
 
 /// 2^-11 in units of 2^-27 / 5. In that unit η, thresholds and margins are all integers.
 const UNIT: i64 = (BASELINE_WINDOWS as i64) << 16;

@@ -4,9 +4,9 @@
 
 use super::light::light;
 use crate::features::Features;
-use crate::motion::edges::LINES;
+use crate::paper::sample::Sample;
 use crate::params::FEATURES;
-use crate::sample::Sample;
+use crate::touch::motion::edges::LINES;
 
 /// Frames of each line that are looked at once all lines are lit; later, one more in each frame.
 const FIRST: u8 = 16;

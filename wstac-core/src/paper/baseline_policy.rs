@@ -2,13 +2,13 @@
 //!
 //! The baseline stays fixed, or it tracks slow drift while nothing touches the sensor.
 //!
-//! A type parameter of [`Trigger`](crate::trigger::Trigger) chooses the policy. A policy that is not chosen takes
+//! A type parameter of [`Trigger`](crate::paper::trigger::Trigger) chooses the policy. A policy that is not chosen takes
 //! neither code nor memory. A host that chooses at run time uses `Option<TrackingBaseline>`.
 
-use crate::baseline::Baseline;
 use crate::error::ConfigError;
+use crate::paper::baseline::Baseline;
+use crate::paper::trigger_config::TriggerConfig;
 use crate::params::{FEATURES, LONGEST_FOLLOW, SAMPLE_FRAMES, SHORTEST_FOLLOW};
-use crate::trigger_config::TriggerConfig;
 
 /// Decides what happens to the baseline. There are three: [`FixedBaseline`], [`TrackingBaseline`] and
 /// `Option<TrackingBaseline>`.

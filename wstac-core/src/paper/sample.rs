@@ -31,8 +31,8 @@ impl<'a> Sample<'a> {
         self.parts.0.len() + self.parts.1.len()
     }
 
-    /// Returns a frame by its number from the oldest.
     #[inline(always)]
+    /// Returns a frame by its number from the oldest.
     pub(crate) fn frame(&self, index: usize) -> Option<&'a Features> {
         let (older, newer) = self.parts;
         older.get(index).or_else(|| newer.get(index.wrapping_sub(older.len())))

@@ -1,20 +1,18 @@
 //! Sliding speed from the duration for which a sample is lit (SPEC §4; paper, "Speed Regression").
 //!
-//! It holds for specimens of one length, within the range that its law was fitted on. [`motion`](crate::motion) needs
-//! neither.
-
-use core::fmt;
+//! It holds for specimens of one length, within the range that its law was fitted on.
+//! [`motion`](crate::touch::motion) needs neither.
 
 use crate::error::{ConfigError, LawParameter};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::features::Features;
 use crate::ln::constant;
-use crate::motion::Contact;
+use crate::paper::trigger::Event;
 use crate::params::{
     FASTEST_FITTED, FEATURE_FRACTION_BITS, SAMPLE_FRAMES, SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, VALID_THRESHOLD,
 };
 use crate::rate::FrameRate;
-use crate::trigger::Event;
+use crate::reason::Reason;
 
 /// The published law from a duration D, in frames at 30 per second, to a speed v in mm/s: D = intercept − slope · log10 v.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -210,49 +208,9 @@ impl Speed {
     }
 }
 
-/// The reason why there is no speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum NoSpeed {
-    /// The baseline itself is above the threshold.
-    BaselineAbove,
-    /// No frame of the sample is above the threshold.
-    NeverValid,
-    /// The first or the last frame of the sample is valid: the slide lasted at least as long as the sample shows.
-    CutOff {
-        /// The law's speed for the duration that was seen, in mm/s. It is an upper bound, as good as the law is there,
-        /// outside the range it was fitted on.
-        at_most: Option<f32>,
-    },
-    /// The law has no finite speed for this duration.
-    OutsideLaw,
-    /// The touch is no slide, or none for certain.
-    NoSlide(Contact),
-}
-
-impl NoSpeed {
-    /// Returns the reason as a sentence, without the bound of [`NoSpeed::CutOff`]. JSON output and `Display` use this
-    /// sentence.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::BaselineAbove => "the baseline is above the speed threshold",
-            Self::NeverValid => "no frame is above the speed threshold",
-            Self::CutOff { .. } => "cut off: the sample starts or ends above the speed threshold",
-            Self::OutsideLaw => "the speed law has no finite speed for this duration",
-            Self::NoSlide(contact) => contact.why_no_slide(),
-        }
-    }
-}
-
-impl fmt::Display for NoSpeed {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.as_str())
-    }
-}
-
-impl core::error::Error for NoSpeed {}
+/// The former name of [`Reason`].
+#[deprecated(since = "0.4.0", note = "use `reason::Reason`")]
+pub type NoSpeed = Reason;
 
 /// Returns the first and last valid frame of an event's sample; `None` if no frame is valid.
 ///
@@ -281,20 +239,20 @@ pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> {
 /// Returns the sliding speed of an event.
 ///
 /// # Errors
-/// Returns a [`NoSpeed`] that says why there is none.
-pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, NoSpeed> {
+/// Returns the reason why there is none.
+pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, Reason> {
     let above = |&total: &i32| {
         let scaled = i64::from(total) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
         scaled > i64::from(config.level) * i64::from(event.baseline.frames())
     };
     if config.on == ThresholdOn::Absolute && event.baseline.totals().iter().any(above) {
-        return Err(NoSpeed::BaselineAbove);
+        return Err(Reason::BaselineAbove);
     }
-    let duration = duration(event, config).ok_or(NoSpeed::NeverValid)?;
+    let duration = duration(event, config).ok_or(Reason::NeverValid)?;
     if duration.is_cut_off() {
-        return Err(NoSpeed::CutOff { at_most: config.at(duration) });
+        return Err(Reason::CutOff { at_most: config.at(duration) });
     }
-    config.at(duration).map(|mm_s| config.marked(mm_s)).ok_or(NoSpeed::OutsideLaw)
+    config.at(duration).map(|mm_s| config.marked(mm_s)).ok_or(Reason::OutsideLaw)
 }
 
 /// Returns the light of a feature in units of 2^-20, as a fraction of [`BRIGHTEST`] in units of 2^-31.

@@ -6,10 +6,10 @@ mod level;
 mod light;
 mod track;
 
-use crate::baseline::Baseline;
 use crate::features::Features;
+use crate::paper::baseline::Baseline;
+use crate::paper::sample::Sample;
 use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
-use crate::sample::Sample;
 
 use super::edges::LINES;
 use super::{Contact, LEAST_SLIDE, MOST_SLOWNESS, MotionConfig, Velocity, degrees};
@@ -39,7 +39,7 @@ pub struct LiveContact {
 ///
 /// ```
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{motion::{LiveMotion, MotionConfig}, taxels::FrameGeometry};
+/// use wstac_core::{touch::motion::{LiveMotion, MotionConfig}, taxels::FrameGeometry};
 ///
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let mut pipeline = Pipeline::builder(geometry).build()?;
@@ -100,7 +100,6 @@ struct Slide {
     off: f32,
 }
 
-/// The most bytes of a follower.
 const MOST_BYTES: usize = 384;
 const _: () = assert!(size_of::<LiveMotion>() <= MOST_BYTES);
 
@@ -228,7 +227,6 @@ impl LiveMotion {
 }
 
 impl Slide {
-    /// Takes the newest frame.
     fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8) {
         let memory = Memory::of(self.slowness);
         let Change { number, large } = self.level.push(newest, self.slowness, frames);
@@ -244,7 +242,6 @@ impl Slide {
         self.slowness = slowness(&self.tracks);
     }
 
-    /// Returns the kind of the touch.
     fn contact(&self) -> Contact {
         if self.slowness < LEAST_SLIDE[0] {
             Contact::Press

@@ -2,10 +2,9 @@
 
 use super::edges::{Edges, LINES, between, brightest, widened};
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::paper::trigger::Event;
 use crate::params::SAMPLE_FRAMES;
-use crate::trigger::Event;
 
-/// Peak of a shape.
 pub(super) const PEAK: i32 = 1 << 13;
 /// A line is lit if its smoothed peak is at least this fraction, 2^-3, of the axis's brightest.
 const LIT_SHIFT: u32 = 3;
@@ -34,7 +33,6 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// Shapes of dark lines.
     pub(super) const DARK: Self =
         Self { lines: [[0; SAMPLE_FRAMES]; LINES], is_lit: [false; LINES], span: NO_SPAN, is_crossed: false };
 
@@ -82,7 +80,6 @@ impl Shapes {
         }
     }
 
-    /// Returns the number of lit lines.
     pub(super) fn lit(&self) -> u8 {
         self.is_lit.iter().map(|&lit| u8::from(lit)).sum()
     }

@@ -8,7 +8,6 @@
 //! A straight edge that is not at right angles to its motion gives only the motion across the edge.
 
 mod axis;
-mod doubt;
 mod edges;
 mod live;
 mod shape;
@@ -18,11 +17,11 @@ mod sqrt;
 use core::fmt;
 
 use crate::error::ConfigError;
-use crate::params::{NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
+use crate::paper::trigger::Event;
+use crate::params::{LONGEST_FILLED_GAP, NOMINAL_FRAME_RATE, PITCH_MM, ROWS};
 use crate::rate::FrameRate;
-use crate::trigger::Event;
+use crate::reason::Reason;
 use axis::Axis;
-pub use doubt::{Doubt, doubt_by_coherence, doubt_by_edges};
 pub use live::{LiveContact, LiveMotion};
 use sqrt::sqrt;
 
@@ -51,17 +50,6 @@ impl Contact {
             Self::Press => "press",
             Self::Poke => "poke",
             Self::Unclear => "unclear",
-        }
-    }
-
-    /// Returns why a touch of this kind has neither speed nor direction, as a sentence.
-    pub(crate) const fn why_no_slide(self) -> &'static str {
-        match self {
-            // Not reached: a slide has both.
-            Self::Slide => "the touch is a slide",
-            Self::Press => "the touch is a press, which does not slide",
-            Self::Poke => "the touch is a poke, which does not slide",
-            Self::Unclear => "unclear: the touch is not certain to be a slide",
         }
     }
 }
@@ -106,6 +94,8 @@ pub struct Motion {
     pub coherence: f32,
     /// Whether speed and direction hold within their standard deviations.
     pub reliable: bool,
+    /// Why the touch is unclear, or why its answers are not reliable: the first reason that holds; `None` if they are.
+    pub doubt: Option<Reason>,
 }
 
 /// The parameters of the motion estimators.
@@ -201,7 +191,7 @@ impl MotionConfig {
 ///
 /// ```
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{motion::{self, Contact, MotionConfig}, taxels::FrameGeometry};
+/// use wstac_core::{touch::motion::{self, Contact, MotionConfig}, taxels::FrameGeometry};
 ///
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let mut pipeline = Pipeline::builder(geometry).build()?;
@@ -229,7 +219,6 @@ pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
 
-/// Returns the length of a vector.
 // Small code counts here: it runs once per event.
 #[inline(never)]
 fn length(a: f32, b: f32) -> f32 {
@@ -254,30 +243,64 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
 fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, deviations: &Deviations) -> Motion {
     let coherence = rows.coherence.min(columns.coherence);
     let slowness = length(rows.slowness, columns.slowness);
+    // An event per touch says whether the light has left.
+    let is_over = event.touch_frame.is_none() || event.end_frame.is_some();
     let contact = if rows.lit.max(columns.lit) < 3 {
-        if rows.lit.min(columns.lit) > 0 { Contact::Poke } else { Contact::Unclear }
-    } else if coherence < ALIKE || slowness > MOST_SLOWNESS {
-        Contact::Unclear
+        if rows.lit.min(columns.lit) > 0 {
+            Ok(Contact::Poke)
+        } else {
+            Err(if is_over { Reason::FewWhiskers } else { Reason::NotOver })
+        }
+    } else if coherence < ALIKE {
+        Err(if event.touch_filled > 0 {
+            Reason::LostFrames
+        } else if is_over {
+            Reason::NotAlike
+        } else {
+            Reason::NotOver
+        })
+    } else if slowness > MOST_SLOWNESS {
+        Err(Reason::TooSlow)
     } else if slowness < LEAST_SLIDE[0] {
-        Contact::Press
+        Ok(Contact::Press)
     } else if slowness < LEAST_SLIDE[1] {
-        Contact::Unclear
+        Err(Reason::TooFast)
     } else {
-        Contact::Slide
+        Ok(Contact::Slide)
     };
+    let doubt = doubt_of_event(event).or(contact.err());
+    let contact = contact.unwrap_or(Contact::Unclear);
     if contact != Contact::Slide {
-        return Motion { contact, velocity: None, coherence, reliable: false };
+        return Motion { contact, velocity: None, coherence, reliable: false, doubt };
     }
     // Each filled frame repeats the one before it, which moves edges.
     let least = length(deviations.least, FILLED * sqrt(f32::from(event.touch_filled)));
     let velocity = velocity(rows, columns, slowness, config, &Deviations { least, ..*deviations });
-    let sure = is_in_line(rows, columns, slowness)
-        && is_steady(rows, columns, slowness)
-        && rows.is_crossed
-        && columns.is_crossed
-        && coherence >= RELIABLE
-        && velocity.mm_s_sd < deviations.most * velocity.mm_s;
-    Motion { contact, velocity: Some(velocity), coherence, reliable: event.reliable && sure }
+    let of_slide = if !is_steady(rows, columns, slowness) {
+        Some(Reason::SpeedChanges)
+    } else if !(rows.is_crossed && columns.is_crossed) {
+        Some(Reason::NotCrossed)
+    } else if !is_in_line(rows, columns, slowness) {
+        Some(Reason::OutOfLine)
+    } else if coherence < RELIABLE {
+        Some(Reason::NotAlike)
+    } else if velocity.mm_s_sd < deviations.most * velocity.mm_s {
+        None
+    } else {
+        Some(Reason::Uncertain)
+    };
+    let of_slide = of_slide.map(|reason| if event.touch_filled > 0 { Reason::LostFrames } else { reason });
+    let doubt = doubt.or(of_slide);
+    Motion { contact, velocity: Some(velocity), coherence, reliable: doubt.is_none(), doubt }
+}
+
+/// Returns why no answer about an event is reliable, whatever its touch is.
+fn doubt_of_event(event: &Event<'_>) -> Option<Reason> {
+    if event.reliable {
+        return None;
+    }
+    let has_lost = u32::from(event.frames_filled) > LONGEST_FILLED_GAP;
+    Some(if has_lost { Reason::LostFrames } else { Reason::Baseline })
 }
 
 /// Returns whether all lines light up in the order of a straight line, as far as a reliable velocity needs it.
@@ -316,6 +339,22 @@ fn degrees(right: f32, up: f32) -> f32 {
     let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     // A tiny negative angle rounds to a whole turn, and a negative zero is no angle.
     if turned >= 360.0 { 0.0 } else { turned + 0.0 }
+}
+
+/// The former name of [`Reason`].
+#[deprecated(since = "0.4.0", note = "use `reason::Reason`")]
+pub type Doubt = Reason;
+
+/// Returns [`Motion::doubt`].
+#[deprecated(since = "0.4.0", note = "use `Motion::doubt`")]
+pub fn doubt_by_coherence(event: &Event<'_>, config: MotionConfig) -> Option<Reason> {
+    by_coherence(event, config).doubt
+}
+
+/// Returns [`Motion::doubt`].
+#[deprecated(since = "0.4.0", note = "use `Motion::doubt`")]
+pub fn doubt_by_edges(event: &Event<'_>, config: MotionConfig) -> Option<Reason> {
+    by_edges(event, config).doubt
 }
 
 #[cfg(test)]

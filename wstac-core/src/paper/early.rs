@@ -1,8 +1,8 @@
 //! The beginning of a sample before the rest of it has arrived, for texture models that need no more (SPEC §6).
 
+use crate::paper::sample::Sample;
+use crate::paper::trigger::TriggerState;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
-use crate::sample::Sample;
-use crate::trigger::TriggerState;
 
 /// The first frames of a sample that is still being captured.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,10 @@
 use std::vec::Vec;
 
 use super::*;
-use crate::baseline::Baseline;
 use crate::features::Features;
+use crate::paper::baseline::Baseline;
+use crate::paper::sample::Sample;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
-use crate::sample::Sample;
 
 /// Light of a dark line.
 const DARK: f64 = 0.01;

@@ -1,8 +1,8 @@
 //! The slowness along one axis while something slides: a recursive Gauss-Newton method.
 
 use super::light::light;
+use crate::paper::sample::Sample;
 use crate::params::SAMPLE_FRAMES;
-use crate::sample::Sample;
 
 /// Largest slowness, in frames per pitch.
 const MOST: f32 = 14.0;

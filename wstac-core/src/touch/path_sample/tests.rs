@@ -2,14 +2,14 @@ use std::vec::Vec;
 
 use super::ring::{TaxelLight, TaxelStore};
 use super::*;
-use crate::baseline::Baseline;
-use crate::baseline_policy::FixedBaseline;
 use crate::features::Features;
 use crate::green::gray::Gray;
 use crate::layout::{FrameSize, Layout};
+use crate::paper::baseline::Baseline;
+use crate::paper::baseline_policy::FixedBaseline;
+use crate::paper::sample::Sample;
 use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
-use crate::sample::Sample;
 use crate::taxels::FrameGeometry;
 
 /// Light of a dark taxel, as a fraction of full scale.

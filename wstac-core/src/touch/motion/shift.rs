@@ -7,7 +7,7 @@ use crate::params::SAMPLE_FRAMES;
 
 /// One step, and how alike the lines were before it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
+pub(super) struct Fit {
     /// The excess of the slowness, in units of 2^-16 frames per pitch: at most 1.5 frames.
     pub excess: i32,
     /// The part of the lines' energy that one shape explains, 0 to 1.
@@ -42,7 +42,7 @@ const TOLD: f32 = 256.0;
 /// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
 /// lines have no shape.
 #[inline(never)]
-pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
+pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Fit> {
     // All lines are shifted by at most two pitches. Interpolation needs a frame more before, and two after.
     let reach = (2 * slowness.unsigned_abs()).div_ceil(1 << 16) as usize + 2;
     // Frames that are dark in all lines say nothing.
@@ -144,7 +144,7 @@ pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Step> {
         }
     }
     let scatter = sqrt(squares / ((lit - 2.0).max(1.0) * spread));
-    Some(Step { scatter, farthest, change, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
+    Some(Fit { scatter, farthest, change, excess: (step * 65_536.0) as i32, coherence: 1.0 - rest / energy, sd })
 }
 
 impl Shapes {

@@ -3,7 +3,7 @@
 use super::edges::{self, LINES};
 use super::shape::Shapes;
 use super::shift;
-use crate::trigger::Event;
+use crate::paper::trigger::Event;
 
 /// The slowness along one axis, and how well it is known.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,7 @@ pub(super) fn by_coherence(event: &Event<'_>, first: usize) -> Axis {
     if shapes.lit() < FEWEST_LIT {
         return Axis::unknown(shapes.lit());
     }
-    let mut best: Option<(i32, shift::Step)> = None;
+    let mut best: Option<(i32, shift::Fit)> = None;
     let mut starts = [i32::MAX; LEVELS.len()];
     for (number, level) in LEVELS.iter().enumerate() {
         let start = start(&shapes, *level);
@@ -102,7 +102,7 @@ fn start(shapes: &Shapes, level: i32) -> i32 {
 }
 
 /// Returns the slowness to which steps from `start` lead, and the last step.
-fn refined(shapes: &Shapes, start: i32) -> Option<(i32, shift::Step)> {
+fn refined(shapes: &Shapes, start: i32) -> Option<(i32, shift::Fit)> {
     let mut slowness = start;
     let mut last = None;
     for _ in 0..STEPS {

@@ -51,7 +51,6 @@ impl Level {
         Self { smoothed: [0; FEATURES], reference: [0; FEATURES], waits, changing: 0 }
     }
 
-    /// Returns whether all whiskers are touched.
     pub(super) fn is_whole(&self) -> bool {
         self.waits[0] == 0
     }

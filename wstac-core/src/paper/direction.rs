@@ -1,12 +1,10 @@
 //! Sliding direction from the order in which rows and columns light up (SPEC §5; paper, "Directional
 //! Identification").
 
-use core::fmt;
-
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
-use crate::motion::Contact;
+use crate::paper::trigger::Event;
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
-use crate::trigger::Event;
+use crate::reason::Reason;
 
 /// One of the four directions that the centroids tell apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,38 +34,9 @@ impl Heading {
     }
 }
 
-/// The reason why there is no direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Unclear {
-    /// A row and a column never light up.
-    NeverLit,
-    /// Rows and columns are about equally in order: the confidence is below 0.2.
-    NoOrder,
-    /// The touch is no slide, or none for certain.
-    NoSlide(Contact),
-}
-
-impl Unclear {
-    /// Returns the reason as a sentence. JSON output and `Display` use this sentence.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::NeverLit => "unclear: a row and a column never light up",
-            Self::NoOrder => "unclear: neither rows nor columns light up in order",
-            Self::NoSlide(contact) => contact.why_no_slide(),
-        }
-    }
-}
-
-impl fmt::Display for Unclear {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.as_str())
-    }
-}
-
-impl core::error::Error for Unclear {}
+/// The former name of [`Reason`].
+#[deprecated(since = "0.4.0", note = "use `reason::Reason`")]
+pub type Unclear = Reason;
 
 /// A direction, and how far it can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +47,8 @@ pub struct Direction {
     /// The angle in degrees, counterclockwise from +x (0 ≤ degrees < 360), or the reason why there is none.
     ///
     /// By centroids it is 0, 90, 180 or 270. By arrival times it is any angle.
-    pub degrees: Result<f32, Unclear>,
+    #[cfg_attr(feature = "serde", serde(with = "crate::reason::of_direction"))]
+    pub degrees: Result<f32, Reason>,
     /// The standard deviation in degrees; `None` by centroids, or without an angle.
     pub sd: Option<f32>,
     /// The confidence (|s₁| − |s₂|) / (|s₁| + |s₂|) of the two slopes of the centroids, in units of 2^-15: 0..=32768;
@@ -88,13 +58,13 @@ pub struct Direction {
 
 impl Direction {
     /// Creates a direction by centroids, with its confidence in units of 2^-15.
-    pub fn by_centroids(heading: Result<Heading, Unclear>, confidence: u16) -> Self {
+    pub fn by_centroids(heading: Result<Heading, Reason>, confidence: u16) -> Self {
         Self { degrees: heading.map(|heading| f32::from(heading.degrees())), sd: None, confidence: Some(confidence) }
     }
 
     /// Creates a direction by arrival times: an angle and its standard deviation in degrees, or the reason why there is
     /// none.
-    pub fn by_arrival(angle: Result<[f32; 2], Unclear>) -> Self {
+    pub fn by_arrival(angle: Result<[f32; 2], Reason>) -> Self {
         Self { degrees: angle.map(|[degrees, _]| degrees), sd: angle.ok().map(|[_, sd]| sd), confidence: None }
     }
 
@@ -111,7 +81,6 @@ impl Direction {
     }
 }
 
-/// Fraction bits of a centroid, in frames.
 const CENTROID_FRACTION_BITS: u32 = 20;
 
 /// Slope of centroid against index, as a fraction. It is 0 if fewer than two lines light up.
@@ -155,9 +124,9 @@ pub fn direction(event: &Event<'_>) -> Direction {
     let (difference, sum) = (row.abs_diff(column), row + column);
     let confidence = (difference << 15).checked_div(sum).unwrap_or(0) as u16;
     let heading = if !rows.all_lit && !columns.all_lit {
-        Err(Unclear::NeverLit)
+        Err(Reason::NeverLit)
     } else if sum == 0 || difference * LEAST_CONFIDENCE.1 < sum * LEAST_CONFIDENCE.0 {
-        Err(Unclear::NoOrder)
+        Err(Reason::NoOrder)
     } else if column > row {
         Ok(if columns.numerator > 0 { Heading::Right } else { Heading::Left })
     } else {

@@ -4,14 +4,14 @@
 
 use heapless::Deque;
 
-use crate::baseline::Baseline;
-use crate::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::features::Features;
+use crate::paper::baseline::Baseline;
+use crate::paper::baseline_policy::{BaselinePolicy, FixedBaseline};
+use crate::paper::sample::Sample;
+pub use crate::paper::trigger_config::{Rule, TriggerConfig};
 use crate::params::{FEATURES, LONGEST_FILLED_GAP, SAMPLE_FRAMES};
-use crate::sample::Sample;
-pub use crate::touch_state::ContactEnd;
-use crate::touch_state::TouchState;
-pub use crate::trigger_config::{Rule, TriggerConfig};
+pub use crate::touch::onset::ContactEnd;
+use crate::touch::onset::TouchState;
 
 /// A tactile event: a complete sample and what is known about it.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +119,8 @@ enum Phase {
 
 /// Finds events in a stream of features: baseline, windows and capture.
 ///
-/// `B` is the baseline policy: [`FixedBaseline`] or a [`TrackingBaseline`](crate::baseline_policy::TrackingBaseline).
+/// `B` is the baseline policy: [`FixedBaseline`] or a
+/// [`TrackingBaseline`](crate::paper::baseline_policy::TrackingBaseline).
 #[derive(Clone, Debug)]
 pub struct Trigger<B = FixedBaseline> {
     state: TriggerState,
@@ -192,7 +193,6 @@ impl<B: BaselinePolicy> Trigger<B> {
         }
     }
 
-    /// Returns the trigger's state.
     pub(crate) fn state(&self) -> &TriggerState {
         &self.state
     }
@@ -495,7 +495,6 @@ impl TriggerState {
         sample.min(self.touch.settled_frame(window, is_captured))
     }
 
-    /// Returns the state of the stream.
     pub(crate) fn end(&self) -> StreamEnd {
         StreamEnd {
             frames: self.next_frame(),

@@ -108,7 +108,6 @@ pub struct TaxelRing {
     unbroken: u8,
 }
 
-/// The most bytes that a ring may take.
 const MOST_BYTES: usize = 3584;
 const _: () = assert!(size_of::<TaxelRing>() <= MOST_BYTES);
 

@@ -2,10 +2,9 @@
 
 use super::sqrt::sqrt;
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
+use crate::paper::trigger::Event;
 use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
-use crate::trigger::Event;
 
-/// Lines of an axis.
 pub(super) const LINES: usize = 5;
 
 /// Arrival times of the five lines of an axis.
@@ -21,7 +20,6 @@ const LEVEL: u64 = 77;
 const LIT: i32 = 2_180_477;
 
 impl Edges {
-    /// Returns the number of lit lines.
     pub(super) fn lit(&self) -> u8 {
         self.frames.iter().map(|edge| u8::from(edge.is_some())).sum()
     }

@@ -16,9 +16,9 @@ use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
 use crate::ln::Ln;
 use crate::ln::fixed::Fixed;
 use crate::model::file::{INPUTS, Input};
-use crate::motion::{MotionConfig, Velocity};
+use crate::paper::trigger::Event;
 use crate::params::{COLUMNS, FEATURES, ROWS, SAMPLE_FRAMES, TAXELS};
-use crate::trigger::Event;
+use crate::touch::motion::{MotionConfig, Velocity};
 use resample::{BY_COLUMNS, BY_ROWS, BY_TAXELS, Factors, Light, Plan, Track};
 pub use ring::{NoTaxels, TaxelRing, TaxelStore};
 
@@ -32,7 +32,6 @@ const SPEED_FRACTION_BITS: u32 = 6;
 const ONE: i32 = 1 << 11;
 /// Largest slowness, in frames per pitch: that of a slide at 9 mm/s, at a pitch of 4 mm and 30 frames per second.
 const MOST_SLOWNESS: f32 = 13.5;
-/// Fraction bits of frames.
 const FRAME_BITS: u32 = 16;
 
 /// The sample of a touch along its path, as a texture model takes it.
@@ -53,7 +52,7 @@ impl PathSample {
     ///
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-    /// use wstac_core::{motion::{self, MotionConfig}, path_sample::PathSample, taxels::FrameGeometry};
+    /// use wstac_core::{touch::motion::{self, MotionConfig}, touch::path_sample::PathSample, taxels::FrameGeometry};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
     /// let mut pipeline = Pipeline::builder(geometry).build()?;

@@ -2,9 +2,9 @@
 
 use super::light::light;
 use super::track::Track;
-use crate::motion::edges::LINES;
+use crate::paper::sample::Sample;
 use crate::params::FEATURES;
-use crate::sample::Sample;
+use crate::touch::motion::edges::LINES;
 
 /// The level of an edge: 77 / 256, 30 % of the peak.
 const LEVEL: i32 = 77;
