@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
 use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
