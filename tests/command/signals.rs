@@ -23,7 +23,7 @@ fn frames(count: usize) -> Vec<u8> {
 fn end(child: &mut Child, signal: Signal) -> Result<ExitStatus, String> {
     let started = Instant::now();
     send(child, signal);
-    while started.elapsed() < Duration::from_secs(120) {
+    while started.elapsed() < Duration::from_mins(2) {
         if let Some(status) = child.try_wait().unwrap() {
             return Ok(status);
         }
@@ -249,7 +249,7 @@ fn opening_a_pipe_never_blocks_for_good() {
         let mut child = start(command);
         drop(child.stdin.take());
         let started = Instant::now();
-        while child.try_wait().unwrap().is_none() && started.elapsed() < Duration::from_secs(120) {
+        while child.try_wait().unwrap().is_none() && started.elapsed() < Duration::from_mins(2) {
             thread::sleep(Duration::from_millis(10));
         }
         let ended = child.try_wait().unwrap();

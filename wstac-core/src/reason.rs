@@ -114,6 +114,7 @@ pub(crate) mod of_direction {
         NoSlide(Contact),
     }
 
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
     pub(crate) fn serialize<S: Serializer>(degrees: &Result<f32, Reason>, serializer: S) -> Result<S::Ok, S::Error> {
         let numbered = degrees.map_err(|reason| match reason {
             Reason::NeverLit => Numbered::NeverLit,

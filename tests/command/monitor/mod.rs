@@ -345,7 +345,7 @@ impl Unread {
         let mut monitor = start(&[&["monitor", &name, "--json"], arguments].concat());
         let (board, _) = listener.accept().unwrap();
         board.set_nodelay(true).unwrap();
-        board.set_write_timeout(Some(Duration::from_secs(120))).unwrap();
+        board.set_write_timeout(Some(Duration::from_mins(2))).unwrap();
         let stderr = BufReader::new(monitor.stderr.take().unwrap());
         let (sender, said) = channel();
         std::thread::spawn(move || stderr.lines().map(Result::unwrap).try_for_each(|line| sender.send(line)));
@@ -372,7 +372,7 @@ impl Unread {
     }
 
     fn next_line(&self) -> String {
-        self.said.recv_timeout(Duration::from_secs(120)).unwrap()
+        self.said.recv_timeout(Duration::from_mins(2)).unwrap()
     }
 
     /// Sends a signal that ends the monitor.

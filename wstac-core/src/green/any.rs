@@ -1,7 +1,7 @@
 //! A pixel format that is chosen at run time, for hosts. Firmware names the one type it needs instead.
 
 use super::ycbcr::YcbcrEncoding;
-#[expect(clippy::wildcard_imports, reason = "the rows of the table name their modules")]
+#[allow(clippy::wildcard_imports, reason = "the rows of the table name their modules")]
 use super::*;
 
 /// The method that turns YCbCr into green: a tradeoff between speed and accuracy.

@@ -21,6 +21,7 @@ pub(super) fn long<S: Serializer>(number: &u64, serializer: S) -> Result<S::Ok, 
 
 /// Deserializes the reason at the end of a message: `None` if the message ends before it, or if it is a reason that this
 /// version does not know.
+#[expect(clippy::unnecessary_wraps, reason = "serde takes a function that may fail")]
 pub(super) fn newest<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Reason>, D::Error> {
     Ok(Option::deserialize(deserializer).unwrap_or(None))
 }

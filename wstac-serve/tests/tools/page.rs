@@ -22,7 +22,7 @@ use wstac_scene::source::SceneSource;
 use wstac_serve::{Sensor, Server, Token, Tools};
 
 /// The longest that anything here may take.
-const LIMIT: Duration = Duration::from_secs(120);
+const LIMIT: Duration = Duration::from_mins(2);
 /// Dark frames before the slide of [`SCENE`], and all of its frames.
 pub(crate) const LEAD_IN: u64 = 100;
 /// A slide over a small sensor, after 100 dark frames.
