@@ -323,15 +323,22 @@ def check_names(prefix, machine):
     """Checks that both headers define only names with their prefix, and that the static libraries give only such. Names
     that begin with two underscores, _R or _ZN belong to compilers.
     """
-    plain = macros("#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n", prefix)
-    for header, upper, camel in (("wstac.h", "WSTAC_(?!FW_)", "Wstac(?!Fw)"), ("wstac_fw.h", "WSTAC_FW_", "WstacFw")):
+    standard = "#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n"
+    types = '#include "wstac_types.h"\n'
+    headers = (
+        ("wstac_types.h", standard, "WSTAC_(?!FW_)", "Wstac(?!Fw)", 8),
+        ("wstac.h", types, "WSTAC_(?!FW_)", "Wstac(?!Fw)", 40),
+        ("wstac_fw.h", types, "WSTAC_FW_", "WstacFw", 40),
+    )
+    for header, before, upper, camel, least in headers:
+        plain = macros(before, prefix)
         given = {name for name in macros(f'#include "{header}"\n', prefix) if name not in plain}
         text = re.sub(r"//[^\n]*|/\*.*?\*/|#[^\n]*", "", (prefix / "include" / header).read_text(), flags=re.DOTALL)
         for pattern in DEFINED:
             given |= set(re.findall(pattern, text, re.MULTILINE))
         allowed = rf"({upper}|{upper.lower()}|{camel})\w*|{Path(header).stem.upper()}_H"
         wrong = sorted(name for name in given if not re.fullmatch(allowed, name))
-        if wrong or len(given) < 40:
+        if wrong or len(given) < least:
             fail(f"{header}: {len(given)} names, of which {wrong} have no prefix")
     for target in (machine, *{target for target, _ in ABIS.values()}):
         symbols = run(["readelf", "--syms", "--wide", prefix / "lib" / target / "libwstac_fw.a"])
@@ -349,6 +356,8 @@ def check_version(prefix):
     parts = [int(part) for part in version.split(".")]
     for header, name in (("wstac.h", "WSTAC_VERSION"), ("wstac_fw.h", "WSTAC_FW_VERSION")):
         given = macros(f'#include "{header}"\n', prefix)
+        # Those of wstac_fw.h are names of wstac_types.h.
+        given = {name: given.get(value, value) for name, value in given.items()}
         same(given[f"{name}_TEXT"], f'"{version}"', f"{name}_TEXT")
         same([int(given[f"{name}_{part}"]) for part in ("MAJOR", "MINOR", "PATCH")], parts, f"parts of {name}")
         same(int(given[name]), parts[0] << 16 | parts[1] << 8 | parts[2], name)

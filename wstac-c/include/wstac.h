@@ -10,36 +10,10 @@
 #ifndef WSTAC_H
 #define WSTAC_H
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
-/// The version of the header as text.
-#define WSTAC_VERSION_TEXT "0.3.0"
-
-/// Number of features of a frame: five rows, then five columns.
-#define WSTAC_FEATURES 10
-
-/// Number of frames of a sample.
-#define WSTAC_SAMPLE_FRAMES 70
-
-/// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
-#define WSTAC_FEATURE_ONE 2048
+#include "wstac_types.h"
 
 /// Most records of pushed frames that wait for wstac_next.
 #define WSTAC_MOST_RECORDS 1024
-
-/// The major version of the header.
-#define WSTAC_VERSION_MAJOR 0
-
-/// The minor version of the header.
-#define WSTAC_VERSION_MINOR 3
-
-/// The patch of the header's version.
-#define WSTAC_VERSION_PATCH 0
-
-/// The version of the header in one number: 65536 · major + 256 · minor + patch.
-#define WSTAC_VERSION 768
 
 /// Status of a call.
 enum WstacStatus
@@ -114,9 +88,6 @@ typedef int32_t WstacKind;
 
 /// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 typedef struct Wstac Wstac;
-
-/// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
-typedef uint8_t WstacBool;
 
 /// Options of a sensor. Zeros are the defaults: `WstacOptions options = {0};`.
 typedef struct WstacOptions {

@@ -11,14 +11,14 @@
 //! | options of a program | `options.rs` |
 //! | the session of a handle | `sensor.rs` |
 //! | records for a program | `record.rs` |
-//! | the library's version | `version.rs` |
+//! | what both C interfaces share | `types.rs` |
 #![warn(clippy::undocumented_unsafe_blocks)]
 
 pub mod options;
 pub mod record;
 mod sensor;
 pub mod status;
-pub mod version;
+pub mod types;
 
 use std::ffi::{OsStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -246,6 +246,12 @@ pub unsafe extern "C" fn wstac_error_message(handle: *const Wstac) -> *const c_c
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_error_text(status: i32) -> *const c_char {
     status::in_words(status).as_ptr()
+}
+
+/// Returns the version of the library that is loaded, such as "0.3.0", as WSTAC_VERSION_TEXT has that of the header.
+#[unsafe(no_mangle)]
+pub extern "C" fn wstac_version() -> *const c_char {
+    concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
 #[cfg(test)]

@@ -10,14 +10,12 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::status::{Failure, WstacStatus, failed, path, text};
+use super::types::WstacBool;
 use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, StreamInfo};
 use wstac_scene::sensor::SensorFormat;
-
-/// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
-pub type WstacBool = u8;
 
 /// Returns a choice of a program.
 fn choice(name: &str, byte: WstacBool) -> Result<bool, Failure> {

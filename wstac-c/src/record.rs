@@ -5,7 +5,7 @@ use std::ptr;
 
 use wstac_core::direction::Unclear;
 use wstac_core::motion::{Contact, Doubt};
-use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::FEATURES;
 use wstac_core::speed::NoSpeed;
 use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
@@ -13,18 +13,8 @@ use wstac_host::texture::Texture;
 
 use crate::status::c_string;
 
-/// Number of features of a frame: five rows, then five columns.
-pub const WSTAC_FEATURES: usize = 10;
-/// Number of frames of a sample.
-pub const WSTAC_SAMPLE_FRAMES: usize = 70;
-/// Units of a feature per natural logarithm: a feature is a multiple of 1/2048.
-pub const WSTAC_FEATURE_ONE: i32 = 2048;
-
 /// Most records of pushed frames that wait for wstac_next.
 pub const WSTAC_MOST_RECORDS: usize = 1024;
-
-const _: () = assert!(WSTAC_FEATURES == FEATURES && WSTAC_SAMPLE_FRAMES == SAMPLE_FRAMES);
-const _: () = assert!(WSTAC_FEATURE_ONE == FEATURE_ONE);
 
 /// Kind of a record.
 #[repr(i32)]

@@ -7,6 +7,7 @@ use std::{mem, ptr};
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use wstac_core::params::FEATURES;
 use wstac_core::wire::{LONGEST, Request, encode};
 use wstac_fw::answers::*;
 use wstac_fw::format::*;
@@ -228,7 +229,7 @@ fn messages(pipeline: &WstacFwPipeline, link: &mut WstacFwLink, input: &mut Unst
 /// Asks for everything.
 fn answers(pipeline: &mut WstacFwPipeline, model: &WstacFwModel) {
     let mut sample = [0_i16; WSTAC_FW_SAMPLE_NUMBERS];
-    let mut features = [0_i16; WSTAC_FW_FEATURES];
+    let mut features = [0_i16; FEATURES];
     // SAFETY: all of these are numbers, which the library writes; all memory is there.
     unsafe {
         check(wstac_fw_features(pipeline, features.as_mut_ptr(), ptr::null_mut()));

@@ -9,18 +9,31 @@
 #ifndef WSTAC_FW_H
 #define WSTAC_FW_H
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "wstac_types.h"
 
 /// The version of the header as text.
-#define WSTAC_FW_VERSION_TEXT "0.3.0"
+#define WSTAC_FW_VERSION_TEXT WSTAC_VERSION_TEXT
+
+/// The major version of the header.
+#define WSTAC_FW_VERSION_MAJOR WSTAC_VERSION_MAJOR
+
+/// The minor version of the header.
+#define WSTAC_FW_VERSION_MINOR WSTAC_VERSION_MINOR
+
+/// The patch of the header's version.
+#define WSTAC_FW_VERSION_PATCH WSTAC_VERSION_PATCH
+
+/// The version of the header in one number: 65536 · major + 256 · minor + patch.
+#define WSTAC_FW_VERSION WSTAC_VERSION
 
 /// The number of features of a frame: five rows, then five columns.
-#define WSTAC_FW_FEATURES 10
+#define WSTAC_FW_FEATURES WSTAC_FEATURES
 
 /// The number of frames of a sample.
-#define WSTAC_FW_SAMPLE_FRAMES 70
+#define WSTAC_FW_SAMPLE_FRAMES WSTAC_SAMPLE_FRAMES
+
+/// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
+typedef WstacBool WstacFwBool;
 
 /// The number of numbers of a sample, frame by frame: feature k of frame t is number 10 t + k.
 #define WSTAC_FW_SAMPLE_NUMBERS 700
@@ -45,18 +58,6 @@
 
 /// The alignment of a pipeline in memory, in bytes.
 #define WSTAC_FW_PIPELINE_ALIGN 8
-
-/// The major version of the header.
-#define WSTAC_FW_VERSION_MAJOR 0
-
-/// The minor version of the header.
-#define WSTAC_FW_VERSION_MINOR 3
-
-/// The patch of the header's version.
-#define WSTAC_FW_VERSION_PATCH 0
-
-/// The version of the header in one number: 65536 · major + 256 · minor + patch.
-#define WSTAC_FW_VERSION 768
 
 /// The result of a call. Errors are below 0; then nothing has changed, and nothing was written.
 enum WstacFwStatus
@@ -409,9 +410,6 @@ typedef struct WstacFwTelemetry {
   /// The greatest depth of the stack in bytes.
   int64_t stack;
 } WstacFwTelemetry;
-
-/// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
-typedef uint8_t WstacFwBool;
 
 /// A taxel's corner in a frame, in pixels.
 typedef struct WstacFwCorner {

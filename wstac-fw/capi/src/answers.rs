@@ -11,14 +11,9 @@ use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::{State, WstacFwPipeline};
 use crate::status::{WstacFwStatus, status};
 
-/// The number of features of a frame: five rows, then five columns.
-pub const WSTAC_FW_FEATURES: usize = 10;
-/// The number of frames of a sample.
-pub const WSTAC_FW_SAMPLE_FRAMES: usize = 70;
 /// The number of numbers of a sample, frame by frame: feature k of frame t is number 10 t + k.
 pub const WSTAC_FW_SAMPLE_NUMBERS: usize = 700;
 
-const _: () = assert!(WSTAC_FW_FEATURES == FEATURES && WSTAC_FW_SAMPLE_FRAMES == SAMPLE_FRAMES);
 const _: () = assert!(WSTAC_FW_SAMPLE_NUMBERS == FEATURES * SAMPLE_FRAMES);
 
 /// A tactile event.
@@ -347,6 +342,26 @@ pub unsafe extern "C" fn wstac_fw_direction(
     unsafe { answer(pipeline, to, of) }
 }
 
+/// Writes what a pipeline gives once, if it is there.
+///
+/// # Safety
+/// `pipeline` is null or a pipeline's memory; `to` is null or memory for a `T`.
+unsafe fn take<T>(
+    pipeline: *mut WstacFwPipeline,
+    to: *mut T,
+    of: impl FnOnce(&mut State) -> Option<T>,
+) -> WstacFwStatus {
+    let take = || {
+        // SAFETY: the caller guarantees it.
+        let state = unsafe { value_mut(pipeline) }?;
+        let to = place(to)?;
+        let found = of(state).ok_or(WstacFwStatus::None)?;
+        // SAFETY: the caller guarantees it.
+        unsafe { give(to, found) }
+    };
+    status(take())
+}
+
 /// Writes the sample that a long gap has interrupted, once.
 ///
 /// Returns WSTAC_FW_STATUS_NONE if there is none. A gap is known to be long when the frame behind it arrives.
@@ -358,15 +373,11 @@ pub unsafe extern "C" fn wstac_fw_take_interrupted(
     pipeline: *mut WstacFwPipeline,
     incomplete: *mut WstacFwIncomplete,
 ) -> WstacFwStatus {
-    let take = || {
-        // SAFETY: the caller guarantees it.
-        let state = unsafe { value_mut(pipeline) }?;
-        let to = place(incomplete)?;
-        let Some(sample) = state.interrupted.take() else { return Ok(WstacFwStatus::None) };
-        // SAFETY: the caller guarantees it.
-        unsafe { give(to, WstacFwIncomplete { frame: sample.frame, frames: sample.frames }) }
+    let of = |state: &mut State| {
+        state.interrupted.take().map(|sample| WstacFwIncomplete { frame: sample.frame, frames: sample.frames })
     };
-    status(take())
+    // SAFETY: the caller guarantees it.
+    unsafe { take(pipeline, incomplete, of) }
 }
 
 /// Writes the end of the touch of an event, once.
@@ -381,15 +392,11 @@ pub unsafe extern "C" fn wstac_fw_take_contact_end(
     pipeline: *mut WstacFwPipeline,
     to: *mut WstacFwContactEnd,
 ) -> WstacFwStatus {
-    let take = || {
-        // SAFETY: the caller guarantees it.
-        let state = unsafe { value_mut(pipeline) }?;
-        let to = place(to)?;
-        let Some(end) = state.contact_end.take() else { return Ok(WstacFwStatus::None) };
-        // SAFETY: the caller guarantees it.
-        unsafe { give(to, WstacFwContactEnd { frame: end.frame, event_frame: end.event_frame }) }
+    let of = |state: &mut State| {
+        state.contact_end.take().map(|end| WstacFwContactEnd { frame: end.frame, event_frame: end.event_frame })
     };
-    status(take())
+    // SAFETY: the caller guarantees it.
+    unsafe { take(pipeline, to, of) }
 }
 
 /// Writes the state of the stream; after wstac_fw_finish, how it ended.

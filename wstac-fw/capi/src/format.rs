@@ -49,51 +49,26 @@ const fn floor(full_scale: u32) -> Floor {
 /// Makes a format's table: its full scale, which numbers of the sum it uses, and the format itself for a color.
 macro_rules! format {
     ($pixels:expr, $full_scale:literal, $numbers:tt, |$color:ident| $green:expr) => {{
-        fn full_scale() -> u32 {
-            let $color = YcbcrEncoding::default();
-            let _ = $color;
-            $green.full_scale()
-        }
-        fn row_bytes(width: u16) -> usize {
-            let $color = YcbcrEncoding::default();
-            let _ = $color;
-            $green.row_bytes(width)
-        }
-        fn cell() -> u16 {
-            let $color = YcbcrEncoding::default();
-            let _ = $color;
-            $green.cell()
-        }
-        fn chroma_bytes(bytes_per_row: usize, rows: u16) -> Option<usize> {
-            let $color = YcbcrEncoding::default();
-            let _ = $color;
-            $green.chroma_bytes(bytes_per_row, rows)
-        }
-        fn add_run($color: YcbcrEncoding, sum: &mut Sum, rows: &Rows<'_>, run: Run) {
-            let _ = $color;
-            $green.add_run(format!(@mut $numbers sum), rows, run);
-        }
-        fn add_block($color: YcbcrEncoding, sum: &mut Sum, rows: &Rows<'_>, run: Run, count: u16) {
-            let _ = $color;
-            $green.add_block(format!(@mut $numbers sum), rows, run, count);
-        }
-        fn total($color: YcbcrEncoding, sum: &Sum, pixels: u32) -> u32 {
-            let _ = $color;
-            $green.total(format!(@ref $numbers sum), pixels)
+        fn green($color: YcbcrEncoding) -> impl GreenChannel<Sum = format!(@sum $numbers)> {
+            $green
         }
         WstacFwFormat {
             mark: MARK,
             pixels: $pixels,
             floor: floor($full_scale),
-            full_scale,
-            row_bytes,
-            cell,
-            chroma_bytes,
-            add_run,
-            add_block,
-            total,
+            full_scale: || green(YcbcrEncoding::default()).full_scale(),
+            row_bytes: |width| green(YcbcrEncoding::default()).row_bytes(width),
+            cell: || green(YcbcrEncoding::default()).cell(),
+            chroma_bytes: |bytes_per_row, rows| green(YcbcrEncoding::default()).chroma_bytes(bytes_per_row, rows),
+            add_run: |color, sum, rows, run| green(color).add_run(format!(@mut $numbers sum), rows, run),
+            add_block: |color, sum, rows, run, count| {
+                green(color).add_block(format!(@mut $numbers sum), rows, run, count);
+            },
+            total: |color, sum, pixels| green(color).total(format!(@ref $numbers sum), pixels),
         }
     }};
+    (@sum one) => { u32 };
+    (@sum three) => { Sum };
     (@mut one $sum:ident) => { &mut $sum[0] };
     (@mut three $sum:ident) => { $sum };
     (@ref one $sum:ident) => { &$sum[0] };

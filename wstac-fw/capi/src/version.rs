@@ -1,20 +1,5 @@
 //! The version of the library, for programs that compare it with that of their header.
 
-/// The major version of the header.
-pub const WSTAC_FW_VERSION_MAJOR: u32 = 0;
-/// The minor version of the header.
-pub const WSTAC_FW_VERSION_MINOR: u32 = 3;
-/// The patch of the header's version.
-pub const WSTAC_FW_VERSION_PATCH: u32 = 0;
-/// The version of the header in one number: 65536 · major + 256 · minor + patch.
-pub const WSTAC_FW_VERSION: u32 = 0x0000_0300;
-
-const _: () =
-    assert!(WSTAC_FW_VERSION == (WSTAC_FW_VERSION_MAJOR << 16 | WSTAC_FW_VERSION_MINOR << 8 | WSTAC_FW_VERSION_PATCH));
-const _: () = assert!(WSTAC_FW_VERSION_MAJOR == number(env!("CARGO_PKG_VERSION_MAJOR")));
-const _: () = assert!(WSTAC_FW_VERSION_MINOR == number(env!("CARGO_PKG_VERSION_MINOR")));
-const _: () = assert!(WSTAC_FW_VERSION_PATCH == number(env!("CARGO_PKG_VERSION_PATCH")));
-
 /// Returns a number of the package's version.
 const fn number(digits: &str) -> u32 {
     match u32::from_str_radix(digits, 10) {
@@ -26,5 +11,9 @@ const fn number(digits: &str) -> u32 {
 /// Returns the version of the library that is linked, as WSTAC_FW_VERSION has that of the header.
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_fw_version() -> u32 {
-    WSTAC_FW_VERSION
+    const {
+        number(env!("CARGO_PKG_VERSION_MAJOR")) << 16
+            | number(env!("CARGO_PKG_VERSION_MINOR")) << 8
+            | number(env!("CARGO_PKG_VERSION_PATCH"))
+    }
 }
