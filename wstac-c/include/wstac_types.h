@@ -39,4 +39,4 @@
 /// A choice of a program: 0 or 1, `false` or `true`. Any other byte is refused.
 typedef uint8_t WstacBool;
 
-#endif /* WSTAC_TYPES_H */
+#endif  /* WSTAC_TYPES_H */
