@@ -168,10 +168,10 @@ fn parts_of_a_study_are_the_rows_of_their_settings() {
         let map = fs::read_to_string(path(units).join("map.csv")).unwrap();
         map.split_once('\n').map(|(_, rows)| rows.to_owned()).unwrap()
     };
-    let (first, second) = (rows("73..75"), rows("75..76"));
-    assert_eq!(first.clone() + &second, rows("73..76"));
+    let (first, second) = (rows("71..73"), rows("73..74"));
+    assert_eq!(first.clone() + &second, rows("71..74"));
     assert!(first.contains("RGB24,") && first.contains("RGB565,") && second.contains("RGB565,"), "{first}{second}");
-    bad(&[&study[..], &["--units", "0..1", "-o", text(&path("73..76"))]].concat(), 1, &["map.csv: exists already"]);
+    bad(&[&study[..], &["--units", "0..1", "-o", text(&path("71..74"))]].concat(), 1, &["map.csv: exists already"]);
     bad(&["trade", "--units", "252..253", "-o", "never"], 2, &["found 252..253, expected at most 0..252"]);
     bad(&["trade", "--units", "0..1"], 2, &["-o <FOLDER>"]);
 }

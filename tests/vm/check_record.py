@@ -72,7 +72,7 @@ def full(run: Run, wstac: str) -> tuple[list[str], str]:
 
 
 def both(run: Run, wstac: str) -> tuple[list[str], str]:
-    """Two cameras in one recording. Their frames are in the order of the driver's times, and each has its own end."""
+    """Two cameras in one recording. The frames of each are in the order of the driver's times, and each has its own end."""
     path = run.directory / "both.mcap"
     _, records = read(wstac, path, "--features")
     problems, counts = [], {}
@@ -92,8 +92,10 @@ def both(run: Run, wstac: str) -> tuple[list[str], str]:
             if channel.topic.endswith("/camera")
         ]
     changes = sum(a[1] != b[1] for a, b in pairwise(cameras))
-    if [time for time, _ in cameras] != sorted(time for time, _ in cameras):
-        problems.append("frames are not in the order of their times")
+    for camera in {topic for _, topic in cameras}:
+        times = [time for time, topic in cameras if topic == camera]
+        if times != sorted(times):
+            problems.append(f"{camera}: frames are not in the order of their times")
     # Cameras of the same rate take turns.
     if len(cameras) != sum(counts.values()) or changes < len(cameras) // 2 or min(counts.values()) < 60:
         problems.append(f"{counts}, and {changes} changes of the camera in {len(cameras)} frames")

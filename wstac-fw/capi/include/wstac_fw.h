@@ -45,7 +45,7 @@ typedef WstacBool WstacFwBool;
 #define WSTAC_FW_SAMPLE_PARTS 7
 
 /// The number of bytes of a link.
-#define WSTAC_FW_LINK_SIZE 632
+#define WSTAC_FW_LINK_SIZE 648
 
 /// The number of bytes of a model.
 #define WSTAC_FW_MODEL_SIZE 136
