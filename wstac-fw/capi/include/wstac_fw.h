@@ -331,7 +331,7 @@ typedef struct WstacFwEnd {
 /// host has them. Nothing has to be freed.
 typedef struct WstacFwLink {
   /// Private to the library.
-  uint64_t opaque[79];
+  uint64_t opaque[81];
 } WstacFwLink;
 
 /// A texture model, in memory that the program provides.

@@ -45,7 +45,7 @@ pub const WSTAC_FW_LINK_SIZE: usize = 648;
 #[repr(C)]
 pub struct WstacFwLink {
     /// Private to the library.
-    opaque: [u64; 79],
+    opaque: [u64; 81],
 }
 
 /// The state of a link.
