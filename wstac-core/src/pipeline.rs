@@ -426,7 +426,7 @@ pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, T = NoTaxels> {
 }
 
 /// A darkness floor in gray levels of a taxel, or a computed one. A board takes the latter, and its compiler leaves out the
-/// 64-bit floating point that the former needs: for that, all of the builder is inlined.
+/// 64-bit floating point that the former needs.
 #[derive(Clone, Copy, Debug)]
 enum ChosenFloor {
     Levels(f64),
@@ -516,7 +516,6 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G
     /// # Errors
     /// Returns [`ConfigError::FloorLevels`] if the floor is not 0 to the green full scale, and
     /// [`ConfigError::FloorFullScale`] if it is for pixels of another full scale.
-    #[inline(always)]
     pub fn build(self) -> Result<Pipeline<G, L, B, T>, ConfigError> {
         Ok(self.check()?())
     }
