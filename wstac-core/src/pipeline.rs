@@ -224,11 +224,10 @@ impl Pipeline {
     /// assert_eq!(pipeline.next_frame(), 0);
     /// # Ok::<(), wstac_core::error::Error>(())
     /// ```
-    #[inline(always)]
     pub fn builder<G: GreenChannel>(geometry: FrameGeometry<G>) -> PipelineBuilder<G> {
         PipelineBuilder {
             geometry,
-            floor: ChosenFloor::Levels(DEFAULT_FLOOR_LEVELS),
+            floor: DEFAULT_FLOOR_LEVELS,
             ln: Fixed,
             trigger: TriggerConfig::default(),
             baseline: FixedBaseline,
@@ -415,9 +414,11 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
 /// Builds a [`Pipeline`]. [`Pipeline::builder`] creates the builder.
 #[derive(Clone, Copy, Debug)]
 #[must_use]
-pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, T = NoTaxels> {
+pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, F = f64, T = NoTaxels> {
     geometry: FrameGeometry<G>,
-    floor: ChosenFloor,
+    /// The floor in gray levels of a taxel, or computed. It is a type parameter so that a board with a computed floor
+    /// needs no 64-bit floating point.
+    floor: F,
     ln: L,
     trigger: TriggerConfig,
     baseline: B,
@@ -425,36 +426,26 @@ pub struct PipelineBuilder<G, L = Fixed, B = FixedBaseline, T = NoTaxels> {
     taxels: PhantomData<T>,
 }
 
-/// A darkness floor in gray levels of a taxel, or a computed one. A board takes the latter, and its compiler leaves out the
-/// 64-bit floating point that the former needs.
-#[derive(Clone, Copy, Debug)]
-enum ChosenFloor {
-    Levels(f64),
-    Computed(Floor),
-}
-
-impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G, L, B, T> {
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> PipelineBuilder<G, L, B, F, T> {
     /// Sets the darkness floor to this many gray levels of a taxel, from 0 to the green full scale.
-    #[inline(always)]
-    pub fn floor_levels(self, levels: f64) -> Self {
-        Self { floor: ChosenFloor::Levels(levels), ..self }
+    pub fn floor_levels(self, levels: f64) -> PipelineBuilder<G, L, B, f64, T> {
+        let Self { geometry, ln, trigger, baseline, first_frame, taxels, .. } = self;
+        PipelineBuilder { geometry, floor: levels, ln, trigger, baseline, first_frame, taxels }
     }
 
     /// Sets a computed darkness floor. If it is computed in a `const`, a board needs no 64-bit floating point.
-    #[inline(always)]
-    pub fn floor(self, floor: Floor) -> Self {
-        Self { floor: ChosenFloor::Computed(floor), ..self }
+    pub fn floor(self, floor: Floor) -> PipelineBuilder<G, L, B, Floor, T> {
+        let Self { geometry, ln, trigger, baseline, first_frame, taxels, .. } = self;
+        PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
 
     /// Sets the log kernel. A host that chooses at run time uses [`AnyLn`](crate::ln::any::AnyLn).
-    #[inline(always)]
-    pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, T> {
+    pub fn ln<K: Ln>(self, ln: K) -> PipelineBuilder<G, K, B, F, T> {
         let Self { geometry, floor, trigger, baseline, first_frame, taxels, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
 
     /// Sets the trigger's parameters.
-    #[inline(always)]
     pub fn trigger(self, trigger: TriggerConfig) -> Self {
         Self { trigger, ..self }
     }
@@ -463,8 +454,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G
     ///
     /// A host that chooses at run time uses
     /// `Option<`[`TrackingBaseline`](crate::paper::baseline_policy::TrackingBaseline)`>`.
-    #[inline(always)]
-    pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, T> {
+    pub fn baseline<P: BaselinePolicy>(self, baseline: P) -> PipelineBuilder<G, L, P, F, T> {
         let Self { geometry, floor, ln, trigger, first_frame, taxels, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
@@ -500,8 +490,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G
     /// # assert_eq!(samples, 1);
     /// # Ok::<(), wstac_core::error::Error>(())
     /// ```
-    #[inline(always)]
-    pub fn taxels<S: TaxelStore>(self) -> PipelineBuilder<G, L, B, S> {
+    pub fn taxels<S: TaxelStore>(self) -> PipelineBuilder<G, L, B, F, S> {
         let Self { geometry, floor, ln, trigger, baseline, first_frame, .. } = self;
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels: PhantomData }
     }
@@ -517,31 +506,69 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> PipelineBuilder<G
     /// Returns [`ConfigError::FloorLevels`] if the floor is not 0 to the green full scale, and
     /// [`ConfigError::FloorFullScale`] if it is for pixels of another full scale.
     pub fn build(self) -> Result<Pipeline<G, L, B, T>, ConfigError> {
-        Ok(self.check()?())
+        Ok(self.check()?.build())
     }
 
-    /// Checks everything, and returns what builds the pipeline in its final place.
+    /// Checks everything, so that the pipeline can be built in its final place.
     ///
     /// This helps a board with little stack, where a `Result` of a whole pipeline would be a copy of 2 KiB.
     ///
     /// # Errors
     /// Returns the errors of [`PipelineBuilder::build`].
-    #[inline(always)]
-    pub fn check(self) -> Result<impl FnOnce() -> Pipeline<G, L, B, T>, ConfigError> {
-        let Self { geometry, floor, ln, trigger, baseline, first_frame, .. } = self;
-        let floor = match floor {
-            ChosenFloor::Levels(levels) => Floor::new(levels, geometry.full_scale())?,
-            ChosenFloor::Computed(floor) => floor,
-        };
-        let stream = FeatureStream::with_ln(geometry, floor, ln)?;
-        Ok(move || {
-            if !T::NEEDS_START {
-                return Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline), taxels: T::EMPTY };
-            }
-            let trigger = Trigger::with(trigger, first_frame, baseline);
-            let mut pipeline = Pipeline { stream, trigger, taxels: T::EMPTY };
-            pipeline.taxels.start(pipeline.stream.camera());
-            pipeline
-        })
+    pub fn check(self) -> Result<CheckedBuilder<G, L, B, T>, ConfigError> {
+        let Self { geometry, floor, ln, trigger, baseline, first_frame, taxels } = self;
+        let stream = FeatureStream::with_ln(geometry, floor.floor(geometry.full_scale())?, ln)?;
+        Ok(CheckedBuilder { stream, trigger, baseline, first_frame, taxels })
     }
+}
+
+/// A [`PipelineBuilder`] that has been checked.
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct CheckedBuilder<G: GreenChannel, L = Fixed, B = FixedBaseline, T = NoTaxels> {
+    stream: FeatureStream<G, L>,
+    trigger: TriggerConfig,
+    baseline: B,
+    first_frame: u64,
+    taxels: PhantomData<T>,
+}
+
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> CheckedBuilder<G, L, B, T> {
+    /// Builds the pipeline.
+    #[inline(always)]
+    pub fn build(self) -> Pipeline<G, L, B, T> {
+        let Self { stream, trigger, baseline, first_frame, .. } = self;
+        if !T::NEEDS_START {
+            return Pipeline { stream, trigger: Trigger::with(trigger, first_frame, baseline), taxels: T::EMPTY };
+        }
+        let trigger = Trigger::with(trigger, first_frame, baseline);
+        let mut pipeline = Pipeline { stream, trigger, taxels: T::EMPTY };
+        pipeline.taxels.start(pipeline.stream.camera());
+        pipeline
+    }
+}
+
+/// A form in which [`PipelineBuilder`] takes a darkness floor: gray levels, or a computed [`Floor`].
+pub trait FloorChoice: sealed::Sealed + Copy {
+    /// Computes the floor for pixels of this full scale.
+    #[doc(hidden)]
+    fn floor(self, full_scale: u32) -> Result<Floor, ConfigError>;
+}
+
+impl FloorChoice for f64 {
+    fn floor(self, full_scale: u32) -> Result<Floor, ConfigError> {
+        Floor::new(self, full_scale)
+    }
+}
+
+impl FloorChoice for Floor {
+    fn floor(self, _: u32) -> Result<Floor, ConfigError> {
+        Ok(self)
+    }
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f64 {}
+    impl Sealed for super::Floor {}
 }

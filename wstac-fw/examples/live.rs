@@ -17,7 +17,7 @@ fn main() -> ! {
 }
 
 fn run() -> Result<(), Error> {
-    let mut pipeline = setup::checked(bench::camera()?)?();
+    let mut pipeline = setup::checked(bench::camera()?)?.build();
     let mut live = LiveMotion::new(bench::MOTION);
     loop {
         pipeline.push_stripe(bench::stripe())?;

@@ -119,7 +119,7 @@ impl Reader {
         // An error behind the built pipeline would leave a second one on the stack.
         let motion = setup::motion(rate)?;
         Ok(Self {
-            pipeline: pipeline(),
+            pipeline: pipeline.build(),
             sender: Sender {
                 law,
                 motion,

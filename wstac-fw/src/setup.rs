@@ -11,7 +11,7 @@ use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::speed::{SpeedConfig, ThresholdOn};
 use wstac_core::paper::trigger::{Rule, TriggerConfig};
-use wstac_core::pipeline::Pipeline;
+use wstac_core::pipeline::{CheckedBuilder, Pipeline};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::MotionConfig;
@@ -27,7 +27,9 @@ pub type BoardPipeline = Pipeline<GreenChannel, Ln, BaselinePolicy, Taxels>;
 ///
 /// # Errors
 /// Returns the errors of [`PipelineBuilder::check`](wstac_core::pipeline::PipelineBuilder::check).
-pub fn checked(geometry: FrameGeometry<GreenChannel>) -> Result<impl FnOnce() -> BoardPipeline, ConfigError> {
+pub fn checked(
+    geometry: FrameGeometry<GreenChannel>,
+) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy, Taxels>, ConfigError> {
     checked_with(geometry, FLOOR, TRIGGER)
 }
 
@@ -39,7 +41,7 @@ pub fn checked_with(
     geometry: FrameGeometry<GreenChannel>,
     floor: Floor,
     trigger: TriggerConfig,
-) -> Result<impl FnOnce() -> BoardPipeline, ConfigError> {
+) -> Result<CheckedBuilder<GreenChannel, Ln, BaselinePolicy, Taxels>, ConfigError> {
     let builder = Pipeline::builder(geometry).floor(floor).ln(Ln::default());
     builder.trigger(trigger).baseline(FOLLOWING).taxels().check()
 }
@@ -49,5 +51,5 @@ pub fn checked_with(
 /// # Errors
 /// Returns the errors of [`checked`].
 pub fn pipeline(geometry: FrameGeometry<GreenChannel>) -> Result<BoardPipeline, ConfigError> {
-    Ok(checked(geometry)?())
+    Ok(checked(geometry)?.build())
 }

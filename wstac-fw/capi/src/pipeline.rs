@@ -116,7 +116,7 @@ impl State {
         // All that can fail comes first, so that the pipeline is built in its place.
         let (builder, motion) = (builder.check()?, MotionConfig::new(pitch, rate)?);
         Ok(Self {
-            pipeline: builder(),
+            pipeline: builder.build(),
             speed: SpeedConfig::published(rate),
             motion,
             features: None,

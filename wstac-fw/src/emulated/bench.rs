@@ -66,7 +66,7 @@ pub fn events(show: impl FnMut(&Event<'_>)) -> ! {
 }
 
 fn run(mut show: impl FnMut(&Event<'_>)) -> Result<(), Error> {
-    let mut pipeline = setup::checked(camera()?)?();
+    let mut pipeline = setup::checked(camera()?)?.build();
     loop {
         if let Some(event) = pipeline.push_stripe(stripe())?.event() {
             show(&event);
