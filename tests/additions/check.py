@@ -85,7 +85,7 @@ def replace(file: Path, *changes: tuple[str, str]) -> None:
     text = file.read_text(encoding="utf-8")
     for old, new in changes:
         if text.count(old) != 1:
-            sys.exit(f"additions: {file.name} has {text.count(old)} times {old!r}, expected it once")
+            sys.exit(f"additions: {file.name} has {old!r} {text.count(old)} times (expected 1)")
         text = text.replace(old, new)
     file.write_text(text, encoding="utf-8")
 

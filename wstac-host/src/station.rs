@@ -85,7 +85,7 @@ impl std::fmt::Debug for Station {
     }
 }
 
-/// What a station did in a turn.
+/// The outcome of [`Station::advance`].
 // It is exhaustive: whoever drives it must handle every case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {

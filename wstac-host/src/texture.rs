@@ -124,7 +124,7 @@ fn rank(task: Task) -> u8 {
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
     models: Vec<Arc<OwnedModel>>,
-    /// What the models' files are called.
+    /// The names of the models.
     names: Arc<[String]>,
 }
 

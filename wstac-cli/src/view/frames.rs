@@ -25,7 +25,7 @@ pub(crate) struct Frames {
     found: Found,
 }
 
-/// What a turn of the station has brought.
+/// The frames and outputs of a turn of the station.
 #[derive(Default)]
 struct Found {
     /// `None` if the source makes no pixels.

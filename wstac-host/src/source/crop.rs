@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use wstac_core::green::GreenChannel;
-use wstac_core::green::any::{Any, YcbcrMethod};
+use wstac_core::green::any::{self, Any, YcbcrMethod};
 use wstac_core::green::ycbcr::QuantizationRange;
 use wstac_core::layout::{FrameSize, Layout};
 
@@ -137,8 +137,7 @@ impl Crop {
         let whole = planes(info);
         if frame.is_empty() {
             for plane in &whole {
-                let black = plane.black.iter().copied().cycle().take(plane.step);
-                let row: Vec<u8> = black.collect();
+                let row = plane.black(info.color.range);
                 (0..plane.rows).for_each(|_| frame.extend_from_slice(&row));
             }
         }
@@ -163,35 +162,38 @@ struct Plane {
     /// Bytes from row to row.
     step: usize,
     rows: usize,
-    /// Columns and rows of pixels that share some bytes.
-    unit: [u16; 2],
-    /// Those bytes if they are black.
-    black: Vec<u8>,
+    format: any::Plane,
 }
 
 impl Plane {
     /// Returns the place of a row of a part that starts at a pixel.
     fn place(&self, [x, y]: [u16; 2], row: usize) -> usize {
-        let first = usize::from(y / self.unit[1]);
-        self.start + (first + row) * self.step + usize::from(x / self.unit[0]) * self.black.len()
+        let any::Plane { unit: [columns, rows], bytes } = self.format;
+        let first = usize::from(y / rows);
+        self.start + (first + row) * self.step + usize::from(x / columns) * bytes.len()
+    }
+
+    /// Returns a row of black pixels.
+    fn black(&self, range: QuantizationRange) -> Vec<u8> {
+        let black = self.format.bytes.iter().map(|byte| match byte {
+            b'Y' if range == QuantizationRange::Full => 0,
+            b'Y' => 16,
+            b'U' | b'V' => 128,
+            _ => 0,
+        });
+        black.cycle().take(self.step).collect()
     }
 }
 
 /// Returns the planes of a stream's frames.
 fn planes(info: &StreamInfo) -> Vec<Plane> {
     let (height, step) = (usize::from(info.size.height()), info.bytes_per_row as usize);
-    let dark = if info.color.range == QuantizationRange::Full { 0 } else { 16 };
     let mut start = 0;
-    let planes = info.format.facts().planes.iter().map(|plane| {
-        let [columns, rows] = plane.unit.map(usize::from);
+    let planes = info.format.facts().planes.iter().map(|&format| {
+        let [columns, rows] = format.unit.map(usize::from);
         // Only planes of chroma have rows of another length than the first.
-        let step = if start == 0 { step } else { (step * plane.bytes.len()).div_ceil(columns) };
-        let black = plane.bytes.iter().map(|byte| match byte {
-            b'Y' => dark,
-            b'U' | b'V' => 128,
-            _ => 0,
-        });
-        let plane = Plane { start, step, rows: height.div_ceil(rows), unit: plane.unit, black: black.collect() };
+        let step = if start == 0 { step } else { (step * format.bytes.len()).div_ceil(columns) };
+        let plane = Plane { start, step, rows: height.div_ceil(rows), format };
         start += plane.step * plane.rows;
         plane
     });
