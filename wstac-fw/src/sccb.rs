@@ -8,7 +8,14 @@
 
 use embedded_hal::i2c::I2c;
 
-use crate::sensor::Addressing;
+/// The bits of the addresses of a sensor's registers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Addressing {
+    /// Eight, on a bus without a repeated start (SCCB).
+    Byte,
+    /// Sixteen, the high byte first, on I²C.
+    Word,
+}
 
 /// The registers of one sensor on a bus.
 #[derive(Debug)]

@@ -12,7 +12,7 @@
 
 use super::calibration::Calibration;
 use super::descent;
-use super::file::{HEADER_HALVES, Header, INPUTS, ModelError, half, long};
+use super::file::{BOOSTED, HEADER_HALVES, Header, INPUTS, ModelError, half, long};
 use super::labels::Labels;
 use super::trees::{self, Leaves};
 use super::walk;
@@ -31,8 +31,6 @@ pub struct Boosted<'a> {
     floats: bool,
 }
 
-/// The kind's number in the file.
-pub(super) const KIND: u16 = 4;
 /// The types of leaves: see the file's half 7.
 const INT16: u16 = 2;
 const FLOAT32: u16 = 3;
@@ -47,8 +45,8 @@ impl<'a> Boosted<'a> {
             Ok(header) => header,
             Err(error) => return Err(error),
         };
-        if header.kind != KIND {
-            return Err(ModelError::Kind { found: header.kind, expected: KIND });
+        if header.kind != BOOSTED {
+            return Err(ModelError::Kind { found: header.kind, expected: BOOSTED });
         }
         let (floats, leaves) = match header.number {
             INT16 => (false, Leaves::Integers),

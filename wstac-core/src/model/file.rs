@@ -47,6 +47,12 @@ pub const MOST_SHIFT: u16 = 8;
 /// The first four bytes.
 pub const MAGIC: [u16; 2] = [u16::from_le_bytes(*b"WS"), u16::from_le_bytes(*b"M1")];
 
+/// The kinds of models, by their numbers.
+pub(super) const ONE_AGAINST_REST: u16 = 1;
+pub(super) const ONE_AGAINST_ONE: u16 = 2;
+pub(super) const FOREST: u16 = 3;
+pub(super) const BOOSTED: u16 = 4;
+
 /// The reason why bytes are not a valid model file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -139,9 +145,9 @@ impl core::fmt::Display for ModelError {
 
 const fn name(kind: u16) -> &'static str {
     match kind {
-        super::linear_svm::ONE_AGAINST_REST | super::linear_svm::ONE_AGAINST_ONE => "a linear model",
-        super::forest::KIND => "a forest",
-        super::boosted::KIND => "boosted trees",
+        ONE_AGAINST_REST | ONE_AGAINST_ONE => "a linear model",
+        FOREST => "a forest",
+        BOOSTED => "boosted trees",
         _ => "none",
     }
 }

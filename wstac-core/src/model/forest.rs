@@ -13,7 +13,7 @@
 
 use super::calibration::Calibration;
 use super::descent;
-use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, long};
+use super::file::{FOREST, HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, long};
 use super::labels::Labels;
 use super::trees::{self, Leaves};
 use super::walk;
@@ -31,9 +31,6 @@ pub struct Forest<'a> {
     trees: usize,
 }
 
-/// The kind's number in the file.
-pub(super) const KIND: u16 = 3;
-
 impl<'a> Forest<'a> {
     /// Creates a forest from its file's words and checks all of them.
     ///
@@ -44,8 +41,8 @@ impl<'a> Forest<'a> {
             Ok(header) => header,
             Err(error) => return Err(error),
         };
-        if header.kind != KIND {
-            return Err(ModelError::Kind { found: header.kind, expected: KIND });
+        if header.kind != FOREST {
+            return Err(ModelError::Kind { found: header.kind, expected: FOREST });
         }
         if header.number != 0 {
             return Err(ModelError::Header { half: 7, found: header.number });

@@ -19,14 +19,12 @@
 //! and for its second otherwise. The class with most votes wins; if there are several, the lowest (as in libsvm).
 
 use super::calibration::Calibration;
-use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, part};
+use super::file::{
+    HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, ONE_AGAINST_ONE, ONE_AGAINST_REST, half, part,
+};
 use super::labels::Labels;
 pub use super::rows::BLOCK;
 use super::rows::{INT8, INT16, Rows, inputs_of};
-
-/// The numbers of the kinds in the file.
-pub(super) const ONE_AGAINST_REST: u16 = 1;
-pub(super) const ONE_AGAINST_ONE: u16 = 2;
 
 /// A linear model that has been checked.
 #[derive(Clone, Copy, Debug)]

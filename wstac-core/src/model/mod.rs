@@ -196,15 +196,15 @@ impl<'a> Model<'a> {
             Err(error) => return Err(error),
         };
         match header.kind {
-            linear_svm::ONE_AGAINST_REST | linear_svm::ONE_AGAINST_ONE => match LinearSvm::from_words(words) {
+            file::ONE_AGAINST_REST | file::ONE_AGAINST_ONE => match LinearSvm::from_words(words) {
                 Ok(model) => Ok(Self::LinearSvm(model)),
                 Err(error) => Err(error),
             },
-            forest::KIND => match Forest::from_words(words) {
+            file::FOREST => match Forest::from_words(words) {
                 Ok(model) => Ok(Self::Forest(model)),
                 Err(error) => Err(error),
             },
-            boosted::KIND => match Boosted::from_words(words) {
+            file::BOOSTED => match Boosted::from_words(words) {
                 Ok(model) => Ok(Self::Boosted(model)),
                 Err(error) => Err(error),
             },

@@ -16,6 +16,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 use wstac_core::layout::FrameSize;
 
+pub use crate::sccb::Addressing;
 use crate::sccb::Registers;
 
 /// A register and the value that is written to it.
@@ -109,15 +110,6 @@ pub struct Signals {
     pub has_chroma: bool,
     /// Whether the first of two bytes is a pixel's luma. The second one is then chroma.
     pub luma_first: bool,
-}
-
-/// The bits of the addresses of a sensor's registers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Addressing {
-    /// Eight, on a bus without a repeated start (SCCB).
-    Byte,
-    /// Sixteen, the high byte first, on I²C.
-    Word,
 }
 
 /// The reason why a sensor could not be set up.

@@ -2,6 +2,8 @@
 
 use std::io::{self, Seek, Write};
 
+use wstac_core::model::file::Input;
+
 use super::npz::{Npz, SCALE};
 use super::sweep::Sweep;
 use super::{Facts, Outcome, Sample};
@@ -40,6 +42,15 @@ pub fn write(file: impl Write + Seek, sweep: &Sweep, outcomes: &[(u32, Outcome)]
     npz.strings("source", slides().map(|(slide, seed)| source(&slide, seed)))?;
     npz.number("fps", sweep.rate().per_second())?;
     npz.finish().map(drop)
+}
+
+/// Returns the name of the array that holds the samples for a model.
+pub fn array_of(input: Input) -> &'static str {
+    match input {
+        Input::Path => "X_path",
+        Input::TaxelPath => "X_taxel_path",
+        _ => "X",
+    }
 }
 
 /// Returns only the name of a specimen, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.

@@ -292,7 +292,7 @@ pub fn write_split(
 ) -> io::Result<()> {
     let mut npz = Npz::new(file);
     let zeros = [0; INPUTS];
-    let name = crate::model::eval::array_of(input);
+    let name = super::arrays::array_of(input);
     npz.samples(name, slides.iter().map(|slide| in_set_order(slide.sample.as_deref().unwrap_or(&zeros))))?;
     npz.number("scale", SCALE)?;
     npz.strings("y_specimen", slides.iter().map(|slide| super::arrays::name(&slide.slide.specimen)))?;

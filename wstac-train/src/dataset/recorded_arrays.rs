@@ -4,9 +4,9 @@ use std::io::{self, Seek, Write};
 
 use wstac_core::model::file::{INPUTS, Input};
 
+use super::arrays::array_of;
 use super::npz::{Npz, SCALE};
 use super::recordings::Recording;
-use crate::model::eval::array_of;
 use crate::model::trained::in_set_order;
 
 /// Writes all samples with their recordings' labels; for each recording, `tests` holds whether it is for tests.

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{INPUTS, Task};
 use wstac_core::model::{Classification, Model};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
 use super::trained::in_file_order;
+pub use crate::dataset::arrays::array_of;
 use crate::dataset::recordings::Recording;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -170,15 +171,6 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
     };
     let truth = Truth::of("the label specimen", labels.clone(), truth, too_many)?;
     Ok(Answers::of(labels, &found, has_sample, Some(truth)))
-}
-
-/// Returns the name of the array that holds the samples for a model.
-pub fn array_of(input: Input) -> &'static str {
-    match input {
-        Input::Path => "X_path",
-        Input::TaxelPath => "X_taxel_path",
-        _ => "X",
-    }
 }
 
 /// Reads the samples that a model takes from an `.npz` file, with their true labels if they are known.
