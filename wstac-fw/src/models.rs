@@ -124,7 +124,6 @@ impl Default for SentModels {
     }
 }
 
-/// Returns the range of a place.
 fn place<F: InPlace>(number: u32) -> Range<u32> {
     let Range { start, end } = F::MODELS;
     let length = (end - start) / 2;
@@ -132,7 +131,6 @@ fn place<F: InPlace>(number: u32) -> Range<u32> {
     start..start + length
 }
 
-/// Returns the models that a board with this flash takes.
 fn accepts<F: InPlace>() -> AcceptedModels {
     let place = place::<F>(0);
     accepted(place.end - place.start - HEAD)

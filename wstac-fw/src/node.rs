@@ -481,11 +481,9 @@ fn reader(store: &mut impl SettingsStore, size: FrameSize) -> Option<&'static mu
 struct Asked {
     /// A description, and so the reason why there are no frames.
     hello: bool,
-    /// A picture.
     picture: bool,
 }
 
-/// Answers the requests that have arrived.
 // It is not inlined, so that requests do not lie on the stack of a function that runs for ever.
 #[inline(never)]
 fn answer_requests(

@@ -111,7 +111,6 @@ pub(crate) struct FrameClock {
 }
 
 impl FrameClock {
-    /// Creates the clock of a stream of this rate, whose source states this clock.
     pub(crate) fn new(rate: FrameRate, stated: StreamClock) -> Self {
         let period =
             (SECOND * i128::from(rate.denominator()) * i128::from(rate.frames_added()), i128::from(rate.numerator()));
@@ -193,7 +192,6 @@ impl FrameClock {
         self.clock.unwrap_or_default()
     }
 
-    /// Returns whether the clock is known.
     #[cfg(feature = "board")]
     pub(crate) fn is_known(&self) -> bool {
         self.clock.is_some()

@@ -138,7 +138,6 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
     Config::from_json5(&settings.to_string()).map_err(about)
 }
 
-/// Reads a file of settings.
 fn read(path: &Path) -> Result<Value, Error> {
     let text = file_text(path)?;
     let wrong = |message: String| Error::new(ErrorKind::Config, path.display(), message);

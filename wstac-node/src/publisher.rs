@@ -124,7 +124,6 @@ impl Publisher {
         Ok(Self { name: name.to_owned(), records, ros, queue: sync_channel(MOST_WAITING), counts: Arc::default() })
     }
 
-    /// Returns the way to this publisher.
     pub(crate) fn queue(&self) -> Queue {
         let events = self.records.as_ref().map(|records| Arc::clone(&records.events));
         Queue { sender: self.queue.0.clone(), counts: Arc::clone(&self.counts), events }

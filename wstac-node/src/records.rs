@@ -90,7 +90,6 @@ impl Events {
         self.next - 1
     }
 
-    /// Returns the events that are kept, with their numbers.
     pub(crate) fn numbered(&self) -> impl Iterator<Item = (u64, &Vec<u8>)> {
         (self.next - self.kept.len() as u64..).zip(&self.kept)
     }

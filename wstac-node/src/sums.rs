@@ -14,7 +14,6 @@ pub(crate) struct FrameSums {
 }
 
 impl FrameSums {
-    /// Starts a stream of this rate.
     pub(crate) fn new(rate: FrameRate) -> Self {
         Self { whole: rate.frames_added().into(), present: 0, sums: [0; TAXELS] }
     }

@@ -175,7 +175,6 @@ fn means(baseline: &Baseline) -> [f64; FEATURES] {
     baseline.totals().map(|total| f64::from(total) / f64::from(FEATURE_ONE) / f64::from(baseline.frames().max(1)))
 }
 
-/// Returns the length of a feature frame in s.
 fn frame_s(rate: FrameRate) -> f64 {
     f64::from(rate.frames_added()) * f64::from(rate.denominator()) / f64::from(rate.numerator())
 }

@@ -28,7 +28,6 @@ pub(crate) struct About {
     pub(crate) taxel: [u16; 2],
     /// The top left corners of the taxels, row by row.
     pub(crate) corners: Vec<[u16; 2]>,
-    /// Whether there are pictures.
     pub(crate) pictures: bool,
     /// Feature frames per second.
     pub(crate) rate: f64,
@@ -305,7 +304,6 @@ impl Hub {
         }
     }
 
-    /// Returns the order that waits for a sensor.
     pub(crate) fn take_order(&self, sensor: usize) -> Option<Order> {
         self.locked().get_mut(sensor)?.order.take()
     }
@@ -328,7 +326,6 @@ impl Hub {
         self.clients.load(Ordering::Relaxed) > 0
     }
 
-    /// Ends everything.
     pub(crate) fn end(&self) {
         self.is_over.store(true, Ordering::Relaxed);
         self.news.notify_all();

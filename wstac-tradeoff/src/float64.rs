@@ -21,7 +21,6 @@ impl Float64 {
         Self { reference: libm::log(most), floor: libm::log(floor), lit: libm::log(threshold) }
     }
 
-    /// Returns the ten features.
     pub(super) fn features(&self, taxels: &[u32; TAXELS]) -> [f64; FEATURES] {
         line_sums(taxels).map(|sum| (libm::log(f64::from(sum)) - self.reference).max(self.floor))
     }

@@ -23,7 +23,6 @@ const READERS_TIME: Duration = Duration::from_millis(300);
 /// The end of a command after the first signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Ending {
-    /// At once.
     AtOnce,
     /// As soon as the command has written its end. If that takes longer than [`DEADLINE`], without it.
     InTime,

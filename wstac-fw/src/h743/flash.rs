@@ -31,7 +31,6 @@ const SECTOR: usize = 0x2_0000;
 /// The keys that unlock a bank (RM0433, 4.9.2), and the parallelism of 64 bits.
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const FASTEST: u8 = 3;
-/// The bank of the sectors.
 const BANK: usize = 1;
 /// CCR bit 8: a handler of the highest priority ignores bus faults of its loads.
 const IGNORE_BUS_FAULTS: u32 = 1 << 8;

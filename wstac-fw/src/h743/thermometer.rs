@@ -8,7 +8,6 @@ use embassy_stm32::pac::{ADC3, ADC3_COMMON, RCC};
 
 use crate::node::Thermometer;
 
-/// The channel of the sensor.
 const CHANNEL: usize = 18;
 /// The values that the factory has measured at 30 and at 110 °C, with 16 bits and 3.3 V.
 const AT_30: *const u16 = 0x1FF1_E820 as *const u16;
@@ -30,7 +29,6 @@ enum Step {
     Calibrate,
     /// It starts.
     Enable,
-    /// It measures.
     Measure,
 }
 

@@ -125,7 +125,6 @@ impl BoardPictures {
         })
     }
 
-    /// Takes bytes of the link.
     fn take(&mut self, bytes: &[u8]) -> Result<(), Error> {
         for &byte in bytes {
             match self.decoder.push::<Message>(byte) {

@@ -38,7 +38,6 @@ pub(super) struct Turn {
     sensor: usize,
 }
 
-/// Returns the parts of so many sensors.
 pub(super) fn turns(sensors: usize) -> Vec<Turn> {
     let states = Mutex::new(States { of: vec![State::Busy; sensors], is_over: false });
     let turns = Arc::new(Turns { states, changed: Condvar::new() });

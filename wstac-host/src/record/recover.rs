@@ -77,7 +77,6 @@ pub struct Recovered {
     pub problem: Option<String>,
 }
 
-/// A message that waits.
 struct Waiting {
     span: Span,
     channel: u16,
@@ -264,7 +263,6 @@ impl Failure {
     }
 }
 
-/// Describes an error of writing the new file.
 fn not_written(path: &Path, error: McapError) -> Error {
     write_error(path, error, ": it was not written, and the recording is as it was")
 }
@@ -385,7 +383,6 @@ impl Recovery<'_> {
         self.about.is_some()
     }
 
-    /// Returns a message's channel.
     fn channel_of(&mut self, span: Span) -> io::Result<u16> {
         Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
     }
@@ -515,7 +512,6 @@ impl Recovery<'_> {
         Ok(0)
     }
 
-    /// Copies messages of one moment.
     fn copy(&mut self, moment: &[Waiting]) -> Result<(), Failure> {
         let is_own = self.is_own();
         let mut targets = Vec::with_capacity(moment.len());
@@ -620,7 +616,6 @@ impl Recovery<'_> {
     }
 }
 
-/// Reads a recording to its end.
 fn read_all(path: &Path, sensor: Option<&str>) -> Result<(), Error> {
     let mut source = McapSource::open_sensor(path, sensor, None)?;
     // A law that was removed is no damage: `--config` gives the recording another.

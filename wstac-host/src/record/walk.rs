@@ -30,7 +30,6 @@ use crate::error::Error;
 /// Bytes of a message before its data.
 pub(super) const MESSAGE_HEADER: u64 = 22;
 
-/// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// A record outside of chunks or in one.
@@ -82,7 +81,6 @@ impl Crc {
     }
 }
 
-/// A message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MessageBody<'a> {
     pub(crate) channel: u16,
@@ -236,7 +234,6 @@ impl Walk {
         self.has_magic
     }
 
-    /// Returns the first bytes of the file.
     pub(super) fn first_bytes(&mut self) -> io::Result<String> {
         Ok(self.file.peek(0, mcap::MAGIC.len())?.escape_ascii().to_string())
     }

@@ -68,7 +68,6 @@ fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
     Ok(Sensor { name: Some(name), source })
 }
 
-/// Returns `true` for a source with a name.
 pub(super) fn is_named(text: &OsStr) -> bool {
     text.as_bytes().starts_with(PREFIX) || named(text).is_some()
 }

@@ -270,7 +270,6 @@ fn sensors_of(_: &Path) -> Result<Vec<String>, Error> {
     Ok(Vec::new())
 }
 
-/// Returns whether a name is that of a file that is a recording.
 fn is_recording(name: &OsStr) -> bool {
     let path = Path::new(name);
     path.is_file() && (is_named_mcap(path) || starts_with(path, MCAP_MAGIC).unwrap_or(false))
@@ -306,12 +305,10 @@ pub fn without_controls(spec: impl fmt::Display, options: &OpenOptions) -> Resul
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
 }
 
-/// Returns whether a name starts with this text.
 fn starts(name: &OsStr, start: &str) -> bool {
     name.as_encoded_bytes().starts_with(start.as_bytes())
 }
 
-/// Returns whether a file starts with these bytes.
 fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
     let mut start = Vec::new();
     crate::files::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;

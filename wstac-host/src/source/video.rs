@@ -301,7 +301,6 @@ impl Stated {
         }
     }
 
-    /// Returns the description of the frames.
     fn describe(&self, subject: &str, frames: &StreamInfo, given: Option<FrameRate>) -> StreamInfo {
         let color = YcbcrEncoding {
             matrix: self.matrix.unwrap_or(frames.color.matrix),
@@ -377,7 +376,6 @@ fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     Err(Error::new(ErrorKind::Format, subject, why))
 }
 
-/// Returns the error of a program that does not start.
 fn not_started(subject: &str, error: std::io::Error) -> Error {
     if error.kind() == IoErrorKind::NotFound {
         let message = "a video is decoded by ffmpeg, which is not installed; help: sudo apt install ffmpeg";

@@ -35,7 +35,6 @@ impl RosPublishers {
         1 + sensors * Type::OF_SENSOR.len()
     }
 
-    /// Publishes a message.
     pub(crate) fn put(&mut self, message: RosMessage) -> zenoh::Result<()> {
         match self.0.get_mut(message.kind as usize) {
             Some(publisher) => publisher.put(message.payload),
@@ -80,7 +79,6 @@ impl RosPublisher {
         Ok(Self { publisher, gid, number: 0, _token: token })
     }
 
-    /// Publishes the payload of a message.
     pub(super) fn put(&mut self, payload: Vec<u8>) -> zenoh::Result<()> {
         self.number += 1;
         self.publisher.put(payload).attachment(attachment(self.number, self.gid)).wait()

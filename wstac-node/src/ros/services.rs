@@ -235,7 +235,6 @@ impl Clerk {
         }
     }
 
-    /// Publishes changes of parameters.
     fn publish(&mut self, changed: &Changes) {
         if let Err(error) = self.events.put(self.parameters.event(changed)) {
             note(format_args!("a change of parameters was not published: {}", in_words(&error.to_string())));

@@ -106,7 +106,6 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     Ok(last.map_or(Ok(()), Err)?)
 }
 
-/// Opens a sensor.
 fn open<'a>(
     arguments: &Arguments,
     sensor: &Sensor<'a>,

@@ -23,7 +23,6 @@ pub(super) struct Plan<const LINES: usize> {
     /// The number of spreads, and the spread of each line.
     spreads: usize,
     spread_of: [u8; LINES],
-    /// Distance between two steps in mm.
     pub(super) step_mm: f32,
     /// The logarithm to base 2 of the steps whose mean light is 1.
     window_bits: u32,

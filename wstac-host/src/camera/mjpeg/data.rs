@@ -98,7 +98,6 @@ pub(super) struct Scan<'a> {
     pub(super) units: u32,
     /// Units from one restart marker to the next; 0 without restart markers.
     pub(super) restart: u32,
-    /// Components in their order.
     pub(super) components: [Blocks; COMPONENTS],
     /// Huffman tables by number.
     pub(super) dc: [Option<&'a Table>; 4],

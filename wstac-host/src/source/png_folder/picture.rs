@@ -64,7 +64,6 @@ impl Shape {
         }
     }
 
-    /// Returns the bytes from row to row of a frame.
     pub(super) fn bytes_per_row(self) -> u32 {
         let green = Any::new(self.format(), YcbcrEncoding::default(), YcbcrMethod::Exact);
         green.row_bytes(self.size.width()) as u32
