@@ -325,9 +325,9 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
 enum Stage {
     /// The sensor has to be set up.
     SetUp,
-    /// It was set up, and its frames have to be measured.
+    /// The sensor was set up, and its frames have to be measured.
     Test,
-    /// Its frames are used.
+    /// The sensor's frames are used.
     Run,
 }
 

@@ -33,7 +33,7 @@ pub(crate) enum Action {
 /// Whatever becomes of an order, it is answered: one that is dropped says that its sensor has ended.
 pub(crate) struct Order {
     sensor: String,
-    /// They are there until the order is answered.
+    /// The action and its answer, until the order is answered.
     content: Option<(Action, Answer)>,
 }
 

@@ -24,7 +24,7 @@ pub(crate) struct RecordPublishers {
     publishers: Vec<Publisher<'static>>,
     /// The events that requests are answered with.
     pub(crate) events: Arc<Mutex<Events>>,
-    /// They end with the publishers.
+    /// The answers to requests and the token of liveliness, which end with the publishers.
     _answers: Queryable<()>,
     _alive: LivelinessToken,
 }

@@ -26,7 +26,7 @@ use crate::failed;
 /// Time between two looks for Ctrl-C.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(200);
 
-/// What to train, and where the model goes.
+/// The data and options of a training, and the place of the model.
 struct Job {
     sets: Vec<PathBuf>,
     output: PathBuf,

@@ -64,7 +64,7 @@ pub(crate) struct Status {
     pub(crate) disturbed: bool,
     /// Whether a file or a scene is paused.
     pub(crate) paused: bool,
-    /// How often a file or a scene has started again.
+    /// The number of times that a file or a scene has started again.
     pub(crate) starts: u64,
 }
 
@@ -72,7 +72,7 @@ pub(crate) struct Status {
 /// so that dark pixels keep their differences. The least byte comes first.
 pub(crate) type Picture = Arc<[u8]>;
 
-/// What a sensor has found in one step.
+/// The news of a sensor from one step.
 #[derive(Debug, Default)]
 pub(crate) struct News {
     pub(crate) features: Vec<String>,
@@ -117,7 +117,7 @@ impl Ring {
     }
 }
 
-/// What one sensor has found.
+/// The last findings of one sensor.
 #[derive(Debug)]
 struct Channel {
     about: About,
@@ -132,11 +132,11 @@ struct Channel {
     jobs: (Arc<str>, u64),
     /// The light that the last calibration has seen, and how often it has changed.
     glow: (Option<Picture>, u64),
-    /// What a page asks for, until the sensor's thread takes it.
+    /// The order of a page, until the sensor's thread takes it.
     order: Option<Order>,
 }
 
-/// How much of a sensor a client has seen.
+/// The part of a sensor's findings that a client has seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cursor {
     features: u64,
@@ -148,7 +148,7 @@ pub(crate) struct Cursor {
     skipped: u64,
 }
 
-/// What a client has not seen of a sensor.
+/// The part of a sensor's findings that a client has not seen.
 #[derive(Debug)]
 pub(crate) struct Update {
     features: Vec<Arc<str>>,
@@ -190,7 +190,7 @@ impl Update {
     }
 }
 
-/// What all sensors have found.
+/// The last findings of all sensors.
 #[derive(Debug)]
 pub(crate) struct Hub {
     channels: Mutex<Vec<Channel>>,

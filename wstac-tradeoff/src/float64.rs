@@ -59,9 +59,9 @@ impl FeatureError {
 pub struct Deviation {
     /// Largest absolute deviation.
     pub max: f64,
-    /// Sum of their squares.
+    /// Sum of the squared deviations.
     pub(super) squares: f64,
-    /// Their number.
+    /// Number of deviations.
     pub(super) count: u64,
 }
 

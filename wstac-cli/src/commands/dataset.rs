@@ -104,7 +104,7 @@ impl Arguments {
     }
 }
 
-/// What samples are made of.
+/// The origin of samples.
 #[derive(Clone, Copy, Debug)]
 enum Source<'a> {
     /// A sweep over time.

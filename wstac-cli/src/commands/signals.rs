@@ -28,7 +28,7 @@ pub(crate) enum Ending {
     InTime,
     /// As soon as the command has finished its file, however long a slow disk takes. A second signal ends it at once.
     Whole,
-    /// The same, and a second signal changes nothing: the terminal is restored first.
+    /// As soon as the terminal is restored, however long that takes. A second signal changes nothing.
     Restored,
 }
 

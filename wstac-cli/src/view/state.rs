@@ -25,7 +25,7 @@ const PEAK_FALL: f32 = 0.985;
 pub(super) enum About {
     Event,
     Trouble,
-    /// What is as usual, and actions of the user.
+    /// Something that is as usual, or an action of the user.
     #[default]
     Note,
 }

@@ -42,9 +42,9 @@ pub(crate) struct TouchState {
 enum OfEvent {
     /// There is no event, or its end was reported.
     None,
-    /// It has not ended.
+    /// The touch has not ended.
     Held,
-    /// The last push ended it.
+    /// The last push ended the touch.
     Ended,
 }
 

@@ -21,7 +21,7 @@ use crate::models::InPlace;
 
 /// The sectors, from the start of the flash.
 pub(super) const SECTORS: Range<u32> = 0x18_0000..0x1C_0000;
-/// What this may read and write: the sectors of the settings, and those of the models in front of them.
+/// The range that may be read and written: the sectors of the settings, and those of the models in front of them.
 #[cfg(not(feature = "models"))]
 const ALL: Range<u32> = SECTORS;
 #[cfg(feature = "models")]

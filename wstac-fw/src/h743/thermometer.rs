@@ -22,12 +22,12 @@ pub struct ChipThermometer {
     step: Step,
 }
 
-/// What has to be done next.
+/// The next thing to be done.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Step {
     /// The ADC is being calibrated.
     Calibrate,
-    /// It starts.
+    /// The ADC starts.
     Enable,
     Measure,
 }

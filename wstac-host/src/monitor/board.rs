@@ -37,7 +37,7 @@ pub(super) struct Board {
     /// States of the board that came before its clock was matched.
     unmatched: u8,
     uptime_ms: u64,
-    /// How often requests were repeated that the board has not taken.
+    /// The number of times that requests were repeated that the board has not taken.
     repeats: u8,
     baseline_said: bool,
     ended: bool,

@@ -19,7 +19,7 @@ use std::path::Path;
 
 use crate::error::{Error, ErrorKind};
 
-/// What a source with a name may begin with.
+/// The prefix that a source with a name may have.
 const PREFIX: &[u8] = b"cam:";
 
 /// A source with the name that its records have.

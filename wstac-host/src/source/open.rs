@@ -83,7 +83,7 @@ const FILES: &str = match (cfg!(feature = "mcap"), cfg!(feature = "png"), cfg!(f
     (false, false, true) => "a .y4m or video file, a folder of JPEGs, or -",
     (false, false, false) => "a .y4m or video file or -",
 };
-/// How the names of sources start that other crates open, and the kinds of source that open them.
+/// The starts of names of sources that other crates open, and the kinds of source that open them.
 const OTHER_CRATES: [(&str, &str); 2] =
     [("scene:", "wstac_scene::source::Scenes"), ("/dev/video", "wstac_linux::source::Cameras")];
 /// The first bytes of an MCAP file.

@@ -12,7 +12,7 @@ pub(super) const POWER_LINE_FREQUENCY: u32 = sys::V4L2_CID_POWER_LINE_FREQUENCY;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switch {
     pub(super) id: u32,
-    /// Its value when it is off.
+    /// The value of the control when it is off.
     pub(super) off: i32,
     /// Other values with which nothing is automatic, if it cannot be off.
     pub(super) fixed: &'static [i32],

@@ -50,7 +50,7 @@ pub(super) struct RosPublisher {
     gid: [u8; 16],
     /// The number of the last message.
     number: i64,
-    /// It ends with the publisher.
+    /// The token that tells other nodes of the publisher, and ends with it.
     _token: LivelinessToken,
 }
 

@@ -55,7 +55,7 @@ struct RecordingResult {
     is_error: bool,
 }
 
-/// What the page shows of the jobs: the one in progress, and the last result of each kind.
+/// The jobs as the page shows them: the one in progress, and the last result of each kind.
 #[derive(Debug, Serialize)]
 struct Shown<'a> {
     job: Option<Progress>,
@@ -88,7 +88,7 @@ pub(crate) struct Jobs {
     /// Whether the page is to see a change at once.
     is_urgent: bool,
     looked: Option<Instant>,
-    /// What the page has got last.
+    /// The state of the jobs that the page has got last, as JSON.
     seen: String,
     /// Lines for the person who started the program.
     told: Vec<String>,

@@ -30,7 +30,7 @@ pub struct Watch {
     known: Vec<bool>,
     /// The bytes of the untouched frames.
     pub(super) untouched: Vec<Vec<u8>>,
-    /// Their blocks' means.
+    /// The means of the untouched frames' blocks.
     blocks: Vec<[f64; BLOCKS * BLOCKS]>,
     /// Mean of the untouched frames, in fractions of full scale, and the sum of squared deviations.
     mean: Vec<f32>,

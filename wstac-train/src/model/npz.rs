@@ -26,13 +26,13 @@ pub(crate) struct Npz<'p> {
 
 /// A member's entry in the directory.
 struct Member {
-    /// Its name without `.npy`.
+    /// The name of the array, without `.npy`.
     name: String,
-    /// Its compression method.
+    /// The compression method of the member.
     method: u16,
     /// Number of bytes in the file.
     bytes: u64,
-    /// Position of its own header.
+    /// Position of the member's own header.
     at: u64,
 }
 

@@ -24,7 +24,7 @@ pub(super) struct ChunkHead {
     pub(super) compression: Compression,
 }
 
-/// What a record stands in.
+/// The surroundings of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Around {
     /// The file itself.

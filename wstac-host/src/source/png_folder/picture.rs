@@ -19,9 +19,9 @@ const MOST_OVERHEAD: usize = 1 << 24;
 /// The reason why a picture is no frame.
 #[derive(Debug)]
 pub(super) enum Problem {
-    /// It cannot be read, and the frame is lost.
+    /// The picture cannot be read, and the frame is lost.
     Corrupt(String),
-    /// It can be read, but is not what is expected. The text says what was found and what was expected.
+    /// The picture can be read, but is not what is expected. The text says what was found and what was expected.
     Refused(String),
     /// The file cannot be opened.
     Io(std::io::Error),
