@@ -34,7 +34,7 @@ pub const RATE: FrameRate = FrameRate::NOMINAL;
 /// The frames that a self-test measures, and the longest time for them.
 const SELF_TEST_FRAMES: u32 = 4;
 const SELF_TEST: Duration = Duration::from_millis(800);
-/// The longest time for a frame of luma after that.
+/// The longest time for a frame of luma after the self-test.
 const LUMA_TEST: Duration = Duration::from_millis(250);
 /// The failures of the bus in a row after which the sensor counts as gone, although frames come.
 const BUS_FAILURES: u32 = 30;

@@ -98,9 +98,9 @@ pub(crate) struct FrameClock {
     clock: Option<StreamClock>,
     /// The frame that seconds are counted from: 0, or that of the last restart.
     start: u64,
-    /// The time of that frame, which may be lost.
+    /// The time of the frame that seconds are counted from, which may be lost.
     zero: i128,
-    /// Whether a time of the source has given it.
+    /// Whether a time of the source has given `zero`.
     has_zero: bool,
     /// The time of frame 0 of the stream, since a restart.
     first: Option<i128>,

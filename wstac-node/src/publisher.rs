@@ -25,7 +25,7 @@ pub(crate) use self::handle::PublisherHandle;
 
 /// The messages that wait for the network at most: more than half a minute of a camera's.
 const MOST_WAITING: usize = 4096;
-/// The pictures among them at most: they are large.
+/// The pictures that wait for the network at most: they are large.
 const MOST_PICTURES: u64 = 4;
 /// The time between two messages about the state.
 const STATE: Duration = Duration::from_secs(1);

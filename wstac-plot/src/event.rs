@@ -33,7 +33,7 @@ pub struct Found {
     pub(super) features: [[f64; SAMPLE_FRAMES]; FEATURES],
     /// Mean of each feature in the baseline.
     pub(super) baseline: [f64; FEATURES],
-    /// Mean feature of a window above which it fires.
+    /// Mean feature of a window above which the trigger fires.
     pub(super) thresholds: [f64; FEATURES],
     /// Light of each taxel in the sample's frames, as a fraction of full scale; `None` for lost frames.
     pub(super) taxels: Vec<Option<[f32; TAXELS]>>,

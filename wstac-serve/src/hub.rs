@@ -50,7 +50,7 @@ pub(crate) struct Status {
     pub(crate) progress: Option<[u64; 2]>,
     /// The error of a source that has failed.
     pub(crate) error: Option<String>,
-    /// Each as a fraction of full scale.
+    /// The light of each taxel, as a fraction of full scale.
     pub(crate) taxels: Option<[f32; TAXELS]>,
     /// The light above which the trigger fires, as features are written.
     pub(crate) thresholds: Option<[f32; FEATURES]>,
@@ -226,7 +226,6 @@ impl Hub {
         self.channels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes what a sensor has found in a step.
     pub(crate) fn publish(&self, sensor: usize, news: News, status: Status) {
         let mut channels = self.locked();
         let Some(channel) = channels.get_mut(sensor) else { return };

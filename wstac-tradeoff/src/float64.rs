@@ -47,7 +47,6 @@ impl FeatureError {
         }
     }
 
-    /// Adds the deviations of another part.
     pub(super) fn merge(&mut self, other: &Self) {
         self.all.merge(&other.all);
         self.lit.merge(&other.lit);

@@ -260,9 +260,9 @@ fn kept(arguments: &Arguments, info: &StreamInfo, config: &Config) -> Result<Str
 struct Replacement {
     beside: PathBuf,
     path: PathBuf,
-    /// The lock of the old one: nobody else records to it or replaces it meanwhile.
+    /// The lock of the old recording: nobody else records to it or replaces it meanwhile.
     old: File,
-    /// The new one, once it is there.
+    /// The new recording, once it is there.
     own: Option<File>,
 }
 

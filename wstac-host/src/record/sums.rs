@@ -23,7 +23,7 @@ pub(super) const SUMS: &str = "/sums/json";
 pub(super) const DESCRIPTION_SUMS: &str = "wstac.sums";
 /// Name of the record at the end of a recording.
 pub(super) const END: &str = "wstac.end";
-/// The key of each sensor's counts in that record.
+/// The key of each sensor's counts in the record at the end of a recording.
 const SENSORS: &str = "sensors";
 /// The start of every checksum's message.
 pub(super) const START: &[u8] = br#"{"kind":"sum","#;

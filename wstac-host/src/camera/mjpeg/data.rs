@@ -87,7 +87,7 @@ impl Table {
 pub(super) struct Blocks {
     /// 8 × 8 blocks in each unit.
     pub(super) count: u32,
-    /// Numbers of its Huffman tables.
+    /// Numbers of the component's Huffman tables.
     pub(super) dc: usize,
     pub(super) ac: usize,
 }

@@ -360,7 +360,7 @@ pub(super) enum Limits {
 }
 
 impl Limits {
-    /// Returns the largest one.
+    /// Returns the largest limit.
     fn most(&self) -> u32 {
         match self {
             Self::Common(limit) => *limit,
