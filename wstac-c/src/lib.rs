@@ -260,7 +260,6 @@ mod tests;
 /// The kinds of sources that this library has besides files, one per line.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
-/// Opens a source of any kind by its name.
 fn open_source(name: &OsStr, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
     wstac_host::source::open::open(name, options, SOURCE_KINDS)
 }

@@ -17,7 +17,6 @@ use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, StreamInfo};
 use wstac_scene::sensor::SensorFormat;
 
-/// Returns a choice of a program.
 fn choice(name: &str, byte: WstacBool) -> Result<bool, Failure> {
     match byte {
         0 | 1 => Ok(byte == 1),
@@ -77,9 +76,7 @@ pub struct WstacFrames {
     pub full_range: WstacBool,
 }
 
-/// Options that were read.
 pub(super) struct Options {
-    /// The requested configuration.
     pub(super) config: Option<Config>,
     pub(super) models: Vec<ModelFile>,
     pub(super) open: OpenOptions,

@@ -164,7 +164,6 @@ pub struct WstacRecord {
     pub stamp_within_ms: f64,
 }
 
-/// A record without content.
 const EMPTY: WstacRecord = WstacRecord {
     kind: WstacKind::Waiting,
     frame: 0,

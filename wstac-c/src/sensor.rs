@@ -21,7 +21,6 @@ pub struct Sensor {
     session: Session,
     /// Whether the program pushes the frames.
     takes_frames: bool,
-    /// The data that the last record points to.
     given: Given,
 }
 
@@ -70,7 +69,6 @@ impl Sensor {
         }
     }
 
-    /// Takes a frame that the program pushes.
     pub(super) fn push_frame(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         self.check_pushing()?;
         let geometry = self.session.processor().geometry();
@@ -96,7 +94,6 @@ impl Sensor {
         Ok(())
     }
 
-    /// Ends the stream.
     pub(super) fn finish(&mut self) -> Result<(), Failure> {
         if self.session.is_over() {
             return Err(failed(WstacStatus::State, "the stream has ended already, expected one that has not"));
@@ -122,7 +119,6 @@ impl Sensor {
     }
 }
 
-/// Builds a session with a program's options.
 fn session(builder: SessionBuilder, config: Config, options: &Options) -> Result<Session, Failure> {
     let textures = Textures::new(&options.models).map_err(|error| failed(WstacStatus::Model, error))?;
     let (features, motion) = (options.features, options.motion);

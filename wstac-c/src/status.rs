@@ -31,7 +31,6 @@ pub enum WstacStatus {
     Panic = 9,
 }
 
-/// Statuses in words.
 const TEXTS: [(WstacStatus, &CStr); 10] = [
     (WstacStatus::Ok, c"done"),
     (WstacStatus::Null, c"a pointer is null"),
@@ -49,7 +48,6 @@ pub(super) fn in_words(status: i32) -> &'static CStr {
     TEXTS.iter().find(|(known, _)| *known as i32 == status).map_or(c"no status of this library", |(_, text)| text)
 }
 
-/// Why a call failed.
 #[derive(Debug)]
 pub(super) struct Failure {
     pub(super) status: WstacStatus,

@@ -13,7 +13,6 @@ use wstac_host::source::open::{OpenOptions, SourceKind};
 /// The kinds of sources that this program has besides files.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
-/// Opens a source of any kind by its name.
 fn open(name: impl AsRef<OsStr>, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
     wstac_host::source::open::open(name, options, SOURCE_KINDS)
 }

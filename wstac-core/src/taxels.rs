@@ -159,7 +159,6 @@ pub struct TaxelSums<G: GreenChannel> {
     sums: [G::Sum; TAXELS],
     /// Rows of the frame under way that have arrived.
     rows: u16,
-    /// Whether the sums are those of a complete frame.
     is_complete: bool,
 }
 

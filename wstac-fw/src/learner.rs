@@ -57,7 +57,6 @@ impl Course {
 /// Something that is to be done between frames.
 #[derive(Clone, Copy, Debug)]
 enum TextureTask {
-    /// The state of learning has to be told.
     Tell(Learning),
     /// All textures have to be told.
     TellAll,
@@ -131,7 +130,6 @@ impl Learner {
         }
     }
 
-    /// Returns the place of the texture of this name.
     fn place_of(&self, name: &TextureName) -> Option<u8> {
         let has_name = |place: &OnceCell<TextureName>| place.get() == Some(name);
         self.names?.iter().position(has_name).map(|place| place as u8)
@@ -232,7 +230,6 @@ impl Learner {
         *name.get_or_init(|| texture.name) == texture.name
     }
 
-    /// Returns all textures that are named.
     fn all(&self) -> LearnedTextures {
         let mut all = LearnedTextures::default();
         for ((place, name), center) in all.names.iter_mut().zip(self.names.into_iter().flatten()).zip(&self.centers) {

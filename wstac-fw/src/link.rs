@@ -112,7 +112,6 @@ impl<S: Line, T: OutputPin> Link<S, T> {
         None
     }
 
-    /// Returns the next byte that has arrived.
     fn receive(&mut self) -> Option<u8> {
         let mut byte = [0];
         let is_there =

@@ -25,7 +25,7 @@ use crate::textures::ModelSample;
 const WORD: usize = 32;
 /// The bytes of a place in front of the model.
 const HEAD: u32 = 2 * WORD as u32;
-/// What a place begins with.
+/// The first bytes of a place that holds a model.
 const MAGIC: u32 = u32::from_le_bytes(*b"WSP1");
 const _: () = assert!(MODEL_PIECE.is_multiple_of(WORD));
 
@@ -43,10 +43,10 @@ pub trait InPlace: NorFlash {
 #[repr(align(32))]
 struct Words([u8; MODEL_PIECE]);
 
-/// What a place holds.
+/// The description of the model that a place holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Head {
-    /// One more than that of the model before.
+    /// The number of the model, one more than that of the model before.
     number: u32,
     model: ModelId,
 }
@@ -80,7 +80,7 @@ impl Head {
 #[derive(Clone, Copy, Debug)]
 struct Transfer {
     model: ModelId,
-    /// What is still to be erased of the place, from one byte of the flash to another.
+    /// The part of the place that is still to be erased, from one byte of the flash to another.
     unerased: (u32, u32),
     /// The number of bytes that were written.
     written: u32,
@@ -124,7 +124,6 @@ impl Default for SentModels {
     }
 }
 
-/// Returns the range of a place.
 fn place<F: InPlace>(number: u32) -> Range<u32> {
     let Range { start, end } = F::MODELS;
     let length = (end - start) / 2;
@@ -132,7 +131,6 @@ fn place<F: InPlace>(number: u32) -> Range<u32> {
     start..start + length
 }
 
-/// Returns the models that a board with this flash takes.
 fn accepts<F: InPlace>() -> AcceptedModels {
     let place = place::<F>(0);
     accepted(place.end - place.start - HEAD)

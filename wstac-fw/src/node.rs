@@ -34,7 +34,7 @@ pub const RATE: FrameRate = FrameRate::NOMINAL;
 /// The frames that a self-test measures, and the longest time for them.
 const SELF_TEST_FRAMES: u32 = 4;
 const SELF_TEST: Duration = Duration::from_millis(800);
-/// The longest time for a frame of luma after that.
+/// The longest time for a frame of luma after the self-test.
 const LUMA_TEST: Duration = Duration::from_millis(250);
 /// The failures of the bus in a row after which the sensor counts as gone, although frames come.
 const BUS_FAILURES: u32 = 30;
@@ -325,9 +325,9 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
 enum Stage {
     /// The sensor has to be set up.
     SetUp,
-    /// It was set up, and its frames have to be measured.
+    /// The sensor was set up, and its frames have to be measured.
     Test,
-    /// Its frames are used.
+    /// The sensor's frames are used.
     Run,
 }
 
@@ -481,11 +481,9 @@ fn reader(store: &mut impl SettingsStore, size: FrameSize) -> Option<&'static mu
 struct Asked {
     /// A description, and so the reason why there are no frames.
     hello: bool,
-    /// A picture.
     picture: bool,
 }
 
-/// Answers the requests that have arrived.
 // It is not inlined, so that requests do not lie on the stack of a function that runs for ever.
 #[inline(never)]
 fn answer_requests(

@@ -356,13 +356,11 @@ impl Reader {
 }
 
 impl Sender {
-    /// Returns the texture model.
     #[cfg(feature = "models")]
     fn model(&self) -> Option<&'static setup::Kind> {
         self.model
     }
 
-    /// Returns the texture model.
     // It takes none of the reader, so that the compiler knows the model.
     #[cfg(not(feature = "models"))]
     #[inline(always)]

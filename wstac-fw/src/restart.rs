@@ -1,6 +1,5 @@
 //! A new start of the chip.
 
-/// Restarts the chip.
 #[cfg(not(feature = "rp"))]
 pub(crate) fn restart() -> ! {
     cortex_m::peripheral::SCB::sys_reset()

@@ -19,7 +19,6 @@ const OUT: usize = 512;
 /// most 16 bytes each.
 const IN: usize = if cfg!(feature = "settings") { 256 } else { 96 };
 
-/// Both queues.
 static QUEUES: CriticalSectionMutex<RefCell<Queues>> =
     CriticalSectionMutex::new(RefCell::new(Queues { out: Deque::new(), received: Deque::new() }));
 

@@ -108,7 +108,6 @@ impl<F: NorFlash> NorFlash for Masked<'_, F> {
 enum Failure {
     /// The flash holds no map, not even one that can be repaired.
     Map,
-    /// The flash itself failed.
     Flash,
 }
 
@@ -118,7 +117,6 @@ impl<E> From<Error<E>> for Failure {
     }
 }
 
-/// Returns all keys.
 fn keys() -> impl Iterator<Item = u8> {
     let settings = core::iter::once(KEY);
     #[cfg(any(feature = "learn", test))]
@@ -126,7 +124,6 @@ fn keys() -> impl Iterator<Item = u8> {
     settings
 }
 
-/// Reads an item.
 // It is not inlined, so that its buffer does not lie on the stack for ever.
 fn fetch<F: NorFlash, T>(
     flash: &mut F,
@@ -182,7 +179,6 @@ fn put<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) {
     }
 }
 
-/// Stores an item.
 #[inline(never)]
 fn store<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) -> Result<(), Failure> {
     let config = MapConfig::try_new(range).map_err(|_| Failure::Flash)?;

@@ -22,7 +22,6 @@ use wstac_core::error::{ConfigError, FrameError};
 
 use crate::visible;
 
-/// A cause of an error, of any type.
 type Cause = Box<dyn StdError + Send + Sync>;
 
 /// The kind of an [`Error`]: what a program can do about it.

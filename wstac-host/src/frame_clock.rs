@@ -98,9 +98,9 @@ pub(crate) struct FrameClock {
     clock: Option<StreamClock>,
     /// The frame that seconds are counted from: 0, or that of the last restart.
     start: u64,
-    /// The time of that frame, which may be lost.
+    /// The time of the frame that seconds are counted from, which may be lost.
     zero: i128,
-    /// Whether a time of the source has given it.
+    /// Whether a time of the source has given `zero`.
     has_zero: bool,
     /// The time of frame 0 of the stream, since a restart.
     first: Option<i128>,
@@ -111,7 +111,6 @@ pub(crate) struct FrameClock {
 }
 
 impl FrameClock {
-    /// Creates the clock of a stream of this rate, whose source states this clock.
     pub(crate) fn new(rate: FrameRate, stated: StreamClock) -> Self {
         let period =
             (SECOND * i128::from(rate.denominator()) * i128::from(rate.frames_added()), i128::from(rate.numerator()));
@@ -193,7 +192,6 @@ impl FrameClock {
         self.clock.unwrap_or_default()
     }
 
-    /// Returns whether the clock is known.
     #[cfg(feature = "board")]
     pub(crate) fn is_known(&self) -> bool {
         self.clock.is_some()

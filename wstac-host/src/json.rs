@@ -374,7 +374,6 @@ pub fn seconds(time: f64) -> f64 {
     rounded_to(time, 4)
 }
 
-/// Returns a number with so many decimals.
 fn rounded_to(number: f64, decimals: i32) -> f64 {
     let ten = 10_f64.powi(decimals);
     (number * ten).round() / ten

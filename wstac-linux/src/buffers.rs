@@ -37,9 +37,7 @@ pub(crate) struct Filled {
 /// The result of a wait for a buffer.
 #[derive(Debug)]
 pub(crate) enum Wait {
-    /// A buffer.
     Filled(Filled),
-    /// No buffer in time.
     TimedOut,
     /// No buffer yet: a signal ended the wait, or another thread took the buffer.
     Interrupted,
@@ -88,7 +86,6 @@ impl Buffers {
         Ok(buffers)
     }
 
-    /// Returns the device that streams.
     pub(crate) fn device(&self) -> &Device {
         &self.device
     }

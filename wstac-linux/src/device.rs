@@ -34,7 +34,6 @@ pub(crate) struct Device {
 pub(crate) struct Identity {
     /// The maker's name for it.
     pub(crate) card: String,
-    /// The kernel's driver.
     pub(crate) driver: String,
     /// The place where it is plugged in.
     pub(crate) bus: String,
@@ -77,12 +76,10 @@ impl Device {
         Ok(Self { file, path: path.to_owned() })
     }
 
-    /// Returns the path that it was opened by.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Returns the open file.
     pub(super) fn file(&self) -> &File {
         &self.file
     }

@@ -14,7 +14,6 @@ use wstac_host::camera::modes::fps;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::open::OpenOptions;
 
-/// The paper's frame size.
 const PAPER_SIZE: (u32, u32) = (1280, 720);
 
 /// The properties of a camera's frames.

@@ -62,9 +62,9 @@ pub struct CameraSource {
     lent: Option<Filled>,
     /// The next buffer. Everything before it was reported.
     next: Option<Filled>,
-    /// Buffers behind it that are filled, oldest first.
+    /// Filled buffers behind the next one, oldest first.
     ready: VecDeque<Filled>,
-    /// The error that came after them.
+    /// The error that came after the filled buffers.
     trouble: Option<io::Error>,
     /// Events to report before the next buffer.
     told: VecDeque<Told>,

@@ -29,7 +29,6 @@ const LONGEST_GAP: Duration = Duration::from_secs(10);
 /// The largest difference between the driver's time across a break and the time between the arrivals.
 const UNSURE: Duration = Duration::from_secs(2);
 
-/// The time line of one stream.
 #[derive(Clone, Debug)]
 pub(crate) struct Timeline {
     /// Frames per second.
@@ -46,7 +45,6 @@ pub(crate) struct Timeline {
 }
 
 impl Timeline {
-    /// Creates a time line of frames at this rate.
     pub(crate) fn new(rate: FrameRate) -> Self {
         let rate = rate.per_second();
         Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }

@@ -7,7 +7,7 @@ use wstac_host::source::Stamp;
 
 /// The most by which a wall-clock time may be wrong.
 const WITHIN: Duration = Duration::from_micros(500);
-/// How often the clocks are read at most until both are read in time.
+/// The most times that the clocks are read until both are read in time.
 const TRIES: u32 = 4;
 
 /// The distance of the wall clock from the monotonic one.

@@ -15,7 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// The time between two looks at the signal.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// What the program waits for at its end: the sensors that are being read.
+/// The sensors that are being read, for which the program waits at its end.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ending {
     has_signal: Arc<AtomicBool>,

@@ -34,7 +34,6 @@ const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene:
 pub(crate) struct Frames {
     name: String,
     station: Station,
-    /// The shape of pictures, if the source has any.
     picture: Option<Shape>,
     is_camera: bool,
 }
@@ -177,7 +176,6 @@ fn file_of(folder: &Path, file: &str, sensor: &str) -> Result<(File, PathBuf), E
 /// Hands everything over that a session finds.
 struct Reader {
     publisher: PublisherHandle,
-    /// The shape of pictures, if the source has any.
     picture: Option<Shape>,
     /// The wall-clock time of the last frame: the driver's, or else when it was read.
     stamp: SystemTime,

@@ -116,7 +116,6 @@ impl Message {
         Self::timed(Topic::State, times, counts.collect())
     }
 
-    /// Returns the message of the taxel sums that features are made of.
     pub(crate) fn of_taxels(features: &FrameFeatures, sums: &[u32; TAXELS]) -> Self {
         let fields = [("frame", json!(features.frame)), ("sums", json!(sums))];
         let fields = fields.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
@@ -143,7 +142,6 @@ pub(crate) struct Times {
 }
 
 impl Times {
-    /// Returns the times of the frame of features.
     pub(crate) fn of(features: &FrameFeatures) -> Self {
         Self { time_ns: features.time_ns, stamp: features.stamp }
     }

@@ -36,7 +36,7 @@ pub(crate) fn open(arguments: &Arguments) -> Result<(Session, String, String), E
     Ok((session, line, connects))
 }
 
-/// How long a connection may take before it is said that there is none, and between two looks at it.
+/// The time that a connection may take before it is said that there is none, and the time between two looks at it.
 const PATIENCE: Duration = Duration::from_secs(2);
 const BETWEEN: Duration = Duration::from_millis(100);
 
@@ -138,7 +138,6 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
     Config::from_json5(&settings.to_string()).map_err(about)
 }
 
-/// Reads a file of settings.
 fn read(path: &Path) -> Result<Value, Error> {
     let text = file_text(path)?;
     let wrong = |message: String| Error::new(ErrorKind::Config, path.display(), message);

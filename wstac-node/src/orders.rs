@@ -19,15 +19,12 @@ pub(crate) const MOST_WAITING: usize = 16;
 /// What a service asks a sensor to do. Files were read before: a sensor waits for none.
 #[derive(Debug)]
 pub(crate) enum Action {
-    /// Gather a new baseline.
     RestartBaseline,
-    /// Use the configuration that this file has.
     UseConfig { config: Box<Config>, file: PathBuf },
     /// Name textures with the model that this file has, in place of all others.
     UseModel { textures: Textures, file: PathBuf },
     /// Record to a new file: of this name in the folder, or of the first that is free.
     StartRecording { folder: PathBuf, file: String, features_only: bool, labels: Labels },
-    /// End the recording.
     StopRecording,
 }
 
@@ -36,14 +33,13 @@ pub(crate) enum Action {
 /// Whatever becomes of an order, it is answered: one that is dropped says that its sensor has ended.
 pub(crate) struct Order {
     sensor: String,
-    /// They are there until the order is answered.
+    /// The action and its answer, until the order is answered.
     content: Option<(Action, Answer)>,
 }
 
 pub(crate) type Answer = Box<dyn FnOnce(Result<String, Error>) + Send>;
 
 impl Order {
-    /// Creates an order for the sensor of this name.
     pub(crate) fn new(sensor: &str, action: Action, answer: Answer) -> Self {
         Self { sensor: sensor.to_owned(), content: Some((action, answer)) }
     }
@@ -105,7 +101,6 @@ impl Control {
     }
 }
 
-/// The settings of a sensor.
 #[derive(Debug)]
 pub(crate) struct Settings {
     pub(crate) source: String,
@@ -124,12 +119,10 @@ pub(crate) fn copy_of<T: Clone>(held: &Mutex<T>) -> T {
     held.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// Replaces what a lock holds.
 pub(crate) fn replace<T>(held: &Mutex<T>, value: T) {
     *held.lock().unwrap_or_else(PoisonError::into_inner) = value;
 }
 
-/// Returns a path as text.
 pub(crate) fn shown(path: &Path) -> String {
     path.display().to_string()
 }

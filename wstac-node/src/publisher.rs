@@ -25,7 +25,7 @@ pub(crate) use self::handle::PublisherHandle;
 
 /// The messages that wait for the network at most: more than half a minute of a camera's.
 const MOST_WAITING: usize = 4096;
-/// The pictures among them at most: they are large.
+/// The pictures that wait for the network at most: they are large.
 const MOST_PICTURES: u64 = 4;
 /// The time between two messages about the state.
 const STATE: Duration = Duration::from_secs(1);
@@ -124,7 +124,6 @@ impl Publisher {
         Ok(Self { name: name.to_owned(), records, ros, queue: sync_channel(MOST_WAITING), counts: Arc::default() })
     }
 
-    /// Returns the way to this publisher.
     pub(crate) fn queue(&self) -> Queue {
         let events = self.records.as_ref().map(|records| Arc::clone(&records.events));
         Queue { sender: self.queue.0.clone(), counts: Arc::clone(&self.counts), events }

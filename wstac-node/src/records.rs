@@ -24,7 +24,7 @@ pub(crate) struct RecordPublishers {
     publishers: Vec<Publisher<'static>>,
     /// The events that requests are answered with.
     pub(crate) events: Arc<Mutex<Events>>,
-    /// They end with the publishers.
+    /// The answers to requests and the token of liveliness, which end with the publishers.
     _answers: Queryable<()>,
     _alive: LivelinessToken,
 }
@@ -90,7 +90,6 @@ impl Events {
         self.next - 1
     }
 
-    /// Returns the events that are kept, with their numbers.
     pub(crate) fn numbered(&self) -> impl Iterator<Item = (u64, &Vec<u8>)> {
         (self.next - self.kept.len() as u64..).zip(&self.kept)
     }

@@ -2,7 +2,6 @@
 
 use wstac_host::error::{Error, ErrorKind};
 
-/// Returns the error about something that Zenoh refuses.
 pub(crate) fn refused(kind: ErrorKind, subject: impl std::fmt::Display, error: &zenoh::Error) -> Error {
     Error::new(kind, subject, in_words(&error.to_string()))
 }

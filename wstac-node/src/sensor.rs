@@ -19,7 +19,6 @@ use crate::publisher::PublisherHandle;
 pub(crate) enum Sensor {
     /// A board, which sends what it finds.
     Board(Box<Board>),
-    /// A source of frames.
     Frames(Box<Frames>),
 }
 

@@ -8,18 +8,17 @@ use wstac_core::rate::FrameRate;
 pub(crate) struct FrameSums {
     /// Camera frames of a feature frame.
     whole: u64,
-    /// Those that have arrived.
+    /// Camera frames of it that have arrived.
     present: u64,
     sums: [u32; TAXELS],
 }
 
 impl FrameSums {
-    /// Starts a stream of this rate.
     pub(crate) fn new(rate: FrameRate) -> Self {
         Self { whole: rate.frames_added().into(), present: 0, sums: [0; TAXELS] }
     }
 
-    /// Adds those of a camera frame.
+    /// Adds the taxel sums of a camera frame.
     pub(crate) fn add(&mut self, sums: &[u32; TAXELS]) {
         self.present += 1;
         self.sums.iter_mut().zip(sums).for_each(|(all, sum)| *all = all.saturating_add(*sum));

@@ -33,7 +33,7 @@ pub struct Found {
     pub(super) features: [[f64; SAMPLE_FRAMES]; FEATURES],
     /// Mean of each feature in the baseline.
     pub(super) baseline: [f64; FEATURES],
-    /// Mean feature of a window above which it fires.
+    /// Mean feature of a window above which the trigger fires.
     pub(super) thresholds: [f64; FEATURES],
     /// Light of each taxel in the sample's frames, as a fraction of full scale; `None` for lost frames.
     pub(super) taxels: Vec<Option<[f32; TAXELS]>>,
@@ -175,7 +175,6 @@ fn means(baseline: &Baseline) -> [f64; FEATURES] {
     baseline.totals().map(|total| f64::from(total) / f64::from(FEATURE_ONE) / f64::from(baseline.frames().max(1)))
 }
 
-/// Returns the length of a feature frame in s.
 fn frame_s(rate: FrameRate) -> f64 {
     f64::from(rate.frames_added()) * f64::from(rate.denominator()) / f64::from(rate.numerator())
 }

@@ -85,7 +85,6 @@ mod _wstac {
 /// The kinds of sources that this library has besides files, one per line.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
-/// Opens a source of any kind by its name.
 fn open(name: &OsStr, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
     wstac_host::source::open::open(name, options, SOURCE_KINDS)
 }

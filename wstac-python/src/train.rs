@@ -26,7 +26,7 @@ use crate::failed;
 /// Time between two looks for Ctrl-C.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(200);
 
-/// What to train, and where the model goes.
+/// The data and options of a training, and the place of the model.
 struct Job {
     sets: Vec<PathBuf>,
     output: PathBuf,
@@ -114,7 +114,6 @@ pub(crate) fn fit<'py>(
     Ok(PyBytes::new(py, &trained.written.bytes()))
 }
 
-/// Creates the threads that compute.
 pub(crate) fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
     pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "threads", error))
@@ -224,7 +223,6 @@ pub(crate) fn stopped() -> Error {
     Error::new(ErrorKind::Usage, "the computation", "was stopped")
 }
 
-/// Returns the facts about a trained model.
 fn facts<'py>(py: Python<'py>, trained: &TrainedModel) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
     all.set_item("labels", &trained.labels)?;

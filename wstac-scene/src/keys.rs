@@ -2,7 +2,7 @@
 
 /// A table of a scene's file.
 pub(crate) trait Keys {
-    /// Its name.
+    /// The name of the table.
     const TABLE: &'static str;
 
     /// Checks every key.

@@ -253,7 +253,6 @@ pub(crate) struct Fluctuation {
 }
 
 impl Fluctuation {
-    /// Creates the fluctuation of a seed.
     pub(crate) fn new(seed: u64) -> Self {
         Self { seed, knot: i64::MIN, values: [0.0; 2] }
     }

@@ -56,7 +56,6 @@ use wstac_host::error::{Error, ErrorKind};
 pub const NOISE: f64 = 0.8;
 /// Largest number of dark frames that a key may request.
 const MOST_DARK: u32 = 100_000;
-/// Largest number of touches in a scene.
 const MOST_TOUCHES: usize = 10_000;
 /// Default number of dark frames before the first slide.
 ///

@@ -30,7 +30,6 @@ enum Shape {
 }
 
 impl Segment {
-    /// Returns `true` if it is a straight line.
     pub(crate) fn is_straight(&self) -> bool {
         matches!(self.shape, Shape::Line { .. })
     }

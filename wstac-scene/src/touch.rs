@@ -143,7 +143,6 @@ impl Slide {
         self.profile.as_ref().map_or(self.speed_mm_s, |profile| profile.speed_at(path))
     }
 
-    /// Returns the highest speed in mm/s.
     pub(crate) fn fastest_mm_s(&self) -> f64 {
         let points = self.profile.as_ref().map_or(&[][..], SpeedProfile::points);
         points.iter().fold(self.speed_mm_s, |fastest, point| fastest.max(point[1]))

@@ -143,7 +143,6 @@ pub(crate) struct Bending {
 }
 
 impl Bending {
-    /// Creates the law for whiskers of this configuration.
     pub(crate) fn new(config: &WhiskerConfig) -> Self {
         Self {
             length_mm: config.length_mm,

@@ -129,7 +129,6 @@ impl Client<'_> {
         allow_wait(self.socket.flush())
     }
 
-    /// Takes what the client says.
     fn listen(&mut self) -> Result<(), Error> {
         for _ in 0..MOST_AT_ONCE {
             match self.socket.read() {

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 /// Most bytes of a request's head.
 const LONGEST_HEAD: usize = 8 * 1024;
-/// Most headers of a request.
 const MOST_HEADERS: usize = 64;
 /// Time that a client has to send the head.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -153,7 +152,6 @@ pub(crate) fn is_wait(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }
 
-/// Answers that a request is refused, and why.
 pub(crate) fn refuse(stream: &mut TcpStream, refusal: Refusal) -> io::Result<()> {
     let Refusal { status, why } = refusal;
     let reason = match status {

@@ -28,7 +28,6 @@ pub(crate) struct About {
     pub(crate) taxel: [u16; 2],
     /// The top left corners of the taxels, row by row.
     pub(crate) corners: Vec<[u16; 2]>,
-    /// Whether there are pictures.
     pub(crate) pictures: bool,
     /// Feature frames per second.
     pub(crate) rate: f64,
@@ -51,7 +50,7 @@ pub(crate) struct Status {
     pub(crate) progress: Option<[u64; 2]>,
     /// The error of a source that has failed.
     pub(crate) error: Option<String>,
-    /// Each as a fraction of full scale.
+    /// The light of each taxel, as a fraction of full scale.
     pub(crate) taxels: Option<[f32; TAXELS]>,
     /// The light above which the trigger fires, as features are written.
     pub(crate) thresholds: Option<[f32; FEATURES]>,
@@ -65,7 +64,7 @@ pub(crate) struct Status {
     pub(crate) disturbed: bool,
     /// Whether a file or a scene is paused.
     pub(crate) paused: bool,
-    /// How often a file or a scene has started again.
+    /// The number of times that a file or a scene has started again.
     pub(crate) starts: u64,
 }
 
@@ -73,7 +72,7 @@ pub(crate) struct Status {
 /// so that dark pixels keep their differences. The least byte comes first.
 pub(crate) type Picture = Arc<[u8]>;
 
-/// What a sensor has found in one step.
+/// The news of a sensor from one step.
 #[derive(Debug, Default)]
 pub(crate) struct News {
     pub(crate) features: Vec<String>,
@@ -118,7 +117,7 @@ impl Ring {
     }
 }
 
-/// What one sensor has found.
+/// The last findings of one sensor.
 #[derive(Debug)]
 struct Channel {
     about: About,
@@ -133,11 +132,11 @@ struct Channel {
     jobs: (Arc<str>, u64),
     /// The light that the last calibration has seen, and how often it has changed.
     glow: (Option<Picture>, u64),
-    /// What a page asks for, until the sensor's thread takes it.
+    /// The order of a page, until the sensor's thread takes it.
     order: Option<Order>,
 }
 
-/// How much of a sensor a client has seen.
+/// The part of a sensor's findings that a client has seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cursor {
     features: u64,
@@ -149,7 +148,7 @@ pub(crate) struct Cursor {
     skipped: u64,
 }
 
-/// What a client has not seen of a sensor.
+/// The part of a sensor's findings that a client has not seen.
 #[derive(Debug)]
 pub(crate) struct Update {
     features: Vec<Arc<str>>,
@@ -191,7 +190,7 @@ impl Update {
     }
 }
 
-/// What all sensors have found.
+/// The last findings of all sensors.
 #[derive(Debug)]
 pub(crate) struct Hub {
     channels: Mutex<Vec<Channel>>,
@@ -227,7 +226,6 @@ impl Hub {
         self.channels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes what a sensor has found in a step.
     pub(crate) fn publish(&self, sensor: usize, news: News, status: Status) {
         let mut channels = self.locked();
         let Some(channel) = channels.get_mut(sensor) else { return };
@@ -305,7 +303,6 @@ impl Hub {
         }
     }
 
-    /// Returns the order that waits for a sensor.
     pub(crate) fn take_order(&self, sensor: usize) -> Option<Order> {
         self.locked().get_mut(sensor)?.order.take()
     }
@@ -328,7 +325,6 @@ impl Hub {
         self.clients.load(Ordering::Relaxed) > 0
     }
 
-    /// Ends everything.
     pub(crate) fn end(&self) {
         self.is_over.store(true, Ordering::Relaxed);
         self.news.notify_all();

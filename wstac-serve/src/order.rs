@@ -50,7 +50,6 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// Says that it is refused.
     pub(crate) fn refuse(&self, sensor: usize, why: impl Into<String>) {
         // A client that is gone needs no reason.
         let _ = self.refused.send(Refused { sensor, why: why.into() });

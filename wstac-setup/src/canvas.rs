@@ -104,7 +104,6 @@ impl Canvas {
         }
     }
 
-    /// Returns the bytes of a PNG file.
     pub(crate) fn to_png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         let (width, height) = (self.width as u32, self.height as u32);

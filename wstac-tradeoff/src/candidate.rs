@@ -29,7 +29,7 @@ pub struct Candidate {
     pub about: Inspected,
     /// The sample that it takes.
     pub input: Input,
-    /// Its answers, by class.
+    /// The answers of the model, by class.
     answers: Vec<Texture>,
 }
 

@@ -21,7 +21,6 @@ impl Float64 {
         Self { reference: libm::log(most), floor: libm::log(floor), lit: libm::log(threshold) }
     }
 
-    /// Returns the ten features.
     pub(super) fn features(&self, taxels: &[u32; TAXELS]) -> [f64; FEATURES] {
         line_sums(taxels).map(|sum| (libm::log(f64::from(sum)) - self.reference).max(self.floor))
     }
@@ -48,7 +47,6 @@ impl FeatureError {
         }
     }
 
-    /// Adds the deviations of another part.
     pub(super) fn merge(&mut self, other: &Self) {
         self.all.merge(&other.all);
         self.lit.merge(&other.lit);
@@ -60,9 +58,9 @@ impl FeatureError {
 pub struct Deviation {
     /// Largest absolute deviation.
     pub max: f64,
-    /// Sum of their squares.
+    /// Sum of the squared deviations.
     pub(super) squares: f64,
-    /// Their number.
+    /// Number of deviations.
     pub(super) count: u64,
 }
 

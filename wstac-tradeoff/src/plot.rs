@@ -20,7 +20,6 @@ const PANEL: [f64; 2] = [WIDTH - 2.0 * MARGIN - 50.0, 180.0];
 /// Distance from the panel to the caption.
 const BELOW: f64 = 42.0;
 
-/// Returns the look of a kind of models.
 fn look(kind: ModelKind) -> Look {
     let (marker, color, filled) = match kind {
         ModelKind::Forest => (Marker::Triangle, GREEN, true),

@@ -28,9 +28,9 @@ pub(super) struct FirstEvent {
     pub(super) speed: Option<f32>,
     /// Direction in degrees, if it is clear.
     pub(super) degrees: Option<f32>,
-    /// Its sample over time.
+    /// The sample of the event over time.
     pub(super) sample: Box<[i16; INPUTS]>,
-    /// Its samples along the path, of ten sums and of 25 taxels, if it has a velocity.
+    /// The samples along the path, of ten sums and of 25 taxels, if the event has a velocity.
     path: [Option<Box<PathSample>>; 2],
 }
 

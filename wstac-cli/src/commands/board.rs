@@ -167,7 +167,6 @@ impl From<&BoardModel> for ModelRecord {
     }
 }
 
-/// Parses the name of a texture.
 fn texture_name(text: &str) -> Result<TextureName, String> {
     let name = TextureName::new(text).filter(|_| !text.contains(char::is_control));
     name.ok_or_else(|| format!("expected a name of 1 to {LONGEST_TEXTURE_NAME} bytes without control characters"))

@@ -10,7 +10,6 @@ use wstac_host::visible;
 /// The kind of record that a table has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Table {
-    /// Tactile events.
     Events,
     /// The ten features of every frame.
     Features,

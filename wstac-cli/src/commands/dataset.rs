@@ -78,12 +78,10 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    /// Returns the wanted samples.
     fn sample(&self) -> Sample {
         self.input.unwrap_or(if self.sources.is_empty() { Sample::Path } else { Sample::Frames })
     }
 
-    /// Returns what the samples are made of.
     fn source(&self) -> Result<Source<'_>, Error> {
         let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
         match &self.sources[..] {
@@ -106,14 +104,13 @@ impl Arguments {
     }
 }
 
-/// What samples are made of.
+/// The origin of samples.
 #[derive(Clone, Copy, Debug)]
 enum Source<'a> {
     /// A sweep over time.
     Sweep(&'a Path),
     /// Random slides: a sweep's file, or the defaults.
     Random(Option<&'a Path>),
-    /// Recordings.
     Recordings,
 }
 
@@ -300,12 +297,10 @@ fn tell_facts(facts: &[Facts]) {
     }
 }
 
-/// Returns what the command may write.
 fn outputs(arguments: &Arguments) -> Outputs {
     Outputs::new(arguments.force).reading(&arguments.sources).reading(&arguments.config)
 }
 
-/// Creates the threads that compute.
 pub(super) fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
     pool.map_err(|error| Error::with_cause(ErrorKind::Usage, "--threads", error))

@@ -88,7 +88,6 @@ impl Outputs {
         check_new(path, self.force)
     }
 
-    /// Creates a file that takes its name when it is whole.
     pub(super) fn create(&self, path: &Path) -> Result<NewFile, Error> {
         self.check_one(path)?;
         Ok(NewFile { file: AtomicFile::create(path)?, path: path.to_owned(), outputs: self.clone() })

@@ -82,7 +82,6 @@ fn wait_for_reader() -> io::Result<()> {
     }
 }
 
-/// Counts of lost frames by reason.
 #[derive(Default)]
 pub(super) struct LossReport(Vec<(LossReason, u64)>);
 

@@ -260,9 +260,9 @@ fn kept(arguments: &Arguments, info: &StreamInfo, config: &Config) -> Result<Str
 struct Replacement {
     beside: PathBuf,
     path: PathBuf,
-    /// The lock of the old one: nobody else records to it or replaces it meanwhile.
+    /// The lock of the old recording: nobody else records to it or replaces it meanwhile.
     old: File,
-    /// The new one, once it is there.
+    /// The new recording, once it is there.
     own: Option<File>,
 }
 
@@ -345,7 +345,6 @@ fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     Ok(labels)
 }
 
-/// Parses the name of a compression.
 fn compression(text: &str) -> Result<Compression, String> {
     let found = [Compression::Zstd, Compression::Lz4].into_iter().find(|compression| compression.name() == text);
     found.ok_or_else(|| format!("{text:?} is no compression, expected zstd or lz4"))
@@ -356,7 +355,6 @@ fn seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("{text:?} is no duration, expected seconds such as 2.5"))
 }
 
-/// Returns the number of frames after which a recording ends.
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
     let rate = info.rate.per_second();
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);

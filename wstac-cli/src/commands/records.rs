@@ -55,7 +55,6 @@ struct State {
     file: Option<NewFile>,
     /// A first line that is not written yet.
     head: Option<String>,
-    /// Records that were written.
     records: u64,
     /// Whether anything was written, and whether writing failed.
     has_begun: bool,
@@ -129,10 +128,8 @@ impl State {
 /// Writes the records of one sensor.
 pub(super) struct Records<'a> {
     form: Form,
-    /// The kind of record of a table.
     table: Table,
     destination: Option<&'a Destination>,
-    /// The name of their sensor, if it has one.
     sensor: Option<String>,
     /// Whether notes are left out.
     is_quiet: bool,

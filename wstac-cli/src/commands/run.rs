@@ -438,7 +438,6 @@ fn form(arguments: &Arguments) -> Result<Form, Error> {
     }
 }
 
-/// The endings of files of records.
 const ENDINGS: [(Form, &[&str]); 3] =
     [(Form::Json, &["jsonl", "json", "ndjson"]), (Form::Csv, &["csv"]), (Form::Text, &["txt"])];
 
@@ -455,7 +454,6 @@ fn table(arguments: &Arguments, form: Form) -> Table {
     }
 }
 
-/// Parses a time in seconds.
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0);
     seconds.ok_or_else(|| "expected seconds from the first frame on, such as 2.5".to_owned())

@@ -23,13 +23,12 @@ const READERS_TIME: Duration = Duration::from_millis(300);
 /// The end of a command after the first signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Ending {
-    /// At once.
     AtOnce,
     /// As soon as the command has written its end. If that takes longer than [`DEADLINE`], without it.
     InTime,
     /// As soon as the command has finished its file, however long a slow disk takes. A second signal ends it at once.
     Whole,
-    /// The same, and a second signal changes nothing: the terminal is restored first.
+    /// As soon as the terminal is restored, however long that takes. A second signal changes nothing.
     Restored,
 }
 

@@ -155,13 +155,11 @@ impl SourceArguments {
         sensor.recorded.as_deref().map_or_else(|| self.clone(), |name| self.of_sensor(name))
     }
 
-    /// Returns the same arguments with another format and size.
     pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {
         let options = OpenOptions { format: Some(format), size: Some(size), ..self.options.clone() };
         Self { options, matrix: None, range: None, sensor: self.sensor.clone() }
     }
 
-    /// Returns the frames per second that a camera is asked for.
     pub(super) fn asked_fps(&self) -> f64 {
         self.options.fps.unwrap_or(FrameRate::NOMINAL).per_second()
     }

@@ -240,7 +240,6 @@ fn percent(right: u32, of: u32) -> String {
     format!("{share:.1} % ({:.1} … {:.1})", 100.0 * low, 100.0 * high)
 }
 
-/// Returns the test in a sentence.
 fn sentence(trial: &Trial) -> String {
     let (right, slides) = (trial.right(), trial.slides());
     let groups = counted(trial.groups, "group");

@@ -93,7 +93,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     signal.map_or(Ok(()), |signal| Err(Stop::Interrupted(signal)))
 }
 
-/// Opens a source of frames.
 fn frames(source: &OsStr, arguments: &Arguments) -> Result<Frames, Error> {
     let refused = |message: String| Err(Error::new(ErrorKind::Usage, source.display(), message));
     if arguments.baud.is_some() {

@@ -10,7 +10,6 @@ use wstac_host::monitor::{Report, telemetry};
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 
-/// A board.
 pub(crate) struct Board {
     line: BoardLine,
     /// The number of the frame behind the last one with features.

@@ -42,7 +42,6 @@ pub(crate) trait Sensor {
     fn rezero(&mut self, state: &mut State);
 }
 
-/// The data that the threads share.
 struct Shared {
     state: Mutex<State>,
     quit: AtomicBool,
@@ -124,7 +123,6 @@ fn read(sensor: &mut impl Sensor, shared: &Shared, keys: &Receiver<Key>) -> Opti
     failure
 }
 
-/// Does what a key asks for.
 fn press(key: Key, sensor: &mut impl Sensor, state: &mut State, is_over: bool) {
     match key {
         Key::Pause if !is_over => state.paused = !state.paused,

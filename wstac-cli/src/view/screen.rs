@@ -31,7 +31,7 @@ pub(super) enum Key {
     Removed([&'static str; 2]),
 }
 
-/// What to use instead of the keys that went back and forth, and of those that chose one of several sensors.
+/// The replacements of the keys that went back and forth, and of the one that recorded.
 const SEEK: [&str; 2] = ["way back and forth", "wstac serve FILE has it on its page"];
 const RECORD: [&str; 2] = ["key r", "wstac record writes recordings, as does wstac serve --record-to FOLDER"];
 

@@ -25,7 +25,7 @@ const PEAK_FALL: f32 = 0.985;
 pub(super) enum About {
     Event,
     Trouble,
-    /// What is as usual, and actions of the user.
+    /// Something that is as usual, or an action of the user.
     #[default]
     Note,
 }
@@ -41,13 +41,11 @@ pub(crate) struct State {
     pub(super) layout: Option<Layout>,
     /// Frames per second: measured, or as the source states.
     pub(super) rate: String,
-    /// What the stream is doing.
     pub(super) doing: (About, String),
     pub(super) paused: bool,
     /// Why there is no picture and no map.
     pub(super) missing: &'static str,
     pub(super) picture: Option<Picture>,
-    /// Whether the screen needs a new picture.
     pub(super) wants_picture: bool,
     /// Light of the taxels as fractions of full scale; `None` if the last frame was lost.
     pub(super) taxels: Option<[f32; TAXELS]>,
@@ -83,12 +81,10 @@ impl State {
         self.traces.push_front(features);
     }
 
-    /// Adds gaps for lost frames.
     pub(super) fn add_gaps(&mut self, frames: u64) {
         (0..frames.min(HISTORY as u64)).for_each(|_| self.add_trace(None));
     }
 
-    /// Shows the taxels of a frame.
     pub(super) fn set_taxels(&mut self, taxels: Option<[f32; TAXELS]>) {
         self.taxels = taxels;
         let most = taxels.iter().flatten().fold(LEAST_PEAK, |most, light| most.max(*light));

@@ -35,7 +35,6 @@ pub struct Simd {
 
 #[expect(clippy::unused_self, reason = "the value is the proof")]
 impl Simd {
-    /// Returns the name of the instruction set.
     pub(super) fn name(self) -> &'static str {
         if self.avx512 { "AVX-512" } else { "AVX2" }
     }
@@ -86,7 +85,6 @@ impl Simd {
     }
 }
 
-/// Returns a vector of these bytes.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn vector(bytes: &[u8; VECTOR]) -> __m256i {
@@ -94,7 +92,6 @@ fn vector(bytes: &[u8; VECTOR]) -> __m256i {
     unsafe { core::mem::transmute(*bytes) }
 }
 
-/// Returns a half vector of these bytes.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn half(bytes: &[u8; VECTOR / 2]) -> __m128i {

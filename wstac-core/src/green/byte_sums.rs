@@ -50,7 +50,6 @@ pub(super) fn sum(block: Block<'_>) -> u32 {
     Strip::<MOST_WIDTH>::new(block).map_or_else(|| in_strips(block, of_strip), of_strip)
 }
 
-/// Sums a block's bytes by plain code.
 #[cfg(any(test, not(target_arch = "arm")))]
 #[inline(always)]
 fn plain(block: Block<'_>) -> u32 {
@@ -100,7 +99,6 @@ impl<'a> SideBySide<'a> {
         fits.then_some(Self { band, corners, width })
     }
 
-    /// Adds the sum of each block.
     #[inline(always)]
     pub(super) fn add_to(self, sums: &mut [u32; COLUMNS]) {
         packed::add_to(self, sums);

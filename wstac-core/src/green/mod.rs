@@ -221,7 +221,6 @@ fn saturated_word<const BITS: u32>(bytes: [u8; 2]) -> u32 {
     u32::from(u16::from_le_bytes(bytes)).min(full_scale(BITS))
 }
 
-/// Returns the full scale of `bits` bits.
 const fn full_scale(bits: u32) -> u32 {
     (1 << bits) - 1
 }

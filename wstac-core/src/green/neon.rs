@@ -28,7 +28,6 @@ pub struct Simd(());
 
 #[expect(clippy::unused_self, reason = "the value is the proof")]
 impl Simd {
-    /// Returns the name of the instruction set.
     pub(super) fn name(self) -> &'static str {
         "NEON"
     }
@@ -71,7 +70,6 @@ impl Simd {
     }
 }
 
-/// Returns a vector of these bytes.
 #[inline]
 #[target_feature(enable = "neon")]
 fn vector(bytes: &[u8; VECTOR]) -> uint8x16_t {
@@ -79,7 +77,6 @@ fn vector(bytes: &[u8; VECTOR]) -> uint8x16_t {
     unsafe { core::mem::transmute(*bytes) }
 }
 
-/// Returns a half vector of these bytes.
 #[inline]
 #[target_feature(enable = "neon")]
 fn half(bytes: [u8; VECTOR / 2]) -> uint8x8_t {

@@ -81,7 +81,6 @@ impl<'a, const N: usize> Wide<'a, N> {
         (block.width() >= N).then_some(Self(block))
     }
 
-    /// Returns the block.
     #[inline(always)]
     pub(super) fn block(self) -> Block<'a> {
         self.0
@@ -93,7 +92,6 @@ impl<'a, const N: usize> Wide<'a, N> {
         (self.0.width() - 1) / N
     }
 
-    /// Returns the rows.
     #[inline(always)]
     pub(super) fn rows(self) -> BlockRows<'a> {
         BlockRows::new(self.0)
@@ -124,7 +122,6 @@ impl<'a> BlockRows<'a> {
         Self { rest: block.bytes(), bytes_per_row: block.bytes_per_row(), width: block.width() }
     }
 
-    /// Returns the bytes of the next row.
     #[inline(always)]
     pub(super) fn next(&mut self) -> Option<&'a [u8]> {
         let row = self.rest.get(..self.width)?;

@@ -231,7 +231,6 @@ impl Conversion for Exact {
 
 #[cfg(all(test, simd))]
 impl Exact {
-    /// Returns the numbers of vector kernels.
     pub(super) fn factors(&self) -> &Factors {
         &self.factors
     }

@@ -69,7 +69,6 @@ impl Place {
     }
 }
 
-/// Returns the square of a difference along a dimension.
 #[inline(always)]
 pub(super) fn squared(difference: i64) -> u32 {
     let limited = difference.clamp(-MOST_DIFFERENCE, MOST_DIFFERENCE) as i32;

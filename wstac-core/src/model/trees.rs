@@ -54,7 +54,6 @@ pub(super) enum Leaves<'a> {
     Floats,
     /// Classes below the number of classes; above it, places in the table at which an entry starts.
     Votes {
-        /// The number of classes.
         classes: u16,
         /// All words. Some of their halves are the table of leaves.
         words: &'a [u32],

@@ -60,7 +60,6 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// Returns a sample of the last `frames` frames.
     pub(crate) fn last(parts: (&'a [Features], &'a [Features]), frames: usize) -> Self {
         let (older, newer) = parts;
         let last = |part: &'a [Features], frames| {
@@ -69,7 +68,6 @@ impl<'a> Sample<'a> {
         Self { parts: (last(older, frames.saturating_sub(newer.len())), last(newer, frames)) }
     }
 
-    /// Returns a sample of the first `frames` frames.
     pub(crate) fn first(self, frames: usize) -> Self {
         let (older, newer) = self.parts;
         let first = |part: &'a [Features], frames| part.get(..frames).unwrap_or(part);

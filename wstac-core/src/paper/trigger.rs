@@ -527,7 +527,6 @@ impl TriggerState {
         }
     }
 
-    /// Returns the last `frames` frames.
     pub(crate) fn last(&self, frames: u8) -> Sample<'_> {
         Sample::last(self.ring.as_slices(), usize::from(frames))
     }

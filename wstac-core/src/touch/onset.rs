@@ -42,14 +42,13 @@ pub(crate) struct TouchState {
 enum OfEvent {
     /// There is no event, or its end was reported.
     None,
-    /// It has not ended.
+    /// The touch has not ended.
     Held,
-    /// The last push ended it.
+    /// The last push ended the touch.
     Ended,
 }
 
 impl TouchState {
-    /// No touch yet.
     pub(crate) const NONE: Self =
         Self { first: 0, end: 0, event_frame: 0, ended_at: 0, dark: DARK_FRAMES, of_event: OfEvent::None };
 
@@ -85,7 +84,6 @@ impl TouchState {
         self.of_event == OfEvent::Held
     }
 
-    /// Returns the first lit frame.
     pub(crate) fn first(&self) -> u64 {
         self.first
     }
@@ -111,7 +109,6 @@ impl TouchState {
         (self.of_event == OfEvent::Ended).then_some(ContactEnd { frame, event_frame })
     }
 
-    /// Forgets the end that the last push brought.
     pub(crate) fn forget_end(&mut self) {
         if self.of_event == OfEvent::Ended {
             self.of_event = OfEvent::None;

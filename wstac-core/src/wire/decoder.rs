@@ -141,7 +141,6 @@ impl<const N: usize> Decoder<N> {
         }
     }
 
-    /// Reads the frame of `length` bytes.
     fn read<'a, P: Payload<'a>>(&'a mut self, length: usize) -> Result<Received<P>, DecodeError> {
         let frame = self.bytes.get(..length).unwrap_or_default();
         let (checked, sum) = frame.split_last_chunk::<4>().ok_or(DecodeError::Damaged)?;

@@ -181,7 +181,7 @@ pub(super) fn textures<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Lea
     LearnedTextures::deserialize(deserializer)
 }
 
-/// Deserializes the state of learning, for the same reason.
+/// Deserializes the state of learning. It is not inlined, so that its name does not lie on the stack of other messages.
 #[inline(never)]
 pub(super) fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Learning, D::Error> {
     Learning::deserialize(deserializer)

@@ -12,7 +12,6 @@ use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, SensorBus, Wiring};
 
 /// The debugger's clock of 8 MHz.
 const CRYSTAL: Crystal = Crystal::new(8_000_000, HseMode::Bypass, 1, 72);
-/// The bits per second of the serial line.
 const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]

@@ -12,7 +12,6 @@ use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, SensorBus, SensorPo
 
 /// The crystal of 12 MHz.
 const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
-/// The bits per second of the serial line.
 const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]

@@ -19,7 +19,6 @@ const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
         _ => panic!("WSTAC_DATA_WIRES: expected 1, 4 or 8"),
     },
 };
-/// The bits per second of the serial line.
 const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]

@@ -126,7 +126,6 @@ impl Bus for SensorBus {
     }
 }
 
-/// A pin of the bus.
 #[derive(Clone, Copy)]
 struct Pin {
     port: Gpio,

@@ -21,7 +21,7 @@ use crate::models::InPlace;
 
 /// The sectors, from the start of the flash.
 pub(super) const SECTORS: Range<u32> = 0x18_0000..0x1C_0000;
-/// What this may read and write: the sectors of the settings, and those of the models in front of them.
+/// The range that may be read and written: the sectors of the settings, and those of the models in front of them.
 #[cfg(not(feature = "models"))]
 const ALL: Range<u32> = SECTORS;
 #[cfg(feature = "models")]
@@ -31,7 +31,6 @@ const SECTOR: usize = 0x2_0000;
 /// The keys that unlock a bank (RM0433, 4.9.2), and the parallelism of 64 bits.
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const FASTEST: u8 = 3;
-/// The bank of the sectors.
 const BANK: usize = 1;
 /// CCR bit 8: a handler of the highest priority ignores bus faults of its loads.
 const IGNORE_BUS_FAULTS: u32 = 1 << 8;

@@ -47,7 +47,7 @@ use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 
 /// The sensors that are looked for, in this order. All produce frames of one size.
 static SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
-/// The size of their frames.
+/// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.
 const ROWS: u16 = 8;

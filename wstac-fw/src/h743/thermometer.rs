@@ -8,7 +8,6 @@ use embassy_stm32::pac::{ADC3, ADC3_COMMON, RCC};
 
 use crate::node::Thermometer;
 
-/// The channel of the sensor.
 const CHANNEL: usize = 18;
 /// The values that the factory has measured at 30 and at 110 °C, with 16 bits and 3.3 V.
 const AT_30: *const u16 = 0x1FF1_E820 as *const u16;
@@ -23,14 +22,13 @@ pub struct ChipThermometer {
     step: Step,
 }
 
-/// What has to be done next.
+/// The next thing to be done.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Step {
     /// The ADC is being calibrated.
     Calibrate,
-    /// It starts.
+    /// The ADC starts.
     Enable,
-    /// It measures.
     Measure,
 }
 

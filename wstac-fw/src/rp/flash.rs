@@ -18,7 +18,7 @@ use crate::models::InPlace;
 const SIZE: usize = 0x20_0000;
 /// The sectors, from the start of the flash.
 pub(super) const SECTORS: Range<u32> = 0x1F_E000..0x20_0000;
-/// What this may write: the sectors of the settings, and those of the models in front of them.
+/// The ranges that may be written: the sectors of the settings, and those of the models in front of them.
 #[cfg(not(feature = "models"))]
 const WRITABLE: [Range<u32>; 1] = [SECTORS];
 #[cfg(feature = "models")]

@@ -39,7 +39,6 @@ use crate::stripes::pio::{Area, Blocks, Pio, PioInterrupts, Wires};
 
 /// The clock of the core. The sensor's is a fifth of it.
 const CLOCK: u32 = 120_000_000;
-/// The clock of the sensor.
 const SENSOR_CLOCK: u32 = 24_000_000;
 /// The rows of a stripe, which divide those of a frame.
 const ROWS: u16 = 22;

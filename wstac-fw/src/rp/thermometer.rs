@@ -7,7 +7,6 @@ use embassy_rp::pac::ADC;
 
 use crate::node::Thermometer;
 
-/// The channel of the sensor.
 const CHANNEL: u8 = 4;
 /// The microvolts at 27 °C, and those by which a degree lowers them.
 const AT_27: i32 = 706_000;

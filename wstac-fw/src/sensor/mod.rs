@@ -28,7 +28,6 @@ pub struct Setting {
     pub value: u8,
 }
 
-/// Creates a setting.
 const fn set(register: u16, value: u8) -> Setting {
     Setting { register, value }
 }

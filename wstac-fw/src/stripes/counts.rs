@@ -147,7 +147,6 @@ impl Counts {
         }
     }
 
-    /// Returns what was measured.
     pub(super) fn probe(&self) -> Probe {
         critical_section::with(|_| Probe {
             frames: self.probed.load(Ordering::Relaxed).saturating_sub(1),

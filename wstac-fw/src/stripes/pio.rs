@@ -40,13 +40,13 @@ use crate::sensor::Signals;
 
 /// The channels of the DMA, one for each half of the ring.
 const CHANNELS: [usize; 2] = [0, 1];
-/// Their bits.
+/// The bits of both channels of the DMA.
 const BOTH: u32 = 0b11;
 /// The interrupt of the DMA that is used.
 const DMA_INTERRUPT: usize = 1;
 /// The function of pins that the PIO reads.
 const PIO0_PINS: u8 = 6;
-/// The state machines.
+/// The numbers of the PIO's state machines.
 const PIXELS: usize = 0;
 const LINES: usize = 1;
 const SYNC: usize = 2;

@@ -136,7 +136,6 @@ impl SpeedKeys {
         SpeedConfig::new(law, self.threshold, self.threshold_on, rate)?.fitted_on(slowest, fastest)
     }
 
-    /// Returns the law in force for a camera of this rate.
     pub(super) fn in_force(&self, sensor: SensorKeys, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
         let motion = MotionConfig::new(sensor.pitch_mm, rate)?;
         let durations = self.of_durations(rate)?;

@@ -30,16 +30,14 @@ pub(super) struct Board {
     progress: StreamSummary,
     /// The times of its frames; `None` before it has described itself: then its rate is known.
     clock: Option<FrameClock>,
-    /// Its own clock.
     own_clock: BoardClock,
     /// Whether it has named a texture model.
     has_model: bool,
     delivery: Delivery,
     /// States of the board that came before its clock was matched.
     unmatched: u8,
-    /// The last uptime.
     uptime_ms: u64,
-    /// How often requests were repeated that the board has not taken.
+    /// The number of times that requests were repeated that the board has not taken.
     repeats: u8,
     baseline_said: bool,
     ended: bool,
@@ -76,7 +74,6 @@ impl Board {
         [outputs.0, outputs.1, outputs.2, Request::KeepEvents(true)]
     }
 
-    /// Returns whether the board has taken all requests.
     fn has_taken_requests(&self, taken: Wanted) -> bool {
         let OutputOptions { features, samples, motion, .. } = self.wanted;
         (taken.features, taken.samples, taken.motion, taken.kept_events) == (features, samples, motion, true)
@@ -87,7 +84,6 @@ impl Board {
         self.own_clock.set_now(monotonic, wall)
     }
 
-    /// Returns the match of the clocks.
     pub(super) fn clock_match(&self) -> Option<ClockMatch> {
         self.own_clock.matched()
     }
@@ -99,7 +95,6 @@ impl Board {
         *self = Self { progress, clock, own_clock, ..Self::new(self.wanted) };
     }
 
-    /// Returns whether its stream has ended.
     pub(super) fn ended(&self) -> bool {
         self.ended
     }
@@ -374,7 +369,6 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
     }
 }
 
-/// Returns the answer of a board's model.
 fn texture_of(answer: &TextureAnswer<'_>) -> Texture {
     Texture::of_answer(answer.task, answer.label.to_string(), answer.confidence, answer.known)
 }

@@ -18,7 +18,7 @@ use crate::model_file::ModelFile;
 const LONGEST_START: Duration = Duration::from_secs(30);
 /// The time between two looks at a board that starts again.
 const RESTART: Duration = Duration::from_millis(500);
-/// How often a model is sent if the board starts again meanwhile.
+/// The number of times that a model is sent if the board starts again meanwhile.
 const TRIES: u32 = 3;
 
 /// The name of a model's kind, as `WSTAC_MODELS` of the firmware and `wstac board --json` spell it.

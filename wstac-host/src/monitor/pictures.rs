@@ -23,10 +23,10 @@ const SILENT: Duration = Duration::from_secs(2);
 const HELLO: Duration = Duration::from_secs(5);
 /// The largest number of bytes of a picture: an end counts no more parts.
 const LARGEST: usize = PICTURE_PART * u16::MAX as usize;
-/// How a name starts that stands for a board's bytes, and not for a recording.
+/// The start of a name that stands for a board's bytes, and not for a recording.
 const PREFIX: &str = "board:";
 
-/// How the names of serial devices start.
+/// The starts of the names of serial devices.
 const SERIAL: [&str; 4] = ["/dev/tty", "/dev/serial/", "/dev/pts/", "/dev/rfcomm"];
 
 /// Returns the port that a source's name stands for; `None` if it is no board.
@@ -125,7 +125,6 @@ impl BoardPictures {
         })
     }
 
-    /// Takes bytes of the link.
     fn take(&mut self, bytes: &[u8]) -> Result<(), Error> {
         for &byte in bytes {
             match self.decoder.push::<Message>(byte) {

@@ -23,7 +23,6 @@ struct Found {
     topic: Topic,
 }
 
-/// The channels of a file.
 #[derive(Debug, Default)]
 pub(super) struct Channels {
     sensors: Sensors,

@@ -51,7 +51,6 @@ pub(crate) enum Topic {
     Jpeg,
     /// The 25 taxels.
     Taxels,
-    /// The ten features.
     Features,
     /// Events, for a person and as JSON.
     Events,
@@ -77,13 +76,11 @@ const _: () = assert!(MOST_SENSORS * (CHANNELS as usize) < FIRST_FOREIGN as usiz
 pub(super) struct Sensors(Vec<String>);
 
 impl Sensors {
-    /// Returns the sensors that a description names.
     pub(super) fn of(description: &[Metadata]) -> Self {
         // A record of names that cannot be read is reported by whoever reads frames.
         Self(about::sensors(description).unwrap_or_default())
     }
 
-    /// Returns how many there are.
     pub(super) fn count(&self) -> usize {
         self.0.len().max(1)
     }
@@ -98,12 +95,10 @@ impl Sensors {
         self.0.first().map(String::as_str)
     }
 
-    /// Returns the places of all sensors.
     pub(super) fn places(&self) -> std::ops::Range<u8> {
         0..self.count() as u8
     }
 
-    /// Returns the numbers of all channels.
     pub(super) fn channels(&self) -> std::ops::RangeInclusive<u16> {
         1..=CHANNELS * self.count() as u16
     }
@@ -304,7 +299,6 @@ impl RecordingFile {
         Ok(file)
     }
 
-    /// Returns what the recording has so far.
     pub(super) fn tally(&self) -> &Tally {
         &self.tally
     }

@@ -14,14 +14,10 @@ pub(crate) use self::messages::log::Level;
 use self::messages::{CompressedImage, Log, RawImage};
 use super::schema;
 
-/// A schema of a recording's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Schema {
-    /// `foxglove.RawImage`.
     RawImage,
-    /// `foxglove.CompressedImage`.
     CompressedImage,
-    /// `foxglove.Log`.
     Log,
     /// `std_msgs/msg/Float64MultiArray`.
     Float64MultiArray,
@@ -39,7 +35,6 @@ macro_rules! multi_array {
 }
 
 impl Schema {
-    /// Returns its name in the file.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::RawImage => "foxglove.RawImage",
@@ -95,7 +90,6 @@ pub(crate) struct Shape {
     pub(crate) step: u32,
 }
 
-/// Encodes a `foxglove.RawImage`.
 pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) -> Vec<u8> {
     let header = RawImage {
         timestamp: Some(timestamp(time)),
@@ -169,7 +163,6 @@ pub(crate) fn picture_of(message: &[u8], compressed: bool) -> Option<&[u8]> {
     Some(picture)
 }
 
-/// Encodes a `foxglove.Log`.
 pub(crate) fn log(time: u64, level: Level, message: &str) -> Vec<u8> {
     let log = Log {
         timestamp: Some(timestamp(time)),

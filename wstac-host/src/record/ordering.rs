@@ -3,18 +3,18 @@
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-/// What a sensor does.
+/// The state of a sensor in the turns of all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// It reads its source, or is having its turn: whatever comes next of it, the others wait for it.
+    /// The sensor reads its source, or is having its turn: the others wait for whatever comes next of it.
     Busy,
-    /// It has an event of this time, and waits.
+    /// The sensor has an event of this time, and waits.
     Waiting {
         time: u64,
-        /// Whether it is the sensor's end.
+        /// Whether the event is the sensor's end.
         is_end: bool,
     },
-    /// It has ended, and nobody waits for it.
+    /// The sensor has ended, and nobody waits for it.
     Ended,
 }
 
@@ -38,7 +38,6 @@ pub(super) struct Turn {
     sensor: usize,
 }
 
-/// Returns the parts of so many sensors.
 pub(super) fn turns(sensors: usize) -> Vec<Turn> {
     let states = Mutex::new(States { of: vec![State::Busy; sensors], is_over: false });
     let turns = Arc::new(Turns { states, changed: Condvar::new() });

@@ -7,7 +7,6 @@
 use super::foxglove::Shape;
 use crate::source::StreamInfo;
 
-/// Returns how a stream's frames are shown.
 pub(crate) fn shape(info: &StreamInfo) -> Shape {
     let (mut width, mut height) = (u32::from(info.size.width()), u32::from(info.size.height()));
     let (facts, step) = (info.format.facts(), info.bytes_per_row);

@@ -20,7 +20,6 @@ use super::walk::{Crc, MessageBody, Mode, Outline, Span, Step, Walk, outline};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
-/// A recording that is read.
 #[derive(Debug)]
 pub(crate) struct Reader {
     subject: String,
@@ -102,7 +101,6 @@ impl Reader {
         }
     }
 
-    /// Returns an error about a damaged part.
     pub(crate) fn damaged(&self, what: impl fmt::Display) -> Error {
         damaged(&self.subject, what)
     }
@@ -260,7 +258,6 @@ impl Reader {
     }
 }
 
-/// Returns an error about a damaged part of a recording.
 pub(crate) fn damaged(subject: &str, what: impl fmt::Display) -> Error {
     Error::new(
         ErrorKind::Format,

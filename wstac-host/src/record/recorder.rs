@@ -89,11 +89,11 @@ pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
 /// Records a stream.
 pub struct Recorder {
     outbox: Outbox,
-    /// Its turns, if several sensors take them.
+    /// The turns of this sensor, if several sensors take them.
     turn: Option<Turn>,
     /// The file, unless several sensors share it.
     writing: Option<Writing>,
-    /// Its place among the sensors of the file.
+    /// The place of this sensor among those of the file.
     sensor: u8,
     content: Content,
     time: TimeLine,
@@ -109,11 +109,11 @@ pub struct Recorder {
 
 /// The part of a frame that is kept.
 enum Content {
-    /// Its bytes.
+    /// All bytes of the frame.
     Pictures { shape: Shape, frame_bytes: usize },
-    /// A part of its bytes.
+    /// The bytes of a part of the frame.
     Part { shape: Shape, info: Box<StreamInfo>, crop: Crop, part: Vec<u8> },
-    /// Its taxel sums.
+    /// The taxel sums of the frame.
     Sums,
 }
 

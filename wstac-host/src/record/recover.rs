@@ -77,15 +77,14 @@ pub struct Recovered {
     pub problem: Option<String>,
 }
 
-/// A message that waits.
 struct Waiting {
     span: Span,
     channel: u16,
-    /// Its sensor and topic if it is one of this program.
+    /// The sensor and topic of the message if it is one of this program.
     own: Option<(u8, Topic)>,
-    /// The verdict of the checksum of the chunk that it stands in.
+    /// The verdict of the checksum of the chunk that the message stands in.
     crc: Crc,
-    /// Whether it stands in a chunk that was never finished, at the end of a file that was not.
+    /// Whether the message stands in a chunk that was never finished, at the end of a file that was not.
     is_unfinished: bool,
     /// Its record's body if its chunk ended, or if it stands in none. Others are read when they are needed.
     body: Option<Vec<u8>>,
@@ -131,13 +130,13 @@ struct Recovery<'a> {
     is_suspect: bool,
     /// The sum of the last moment of each sensor that was copied.
     last_sums: BTreeMap<u8, Sum>,
-    /// What the recording had of each sensor at the last of its checksums that is right.
+    /// The counts of each sensor at the last of the recording's checksums that is right.
     known: Option<Tally>,
     /// Frames of each sensor that are entered as lost.
     entered: BTreeMap<u8, u64>,
     /// Whether frames are missing, and nothing says of which sensor. Nothing behind them is copied.
     is_over: bool,
-    /// When the last frame of a recording of before was taken.
+    /// The time when the last frame was taken of a recording of before.
     taken: Option<u64>,
     /// Why the number of lost frames is not certain.
     doubt: Option<String>,
@@ -264,7 +263,6 @@ impl Failure {
     }
 }
 
-/// Describes an error of writing the new file.
 fn not_written(path: &Path, error: McapError) -> Error {
     write_error(path, error, ": it was not written, and the recording is as it was")
 }
@@ -385,7 +383,6 @@ impl Recovery<'_> {
         self.about.is_some()
     }
 
-    /// Returns a message's channel.
     fn channel_of(&mut self, span: Span) -> io::Result<u16> {
         Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
     }
@@ -515,7 +512,6 @@ impl Recovery<'_> {
         Ok(0)
     }
 
-    /// Copies messages of one moment.
     fn copy(&mut self, moment: &[Waiting]) -> Result<(), Failure> {
         let is_own = self.is_own();
         let mut targets = Vec::with_capacity(moment.len());
@@ -620,7 +616,6 @@ impl Recovery<'_> {
     }
 }
 
-/// Reads a recording to its end.
 fn read_all(path: &Path, sensor: Option<&str>) -> Result<(), Error> {
     let mut source = McapSource::open_sensor(path, sensor, None)?;
     // A law that was removed is no damage: `--config` gives the recording another.

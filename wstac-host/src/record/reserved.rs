@@ -89,7 +89,6 @@ impl Reserved {
         }
     }
 
-    /// Returns the size of the file in bytes.
     pub(super) fn bytes(&self) -> u64 {
         self.end
     }

@@ -15,7 +15,7 @@ pub(super) const DATA_END: u64 = HEAD + 4;
 /// Bytes of the footer and of the magic at the end.
 const END: u64 = HEAD + 20 + mcap::MAGIC.len() as u64;
 
-/// What the end of a file says of the rest.
+/// The statements of a file's end about the rest.
 #[derive(Debug, Default)]
 pub(super) struct Summary {
     /// The place of the record at the end of the data.

@@ -23,7 +23,7 @@ pub(super) const SUMS: &str = "/sums/json";
 pub(super) const DESCRIPTION_SUMS: &str = "wstac.sums";
 /// Name of the record at the end of a recording.
 pub(super) const END: &str = "wstac.end";
-/// The key of each sensor's counts in that record.
+/// The key of each sensor's counts in the record at the end of a recording.
 const SENSORS: &str = "sensors";
 /// The start of every checksum's message.
 pub(super) const START: &[u8] = br#"{"kind":"sum","#;
@@ -46,13 +46,11 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// Counts a frame.
     pub(super) fn add_frame(&mut self) {
         self.frames = self.frames.saturating_add(1);
         self.place = self.place.saturating_add(1);
     }
 
-    /// Counts lost frames.
     pub(super) fn add_lost(&mut self, lost: u64) {
         self.lost = self.lost.saturating_add(lost);
         if self.frames > 0 {
@@ -80,7 +78,6 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Creates the tally of so many sensors.
     pub(super) fn new(sensors: usize) -> Self {
         let each = if sensors > 1 { vec![Counts::default(); sensors] } else { Vec::new() };
         Self { all: Counts::default(), each }
@@ -95,13 +92,11 @@ impl Tally {
         }
     }
 
-    /// Counts a frame of a sensor.
     pub(super) fn add_frame(&mut self, sensor: u8) {
         self.all.add_frame();
         self.each.get_mut(usize::from(sensor)).into_iter().for_each(Counts::add_frame);
     }
 
-    /// Counts lost frames of a sensor.
     pub(super) fn add_lost(&mut self, sensor: u8, lost: u64) {
         self.all.add_lost(lost);
         self.each.get_mut(usize::from(sensor)).into_iter().for_each(|each| each.add_lost(lost));
@@ -154,7 +149,6 @@ impl Sum {
         serde_json::from_slice(data).ok()
     }
 
-    /// Returns what the recording has so far.
     pub(super) fn tally(&self) -> Tally {
         Tally { all: self.counts, each: self.each.clone() }
     }
@@ -258,7 +252,6 @@ pub(crate) fn sound_metadata(all: &[Metadata]) -> (Vec<Metadata>, usize) {
     (found, missing)
 }
 
-/// Returns the record at the end of a recording.
 pub(super) fn end_record(tally: &Tally) -> Metadata {
     let Counts { frames, lost, place } = tally.all;
     let counts = [("frames", frames), ("lost", lost), ("place", place)];
@@ -279,12 +272,10 @@ pub(super) struct Stated {
     pub(super) has_other_end: bool,
     /// Whether there is a record at the end, damaged or not.
     pub(super) is_ended: bool,
-    /// Whether the recording has checksums.
     pub(super) has_sums: bool,
 }
 
 impl Stated {
-    /// Reads it from all records of metadata.
     pub(super) fn of(all: &[Metadata]) -> Self {
         let ends: Vec<_> = all.iter().filter(|metadata| metadata.name == END).map(read_end).collect();
         let end = ends.iter().flatten().next().cloned();

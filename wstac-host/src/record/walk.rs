@@ -30,7 +30,6 @@ use crate::error::Error;
 /// Bytes of a message before its data.
 pub(super) const MESSAGE_HEADER: u64 = 22;
 
-/// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// A record outside of chunks or in one.
@@ -46,11 +45,11 @@ pub(super) enum Step {
 /// The place of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Span {
-    /// Its operation code.
+    /// The operation code of the record.
     pub(super) op: u8,
     /// The place of the operation code.
     pub(super) at: u64,
-    /// Bytes of its body.
+    /// Bytes of the record's body.
     pub(super) length: u64,
 }
 
@@ -61,12 +60,12 @@ impl Span {
     }
 }
 
-/// What a chunk's checksum says.
+/// The verdict of a chunk's checksum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Crc {
     /// The bytes are those that were written.
     Good,
-    /// They are not.
+    /// The bytes are not those that were written.
     Bad,
     /// There is no checksum, or no chunk.
     Unknown,
@@ -82,7 +81,6 @@ impl Crc {
     }
 }
 
-/// A message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MessageBody<'a> {
     pub(crate) channel: u16,
@@ -131,7 +129,7 @@ pub struct Unread {
 struct Outer {
     /// The place of the chunk in the file.
     at: u64,
-    /// Where to go on in the file, and the end there.
+    /// The place at which to go on in the file, and the end there.
     behind: u64,
     end: u64,
     /// The bytes of the chunk if not all of them could be unpacked.
@@ -164,7 +162,7 @@ pub(super) struct Walk {
     crc: Crc,
     /// The end of the bytes that a chunk's checksum was made of.
     hashed: u64,
-    /// Where the chunk that was unpacked stands; `None` if the file itself is read.
+    /// The place of the chunk that was unpacked; `None` if the file itself is read.
     outer: Option<Outer>,
     /// The end of the bytes that were taken for a compressed chunk and were none.
     tried: u64,
@@ -236,7 +234,6 @@ impl Walk {
         self.has_magic
     }
 
-    /// Returns the first bytes of the file.
     pub(super) fn first_bytes(&mut self) -> io::Result<String> {
         Ok(self.file.peek(0, mcap::MAGIC.len())?.escape_ascii().to_string())
     }
@@ -548,7 +545,7 @@ impl Walk {
 
 /// The description of a file, without its messages.
 pub(crate) struct Outline {
-    /// Its records of metadata, in their order.
+    /// The file's records of metadata, in their order.
     pub(crate) metadata: Vec<Metadata>,
     /// Whether it was finished.
     pub(crate) whole: bool,

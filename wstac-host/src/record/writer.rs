@@ -44,7 +44,6 @@ pub struct Written {
     pub waits: u64,
 }
 
-/// The state of a queue.
 #[derive(Debug, Default)]
 struct QueueState {
     waiting: AtomicU64,

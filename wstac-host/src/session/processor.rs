@@ -108,7 +108,6 @@ impl UnevenFrames {
     }
 }
 
-/// Returns the log kernel of a configuration.
 fn kernel(kernel: Kernel) -> AnyLn {
     match kernel {
         Kernel::Fixed => AnyLn::Fixed,

@@ -155,7 +155,6 @@ impl Crop {
     }
 }
 
-/// A plane of a frame, and its place.
 struct Plane {
     /// The place of its first byte.
     start: usize,
@@ -185,7 +184,6 @@ impl Plane {
     }
 }
 
-/// Returns the planes of a stream's frames.
 fn planes(info: &StreamInfo) -> Vec<Plane> {
     let (height, step) = (usize::from(info.size.height()), info.bytes_per_row as usize);
     let mut start = 0;

@@ -118,7 +118,6 @@ impl Source for JpegFolder {
     }
 }
 
-/// Reads a file into a buffer.
 fn read(file: &Path, bytes: &mut Vec<u8>) -> Result<(), Error> {
     let unread = |error| Error::io(file.display(), error);
     bytes.clear();

@@ -19,7 +19,7 @@ use std::path::Path;
 
 use crate::error::{Error, ErrorKind};
 
-/// What a source with a name may begin with.
+/// The prefix that a source with a name may have.
 const PREFIX: &[u8] = b"cam:";
 
 /// A source with the name that its records have.
@@ -68,7 +68,6 @@ fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
     Ok(Sensor { name: Some(name), source })
 }
 
-/// Returns `true` for a source with a name.
 pub(super) fn is_named(text: &OsStr) -> bool {
     text.as_bytes().starts_with(PREFIX) || named(text).is_some()
 }

@@ -83,7 +83,7 @@ const FILES: &str = match (cfg!(feature = "mcap"), cfg!(feature = "png"), cfg!(f
     (false, false, true) => "a .y4m or video file, a folder of JPEGs, or -",
     (false, false, false) => "a .y4m or video file or -",
 };
-/// How the names of sources start that other crates open, and the kinds of source that open them.
+/// The starts of names of sources that other crates open, and the kinds of source that open them.
 const OTHER_CRATES: [(&str, &str); 2] =
     [("scene:", "wstac_scene::source::Scenes"), ("/dev/video", "wstac_linux::source::Cameras")];
 /// The first bytes of an MCAP file.
@@ -270,7 +270,6 @@ fn sensors_of(_: &Path) -> Result<Vec<String>, Error> {
     Ok(Vec::new())
 }
 
-/// Returns whether a name is that of a file that is a recording.
 fn is_recording(name: &OsStr) -> bool {
     let path = Path::new(name);
     path.is_file() && (is_named_mcap(path) || starts_with(path, MCAP_MAGIC).unwrap_or(false))
@@ -306,12 +305,10 @@ pub fn without_controls(spec: impl fmt::Display, options: &OpenOptions) -> Resul
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
 }
 
-/// Returns whether a name starts with this text.
 fn starts(name: &OsStr, start: &str) -> bool {
     name.as_encoded_bytes().starts_with(start.as_bytes())
 }
 
-/// Returns whether a file starts with these bytes.
 fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
     let mut start = Vec::new();
     crate::files::open(path)?.take(magic.len() as u64).read_to_end(&mut start)?;

@@ -231,7 +231,6 @@ fn stem(file: &Path) -> &[u8] {
     file.file_stem().unwrap_or_default().as_encoded_bytes()
 }
 
-/// The kind of the pictures of a folder.
 #[cfg(all(feature = "jpeg", feature = "png"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PictureKind {
@@ -256,7 +255,6 @@ pub(super) fn kind(folder: &Path) -> Result<PictureKind, Error> {
     }
 }
 
-/// Returns the error of a folder without pictures.
 pub(super) fn without_pictures(folder: &Path) -> Error {
     let kinds = match (cfg!(feature = "jpeg"), cfg!(feature = "png")) {
         (true, true) => ".png or .jpg",

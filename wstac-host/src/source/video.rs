@@ -28,7 +28,7 @@ const ENDINGS: [&str; 16] = [
 /// The pixel formats that are decoded as they are.
 const KEPT: [&str; 10] =
     ["gray", "gray10le", "gray12le", "gray16le", "yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p"];
-/// How the names of the pixel formats start that have red, green and blue, and of those that have gray alone.
+/// The starts of the names of pixel formats that have red, green and blue, and of those that have gray alone.
 const RGB: [&str; 13] =
     ["0bgr", "0rgb", "abgr", "argb", "bayer", "bgr", "gbr", "pal8", "rgb", "rgba", "x2bgr", "x2rgb", "xyz"];
 const GRAY: [&str; 4] = ["gray", "mono", "ya16", "ya8"];
@@ -301,7 +301,6 @@ impl Stated {
         }
     }
 
-    /// Returns the description of the frames.
     fn describe(&self, subject: &str, frames: &StreamInfo, given: Option<FrameRate>) -> StreamInfo {
         let color = YcbcrEncoding {
             matrix: self.matrix.unwrap_or(frames.color.matrix),
@@ -377,7 +376,6 @@ fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     Err(Error::new(ErrorKind::Format, subject, why))
 }
 
-/// Returns the error of a program that does not start.
 fn not_started(subject: &str, error: std::io::Error) -> Error {
     if error.kind() == IoErrorKind::NotFound {
         let message = "a video is decoded by ffmpeg, which is not installed; help: sudo apt install ffmpeg";

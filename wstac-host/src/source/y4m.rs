@@ -58,7 +58,6 @@ struct Reader {
     used: usize,
 }
 
-/// The result of a reading step.
 enum Step {
     Frame(Range<usize>),
     Waiting,

@@ -19,7 +19,7 @@ const MOST_CONTROLS: usize = 1024;
 /// A control that holds a number, a switch or a choice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Control {
-    /// Its identifier: `V4L2_CID_*`.
+    /// The identifier `V4L2_CID_*`.
     pub(crate) id: u32,
     /// The driver's name for it, spelled as `v4l2-ctl` does.
     pub(crate) name: String,

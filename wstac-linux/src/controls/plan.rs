@@ -11,9 +11,8 @@ pub(super) const POWER_LINE_FREQUENCY: u32 = sys::V4L2_CID_POWER_LINE_FREQUENCY;
 /// An automatic control that is switched off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switch {
-    /// Its identifier.
     pub(super) id: u32,
-    /// Its value when it is off.
+    /// The value of the control when it is off.
     pub(super) off: i32,
     /// Other values with which nothing is automatic, if it cannot be off.
     pub(super) fixed: &'static [i32],
@@ -22,7 +21,6 @@ pub(super) struct Switch {
 /// A number that keeps its value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Value {
-    /// Its identifier.
     pub(super) id: u32,
     /// The switches that change it while they are on.
     pub(super) governed_by: &'static [u32],

@@ -25,18 +25,15 @@ pub(crate) struct PublisherHandle {
 }
 
 impl PublisherHandle {
-    /// Creates the handle of the publisher of a sensor with these settings.
     pub(crate) fn new(queue: Queue, settings: Arc<Settings>, arguments: &Arguments) -> Self {
         let (has_records, has_cdr_records) = (arguments.has_records(), arguments.has_cdr_records());
         Self { queue, has_records, has_cdr_records, has_ros: arguments.ros, settings }
     }
 
-    /// Returns the settings of the sensor.
     pub(crate) fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Returns the numbers of the sensor's state.
     pub(crate) fn counts(&self) -> &Counts {
         &self.queue.counts
     }

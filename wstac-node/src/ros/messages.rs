@@ -10,7 +10,6 @@ use wstac_host::texture::Texture;
 use super::cdr::Cdr;
 use super::names::Type;
 
-/// A message, with its type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RosMessage {
     pub(crate) kind: Type,
@@ -52,7 +51,6 @@ impl RosMessage {
         Some(Self { kind, payload: cdr.finish() })
     }
 
-    /// Returns the message of a frame's taxel sums.
     pub(crate) fn of_taxels(frame: u64, sums: &[u32; TAXELS], header: Header<'_>) -> Self {
         let cdr = Cdr::new().header(header.stamp, header.frame_id).u64(frame);
         Self { kind: Type::Taxels, payload: sums.iter().fold(cdr, |cdr, sum| cdr.u32(*sum)).finish() }

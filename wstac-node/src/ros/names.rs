@@ -14,7 +14,7 @@ pub(crate) enum Type {
     Taxels,
     DiagnosticArray,
     Image,
-    /// It is of the node, not of a sensor.
+    /// A message of the node, not of a sensor.
     ParameterEvent,
 }
 

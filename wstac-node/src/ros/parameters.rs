@@ -89,7 +89,7 @@ const OF_SENSORS: [(&str, bool, &str); 5] = [
     ("picture", false, "Whether frames are published under the topic picture."),
     ("source", true, "The camera, board, recording or scene."),
 ];
-/// The same of the node itself.
+/// The names of the node's own parameters, whether they are read-only, and what they are.
 const OF_NODE: [(&str, bool, &str); 2] =
     [("domain", true, "The domain of ROS 2."), ("namespace", true, "The beginning of all topics and services.")];
 

@@ -8,7 +8,7 @@ use super::cdr::Cdr;
 use super::messages::{Header, RosMessage};
 use super::names::Type;
 
-/// How the frames of a source are shown.
+/// The way in which the frames of a source are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     /// A name of `sensor_msgs/image_encodings`.

@@ -35,7 +35,6 @@ impl RosPublishers {
         1 + sensors * Type::OF_SENSOR.len()
     }
 
-    /// Publishes a message.
     pub(crate) fn put(&mut self, message: RosMessage) -> zenoh::Result<()> {
         match self.0.get_mut(message.kind as usize) {
             Some(publisher) => publisher.put(message.payload),
@@ -51,7 +50,7 @@ pub(super) struct RosPublisher {
     gid: [u8; 16],
     /// The number of the last message.
     number: i64,
-    /// It ends with the publisher.
+    /// The token that tells other nodes of the publisher, and ends with it.
     _token: LivelinessToken,
 }
 
@@ -80,7 +79,6 @@ impl RosPublisher {
         Ok(Self { publisher, gid, number: 0, _token: token })
     }
 
-    /// Publishes the payload of a message.
     pub(super) fn put(&mut self, payload: Vec<u8>) -> zenoh::Result<()> {
         self.number += 1;
         self.publisher.put(payload).attachment(attachment(self.number, self.gid)).wait()

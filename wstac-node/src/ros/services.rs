@@ -74,7 +74,7 @@ impl Service {
 
 /// The services, while they can be called.
 pub(crate) struct Services {
-    /// They end with this.
+    /// The services that are declared, which end with this.
     declared: Vec<(Queryable<()>, LivelinessToken)>,
     own: Sender<Work>,
 }
@@ -94,7 +94,7 @@ enum Work {
     Asked(Service, usize, Request),
     /// A request that no service takes, and why.
     Refused(&'static str, Request),
-    /// What the sensor with this place has done.
+    /// The result of what the sensor with this place was asked for.
     Done(Service, usize, Request, Result<String, Error>),
     /// The services are gone.
     Over,
@@ -105,7 +105,7 @@ struct Request {
     query: Query,
     /// The key of the service.
     key: Arc<str>,
-    /// It counts until it is answered or given up.
+    /// The count of the request as one that waits, until it is answered or given up.
     _waits: Waits,
 }
 
@@ -235,7 +235,6 @@ impl Clerk {
         }
     }
 
-    /// Publishes changes of parameters.
     fn publish(&mut self, changed: &Changes) {
         if let Err(error) = self.events.put(self.parameters.event(changed)) {
             note(format_args!("a change of parameters was not published: {}", in_words(&error.to_string())));

@@ -18,7 +18,6 @@ pub(crate) const BRIGHT_FRAMES: u32 = 3;
 /// The longest exposure of a frame, and so its length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Interval {
-    /// The nominal frame interval.
     #[default]
     Nominal,
     /// Four nominal intervals: 7.5 frames per second instead of 30.

@@ -30,7 +30,6 @@ pub(super) struct Renderer {
     rendering: Rendering,
     /// Values of light of a taxel's pixels, row by row, for a light of 1.
     spot: Vec<f32>,
-    /// The noise, or `None` if there is none.
     noise: Option<NoiseTable>,
     /// Value of a pixel outside of the taxels.
     outside: u16,

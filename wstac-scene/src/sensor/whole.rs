@@ -27,7 +27,6 @@ pub(super) struct WholeRenderer {
     width: usize,
     /// For every pixel, row by row: the taxel that it sees, and its values of light for a light of 1.
     seen: Vec<(u8, f32)>,
-    /// The noise, or `None` if there is none.
     noise: Option<NoiseTable>,
     /// Values of light of a row, and the block in progress: a row of cells.
     lights: Vec<f32>,
@@ -35,7 +34,6 @@ pub(super) struct WholeRenderer {
 }
 
 impl WholeRenderer {
-    /// Creates a renderer of a camera's frames.
     pub(super) fn new(
         config: &SensorConfig,
         pose: &Pose,
@@ -79,7 +77,6 @@ impl WholeRenderer {
         &self.frame.bytes
     }
 
-    /// Renders a frame.
     pub(super) fn expose(&mut self, light: &[f64; TAXELS]) {
         let light = light.map(checked_light);
         let [columns, rows] = self.encoder.cell();

@@ -12,14 +12,12 @@ const MOST_FRAMES: u64 = 600;
 /// Frames from one search for spots to the next.
 const BETWEEN_SEARCHES: u64 = 15;
 
-/// A calibration in progress.
 pub(super) struct Calibrating {
     watch: Watch,
     frames: u64,
     spots: Vec<Spot>,
     /// The light so far, if the page has not seen it.
     pub(super) glow: Option<Picture>,
-    /// The calibration that was found.
     found: Option<(Proposal, Box<Calibration>)>,
 }
 

@@ -15,7 +15,6 @@ use crate::tools::Tools;
 /// Seconds of an examination, as of `wstac doctor` without `--seconds`.
 const SECONDS: f64 = 10.0;
 
-/// An examination in progress.
 pub(super) struct Examining {
     measurement: Box<Measurement>,
     /// The controls of the camera at the start.
@@ -60,7 +59,6 @@ impl Examining {
         Ok(Self { measurement, before, failure: None })
     }
 
-    /// Takes an event of the source.
     pub(super) fn take(&mut self, event: &SourceEvent<'_>) {
         if !self.is_over() {
             self.failure = self.measurement.take(event).err();

@@ -20,7 +20,6 @@ use crate::tools::Tools;
 /// Least time between two looks of the page at the progress of a job.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(150);
 
-/// A job in progress.
 enum Job {
     /// The station has it. It has these labels.
     Recording(Labels),
@@ -56,7 +55,7 @@ struct RecordingResult {
     is_error: bool,
 }
 
-/// What the page shows of the jobs: the one in progress, and the last result of each kind.
+/// The jobs as the page shows them: the one in progress, and the last result of each kind.
 #[derive(Debug, Serialize)]
 struct Shown<'a> {
     job: Option<Progress>,
@@ -73,10 +72,8 @@ struct LayoutShown {
     corners: Vec<[u16; 2]>,
 }
 
-/// The jobs of a sensor.
 pub(crate) struct Jobs {
     tools: Tools,
-    /// The name of the sensor, if it has one.
     name: Option<String>,
     job: Option<Job>,
     recorded: Option<RecordingResult>,
@@ -91,7 +88,7 @@ pub(crate) struct Jobs {
     /// Whether the page is to see a change at once.
     is_urgent: bool,
     looked: Option<Instant>,
-    /// What the page has got last.
+    /// The state of the jobs that the page has got last, as JSON.
     seen: String,
     /// Lines for the person who started the program.
     told: Vec<String>,
@@ -151,7 +148,6 @@ impl Jobs {
         Ok(())
     }
 
-    /// Starts a calibration.
     pub(crate) fn calibrate(&mut self, station: &Station) -> Result<(), Refusal> {
         self.expect_none(false)?;
         let calibrating = Calibrating::start(station.info()).map_err(|error| error.to_string())?;
@@ -160,7 +156,6 @@ impl Jobs {
         Ok(())
     }
 
-    /// Starts an examination.
     pub(crate) fn examine(&mut self, station: &Station) -> Result<(), Refusal> {
         self.expect_none(false)?;
         let examining = Examining::start(station, &self.tools).map_err(|error| error.to_string())?;
@@ -229,7 +224,6 @@ impl Jobs {
         Ok(())
     }
 
-    /// Takes the result of a recording.
     fn recorded(&mut self, recorded: Result<FinishedRecording, Error>) {
         let is_error = recorded.is_err();
         self.failures += usize::from(is_error);
@@ -315,7 +309,6 @@ impl Jobs {
         is_new.then_some(text)
     }
 
-    /// Returns the number of recordings that could not be written.
     pub(crate) fn failures(&self) -> usize {
         self.failures
     }

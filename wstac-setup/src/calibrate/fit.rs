@@ -4,7 +4,6 @@
 //! middle, with q = (a x + b y + c, d x + e y + f) / (g x + h y + 1). Levenberg's and Marquardt's method finds the
 //! least squares of these nine numbers.
 
-/// The nine numbers.
 const NUMBERS: usize = 9;
 /// Largest number of iterations; ten are usual.
 const STEPS: usize = 60;

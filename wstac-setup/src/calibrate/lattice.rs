@@ -27,7 +27,7 @@ const SLANT: f64 = 0.51;
 /// The whiskers' bases.
 #[derive(Clone, Debug)]
 pub(super) struct Lattice {
-    /// Their places in cells, row by row: the place of their light, or the expected place if they gave no light.
+    /// The bases' places in cells, row by row: those of their light, or the expected ones if they gave no light.
     pub(super) centers: [[f64; 2]; TAXELS],
     pub(super) spots: [Option<usize>; TAXELS],
     /// Median steps to the right and down, in cells.

@@ -28,13 +28,13 @@ const MOST_SPOTS: usize = 200;
 /// A spot of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spot {
-    /// Its center in cells; whole numbers are the middle of a cell.
+    /// The center of the spot in cells; whole numbers are the middle of a cell.
     pub(super) center: [f64; 2],
-    /// Its height, as a fraction of full scale and the mean over all frames.
+    /// The height of the spot, as a fraction of full scale and the mean over all frames.
     pub(super) light: f64,
     /// Number of cells brighter than half of that height.
     pub(super) area: usize,
-    /// Its length divided by its width.
+    /// The length of the spot divided by its width.
     pub(super) stretch: f64,
     /// Fraction of its cells that ever reached the camera's highest brightness.
     pub(super) saturated: f64,

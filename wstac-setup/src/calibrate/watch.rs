@@ -30,7 +30,7 @@ pub struct Watch {
     known: Vec<bool>,
     /// The bytes of the untouched frames.
     pub(super) untouched: Vec<Vec<u8>>,
-    /// Their blocks' means.
+    /// The means of the untouched frames' blocks.
     blocks: Vec<[f64; BLOCKS * BLOCKS]>,
     /// Mean of the untouched frames, in fractions of full scale, and the sum of squared deviations.
     mean: Vec<f32>,
@@ -45,7 +45,6 @@ pub struct Watch {
     sampled: Vec<f32>,
 }
 
-/// The light that was seen.
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
     /// Mean light above the untouched picture, in fractions of full scale.
@@ -172,7 +171,6 @@ impl Watch {
         changes.max_by(f64::total_cmp)
     }
 
-    /// Returns the light so far.
     pub(super) fn seen(&self) -> Seen {
         let (frames, untouched) = (f64::from(self.frames.max(1)), self.untouched.len().max(2) as f64);
         let plane = |values: &[f32]| Plane { size: self.cells.size, values: values.to_vec() };

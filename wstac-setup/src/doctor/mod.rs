@@ -244,7 +244,6 @@ pub(crate) fn tidy(number: f64) -> f64 {
     (number * 1e5).round() / 1e5
 }
 
-/// Describes a rate for a person.
 fn rate_text(info: &StreamInfo) -> String {
     fps(info.rate)
 }

@@ -31,7 +31,6 @@ pub struct Page<'a> {
 /// A picture of the sensor with its taxels.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// The bytes of a PNG file.
     png: Vec<u8>,
     /// Light that is shown as white, as a fraction of full scale.
     white: f32,

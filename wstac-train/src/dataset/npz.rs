@@ -17,7 +17,6 @@ pub const SCALE: f64 = 1.0 / FEATURE_ONE as f64;
 
 pub use self::npy::{Dtype, Number};
 
-/// A member of the archive.
 struct Member {
     name: String,
     crc: u32,
@@ -176,7 +175,6 @@ impl<W: Write + Seek> Npz<W> {
     }
 }
 
-/// Returns the bytes of numbers.
 fn bytes_of<T: Number>(numbers: impl Iterator<Item = T>) -> Vec<u8> {
     let mut bytes = Vec::new();
     numbers.for_each(|number| number.append_to(&mut bytes));

@@ -23,7 +23,6 @@ use super::path::RandomSlides;
 
 /// Largest number of slides, all of which are in memory.
 const MOST_SLIDES: i64 = 200_000;
-/// Largest number of sensors.
 const MOST_SENSORS: i64 = 100_000;
 /// Largest number of the first sensor.
 const MOST_FIRST: u32 = 1_000_000_000;

@@ -341,7 +341,6 @@ fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<T
     Ok(None)
 }
 
-/// Returns a specimen's pattern and depth.
 fn pattern_and_depth(label: &str) -> (&str, &str) {
     if label == "Sphere" { (label, "") } else { label.split_at_checked(3).unwrap_or((label, "")) }
 }

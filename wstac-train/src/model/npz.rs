@@ -19,7 +19,6 @@ const MOST: usize = 65_536;
 /// Largest directory of an archive, in bytes.
 const MOST_DIRECTORY: u64 = 16 << 20;
 
-/// An archive.
 pub(crate) struct Npz<'p> {
     path: &'p Path,
     members: Vec<Member>,
@@ -27,13 +26,13 @@ pub(crate) struct Npz<'p> {
 
 /// A member's entry in the directory.
 struct Member {
-    /// Its name without `.npy`.
+    /// The name of the array, without `.npy`.
     name: String,
-    /// Its compression method.
+    /// The compression method of the member.
     method: u16,
     /// Number of bytes in the file.
     bytes: u64,
-    /// Position of its own header.
+    /// Position of the member's own header.
     at: u64,
 }
 
@@ -62,7 +61,6 @@ fn bad(what: impl Into<String>) -> io::Error {
 }
 
 impl<'p> Npz<'p> {
-    /// Opens an archive.
     pub(crate) fn open(path: &'p Path) -> Result<Self, Error> {
         let failed = |error: io::Error| Error::io(path.display(), error);
         let mut file = open_seekable(path).map_err(failed)?;

@@ -48,7 +48,6 @@ pub(super) struct Samples<'s> {
 pub(super) struct Limits {
     /// Factor of half the sum of all squared weights; the loss is a sum over samples.
     pub(super) penalty: f64,
-    /// Largest number of iterations.
     pub(super) iterations: u64,
 }
 

@@ -11,7 +11,7 @@ use crate::commands::output::note;
 pub(in crate::commands) struct Progress {
     /// The counted things: slides or recordings.
     what: &'static str,
-    /// Number of those that are done, and the final count.
+    /// Number of things that are done, and the final count.
     done: usize,
     count: usize,
     started: Instant,

@@ -36,7 +36,6 @@ pub(in crate::commands) fn sweep(file: Option<&Path>) -> Result<RandomSweep, Sto
     Ok(file.map(RandomSweep::read).transpose()?.unwrap_or_default())
 }
 
-/// Simulates the slides of a sweep.
 pub(in crate::commands) fn simulate(sweep: &RandomSweep, threads: &rayon::ThreadPool) -> Result<Vec<PathSlide>, Stop> {
     simulated(sweep, 0..sweep.slides.slides, threads, |slide| slide)
 }

@@ -51,7 +51,6 @@ enum Outcome {
     Ended,
 }
 
-/// A guided session.
 struct Session<'a> {
     source: Box<dyn Source>,
     info: StreamInfo,
@@ -69,7 +68,6 @@ struct Session<'a> {
     interrupted: Arc<AtomicBool>,
 }
 
-/// Guides through the plan of a file.
 pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Result<(), Stop> {
     let slides = plan::read(plan_file)?;
     let labels = labels(&arguments.labels)?;

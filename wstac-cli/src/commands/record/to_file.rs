@@ -26,7 +26,7 @@ use wstac_host::texture::Textures;
 
 /// A sensor that is ready for recording.
 struct Opened<'a> {
-    /// Its name. It is empty for a single sensor without a name.
+    /// The name of the sensor, which is empty for a single sensor without one.
     name: &'a str,
     session: Session,
     about: About,
@@ -35,7 +35,7 @@ struct Opened<'a> {
     wall_zero: Option<SystemTime>,
 }
 
-/// What all sensors share while they are read.
+/// The state that all sensors share while they are read.
 struct Shared<'a> {
     /// The number of events after which the recording ends.
     limit: Option<u64>,
@@ -106,7 +106,6 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     Ok(last.map_or(Ok(()), Err)?)
 }
 
-/// Opens a sensor.
 fn open<'a>(
     arguments: &Arguments,
     sensor: &Sensor<'a>,
@@ -143,7 +142,7 @@ impl Opened<'_> {
     }
 }
 
-/// How the recording of a sensor has ended.
+/// The end of a sensor's recording.
 #[derive(Default)]
 struct Ended {
     lag: Lag,

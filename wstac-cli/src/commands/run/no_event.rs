@@ -24,7 +24,6 @@ const SATURATED: f32 = 0.98;
 const DARK: f32 = 1.0 / 256.0;
 
 impl NoEvent {
-    /// Takes note of an output.
     pub(super) fn output(&mut self, output: &Output) {
         self.is_answered |= match output {
             Output::Event(_) | Output::Interrupted(_) => true,

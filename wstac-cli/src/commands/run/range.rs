@@ -13,7 +13,6 @@ pub(super) struct Range {
 }
 
 impl Range {
-    /// Creates a range that may have no bounds.
     pub(super) fn new(since: Option<f64>, until: Option<f64>) -> Self {
         Self { since: since.unwrap_or(0.0), until: until.unwrap_or(f64::INFINITY), left_out: 0 }
     }

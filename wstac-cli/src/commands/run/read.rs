@@ -50,7 +50,6 @@ pub(super) struct Run<'a> {
 
 /// A sensor that is ready for reading.
 pub(super) enum Opened<'a> {
-    /// A source of frames.
     Frames(Box<Frames<'a>>),
     /// A board, which finds its events itself.
     Board(Box<Board<'a>>),
@@ -82,7 +81,6 @@ impl<'a> Run<'a> {
         records.of_sensor(sensor.name).quiet(self.arguments.quiet)
     }
 
-    /// Returns what a signal does.
     fn ending(self) -> Ending {
         if self.arguments.file().is_some() { Ending::Whole } else { Ending::InTime }
     }

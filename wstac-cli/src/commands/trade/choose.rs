@@ -12,7 +12,6 @@ use wstac_tradeoff::candidate::Candidate;
 use wstac_tradeoff::chosen::{self, CLAIM, Chosen, FILES};
 use wstac_tradeoff::{map, table};
 
-/// The bias of a choice among many.
 const BIAS: &str = "\
 A best of many is partly the best by chance: expect a little less (--verify runs other sensors, too). MJPEG, judged by a quarter of the
 slides, is chosen only where it is asked for or nothing else fits.

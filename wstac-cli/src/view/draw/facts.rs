@@ -46,7 +46,6 @@ fn motion(state: &State) -> Option<String> {
     Some(format!("{:.0} mm/s {arrow} {:.0}°", motion.mm_s, motion.degrees.round() % 360.0))
 }
 
-/// Returns what the stream is doing, with its color.
 fn doing(state: &State, colors: Colors) -> (String, Color) {
     match &state.doing {
         _ if state.paused => ("PAUSED".to_owned(), colors.one(WARNING)),

@@ -15,7 +15,6 @@ fn cell(rows: u16) -> [u16; 2] {
     [(2 * height).max(5), height]
 }
 
-/// Returns the columns that the map takes in this many rows.
 pub(super) fn columns(rows: u16) -> u16 {
     cell(rows)[0] * COLUMNS as u16
 }

@@ -6,7 +6,6 @@ use ratatui::layout::Rect;
 use super::colors::{CALM, Colors};
 use crate::view::state::State;
 
-/// Returns the columns that the picture of a camera takes in this many rows.
 pub(super) fn columns(state: &State, rows: u16) -> u16 {
     let [width, height] =
         state.layout.map_or([4, 3], |layout| [layout.frame().width(), layout.frame().height()].map(u32::from));

@@ -214,7 +214,6 @@ pub(super) mod narrow {
     use crate::green::avx2::{VECTOR, half, numbers, vector};
 
     const HALF: usize = VECTOR / 2;
-    /// Cells of a vector.
     const CELLS: usize = VECTOR / 4;
 
     kernel!("avx2");
@@ -257,7 +256,6 @@ pub(super) mod wide {
         _mm256_set_m128i(_mm_unpackhi_epi8(cb, cr), _mm_unpacklo_epi8(cb, cr))
     }
 
-    /// Returns a vector of these bytes.
     #[inline]
     #[target_feature(enable = "avx512bw")]
     fn vector(bytes: &[u8; VECTOR]) -> Vector {

@@ -30,7 +30,6 @@ struct Work {
     bytes_per_row: usize,
 }
 
-/// Returns the sum of a strip.
 #[inline(never)]
 pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
     let mut sum = [0];
@@ -41,7 +40,6 @@ pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
     sum
 }
 
-/// Adds the sums of blocks side by side.
 #[inline(always)]
 pub(super) fn add_to(SideBySide { band, corners, width }: SideBySide<'_>, sums: &mut [u32; COLUMNS]) {
     // SAFETY: every block lies in the band, which has so many rows, and their width is in the range.

@@ -15,7 +15,6 @@ const GROUP: usize = 4;
 /// The width of a row in bytes that has no more words.
 pub(super) const MOST_WIDTH: usize = 4 * MOST_WORDS;
 
-/// Returns the sum of a strip.
 #[inline(never)]
 pub(super) fn of_strip(Strip(block): Strip<'_, MOST_WIDTH>) -> u32 {
     let mut row = block.bytes().as_ptr();

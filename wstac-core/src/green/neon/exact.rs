@@ -22,7 +22,6 @@ use super::{VECTOR, half, vector};
 use crate::green::simd::cells::{Bytes, CellRows, Cells, Chroma, PackedRows, PairRows, PlaneRows, Row};
 use crate::green::simd::{Factors, LEAST_CELLS as CELLS};
 
-/// Sums the green of cells.
 #[target_feature(enable = "neon")]
 pub(super) fn sum(cells: &Cells<'_>, factors: &Factors) -> u32 {
     if factors.luma == 1 { of_range::<false>(cells, factors) } else { of_range::<true>(cells, factors) }

@@ -73,7 +73,6 @@ impl Shared {
 }
 
 impl Cells<'_> {
-    /// Returns the number of cells in a row.
     #[inline(always)]
     pub(in crate::green) fn in_row(&self) -> usize {
         self.luma.width() / if let Chroma::Within(_) = self.chroma { 4 } else { 2 }
@@ -150,7 +149,6 @@ pub(in crate::green) enum Bytes<'a, const ONE: usize, const TWO: usize, const FO
     Planes(&'a [u8; TWO], [&'a [u8; ONE]; 2]),
 }
 
-/// A row of cells.
 pub(in crate::green) trait Row<'a, const ONE: usize, const TWO: usize, const FOUR: usize>:
     Copy
 {

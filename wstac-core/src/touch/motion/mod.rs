@@ -134,12 +134,10 @@ impl MotionConfig {
         }
     }
 
-    /// Returns the distance between neighboring whiskers in mm.
     pub(crate) const fn pitch_mm(self) -> f32 {
         self.pitch_mm
     }
 
-    /// Returns the speed in mm/s of a slowness of one frame per pitch.
     pub(crate) const fn pitch_per_frame(self) -> f32 {
         self.pitch_per_frame
     }

@@ -196,7 +196,6 @@ impl Way {
         })
     }
 
-    /// Resamples light along the way.
     fn sample<const LINES: usize>(
         &self,
         light: &impl Light,

@@ -15,7 +15,7 @@ pub(super) trait Light {
 const GROUPS: usize = 6;
 const SPREADS: usize = 2;
 
-/// How lines are put together: the mean light of each group, and how much lines of a spread differ.
+/// The combination of lines: the mean light of each group, and the differences of the lines of a spread.
 pub(super) struct Plan<const LINES: usize> {
     /// The number of groups, and the group of each line.
     groups: usize,
@@ -23,7 +23,6 @@ pub(super) struct Plan<const LINES: usize> {
     /// The number of spreads, and the spread of each line.
     spreads: usize,
     spread_of: [u8; LINES],
-    /// Distance between two steps in mm.
     pub(super) step_mm: f32,
     /// The logarithm to base 2 of the steps whose mean light is 1.
     window_bits: u32,
@@ -86,7 +85,7 @@ const IN_WINDOW: u32 = 96;
 /// Light that is added before a logarithm: a fraction 2^-6 of the mean light, or of the spread 1.
 const LEAST_SHIFT: u32 = 6;
 
-/// Where each line is along the path.
+/// The place of each line along the path.
 pub(super) struct Track<const LINES: usize> {
     /// How much later than the middle of the sensor the touch reaches each line, in units of 2^-16 frames.
     delays: [i32; LINES],

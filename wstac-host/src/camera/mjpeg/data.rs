@@ -87,7 +87,7 @@ impl Table {
 pub(super) struct Blocks {
     /// 8 × 8 blocks in each unit.
     pub(super) count: u32,
-    /// Numbers of its Huffman tables.
+    /// Numbers of the component's Huffman tables.
     pub(super) dc: usize,
     pub(super) ac: usize,
 }
@@ -98,7 +98,6 @@ pub(super) struct Scan<'a> {
     pub(super) units: u32,
     /// Units from one restart marker to the next; 0 without restart markers.
     pub(super) restart: u32,
-    /// Components in their order.
     pub(super) components: [Blocks; COMPONENTS],
     /// Huffman tables by number.
     pub(super) dc: [Option<&'a Table>; 4],

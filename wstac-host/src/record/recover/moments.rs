@@ -23,11 +23,11 @@ pub(super) fn looks_like_sum(start: &[u8]) -> bool {
 /// The frames of a sensor that are missing before a moment.
 #[derive(Clone, Copy, Debug)]
 struct Missing {
-    /// Lost frames that stood before its first frame.
+    /// Lost frames that stood before the sensor's first frame.
     leading: u64,
-    /// Frames behind its first one, or in place of it.
+    /// Frames behind the sensor's first one, or in place of it.
     gap: u64,
-    /// Whether none of its frames was found yet, and this moment has none either.
+    /// Whether no frame of the sensor was found yet, and this moment has none either.
     is_early: bool,
 }
 

@@ -15,7 +15,6 @@ pub(super) const CHUNK_HEADER: u64 = 40;
 /// Most bytes of the name of a compression, and of the size behind it.
 const LONGEST_NAME: usize = 4;
 
-/// The content of a chunk's header.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ChunkHead {
     /// The place of its records, or of what they were compressed to.
@@ -25,7 +24,7 @@ pub(super) struct ChunkHead {
     pub(super) compression: Compression,
 }
 
-/// What a record stands in.
+/// The surroundings of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Around {
     /// The file itself.

@@ -169,7 +169,6 @@ impl<S: Source> Source for RateWatch<S> {
     }
 }
 
-/// The pace of one stream.
 #[derive(Clone, Debug)]
 struct Pace {
     /// Frames per second, as agreed.

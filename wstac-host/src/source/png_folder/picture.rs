@@ -19,9 +19,9 @@ const MOST_OVERHEAD: usize = 1 << 24;
 /// The reason why a picture is no frame.
 #[derive(Debug)]
 pub(super) enum Problem {
-    /// It cannot be read, and the frame is lost.
+    /// The picture cannot be read, and the frame is lost.
     Corrupt(String),
-    /// It can be read, but is not what is expected. The text says what was found and what was expected.
+    /// The picture can be read, but is not what is expected. The text says what was found and what was expected.
     Refused(String),
     /// The file cannot be opened.
     Io(std::io::Error),
@@ -64,7 +64,6 @@ impl Shape {
         }
     }
 
-    /// Returns the bytes from row to row of a frame.
     pub(super) fn bytes_per_row(self) -> u32 {
         let green = Any::new(self.format(), YcbcrEncoding::default(), YcbcrMethod::Exact);
         green.row_bytes(self.size.width()) as u32

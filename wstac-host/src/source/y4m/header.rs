@@ -9,7 +9,6 @@ use wstac_core::rate::FrameRate;
 use super::MAGIC;
 use crate::source::StreamInfo;
 
-/// The content of a header.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Header {
     pub(super) size: FrameSize,

@@ -16,7 +16,6 @@ pub(in crate::sensor) enum Site {
 pub(in crate::sensor) struct Mosaic(BayerOrder);
 
 impl Mosaic {
-    /// Returns the mosaic of a format, or `None` if it is not a mosaic.
     pub(in crate::sensor) fn of(format: PixelFormat) -> Option<Self> {
         match format {
             PixelFormat::Bayer8(order) | PixelFormat::Bayer10(order) | PixelFormat::Bayer12(order) => Some(Self(order)),

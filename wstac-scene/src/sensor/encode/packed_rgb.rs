@@ -14,9 +14,7 @@ pub(super) struct PackedRgb<const BYTES: usize> {
 }
 
 impl PackedRgb<3> {
-    /// R G B.
     pub(super) const RGB: Self = Self { places: [0, 1, 2] };
-    /// B G R.
     pub(super) const BGR: Self = Self { places: [2, 1, 0] };
 }
 

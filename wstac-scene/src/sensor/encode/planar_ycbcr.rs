@@ -16,7 +16,6 @@ pub(super) enum Chroma {
     Full,
 }
 
-/// A planar format.
 #[derive(Debug)]
 pub(super) struct Planar {
     pub(super) conversion: Conversion,

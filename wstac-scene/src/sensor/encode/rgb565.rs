@@ -2,7 +2,6 @@
 
 use super::{Block, Encoder, Frame};
 
-/// Number of green levels in the format.
 pub(in crate::sensor) const GREEN_LEVELS: u16 = 64;
 
 /// Returns the level that 6 bits of green are read as (SPEC §1).

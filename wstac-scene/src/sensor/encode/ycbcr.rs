@@ -18,7 +18,6 @@ pub(super) struct Conversion {
 }
 
 impl Conversion {
-    /// Creates the conversion of a YCbCr encoding.
     pub(super) fn new(color: YcbcrEncoding) -> Self {
         let (red, blue) = color.matrix.red_and_blue();
         let (black, luma_span, chroma_span) = match color.range {

@@ -342,10 +342,10 @@ pub fn inputs_of(model: &Model) -> usize {
     usize::from(model.frames()) * wstac_core::params::FEATURES
 }
 
-/// What tells a known sample from an unknown one.
+/// The means and limits that tell a known sample from an unknown one.
 pub(super) struct Known<'a> {
     pub(super) projection: &'a Projection,
-    /// The classes' places in it.
+    /// The classes' places in the projection.
     pub(super) means: &'a [Vec<f64>],
     /// The largest squared distance of a known sample, in units of a file.
     pub(super) limits: Limits,
@@ -360,7 +360,7 @@ pub(super) enum Limits {
 }
 
 impl Limits {
-    /// Returns the largest one.
+    /// Returns the largest limit.
     fn most(&self) -> u32 {
         match self {
             Self::Common(limit) => *limit,

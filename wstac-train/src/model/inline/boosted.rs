@@ -23,7 +23,6 @@ const FIRST: usize = 10;
 /// Number of parts of a score's trees between which the code checks whether the score can still win.
 const CHECKS: usize = 20;
 
-/// A score's start and trees.
 struct Score {
     start: u32,
     trees: Vec<Vec<Part>>,

@@ -21,7 +21,7 @@ const MOST_WORDS: usize = 3;
 const REGISTERS: usize = 6;
 /// Hundredths of a forest after which the code checks whether the leading class can still be reached.
 const CHECKS: [usize; 5] = [66, 76, 84, 90, 95];
-/// The same where votes do not share registers, so that there is no [`Count::majority`].
+/// Hundredths of a forest for the same checks where votes share no registers, so that there is no [`Count::majority`].
 const CHECKS_ALONE: [usize; 8] = [52, 58, 64, 70, 76, 82, 88, 94];
 /// Number of parts of a forest between which the code checks whether a class has most of all votes.
 const MAJORITIES: usize = 25;

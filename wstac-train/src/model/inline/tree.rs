@@ -21,7 +21,7 @@ pub(super) struct Writer<'a> {
     pub(super) leaf: &'a dyn Fn(u32) -> String,
     /// Functions in which trees continue.
     pub(super) functions: String,
-    /// Number of these functions.
+    /// Number of the functions in which trees continue.
     pub(super) count: usize,
 }
 

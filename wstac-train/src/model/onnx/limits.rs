@@ -8,7 +8,6 @@ use crate::model::trained::MOST_NODES as MOST_TEXTS;
 struct Limit {
     /// The field that holds a part.
     field: usize,
-    /// The name of the parts.
     name: &'static str,
     most: usize,
     /// Limits within a part.

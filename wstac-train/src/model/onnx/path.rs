@@ -168,7 +168,6 @@ fn encoded(node: &Node, labels: &[String]) -> Result<Vec<String>, String> {
     all.ok_or_else(|| format!("LabelEncoder: {} keys, expected one for each of {} classes", keys.len(), labels.len()))
 }
 
-/// Finds a constant by its name.
 fn constant<'g>(graph: &'g Graph, name: &String) -> Option<&'g TensorProto> {
     let node = || graph.node.iter().find(|node| node.op_type() == "Constant" && node.output.contains(name));
     let listed = graph.initializer.iter().find(|constant| constant.name() == name);

@@ -22,7 +22,6 @@ pub(super) const STRING: u64 = 8;
 pub(super) const DOUBLE: u64 = 11;
 
 impl Tensor {
-    /// Reads a tensor.
     pub(super) fn of(message: &TensorProto) -> Result<Self, String> {
         if !message.external_data.is_empty() {
             return Err("has numbers in a file of their own, expected them inside".into());

@@ -70,7 +70,6 @@ impl Alike {
     }
 }
 
-/// Returns whether the lines of an axis are alike, by the features of their peaks.
 fn are_alike(peaks: &[i16; LINES], base: &[i32; LINES]) -> bool {
     let mut lights = *base;
     for (light_of, &peak) in lights.iter_mut().zip(peaks) {

@@ -22,7 +22,7 @@ const LEAST_WAIT: f32 = 2.0;
 pub(super) struct Level {
     /// Features, smoothed over about the time in which the surface moves by a pitch.
     smoothed: [i32; FEATURES],
-    /// Those at which the slowness was known.
+    /// The smoothed features at which the slowness was known.
     reference: [i32; FEATURES],
     /// Frames until all whiskers are touched, then frames until the reference holds.
     waits: [u8; 2],
