@@ -244,7 +244,7 @@ Predicted: {summary(predicted)}
 
 ## Predicted
 
-No number below was fitted directly; R² and the speeds follow in part from the two fitted numbers.
+R² and the speeds follow in part from the two fitted numbers.
 
 ### The speed law's straightness
 
