@@ -97,8 +97,8 @@ def predicted_law(done: Sequence[Protocol]) -> Section:
     ]
     text = table(["", "paper", "simulated", "95 % interval", f"goal: at least {GOAL_R2}"], rows, range(1, 4))
     said = paragraph(
-        "The paper does not say which of the two its R² is.",
-        f"With two decimals, as in the paper, these are {fixed(r2.mean, 2)} and {fixed(means.mean, 2)}.",
+        "The paper does not say which of the two its R² is:"
+        f" with two decimals, these are {fixed(r2.mean, 2)} and {fixed(means.mean, 2)}.",
     )
     text += f"\n\n{said}"
     return Section(f"{text}\n\n{missing_r2(done, r2)}\n\n{specimens_text(done)}", [("R²", verdict)])
