@@ -298,7 +298,7 @@ Directions are any, speeds 50 to 300 mm/s with an even logarithm, lengths 60 to 
 A slide without an answer or called unknown counts as wrong.
 The calibration error is the mean difference between confidence and accuracy; the goal is at most 0.03.
 Unknown textures have a depth or a period at least 1.5 times outside the trained ones.
-Models of 25 taxels reach the goal for them. Models of ten sums find fewer, and are set to refuse about 1 % of trained ones.
+Models of ten sums find fewer, and are set to refuse about 1 % of trained ones.
 
 | model | goal, % | accuracy, % | at 50 to 200 mm/s (goal: 95), % | calibration error | unknown textures found (goal: 80), % | trained textures refused (goal: at most 3), % |
 | --- | ---: | ---: | ---: | ---: | ---: | ---: |

@@ -309,8 +309,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
         "`path` models take ten sums, and `taxel-path` models 25 taxels.",
-        "They read the first 28 mm behind the leading edge, or the first 16 mm.",
-        "Between two frames light is interpolated, so at 300 mm/s the last number uses light up to 10 mm later.",
+        "They read the first 28 mm behind the leading edge, or the first 16 mm; at 300 mm/s, interpolation uses light up to 10 mm later.",
     )
     training = paragraph(
         f"They were trained on {int(train.measured.sum())} simulated slides of 1000 sensors,"
@@ -318,10 +317,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         f" and tested on {len(test.measured)} slides of 1000 others.",
         "Directions are any, speeds 50 to 300 mm/s with an even logarithm, lengths 60 to 120 mm,"
         " and each slide has its own gain of all light, 0.6 to 1.4.",
-        "A slide without a measured speed and direction, or called unknown, counts as wrong.",
-        "The calibration error is the mean difference between confidence and accuracy, over 15 ranges of confidence.",
-        "Unknown textures have a depth or a period at least 1.5 times outside the trained ones,"
-        " which are 2 to 4 mm deep and have periods of 4 to 8 mm.",
+        "[docs/ANSWERS.md](../../../docs/ANSWERS.md#textures) explains the columns, and has the accuracy under other conditions.",
         "Intervals are Wilson's, 95 %; `wstac model inspect FILE` says how each was trained:",
     )
     learning = paragraph(
@@ -329,11 +325,10 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         f"Its projection has {DIMENSIONS} dimensions,"
         " and was trained on 20000 slides of 1000 random textures and 1000 sensors:"
         " three patterns, depths of 1 to 6 mm, periods of 2 to 16 mm.",
-        "The ten new textures are `Sin`, `Saw` and `Tri` of 1.5, 2.5 and 3.5 mm with periods of twice the depth,"
-        " and `Saw` of 3 mm with a period of 12 mm; none of them was trained.",
+        "The ten new textures are those of docs/ANSWERS.md; none of them was trained.",
         "Ten random textures are other ones for every sensor, and may be nearly alike.",
         "All slides of a model have one unseen sensor.",
-        "The last column has slides of the paper's ten specimens, which are not learned but may be near those that are:",
+        "The last column has the paper's ten specimens, which are not learned but may be near those that are:",
     )
     return f"""# Texture models of the path
 
@@ -345,8 +340,6 @@ Do not edit them.
 {training}
 
 {table(head, rows, range(1, 8))}
-
-[docs/ANSWERS.md](../../../docs/ANSWERS.md#textures) has the accuracy by speed, at other frame rates and with weak whiskers, and what is found of each kind of unknown texture.
 
 ## New textures from five slides each
 

@@ -75,9 +75,8 @@ def fitted_section(done: Sequence[Protocol]) -> Section:
         rows.append([name, fixed(wanted, 2), fixed(found.mean, 2), interval_words(found, 2), error, verdict])
     head = ["published number", "paper", "simulated", "95 % interval", "error", "goal: at most 3 %"]
     how = paragraph(
-        "Two numbers of the simulator were fitted together to two published numbers.",
+        "`tests/reference/calibrate.py speed` fitted two numbers of the simulator together to two published numbers.",
         f"They are the length of the specimens, {length:g} mm, and the afterglow, {afterglow:g} ms.",
-        "`tests/reference/calibrate.py speed` fits them.",
         "The published speed law is D = 151.06 − 56.29 log10 v, with the duration D in frames of 1/30 s and v in mm/s.",
     )
     what = paragraph(
@@ -98,8 +97,8 @@ def predicted_law(done: Sequence[Protocol]) -> Section:
     ]
     text = table(["", "paper", "simulated", "95 % interval", f"goal: at least {GOAL_R2}"], rows, range(1, 4))
     said = paragraph(
-        "The paper does not say which of the two its R² is.",
-        f"With two decimals, as in the paper, these are {fixed(r2.mean, 2)} and {fixed(means.mean, 2)}.",
+        "The paper does not say which of the two its R² is:"
+        f" with two decimals, these are {fixed(r2.mean, 2)} and {fixed(means.mean, 2)}.",
     )
     text += f"\n\n{said}"
     return Section(f"{text}\n\n{missing_r2(done, r2)}\n\n{specimens_text(done)}", [("R²", verdict)])
@@ -213,9 +212,7 @@ def report(done: Sequence[Protocol]) -> str:
     law, direction, speed = predicted_law(done), direction_section(done), speed_section(done)
     predicted = [goal for part in (law, direction, speed) for goal in part.goals]
     intro = paragraph(
-        "Every slide on this page is simulated: taxel sums of `wstac run scene:FILE.toml` at `fidelity = \"taxel\"`.",
-        "The page compares the simulator with the published sensor.",
-        "It says nothing about a real sensor.",
+        "Every slide on this page is simulated, at `fidelity = \"taxel\"`: it says nothing about a real sensor.",
     )
     protocol = paragraph(
         "The protocol is the paper's: a specimen slides at 100, 110 … 200 mm/s, five times each,"
@@ -226,7 +223,7 @@ def report(done: Sequence[Protocol]) -> str:
     )
     picture = paragraph(
         f"The figure shows {PICTURE.specimen} at {PICTURE.speed_mm_s} mm/s in four directions.",
-        "Each lane is the light of a row or a column; the dots are its centroids over time, and their order gives the direction.",
+        "Each lane is a row or a column; the order of its dots, the centroids over time, gives the direction.",
     )
     text = f"""# The simulated sensor and the paper's numbers
 
@@ -247,7 +244,7 @@ Predicted: {summary(predicted)}
 
 ## Predicted
 
-No number below was fitted directly; R² and the speeds follow in part from the two fitted numbers.
+R² and the speeds follow in part from the two fitted numbers.
 
 ### The speed law's straightness
 

@@ -79,8 +79,7 @@ def page(
     """Returns the page's text. `slides` and `runs`, each of another sensor, are those that trained."""
     speeds = np.unique(test.slides.speed)
     intro = paragraph(
-        "These models name the ten specimens of the simulated sensor, from light over time.",
-        "They are a starting point for your own sensor, and know nothing of a real one.",
+        "These models name the ten specimens of the simulated sensor, from light over time; they know nothing of a real one.",
         "`tests/reference/candidates.py` has all of their hyperparameters.",
     )
     trained = paragraph(

@@ -140,8 +140,7 @@ def deployed_table(found: dict[tuple[str, str, str], list[float]]) -> str:
 def page(results: Results, how: str) -> str:
     """Returns the report's text. `how` has hyperparameters and versions."""
     intro = paragraph(
-        "Every slide on this page is simulated.",
-        "This part compares its textures with those of the published sensor, and says nothing about a real one.",
+        "Every slide on this page is simulated, and says nothing about a real sensor.",
     )
     protocol = paragraph(
         "The protocol is the paper's: 100 slides of each of ten specimens, of which 90 % train a model and 10 % test it.",
@@ -159,9 +158,8 @@ def page(results: Results, how: str) -> str:
         "Here it is scikit-learn's `SVC(kernel=\"linear\", C=1)` behind a `StandardScaler`, with which the noise was fitted.",
         "With the same noise, three other readings (without the features of frames without light, without a scaler,"
         f" and the one-vs-rest `LinearSVC` without a scaler){others(results.paper, list(dict.fromkeys(name for _, name in results.paper))[3:])}.",
-        "The scaler makes the noise of frames without light as large as the signal of other frames.",
-        "So the linear row of the table, and the scale of the noise, depend on this reading.",
-        "If you train your own model, do not scale.",
+        "The scaler makes the noise of frames without light as large as the signal of other frames: do not scale your own model.",
+        "The linear row of the table, and the scale of the noise, depend on this reading.",
     )
     return f"""{HEAD.read_text(encoding="utf-8")}{intro}
 
@@ -188,8 +186,7 @@ def page(results: Results, how: str) -> str:
 def fair_section(found: dict[tuple[str, str, str], list[float]]) -> str:
     """Describes the tests with new speeds, runs and sensors."""
     said = paragraph(
-        "A sensor in use slides at other speeds, has another gain of its light after it is mounted again (a *run*),"
-        " or is another sensor.",
+        "A sensor in use slides at other speeds, or has another gain of its light after it is mounted again (a *run*).",
         "These tests have eleven speeds, 100 to 200 mm/s, in four directions, and ten runs of one sensor with gains of 1 ± 0.2.",
         "Training leaves out two speeds and two runs, drawn anew in every repeat, and 10 % of the rest.",
         "The last test is a run of another sensor, whose whiskers have other gains.",

@@ -32,7 +32,7 @@ def page(lines: Sequence[Line], slides: str, sources: str) -> str:
         "If these change, `ci/train trade` removes and trains all models again; models of the same sources are kept.",
         "To train one model again, remove its file; to train all, remove this page.",
     )
-    names = ", ".join(f"`{name}` ({said['bytes']:,})" for name, _, said in lines)
+    names = ", ".join(f"`{name}`" for name, *_ in lines)
     return f"""# Models of the trade-off study
 
 `ci/train trade` writes these files and this page.
@@ -42,5 +42,5 @@ Do not edit them.
 
 {stale}
 
-The models, with their bytes: {names}.
+The models: {names}.
 """
