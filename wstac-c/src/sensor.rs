@@ -17,7 +17,7 @@ use crate::status::{Failure, WstacStatus, failed};
 const MOST_PADDING: usize = 4096;
 
 /// The content of a handle.
-pub struct Sensor {
+pub struct SensorSession {
     session: Session,
     /// Whether the program pushes the frames.
     takes_frames: bool,
@@ -25,7 +25,7 @@ pub struct Sensor {
     given: Given,
 }
 
-impl Sensor {
+impl SensorSession {
     pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
         let source = open_source(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
         let config = config_of(source.info(), options.config.clone());
