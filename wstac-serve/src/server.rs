@@ -34,7 +34,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// use wstac_host::source::{Source, open::{OpenOptions, open}};
 /// use wstac_host::station::Station;
 /// use wstac_host::texture::Textures;
-/// use wstac_serve::{Sensor, Server, Tools};
+/// use wstac_serve::{ServedSensor, Server, Tools};
 ///
 /// let source = open("slide.y4m", &OpenOptions::default(), &[])?;
 /// let info = source.info().clone();
@@ -46,7 +46,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 ///     Ok((source, info))
 /// };
 /// let station = station.paced().reopened_by(Box::new(reopen), false);
-/// let sensor = Sensor::new(None, station, Tools::default());
+/// let sensor = ServedSensor::new(None, station, Tools::default());
 /// let server = Server::bind("127.0.0.1:0".parse().expect("an address"), None)?;
 /// println!("{}", server.address());
 /// server.run(vec![sensor], &AtomicBool::new(false), &|name, line| eprintln!("{name:?}: {line}"));
