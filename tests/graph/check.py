@@ -4,7 +4,8 @@
 
 Arrows point down and never in a circle. The crates with a budget stay within it and compile no C. Files contain no
 module of another package, nothing public that is hidden from the documentation, and no memory that is never freed. No library has
-two public types of one name. Only tests compare sentences: kinds and reasons are enumerations, and their words are for people.
+two public types of one name, and no name belongs to types of more than three files. Only tests compare sentences: kinds and reasons are
+enumerations, and their words are for people.
 Each room stays below its limit of lines, and each function below 100 (lines.py). Files of different folders use each other in no circle
 (circles.py).
 """
@@ -266,6 +267,31 @@ def wrong_names(texts: dict[str, str], found: dict[str, Package], exceptions: di
     return wrong
 
 
+TYPE = re.compile(r"^[ \t]*(?:pub(?:\([^)]*\))? )?(?:unsafe )?(?:struct|enum|union|trait) (\w+)", re.MULTILINE)
+# In more files than that, a name no longer says which type it is.
+MOST_OF_A_NAME = 3
+
+
+def wrong_shared_names(texts: dict[str, str], rooms: set[Path], exceptions: dict[str, str]) -> list[str]:
+    """Returns the names that types of too many files have, in all rooms together; those in `exceptions` may, and have
+    to.
+    """
+    places: dict[str, list[str]] = {}
+    for file, text in sorted(texts.items()):
+        own = package_of(Path(file), rooms)
+        if own is not None and not is_test(Path(file), own):
+            code = sentences_apart(TESTS.sub("", text))[0]
+            for called in sorted({match[1] for match in TYPE.finditer(code)}):
+                places.setdefault(called, []).append(file)
+    shared = {called: where for called, where in places.items() if len(where) > MOST_OF_A_NAME}
+    wrong = [
+        f"{', '.join(shared[called])}: types {called} in {len(shared[called])} files, expected at most {MOST_OF_A_NAME}"
+        for called in sorted(shared.keys() - exceptions.keys())
+    ]
+    left = sorted(exceptions.keys() - shared.keys())
+    return wrong + [f"tests/graph/rooms.toml: {called} is not the name of many types, expected it as [shared] says" for called in left]
+
+
 def tree(name: str, *options: str) -> set[str]:
     """Returns the crates that cargo compiles for a package, itself included: names and versions."""
     lines = run("cargo", "tree", "--locked", "--package", name, "--prefix", "none", "--format", "{p}", *options)
@@ -310,6 +336,7 @@ def main() -> None:
     sources = {file: (ROOT / file).read_text(encoding="utf-8", errors="replace") for file in files if Path(file).suffix in code_lines.OF_CHECKS}
     texts = {file: text for file, text in sources.items() if file.endswith(".rs")}
     wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms) + wrong_sentences(texts, rooms, FOREIGN)
+    wrong += wrong_shared_names(texts, rooms, rules["shared"])
     wrong += wrong_names(texts, found, rules["twice"]) + code_lines.wrong_lengths(texts, rules["long"])
     too_large, table = code_lines.wrong_rooms(*code_lines.counted(sources), rules["lines"])
     in_circles, forgiven = circles.wrong_circles(texts, rooms, rules["circles"])

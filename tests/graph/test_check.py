@@ -189,6 +189,24 @@ class Names(unittest.TestCase):
         self.assertIn("has no two types A", wrong)
 
 
+class SharedNames(unittest.TestCase):
+    def wrong(self, *texts, exceptions=()):
+        sources = {f"low/src/{number}.rs": text for number, text in enumerate(texts)}
+        return check.wrong_shared_names(sources, {Path("low")}, dict.fromkeys(exceptions, "a reason"))
+
+    def test_a_name_belongs_to_types_of_three_files_at_most(self):
+        three = ["struct A;", "pub(super) enum A {}", "trait A {}\nmod b {\n    struct A;\n}"]
+        elsewhere = ["type A = u8;", "// struct A", "#[cfg(test)]\nmod tests {\n    struct A;\n}\n"]
+        self.assertEqual(self.wrong(*three, *elsewhere), [])
+        (wrong,) = self.wrong(*three, "    pub unsafe trait A {}")
+        self.assertIn("low/src/3.rs: types A in 4 files, expected at most 3", wrong)
+
+    def test_exceptions_are_needed(self):
+        self.assertEqual(self.wrong(*["struct A;"] * 4, exceptions=["A"]), [])
+        (wrong,) = self.wrong("struct A;", exceptions=["A"])
+        self.assertIn("A is not the name of many types", wrong)
+
+
 class Counts(unittest.TestCase):
     def wrong(self, normal, build=(), links=None):
         trees = lambda _, __, edges, *___: set(normal) | (set(build) if "build" in edges else set())

@@ -28,13 +28,13 @@ use wstac_host::source::open::{OpenOptions, SourceKind};
 
 use self::options::{WstacFrames, WstacOptions};
 use self::record::WstacRecord;
-pub use self::sensor::Sensor;
+pub use self::sensor::SensorSession;
 use self::status::{Failure, WstacStatus, failed, message, path, remember};
 
 /// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 pub struct Wstac {
     /// `None` after a panic: then the handle can only be closed.
-    sensor: Option<Sensor>,
+    sensor: Option<SensorSession>,
     /// The message of the last call that failed.
     message: std::ffi::CString,
 }
@@ -43,7 +43,7 @@ pub struct Wstac {
 ///
 /// # Safety
 /// `handle` is null or memory for a pointer.
-unsafe fn open(handle: *mut *mut Wstac, make: impl FnOnce() -> Result<Sensor, Failure>) -> WstacStatus {
+unsafe fn open(handle: *mut *mut Wstac, make: impl FnOnce() -> Result<SensorSession, Failure>) -> WstacStatus {
     if handle.is_null() {
         return remember(failed(WstacStatus::Null, "handle is null, expected the address of a pointer"));
     }
@@ -68,7 +68,7 @@ const PANICKED: &str = "something inside has failed, which is a fault of this li
 ///
 /// # Safety
 /// `handle` is null or a handle that is open, and that no other thread uses.
-unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut Sensor) -> Result<(), Failure>) -> WstacStatus {
+unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut SensorSession) -> Result<(), Failure>) -> WstacStatus {
     if handle.is_null() {
         return remember(failed(WstacStatus::Null, "handle is null, expected one that is open"));
     }
@@ -111,7 +111,7 @@ pub unsafe extern "C" fn wstac_open(
         let source = unsafe { path("source", source) }?;
         // SAFETY: the caller's.
         let options = unsafe { options::read(options) }?;
-        Sensor::open(source, &options)
+        SensorSession::open(source, &options)
     };
     // SAFETY: the caller's.
     unsafe { open(handle, make) }
@@ -136,7 +136,7 @@ pub unsafe extern "C" fn wstac_open_frames(
         let options = unsafe { options::read(options) }?;
         // SAFETY: the caller's.
         let info = unsafe { frames.info() }?;
-        Sensor::of_frames(info, &options)
+        SensorSession::of_frames(info, &options)
     };
     // SAFETY: the caller's.
     unsafe { open(handle, make) }
@@ -155,7 +155,7 @@ pub unsafe extern "C" fn wstac_open_frames(
 /// `handle` is null or an open handle; `record` is null or memory for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_next(handle: *mut Wstac, record: *mut WstacRecord) -> WstacStatus {
-    let next = |sensor: &mut Sensor| {
+    let next = |sensor: &mut SensorSession| {
         if record.is_null() {
             return Err(failed(WstacStatus::Null, "record is null, expected memory for one"));
         }
@@ -179,7 +179,7 @@ pub unsafe extern "C" fn wstac_next(handle: *mut Wstac, record: *mut WstacRecord
 /// `handle` is null or an open handle; `bytes` is null or `length` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_push_frame(handle: *mut Wstac, bytes: *const u8, length: usize) -> WstacStatus {
-    let push = |sensor: &mut Sensor| {
+    let push = |sensor: &mut SensorSession| {
         if bytes.is_null() {
             return Err(failed(WstacStatus::Null, "bytes is null, expected a frame's"));
         }
@@ -211,7 +211,7 @@ pub unsafe extern "C" fn wstac_push_lost(handle: *mut Wstac, frames: u64) -> Wst
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_finish(handle: *mut Wstac) -> WstacStatus {
     // SAFETY: the caller's.
-    unsafe { with(handle, Sensor::finish) }
+    unsafe { with(handle, SensorSession::finish) }
 }
 
 /// Closes a handle and frees everything that belongs to it, strings of records included. Null is allowed, as in free.

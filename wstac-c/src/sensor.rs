@@ -17,14 +17,14 @@ use crate::status::{Failure, WstacStatus, failed};
 const MOST_PADDING: usize = 4096;
 
 /// The content of a handle.
-pub struct Sensor {
+pub struct SensorSession {
     session: Session,
     /// Whether the program pushes the frames.
     takes_frames: bool,
     given: Given,
 }
 
-impl Sensor {
+impl SensorSession {
     pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
         let source = open_source(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
         let config = config_of(source.info(), options.config.clone());

@@ -9,7 +9,7 @@ use wstac_core::wire::{self, Decoder, Fault, Message, Request};
 use crate::picture;
 use crate::reader::Publisher;
 use crate::self_test::Defect;
-use crate::sensor::{Sensor, SensorError};
+use crate::sensor::{CameraSensor, SensorError};
 
 /// The number of bytes of the longest request.
 #[cfg(not(feature = "settings"))]
@@ -38,7 +38,7 @@ pub enum Absence {
 
 impl Absence {
     /// Returns the reason that a sensor's frames are wrong.
-    pub fn of(defect: Defect, sensor: &Sensor) -> Self {
+    pub fn of(defect: Defect, sensor: &CameraSensor) -> Self {
         match defect {
             Defect::NoFrames => Self::Silent,
             Defect::Size { .. } => Self::NotTaken { register: sensor.suspects.size },

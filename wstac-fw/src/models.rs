@@ -41,7 +41,7 @@ pub trait InPlace: NorFlash {
 
 /// Memory that is aligned as flash needs it.
 #[repr(align(32))]
-struct Words([u8; MODEL_PIECE]);
+struct AlignedPiece([u8; MODEL_PIECE]);
 
 /// The description of the model that a place holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -172,7 +172,7 @@ fn checked<F: InPlace>(flash: &mut F, number: u32, model: ModelId) -> Result<Kin
 
 /// Writes whole words, and returns whether they can be read again.
 fn write<F: InPlace>(flash: &mut F, at: u32, bytes: &[u8]) -> bool {
-    let mut words = Words([0xFF; MODEL_PIECE]);
+    let mut words = AlignedPiece([0xFF; MODEL_PIECE]);
     let length = bytes.len().next_multiple_of(WORD);
     let Some(words) = words.0.get_mut(..length) else { return false };
     let Some(place) = words.get_mut(..bytes.len()) else { return false };

@@ -23,10 +23,10 @@ use crate::reader::Reader;
 use crate::restart::restart;
 use crate::self_test::{self, Defect, Probe, RateMeter};
 use crate::sensor::watch::Watch;
-use crate::sensor::{Sensor, SensorError, Signals};
+use crate::sensor::{CameraSensor, SensorError, Signals};
 use crate::settings_store::SettingsStore;
 use crate::stack::StackDepth;
-use crate::stripes::{self, Capture, Step, Stripes};
+use crate::stripes::{self, Capture, StripeStep, Stripes};
 use crate::{crash_record, setup};
 
 /// The frame rate of the sensors.
@@ -124,7 +124,7 @@ pub trait Board {
 /// A board's parts. Large ones are lent: moved, they would lie on the stack more than once. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
 pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     /// The sensors that the node looks for, in this order. All produce frames of one size.
-    pub sensors: &'static [Sensor],
+    pub sensors: &'static [CameraSensor],
     /// The settings.
     pub store: &'static mut B::SettingsStore,
     /// The camera interface.
@@ -224,7 +224,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                     stage = Stage::Run;
                     (watch, bus_failures) = (Watch::default(), 0);
                 }
-                Err(Failure { reason, defect }) => {
+                Err(CameraFailure { reason, defect }) => {
                     stage = Stage::SetUp;
                     if absent != reason {
                         absent = reason;
@@ -243,7 +243,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
         }
         let stripe = stripes.number() as usize;
         match stripes.step() {
-            Step::Rows { rows, last } => {
+            StripeStep::Rows { rows, last } => {
                 let part = if line.has_room_for_picture() { picture.part(stripe, rows) } else { None };
                 // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
                 // and the camera to have its settings.
@@ -291,12 +291,12 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                 }
                 let _ = events.set_state(PinState::from(line.events() % 2 == 1));
             }
-            Step::Abandoned => {
+            StripeStep::Abandoned => {
                 meter.restart();
                 reader.abandon_frame(line);
             }
-            Step::Lost(frames) => reader.lost(frames, line),
-            Step::Fault(fault) => {
+            StripeStep::Lost(frames) => reader.lost(frames, line),
+            StripeStep::Fault(fault) => {
                 is_between = true;
                 meter.restart();
                 match fault {
@@ -312,7 +312,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
                     }
                 }
             }
-            Step::Wait(until) => {
+            StripeStep::Wait(until) => {
                 // They stay where they are made: moved, they would be copied for every stripe.
                 select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(until)))).await;
             }
@@ -332,12 +332,12 @@ enum Stage {
 }
 
 /// The reason why there are no frames, and the measurement that shows it.
-struct Failure {
+struct CameraFailure {
     reason: Absence,
     defect: Option<Defect>,
 }
 
-impl Failure {
+impl CameraFailure {
     /// Creates the failure of a setting.
     fn of<E>(error: SensorError<E>) -> Self {
         Self { reason: error.into(), defect: None }
@@ -347,13 +347,13 @@ impl Failure {
 /// Sets the sensor up if that has to be done, and measures its frames. If they come at a multiple of the rate, the clock
 /// is divided.
 async fn bring_up(
-    sensor: &mut Sensor,
+    sensor: &mut CameraSensor,
     stage: Stage,
     i2c: &mut impl Bus,
     dcmi: &mut impl Camera,
-) -> Result<(), Failure> {
+) -> Result<(), CameraFailure> {
     let done = try_to_bring_up(sensor, stage, i2c, dcmi).await;
-    if let Err(Failure { defect: Some(Defect::Rate { millihertz }), .. }) = done
+    if let Err(CameraFailure { defect: Some(Defect::Rate { millihertz }), .. }) = done
         && let Some(times) = self_test::times_nominal(millihertz, RATE)
         && sensor.slow_down(times)
     {
@@ -364,20 +364,20 @@ async fn bring_up(
 }
 
 async fn try_to_bring_up(
-    sensor: &Sensor,
+    sensor: &CameraSensor,
     stage: Stage,
     i2c: &mut impl Bus,
     dcmi: &mut impl Camera,
-) -> Result<(), Failure> {
+) -> Result<(), CameraFailure> {
     dcmi.stop();
     if stage == Stage::SetUp {
         i2c.restart_sensor().await;
         if i2c.free() {
             defmt::warn!("the sensor held its bus");
         }
-        sensor.set_up(i2c, &mut Delay).map_err(Failure::of)?;
+        sensor.set_up(i2c, &mut Delay).map_err(CameraFailure::of)?;
     }
-    sensor.show_pattern(i2c, true).map_err(Failure::of)?;
+    sensor.show_pattern(i2c, true).map_err(CameraFailure::of)?;
     Timer::after_millis(sensor.settle_ms.into()).await;
     dcmi.begin_probe();
     measured(dcmi, SELF_TEST_FRAMES, SELF_TEST).await;
@@ -388,7 +388,7 @@ async fn try_to_bring_up(
         .map(|half| self_test::judge(probe, dcmi.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ));
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
-            return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+            return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
         }
         [Ok(Some(first)), _] | [Ok(None), Ok(Some(first))] => first,
         // Luma and chroma look the same, so the table has to be right.
@@ -403,14 +403,14 @@ async fn try_to_bring_up(
     let Probe { lines, words, .. } = dcmi.probe();
     if words != dcmi.luma_words() {
         let defect = Defect::Size { lines, words };
-        return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+        return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
     }
     if !sensor.pattern.is_empty() {
         dcmi.stop();
         if let Err(defect) = self_test::judge_pattern([dcmi.rows(0), dcmi.rows(1)]) {
-            return Err(Failure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+            return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
         }
-        sensor.show_pattern(i2c, false).map_err(Failure::of)?;
+        sensor.show_pattern(i2c, false).map_err(CameraFailure::of)?;
         Timer::after_millis(sensor.settle_ms.into()).await;
     }
     Ok(())
@@ -532,13 +532,13 @@ fn tell_last_run(hung: bool, line: &mut Link<impl Line, impl OutputPin>) -> (boo
 
 /// Looks for a sensor until one is found, and sets it up.
 async fn find(
-    sensors: &'static [Sensor],
+    sensors: &'static [CameraSensor],
     i2c: &mut impl Bus,
     reader: &mut Reader,
     store: &mut impl SettingsStore,
     line: &mut Link<impl Line, impl OutputPin>,
     watchdog: &mut impl Watchdog,
-) -> Sensor {
+) -> CameraSensor {
     let mut said = Absence::None;
     loop {
         watchdog.pet();
@@ -558,7 +558,7 @@ async fn find(
         reader.keep_model(store, line);
         let mut reason = Absence::Gone;
         for sensor in sensors {
-            let sensor = Sensor { lines: store.exposure(), ..*sensor };
+            let sensor = CameraSensor { lines: store.exposure(), ..*sensor };
             match sensor.identify(i2c) {
                 Ok(()) => match sensor.set_up(i2c, &mut Delay) {
                     Ok(()) => {

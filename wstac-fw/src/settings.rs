@@ -105,13 +105,13 @@ impl<F: NorFlash> NorFlash for Masked<'_, F> {
 }
 
 /// The reason why there is no item.
-enum Failure {
+enum StoreFailure {
     /// The flash holds no map, not even one that can be repaired.
     Map,
     Flash,
 }
 
-impl<E> From<Error<E>> for Failure {
+impl<E> From<Error<E>> for StoreFailure {
     fn from(error: Error<E>) -> Self {
         if matches!(error, Error::Storage { .. }) { Self::Flash } else { Self::Map }
     }
@@ -130,7 +130,7 @@ fn fetch<F: NorFlash, T>(
     range: Range<u32>,
     key: u8,
     read: impl FnOnce(&[u8]) -> Option<T>,
-) -> Result<Option<T>, Failure> {
+) -> Result<Option<T>, StoreFailure> {
     fetch_without(flash, range, 0..0, key, read)
 }
 
@@ -142,8 +142,8 @@ fn fetch_without<F: NorFlash, T>(
     hidden: Range<u32>,
     key: u8,
     read: impl FnOnce(&[u8]) -> Option<T>,
-) -> Result<Option<T>, Failure> {
-    let config = MapConfig::try_new(range).map_err(|_| Failure::Flash)?;
+) -> Result<Option<T>, StoreFailure> {
+    let config = MapConfig::try_new(range).map_err(|_| StoreFailure::Flash)?;
     let mut map = MapStorage::<u8, _, _>::new(Masked { flash, hidden }, config, Cache::new_uncached());
     let mut buffer = Buffer([0; MOST]);
     let bytes = block_on(map.fetch_item::<&[u8]>(&mut buffer.0, &key))?;
@@ -167,10 +167,10 @@ pub fn keep<F: NorFlash>(flash: &mut F, range: Range<u32>, settings: Option<&Set
 fn put<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) {
     #[cfg(any(feature = "learn", test))]
     end_move(flash, &range);
-    if let Err(Failure::Map) = store(flash, range.clone(), key, item) {
+    if let Err(StoreFailure::Map) = store(flash, range.clone(), key, item) {
         let is_lost = |key| match fetch(flash, range.clone(), key, |_| Some(())) {
             Ok(found) => found.is_none(),
-            Err(failure) => matches!(failure, Failure::Map),
+            Err(failure) => matches!(failure, StoreFailure::Map),
         };
         // What is there is no map with items, so nothing is lost with it.
         if keys().all(is_lost) && block_on(flash.erase(range.start, range.end)).is_ok() {
@@ -180,8 +180,8 @@ fn put<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) {
 }
 
 #[inline(never)]
-fn store<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) -> Result<(), Failure> {
-    let config = MapConfig::try_new(range).map_err(|_| Failure::Flash)?;
+fn store<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) -> Result<(), StoreFailure> {
+    let config = MapConfig::try_new(range).map_err(|_| StoreFailure::Flash)?;
     let mut map = MapStorage::<u8, _, _>::new(Masked { flash, hidden: 0..0 }, config, Cache::new_uncached());
     let mut buffer = Buffer([0; MOST]);
     Ok(block_on(map.store_item(&mut buffer.0, &key, &item))?)

@@ -84,7 +84,7 @@ pub enum Fault {
 
 /// The next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step<'a> {
+pub enum StripeStep<'a> {
     /// Read these rows, [`Stripes::release`] them, then ask again at once.
     Rows {
         /// Whole rows.
@@ -101,6 +101,10 @@ pub enum Step<'a> {
     /// Do nothing until the hardware signals or the time has come.
     Wait(Ticks),
 }
+
+/// The former name of [`StripeStep`].
+#[deprecated(since = "0.4.0", note = "use `StripeStep`")]
+pub type Step<'a> = StripeStep<'a>;
 
 /// The position at which the ring is read.
 #[derive(Debug)]
@@ -152,10 +156,10 @@ impl<C: Capture> Stripes<C> {
     }
 
     /// Returns the next step.
-    pub fn step(&mut self) -> Step<'_> {
+    pub fn step(&mut self) -> StripeStep<'_> {
         if self.abandon {
             self.abandon = false;
-            return Step::Abandoned;
+            return StripeStep::Abandoned;
         }
         if let Some(trouble) = self.capture.trouble() {
             return self.fault(match trouble {
@@ -174,7 +178,7 @@ impl<C: Capture> Stripes<C> {
         }
     }
 
-    /// Ends the reading of the rows of [`Step::Rows`]. Returns whether all that was read of them is what the camera
+    /// Ends the reading of the rows of [`StripeStep::Rows`]. Returns whether all that was read of them is what the camera
     /// sent.
     ///
     /// If not, they must not complete a frame, and the next step gives the frame up.
@@ -220,24 +224,24 @@ impl<C: Capture> Stripes<C> {
         self.capture.now().saturating_add(frames)
     }
 
-    fn take(&mut self) -> Step<'_> {
+    fn take(&mut self) -> StripeStep<'_> {
         if !self.is_in_frame() {
             if self.verdict.is_some() {
                 // The frame came while the decision was pending: late, but it came.
                 self.verdict = None;
-                return Step::Fault(Fault::LostSync);
+                return StripeStep::Fault(Fault::LostSync);
             }
             let now = self.capture.now();
             let before = self.began.replace(now);
             self.due = self.after(3, 2);
             let lost = before.map_or(0, |before| self.frames_between(before, now).saturating_sub(1));
             if lost > 0 {
-                return Step::Lost(lost);
+                return StripeStep::Lost(lost);
             }
         }
         self.lent = true;
         let last = self.in_frame + 1 >= self.per_frame;
-        Step::Rows { rows: self.capture.rows(self.taken as usize % 2), last }
+        StripeStep::Rows { rows: self.capture.rows(self.taken as usize % 2), last }
     }
 
     /// Returns the number of frame times from one time to another, rounded to the nearest; ties round up.
@@ -245,31 +249,31 @@ impl<C: Capture> Stripes<C> {
         now.saturating_sub(before).saturating_add(self.period / 2).checked_div(self.period).unwrap_or(0)
     }
 
-    fn wait(&mut self) -> Step<'_> {
+    fn wait(&mut self) -> StripeStep<'_> {
         let now = self.capture.now();
         if let Some(verdict) = self.verdict {
             if now < verdict {
-                return Step::Wait(verdict);
+                return StripeStep::Wait(verdict);
             }
             if self.capture.lines_come() {
                 // Capture restarted when the decision began; it still waits for its vertical sync.
                 self.verdict = None;
                 self.due = self.after(3, 2);
-                return Step::Fault(Fault::LostSync);
+                return StripeStep::Fault(Fault::LostSync);
             }
             return self.fault(Fault::Silent);
         }
         if now < self.due {
-            return Step::Wait(self.due);
+            return StripeStep::Wait(self.due);
         }
         self.restart();
         self.verdict = Some(self.after(2, 5));
         self.step()
     }
 
-    fn fault(&mut self, fault: Fault) -> Step<'_> {
+    fn fault(&mut self, fault: Fault) -> StripeStep<'_> {
         self.restart();
-        Step::Fault(fault)
+        StripeStep::Fault(fault)
     }
 }
 

@@ -90,9 +90,9 @@ impl Device {
     }
 
     /// Calls the driver, and repeats a call that a signal interrupted.
-    pub(super) fn call<T: Copy>(&self, request: &Request<T>, argument: &mut T) -> io::Result<()> {
+    pub(super) fn call<T: Copy>(&self, request: &Ioctl<T>, argument: &mut T) -> io::Result<()> {
         loop {
-            // SAFETY: a `Request<T>` promises that the kernel takes a `T` here and leaves a valid one. The pointer is
+            // SAFETY: an `Ioctl<T>` promises that the kernel takes a `T` here and leaves a valid one. The pointer is
             // to one for the length of the call.
             let result = unsafe { v4l::v4l2::ioctl(self.file.as_raw_fd(), request.code, (&raw mut *argument).cast()) };
             match result {
@@ -175,7 +175,7 @@ impl Device {
     }
 
     /// Returns the driver's answers to the numbers 0, 1, … until it has no more.
-    fn listed<T: Kernel>(&self, request: &Request<T>, number: impl Fn(&mut T, u32)) -> impl Iterator<Item = T> {
+    fn listed<T: Kernel>(&self, request: &Ioctl<T>, number: impl Fn(&mut T, u32)) -> impl Iterator<Item = T> {
         (0..MOST_ENTRIES).map_while(move |index| {
             let mut raw = zeroed();
             number(&mut raw, index);
@@ -263,12 +263,12 @@ impl Device {
 }
 
 /// An ioctl that is called with a `T`.
-pub(super) struct Request<T> {
+pub(super) struct Ioctl<T> {
     code: vidioc::_IOC_TYPE,
     argument: std::marker::PhantomData<T>,
 }
 
-impl<T> Request<T> {
+impl<T> Ioctl<T> {
     /// # Safety
     /// The kernel must take a `T` for this code. Any bytes of it must be valid, and it must hold no pointer that the
     /// kernel would follow.
@@ -285,7 +285,7 @@ macro_rules! requests {
         $(
             // SAFETY: videodev2.h pairs this code with this type, which is made of integers only. Its unions hold
             // pointers for overlays and user memory, which nothing here uses.
-            pub(super) const $name: Request<$argument> = unsafe { Request::new($code) };
+            pub(super) const $name: Ioctl<$argument> = unsafe { Ioctl::new($code) };
         )*
     };
 }

@@ -19,7 +19,7 @@ const BY_ID: &str = "/dev/v4l/by-id";
 
 /// The facts that identify a camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Known {
+pub(crate) struct KnownCamera {
     /// The path that the user knows it by.
     path: PathBuf,
     /// Links that stay the same: those by serial number if there are any, otherwise those by place.
@@ -30,7 +30,7 @@ pub(crate) struct Known {
     taken: Vec<String>,
 }
 
-impl Known {
+impl KnownCamera {
     /// Takes the facts of a camera that is there.
     pub(crate) fn new(state: &CameraState) -> Self {
         let (card, bus) = (state.card.clone(), state.bus.clone());
@@ -100,9 +100,9 @@ fn identity(path: &Path) -> Option<Identity> {
 mod tests {
     use super::*;
 
-    fn known(links: &[&str], taken: &[&str]) -> Known {
+    fn known(links: &[&str], taken: &[&str]) -> KnownCamera {
         let links: Vec<PathBuf> = links.iter().map(PathBuf::from).collect();
-        Known {
+        KnownCamera {
             path: "/dev/video0".into(),
             links: lasting(&links),
             card: "Camera".into(),

@@ -16,7 +16,7 @@ use wstac_core::rate::FrameRate;
 
 use self::reconnect::Away;
 use crate::buffers::{Filled, Wait};
-use crate::same::Known;
+use crate::same::KnownCamera;
 use crate::timeline::Timeline;
 use crate::wall_clock::WallClock;
 use crate::{Camera, Negotiated};
@@ -49,7 +49,7 @@ pub struct CameraSource {
     path: PathBuf,
     /// The options, with exactly what was negotiated. A camera that comes back is asked for it.
     options: OpenOptions,
-    known: Known,
+    known: KnownCamera,
     /// The camera; `None` while it is away.
     camera: Option<Camera>,
     negotiated: Negotiated,
@@ -122,7 +122,7 @@ impl CameraSource {
         Ok(Self {
             path,
             options,
-            known: Known::new(&camera.state),
+            known: KnownCamera::new(&camera.state),
             camera: Some(camera),
             negotiated,
             info,

@@ -17,12 +17,12 @@ use crate::orders::{MOST_WAITING, Order};
 use crate::publisher::PublisherHandle;
 
 /// A board whose port is open.
-pub(crate) struct Board {
+pub(crate) struct ConnectedBoard {
     name: String,
     line: BoardLine,
 }
 
-impl Board {
+impl ConnectedBoard {
     /// Opens the port of a board.
     ///
     /// # Errors

@@ -24,21 +24,21 @@ use crate::arguments::{Arguments, NamedSource};
 use crate::note;
 use crate::orders::{Action, Order, path_in, replace, shown};
 use crate::publisher::PublisherHandle;
-use crate::ros::picture::Shape;
+use crate::ros::picture::RosImageShape;
 use crate::sums::FrameSums;
 
 /// The kinds of sources besides files.
 const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// A source of frames that is ready for reading.
-pub(crate) struct Frames {
+pub(crate) struct FrameSource {
     name: String,
     station: Station,
-    picture: Option<Shape>,
+    picture: Option<RosImageShape>,
     is_camera: bool,
 }
 
-impl Frames {
+impl FrameSource {
     /// Opens a source.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Frames {
             station = station.paced();
         }
         note(format_args!("{name}: {}", station.info().about));
-        let picture = Shape::of(station.info());
+        let picture = RosImageShape::of(station.info());
         if arguments.picture && picture.is_none() {
             note(format_args!("{name}: its frames are no pictures of ROS 2; they are not published"));
         }
@@ -79,7 +79,7 @@ impl Frames {
             thread::sleep(Duration::from_secs_f64((share / rate.per_second()).min(1.0)));
         }
         let (stamp, sums) = (SystemTime::now(), FrameSums::new(rate));
-        let mut reader = Reader { publisher, picture, stamp, completed: None, sums };
+        let mut reader = PublishingObserver { publisher, picture, stamp, completed: None, sums };
         let (mut turn, mut is_good) = (Ok(Turn::Read), true);
         while !matches!(turn, Ok(Turn::Over) | Err(_)) {
             if ends.load(Ordering::Relaxed) {
@@ -128,7 +128,7 @@ fn recorded(recorded: Result<FinishedRecording, Error>) -> Result<String, Error>
 ///
 /// # Errors
 /// A file cannot be used, or the sensor is in a state in which it cannot be done. Nothing has changed then.
-fn follow(action: Action, name: &str, station: &mut Station, reader: &mut Reader) -> Result<String, Error> {
+fn follow(action: Action, name: &str, station: &mut Station, reader: &mut PublishingObserver) -> Result<String, Error> {
     let state = |why: &str| Err(Error::new(ErrorKind::Usage, name, why));
     match action {
         // Whatever else changes, a replay of the recording would not know of it.
@@ -174,9 +174,9 @@ fn file_of(folder: &Path, file: &str, sensor: &str) -> Result<(File, PathBuf), E
 }
 
 /// Hands everything over that a session finds.
-struct Reader {
+struct PublishingObserver {
     publisher: PublisherHandle,
-    picture: Option<Shape>,
+    picture: Option<RosImageShape>,
     /// The wall-clock time of the last frame: the driver's, or else when it was read.
     stamp: SystemTime,
     /// The features that the last event of the source has completed.
@@ -185,7 +185,7 @@ struct Reader {
     sums: FrameSums,
 }
 
-impl Observer for Reader {
+impl Observer for PublishingObserver {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
@@ -265,7 +265,7 @@ mod tests {
     fn cameras_are_asked_for_what_is_given() {
         let arguments = arguments(&["--size", "640x360", "--fps", "60", "--format", "YUYV"]);
         let named = arguments.sensors().unwrap().remove(0);
-        let frames = Frames::open(&named, &arguments, &[]).unwrap();
+        let frames = FrameSource::open(&named, &arguments, &[]).unwrap();
         let info = frames.station.info();
         assert_eq!((info.size.width(), info.size.height(), info.rate.per_second()), (640, 360, 60.0));
         assert!(info.format.is_ycbcr());
@@ -275,7 +275,7 @@ mod tests {
     fn whoever_asks_without_end_does_not_hold_up_a_sensor() {
         let arguments = arguments(&[]);
         let named = arguments.sensors().unwrap().remove(0);
-        let frames = Frames::open(&named, &arguments, &[]).unwrap();
+        let frames = FrameSource::open(&named, &arguments, &[]).unwrap();
         let (control, _) = Control::new(&named.name, "", &arguments);
         let (queue, _found) = Queue::of_test();
         let counts = Arc::clone(&queue.counts);

@@ -37,7 +37,7 @@ use self::orders::Control;
 use self::publisher::{Publisher, PublisherHandle};
 use self::ros::publishers::RosPublishers;
 use self::ros::services::Services;
-use self::sensor::Sensor;
+use self::sensor::ConnectedSensor;
 
 fn main() -> ExitCode {
     let arguments = match arguments::parse() {
@@ -72,7 +72,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     arguments.check_names(&sources)?;
     let mut sensors = Vec::new();
     for named in &sources {
-        sensors.push(Sensor::open(named, arguments, &models)?);
+        sensors.push(ConnectedSensor::open(named, arguments, &models)?);
     }
     let (network, about_network, connects) = network::open(arguments)?;
     note(about_network);

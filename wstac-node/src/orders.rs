@@ -34,13 +34,13 @@ pub(crate) enum Action {
 pub(crate) struct Order {
     sensor: String,
     /// The action and its answer, until the order is answered.
-    content: Option<(Action, Answer)>,
+    content: Option<(Action, Reply)>,
 }
 
-pub(crate) type Answer = Box<dyn FnOnce(Result<String, Error>) + Send>;
+pub(crate) type Reply = Box<dyn FnOnce(Result<String, Error>) + Send>;
 
 impl Order {
-    pub(crate) fn new(sensor: &str, action: Action, answer: Answer) -> Self {
+    pub(crate) fn new(sensor: &str, action: Action, answer: Reply) -> Self {
         Self { sensor: sensor.to_owned(), content: Some((action, answer)) }
     }
 
@@ -92,7 +92,7 @@ impl Control {
     }
 
     /// Hands an action over. It is answered at once if the sensor takes none.
-    pub(crate) fn order(&self, action: Action, answer: Answer) {
+    pub(crate) fn order(&self, action: Action, answer: Reply) {
         match self.orders.try_send(Order::new(&self.name, action, answer)) {
             Err(TrySendError::Full(order)) => order.refuse(ErrorKind::Usage, "has too many requests that wait"),
             // One that a sensor at its end does not take is answered when it is dropped.

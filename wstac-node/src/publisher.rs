@@ -35,27 +35,27 @@ pub(crate) struct Publisher {
     name: String,
     records: Option<RecordPublishers>,
     ros: Option<RosPublishers>,
-    queue: (SyncSender<Found>, Receiver<Found>),
+    queue: (SyncSender<Publication>, Receiver<Publication>),
     counts: Arc<Counts>,
 }
 
 /// The way to a publisher.
 pub(crate) struct Queue {
-    sender: SyncSender<Found>,
+    sender: SyncSender<Publication>,
     pub(crate) counts: Arc<Counts>,
     events: Option<Arc<Mutex<Events>>>,
 }
 
 /// A thing that a sensor has found, in the forms that are published.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Found {
+pub(crate) struct Publication {
     pub(crate) record: Option<Message>,
     pub(crate) ros: Option<RosMessage>,
     /// The number of an event that was kept.
     number: Option<u64>,
 }
 
-impl Found {
+impl Publication {
     pub(crate) fn new(record: Option<Message>, ros: Option<RosMessage>) -> Self {
         Self { record, ros, number: None }
     }
@@ -84,7 +84,7 @@ pub(crate) struct Counts {
 impl Queue {
     /// Creates a queue without a network, and its other end.
     #[cfg(test)]
-    pub(crate) fn of_test() -> (Self, Receiver<Found>) {
+    pub(crate) fn of_test() -> (Self, Receiver<Publication>) {
         let (sender, arriving) = sync_channel(MOST_WAITING);
         (Self { sender, counts: Arc::default(), events: None }, arriving)
     }
@@ -95,14 +95,14 @@ impl Queue {
             && let Some(picture) = make()
         {
             self.counts.pictures.fetch_add(1, Ordering::Relaxed);
-            if self.sender.try_send(Found::new(None, Some(picture))).is_err() {
+            if self.sender.try_send(Publication::new(None, Some(picture))).is_err() {
                 self.counts.pictures.fetch_sub(1, Ordering::Relaxed);
             }
         }
     }
 
     /// Hands a thing over. It is skipped and counted if the network is behind. Events are kept even then.
-    pub(crate) fn push(&self, mut found: Found) {
+    pub(crate) fn push(&self, mut found: Publication) {
         let event = found.record.as_ref().filter(|record| record.topic == Topic::Event);
         found.number = event.zip(self.events.as_ref()).map(|(event, events)| locked(events).keep(&event.payload));
         if (found.record.is_some() || found.ros.is_some()) && self.sender.try_send(found).is_err() {
@@ -135,7 +135,7 @@ impl Publisher {
         // Only readers keep the queue open.
         drop(own);
         let mut refused = 0_u64;
-        let mut put = |found: Found| {
+        let mut put = |found: Publication| {
             if found.ros.as_ref().is_some_and(|message| message.kind == Type::Image) {
                 counts.pictures.fetch_sub(1, Ordering::Relaxed);
             }
@@ -176,7 +176,7 @@ impl Counts {
     }
 
     /// Returns the state of a sensor. `before` are its frames and its losses when it was asked for last.
-    fn state(&self, sensor: &str, before: &mut [u64; 2]) -> Found {
+    fn state(&self, sensor: &str, before: &mut [u64; 2]) -> Publication {
         let [frames, dropped, events, lost_events, skipped] =
             [&self.frames, &self.lost, &self.events, &self.lost_events, &self.skipped]
                 .map(|count| count.load(Ordering::Relaxed));
@@ -195,7 +195,7 @@ impl Counts {
             [frames, _] if frames == frames_before => Health::Silent,
             _ => Health::Well,
         };
-        Found::new(
+        Publication::new(
             Some(Message::of_state(&counts, &copy_of(&self.times))),
             Some(RosMessage::of_state(sensor, health, &counts)),
         )
@@ -211,7 +211,7 @@ mod tests {
         let (sender, arriving) = sync_channel(2);
         let queue = Queue { sender, counts: Arc::default(), events: Some(Arc::default()) };
         let event = Message { topic: Topic::Event, payload: b"{}".to_vec(), kind: None };
-        (0..5).for_each(|_| queue.push(Found::new(Some(event.clone()), None)));
+        (0..5).for_each(|_| queue.push(Publication::new(Some(event.clone()), None)));
         let state = queue.counts.state("left", &mut [0; 2]).record.unwrap();
         let state: serde_json::Value = serde_json::from_slice(&state.payload).unwrap();
         assert_eq!(state["skipped"], 3);

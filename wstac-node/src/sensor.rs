@@ -9,20 +9,20 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::pictures::port_of;
 
 use crate::arguments::{Arguments, NamedSource};
-use crate::board::Board;
-use crate::frames::Frames;
+use crate::board::ConnectedBoard;
+use crate::frames::FrameSource;
 use crate::note;
 use crate::orders::Order;
 use crate::publisher::PublisherHandle;
 
 /// A sensor that is ready for reading.
-pub(crate) enum Sensor {
+pub(crate) enum ConnectedSensor {
     /// A board, which sends what it finds.
-    Board(Box<Board>),
-    Frames(Box<Frames>),
+    Board(Box<ConnectedBoard>),
+    Frames(Box<FrameSource>),
 }
 
-impl Sensor {
+impl ConnectedSensor {
     /// Opens a source.
     ///
     /// # Errors
@@ -30,14 +30,14 @@ impl Sensor {
     pub(crate) fn open(named: &NamedSource, arguments: &Arguments, models: &[ModelFile]) -> Result<Self, Error> {
         let (name, source) = (&named.name, &*named.source);
         let Some(port) = port_of(source) else {
-            return Frames::open(named, arguments, models).map(|frames| Self::Frames(Box::new(frames)));
+            return FrameSource::open(named, arguments, models).map(|frames| Self::Frames(Box::new(frames)));
         };
         if arguments.picture {
             note(format_args!("{name}: a board has no pictures; none are published"));
         }
         // Sources of other kinds have no bits per second.
         let is_serial = port.as_bytes().starts_with(b"/");
-        let board = Board::open(name, port, arguments.baud.filter(|_| is_serial))?;
+        let board = ConnectedBoard::open(name, port, arguments.baud.filter(|_| is_serial))?;
         Ok(Self::Board(Box::new(board)))
     }
 

@@ -62,24 +62,24 @@ pub(crate) struct Frames {
 }
 
 /// Why reading stops.
-pub(crate) enum Failure {
+pub(crate) enum ReadFailure {
     /// The source cannot be read any further.
     Source(Error),
     /// No memory is left for another frame.
     NoMemory,
 }
 
-impl From<Error> for Failure {
+impl From<Error> for ReadFailure {
     fn from(error: Error) -> Self {
         Self::Source(error)
     }
 }
 
-impl From<Failure> for PyErr {
-    fn from(failure: Failure) -> Self {
+impl From<ReadFailure> for PyErr {
+    fn from(failure: ReadFailure) -> Self {
         match failure {
-            Failure::Source(error) => Python::attach(|py| failed(py, &error)),
-            Failure::NoMemory => PyMemoryError::new_err("frames: no memory is left for another one"),
+            ReadFailure::Source(error) => Python::attach(|py| failed(py, &error)),
+            ReadFailure::NoMemory => PyMemoryError::new_err("frames: no memory is left for another one"),
         }
     }
 }
@@ -133,18 +133,18 @@ impl Gathered {
 }
 
 impl Observer for Gathered {
-    type Error = Failure;
+    type Error = ReadFailure;
 
-    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Failure> {
+    fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), ReadFailure> {
         match (event, &mut self.frames) {
             (SourceEvent::Frame(_), Some(Frames { size: Some(size), bytes, .. })) => {
-                bytes.try_reserve(*size).map_err(|_| Failure::NoMemory)
+                bytes.try_reserve(*size).map_err(|_| ReadFailure::NoMemory)
             }
             _ => Ok(()),
         }
     }
 
-    fn output(&mut self, output: Output) -> Result<(), Failure> {
+    fn output(&mut self, output: Output) -> Result<(), ReadFailure> {
         self.take(output);
         Ok(())
     }

@@ -21,7 +21,7 @@ use wstac_train::dataset::arrays::name;
 
 use crate::config::{Config, table};
 use crate::model::{Model, textures};
-use crate::outputs::{Failure, Frames, Gathered, objects, shaped};
+use crate::outputs::{Frames, Gathered, ReadFailure, objects, shaped};
 use crate::pipeline::whole_frame;
 use crate::stream::{self, Rate};
 use crate::{open, refused, waiting};
@@ -73,7 +73,7 @@ impl SourceOptions {
 /// A source that is being read.
 #[pyclass(frozen, module = "wstac._wstac")]
 pub(crate) struct Source {
-    state: Mutex<State>,
+    state: Mutex<ReadState>,
     about: String,
     /// Four-character code, width, height, bytes from row to row.
     shape: (String, u32, u32, u32),
@@ -86,14 +86,14 @@ pub(crate) struct Source {
     frame_bytes: usize,
 }
 
-struct State {
+struct ReadState {
     /// `None` after the end: the file or camera is released.
     session: Option<Session>,
     gathered: Gathered,
     /// Whether it was closed before its end.
     closed: bool,
     /// Why reading stopped, until it is raised.
-    failure: Option<Failure>,
+    failure: Option<ReadFailure>,
 }
 
 /// Opens a source, as `wstac run` does.
@@ -228,7 +228,7 @@ impl Source {
     /// request also their bytes.
     fn gather<'py>(&self, py: Python<'py>, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
         self.gather_frames(py, with_frames);
-        while self.locked(py, State::step) {
+        while self.locked(py, ReadState::step) {
             py.check_signals()?;
         }
         let (gathered, failure, closed) =
@@ -300,7 +300,7 @@ impl Source {
             recorded: info.recorded.map_or_else(Recorded::default, |recorded| Recorded::clone(&recorded)),
             config,
             frame_bytes: *whole_frame(session.processor()).end(),
-            state: Mutex::new(State {
+            state: Mutex::new(ReadState {
                 session: Some(session),
                 gathered: Gathered::default(),
                 closed: false,
@@ -315,13 +315,13 @@ impl Source {
     }
 
     /// Uses the state without the interpreter's lock: another thread that has the state may wait for that lock.
-    fn locked<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut State) -> T + Send) -> T {
+    fn locked<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut ReadState) -> T + Send) -> T {
         // Nothing in here panics, so the lock is never poisoned.
         py.detach(|| of(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 }
 
-impl State {
+impl ReadState {
     /// Takes one event of the source. Returns whether the source goes on.
     fn step(&mut self) -> bool {
         let Some(session) = &mut self.session else { return false };

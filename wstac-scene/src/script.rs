@@ -90,7 +90,7 @@ pub struct SceneConfig {
 /// A scene's file before it is checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct SceneFile {
     specimen: Option<String>,
     speed: Option<FileSpeed>,
     direction: Option<f64>,
@@ -200,8 +200,8 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
     Ok(SceneConfig { seed: seed.unwrap_or(0), ..SceneConfig::new(vec![slide]) })
 }
 
-fn check(file: File) -> Result<SceneConfig, String> {
-    let File { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset, .. } = file;
+fn check(file: SceneFile) -> Result<SceneConfig, String> {
+    let SceneFile { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset, .. } = file;
     let one = FileSlide { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset };
     let numbered = |name: &str, n: usize, message: String| format!("[[{name}]] {n}: {message}");
     let touches = match (&file.slide[..], &file.touch[..]) {
@@ -227,7 +227,7 @@ fn check(file: File) -> Result<SceneConfig, String> {
     }
     file.whisker.check_table()?;
     file.light.check_table()?;
-    let File { whisker, light, sensor, fidelity, .. } = file;
+    let SceneFile { whisker, light, sensor, fidelity, .. } = file;
     let slides = touches.iter().filter_map(Touch::slide);
     let spheres = slides.filter(|slide| slide.specimen.pattern == Pattern::Sphere);
     for radius in spheres.map(|slide| slide.specimen.depth_mm) {

@@ -10,7 +10,7 @@ use std::net::IpAddr;
 
 use wstac_host::error::{Error, ErrorKind};
 
-use crate::http::{Refusal, Request};
+use crate::http::{HttpRefusal, Request};
 
 /// Fewest and most characters of a token.
 const LENGTH: std::ops::RangeInclusive<usize> = 16..=128;
@@ -99,21 +99,22 @@ impl Access {
     }
 
     /// Refuses a request that is not from this server's own page, or that has no token where one is needed.
-    pub(crate) fn check(&self, request: &Request) -> Result<(), Refusal> {
+    pub(crate) fn check(&self, request: &Request) -> Result<(), HttpRefusal> {
         if !self.is_own(&request.host) {
-            return Err(Refusal::new(403, "the header Host has a foreign name"));
+            return Err(HttpRefusal::new(403, "the header Host has a foreign name"));
         }
         if let Some(origin) = &request.origin {
             let is_same = origin.strip_prefix("http://").is_some_and(|from| from.eq_ignore_ascii_case(&request.host));
             if !is_same {
-                return Err(Refusal::new(403, "the header Origin is that of another page"));
+                return Err(HttpRefusal::new(403, "the header Origin is that of another page"));
             }
         }
         let given = request.query_value("token").unwrap_or_default();
         match &self.token {
-            Some(token) if request.needs_token() && !token.is(given) => {
-                Err(Refusal::new(403, "the address has no token or a wrong one; wstac serve prints the right address"))
-            }
+            Some(token) if request.needs_token() && !token.is(given) => Err(HttpRefusal::new(
+                403,
+                "the address has no token or a wrong one; wstac serve prints the right address",
+            )),
             _ => Ok(()),
         }
     }

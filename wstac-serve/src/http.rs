@@ -29,12 +29,12 @@ const HEADERS: &str = "Content-Security-Policy: default-src 'none'; script-src '
 
 /// Why a request has no other answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Refusal {
+pub(crate) struct HttpRefusal {
     pub(crate) status: u16,
     pub(crate) why: &'static str,
 }
 
-impl Refusal {
+impl HttpRefusal {
     pub(crate) fn new(status: u16, why: &'static str) -> Self {
         Self { status, why }
     }
@@ -68,35 +68,35 @@ impl Request {
     }
 
     /// Parses the head of a request. It returns `None` if there is more to come, and how many bytes the head has.
-    pub(crate) fn parse(bytes: &[u8]) -> Result<Option<(Self, usize)>, Refusal> {
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Option<(Self, usize)>, HttpRefusal> {
         let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
         let mut head = httparse::Request::new(&mut headers);
         let length = match head.parse(bytes) {
             Ok(httparse::Status::Complete(length)) => length,
             Ok(httparse::Status::Partial) if bytes.len() < LONGEST_HEAD => return Ok(None),
             Ok(httparse::Status::Partial) | Err(httparse::Error::TooManyHeaders) => {
-                return Err(Refusal::new(431, "the request has too many or too long headers"));
+                return Err(HttpRefusal::new(431, "the request has too many or too long headers"));
             }
-            Err(_) => return Err(Refusal::new(400, "the request is not HTTP")),
+            Err(_) => return Err(HttpRefusal::new(400, "the request is not HTTP")),
         };
         let (Some(method), Some(target)) = (head.method, head.path) else {
-            return Err(Refusal::new(400, "the request has no method or no path"));
+            return Err(HttpRefusal::new(400, "the request has no method or no path"));
         };
         if !matches!(method, "GET" | "HEAD") {
-            return Err(Refusal::new(405, "the method is neither GET nor HEAD"));
+            return Err(HttpRefusal::new(405, "the method is neither GET nor HEAD"));
         }
         let (path, query) = target.split_once('?').unwrap_or((target, ""));
         let mut request =
             Self { path: path.to_owned(), query: query.to_owned(), is_head: method == "HEAD", ..Self::default() };
-        let value = |name: &str| -> Result<Option<String>, Refusal> {
+        let value = |name: &str| -> Result<Option<String>, HttpRefusal> {
             let mut values = head.headers.iter().filter(|header| header.name.eq_ignore_ascii_case(name));
             let first = values.next().map(|header| String::from_utf8_lossy(header.value).trim().to_owned());
             match values.next() {
-                Some(_) => Err(Refusal::new(400, "a header is there twice")),
+                Some(_) => Err(HttpRefusal::new(400, "a header is there twice")),
                 None => Ok(first),
             }
         };
-        request.host = value("Host")?.ok_or(Refusal::new(400, "the header Host is missing"))?;
+        request.host = value("Host")?.ok_or(HttpRefusal::new(400, "the header Host is missing"))?;
         request.origin = value("Origin")?;
         if path == SOCKET {
             let is_upgrade = value("Upgrade")?.is_some_and(|value| value.eq_ignore_ascii_case("websocket"));
@@ -104,7 +104,7 @@ impl Request {
             let key = value("Sec-WebSocket-Key")?.filter(|key| !key.is_empty());
             request.key = key.filter(|_| is_upgrade && is_version && !request.is_head);
             if request.key.is_none() {
-                return Err(Refusal::new(426, "the address is that of a WebSocket, version 13"));
+                return Err(HttpRefusal::new(426, "the address is that of a WebSocket, version 13"));
             }
         }
         Ok(Some((request, length)))
@@ -116,13 +116,13 @@ impl Request {
     pub(crate) fn read(
         stream: &mut TcpStream,
         is_over: impl Fn() -> bool,
-    ) -> io::Result<Option<Result<Received, Refusal>>> {
+    ) -> io::Result<Option<Result<Received, HttpRefusal>>> {
         stream.set_read_timeout(Some(WAIT))?;
         stream.set_write_timeout(Some(ANSWERED))?;
         let (start, mut bytes, mut part) = (Instant::now(), Vec::new(), [0; 2048]);
         while !is_over() {
             if start.elapsed() > PATIENCE {
-                return Ok(Some(Err(Refusal::new(408, "the request did not end in time"))));
+                return Ok(Some(Err(HttpRefusal::new(408, "the request did not end in time"))));
             }
             match stream.read(&mut part) {
                 Ok(0) => return Ok(None),
@@ -152,8 +152,8 @@ pub(crate) fn is_wait(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }
 
-pub(crate) fn refuse(stream: &mut TcpStream, refusal: Refusal) -> io::Result<()> {
-    let Refusal { status, why } = refusal;
+pub(crate) fn refuse(stream: &mut TcpStream, refusal: HttpRefusal) -> io::Result<()> {
+    let HttpRefusal { status, why } = refusal;
     let reason = match status {
         400 => "Bad Request",
         403 => "Forbidden",

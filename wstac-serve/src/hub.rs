@@ -70,7 +70,7 @@ pub(crate) struct Status {
 
 /// A picture, as the page gets it: width and height, two bytes each, and the square root of the light of each pixel,
 /// so that dark pixels keep their differences. The least byte comes first.
-pub(crate) type Picture = Arc<[u8]>;
+pub(crate) type PackedPicture = Arc<[u8]>;
 
 /// The news of a sensor from one step.
 #[derive(Debug, Default)]
@@ -78,11 +78,11 @@ pub(crate) struct News {
     pub(crate) features: Vec<String>,
     pub(crate) records: Vec<String>,
     pub(crate) motion: Option<String>,
-    pub(crate) picture: Option<Picture>,
+    pub(crate) picture: Option<PackedPicture>,
     /// What the page shows of recordings, calibrations and examinations, if it has changed.
     pub(crate) jobs: Option<String>,
     /// The light that a calibration has seen.
-    pub(crate) glow: Option<Picture>,
+    pub(crate) glow: Option<PackedPicture>,
 }
 
 /// The last values of a stream.
@@ -125,13 +125,13 @@ struct Channel {
     records: Ring,
     motion: Option<Arc<str>>,
     status: Status,
-    picture: Option<Picture>,
+    picture: Option<PackedPicture>,
     /// Steps that brought something.
     steps: u64,
     /// The jobs as the page gets them, and how often they have changed.
     jobs: (Arc<str>, u64),
     /// The light that the last calibration has seen, and how often it has changed.
-    glow: (Option<Picture>, u64),
+    glow: (Option<PackedPicture>, u64),
     /// The order of a page, until the sensor's thread takes it.
     order: Option<Order>,
 }
@@ -159,9 +159,9 @@ pub(crate) struct Update {
     jobs: Option<Arc<str>>,
     skipped: u64,
     sensor: usize,
-    picture: Option<Picture>,
+    picture: Option<PackedPicture>,
     /// The light that a calibration has seen, if it has changed.
-    glow: Option<Picture>,
+    glow: Option<PackedPicture>,
 }
 
 /// The bit of a sensor's number that says that a picture is the light of a calibration.
@@ -182,7 +182,7 @@ impl Update {
     /// Returns the pictures, each behind the number of its sensor: the newest one, and that of a calibration.
     pub(crate) fn pictures(&self) -> impl Iterator<Item = Vec<u8>> {
         let sensor = u8::try_from(self.sensor).ok().filter(|sensor| *sensor < GLOW);
-        let of = |picture: &Option<Picture>, bit: u8| {
+        let of = |picture: &Option<PackedPicture>, bit: u8| {
             let (picture, sensor) = (picture.as_ref()?, sensor?);
             Some([&[sensor | bit], &picture[..]].concat())
         };

@@ -12,6 +12,10 @@ mod server;
 mod tools;
 
 pub use access::Token;
-pub use sensor::Sensor;
+pub use sensor::ServedSensor;
 pub use server::Server;
 pub use tools::{CalibrationFile, ExaminedCamera, Tools, WriteFile};
+
+/// The former name of [`ServedSensor`].
+#[deprecated(since = "0.4.0", note = "use `ServedSensor`")]
+pub type Sensor = ServedSensor;

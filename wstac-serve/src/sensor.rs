@@ -14,7 +14,7 @@ use wstac_host::source::SourceEvent;
 use wstac_host::station::{Station, Turn};
 
 use crate::hub::{About, Hub, News, Status};
-use crate::jobs::{Jobs, Refusal};
+use crate::jobs::{JobRefusal, Jobs};
 use crate::order::Action;
 use crate::tools::Tools;
 
@@ -22,19 +22,19 @@ use crate::tools::Tools;
 const BETWEEN_PICTURES: Duration = Duration::from_millis(20);
 
 /// A sensor that is ready for reading.
-pub struct Sensor {
+pub struct ServedSensor {
     station: Station,
     about: About,
     jobs: Jobs,
 }
 
-impl fmt::Debug for Sensor {
+impl fmt::Debug for ServedSensor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Sensor").field("station", &self.station).finish_non_exhaustive()
+        f.debug_struct("ServedSensor").field("station", &self.station).finish_non_exhaustive()
     }
 }
 
-impl Sensor {
+impl ServedSensor {
     /// Creates a sensor. `name` is its name if there are several. `station` gives the outputs [`OutputOptions::LIVE`].
     ///
     /// [`OutputOptions::LIVE`]: wstac_host::output::OutputOptions::LIVE
@@ -66,7 +66,7 @@ impl Sensor {
     pub(crate) fn run(self, number: usize, hub: &Hub, tell: &dyn Fn(&str)) -> bool {
         let Self { mut station, about, jobs } = self;
         let sampler = about.pictures.then(|| Sampler::new(station.info()));
-        let mut reader = Reader {
+        let mut reader = NewsObserver {
             number,
             name: about.name,
             hub,
@@ -105,7 +105,7 @@ impl Sensor {
 }
 
 /// Turns what a station finds into news.
-struct Reader<'h> {
+struct NewsObserver<'h> {
     number: usize,
     name: Option<String>,
     hub: &'h Hub,
@@ -121,7 +121,7 @@ struct Reader<'h> {
     jobs: Jobs,
 }
 
-impl Reader<'_> {
+impl NewsObserver<'_> {
     /// Does what pages ask for, and refuses what cannot be done now.
     fn follow_orders(&mut self, station: &mut Station, tell: &dyn Fn(&str)) {
         while let Some(order) = self.hub.take_order(self.number) {
@@ -136,7 +136,7 @@ impl Reader<'_> {
         }
     }
 
-    fn follow(&mut self, action: Action, station: &mut Station) -> Result<(), Refusal> {
+    fn follow(&mut self, action: Action, station: &mut Station) -> Result<(), JobRefusal> {
         match action {
             Action::Use { proposal } => {
                 self.jobs.confirm(proposal, station)?;
@@ -235,12 +235,12 @@ impl Reader<'_> {
 }
 
 /// Refuses a source that can be read once.
-fn seekable(station: &Station) -> Result<(), Refusal> {
+fn seekable(station: &Station) -> Result<(), JobRefusal> {
     let refusal = || "this source can be read once, expected a file or a scene".to_owned();
     station.can_reopen().then_some(()).ok_or_else(refusal)
 }
 
-impl Observer for Reader<'_> {
+impl Observer for NewsObserver<'_> {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {

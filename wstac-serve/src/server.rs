@@ -13,10 +13,10 @@ use wstac_host::error::{Error, ErrorKind};
 
 use crate::access::{Access, Token};
 use crate::client;
-use crate::http::{Refusal, Request, refuse};
+use crate::http::{HttpRefusal, Request, refuse};
 use crate::hub::{About, Hub};
 use crate::page;
-use crate::sensor::Sensor;
+use crate::sensor::ServedSensor;
 
 /// Most connections at once.
 const MOST: usize = 64;
@@ -34,7 +34,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// use wstac_host::source::{Source, open::{OpenOptions, open}};
 /// use wstac_host::station::Station;
 /// use wstac_host::texture::Textures;
-/// use wstac_serve::{Sensor, Server, Tools};
+/// use wstac_serve::{ServedSensor, Server, Tools};
 ///
 /// let source = open("slide.y4m", &OpenOptions::default(), &[])?;
 /// let info = source.info().clone();
@@ -46,7 +46,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 ///     Ok((source, info))
 /// };
 /// let station = station.paced().reopened_by(Box::new(reopen), false);
-/// let sensor = Sensor::new(None, station, Tools::default());
+/// let sensor = ServedSensor::new(None, station, Tools::default());
 /// let server = Server::bind("127.0.0.1:0".parse().expect("an address"), None)?;
 /// println!("{}", server.address());
 /// server.run(vec![sensor], &AtomicBool::new(false), &|name, line| eprintln!("{name:?}: {line}"));
@@ -98,7 +98,12 @@ impl Server {
     ///
     /// The page stays after the sources have ended. A recording in progress is completed at the end. `tell` gets the
     /// name of a sensor and a line about it: why its source has failed, what was recorded, what was written.
-    pub fn run(self, sensors: Vec<Sensor>, stop: &AtomicBool, tell: &(dyn Fn(Option<&str>, &str) + Sync)) -> usize {
+    pub fn run(
+        self,
+        sensors: Vec<ServedSensor>,
+        stop: &AtomicBool,
+        tell: &(dyn Fn(Option<&str>, &str) + Sync),
+    ) -> usize {
         let hub = Hub::new(sensors.iter().map(|sensor| sensor.about().clone()));
         let (hub, access, connections) = (&hub, &self.access, &AtomicUsize::new(0));
         let failures = &AtomicUsize::new(0);
@@ -159,7 +164,7 @@ fn start<'s>(
         connections.fetch_sub(1, Ordering::Relaxed);
         // A short answer goes into the socket's buffer. Whoever does not take it gets none.
         let _ = stream.set_write_timeout(Some(PAUSE));
-        let _ = refuse(&mut stream, Refusal::new(503, "too many connections are open"));
+        let _ = refuse(&mut stream, HttpRefusal::new(503, "too many connections are open"));
         return;
     }
     let serve = move || {
@@ -190,6 +195,6 @@ fn connection(mut stream: TcpStream, access: &Access, hub: &Hub) -> io::Result<(
     }
     match page::file(&request.path) {
         Some((kind, body)) => request.answer(&mut stream, kind, body.as_bytes()),
-        None => refuse(&mut stream, Refusal::new(404, "there is no such page")),
+        None => refuse(&mut stream, HttpRefusal::new(404, "there is no such page")),
     }
 }

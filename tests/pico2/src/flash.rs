@@ -32,7 +32,7 @@ const SETS_UP: [u32; 3] = [0x6000_4801, 0xBF00_4770, QMI];
 
 /// What the flash does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
+enum FlashMode {
     Memory,
     Connected,
     Serial,
@@ -41,7 +41,7 @@ enum Step {
 
 pub(crate) struct Flash {
     bytes: Vec<u8>,
-    step: Step,
+    step: FlashMode,
     /// Whether bytes have changed since the emulator has taken them.
     has_changed: bool,
     pub(crate) problems: Vec<String>,
@@ -65,7 +65,7 @@ impl Flash {
     pub(crate) fn new(mut bytes: Vec<u8>, program: &[u8]) -> Result<Self, String> {
         bytes.resize(SIZE, 0xFF);
         bytes.get_mut(..program.len()).ok_or("the program is longer than the flash")?.copy_from_slice(program);
-        Ok(Self { bytes, step: Step::Memory, has_changed: false, problems: Vec::new() })
+        Ok(Self { bytes, step: FlashMode::Memory, has_changed: false, problems: Vec::new() })
     }
 
     pub(crate) fn bytes(&self) -> &[u8] {
@@ -80,8 +80,8 @@ impl Flash {
 
     /// Lets the flash be read again: the memory interface is set up.
     pub(crate) fn set_up(&mut self) {
-        self.check(self.step == Step::Flushed, "the flash is set up before the cache is flushed");
-        self.step = Step::Memory;
+        self.check(self.step == FlashMode::Flushed, "the flash is set up before the cache is flushed");
+        self.step = FlashMode::Memory;
     }
 
     /// Is called before an instruction. Returns the milliseconds that it takes if it is a function of the ROM, which is
@@ -89,7 +89,7 @@ impl Flash {
     pub(crate) fn calls(&mut self, core: &mut CortexM33, bus: &mut impl CoreBus) -> Option<u64> {
         let at = core.reg(15);
         if (FLASH..RAM).contains(&at) {
-            self.check(self.step == Step::Memory, "the program goes on in the flash while that is written");
+            self.check(self.step == FlashMode::Memory, "the program goes on in the flash while that is written");
         }
         if at >= ROM_END {
             return None;
@@ -105,11 +105,11 @@ impl Flash {
             match number.and_then(|number| NAMES.get(number)).copied() {
                 Some(b"IF") => {
                     self.check(core.regs.primask == 1, "interrupts are on while the flash is written");
-                    self.step = Step::Connected;
+                    self.step = FlashMode::Connected;
                 }
                 Some(b"EX") => {
-                    self.check(self.step == Step::Connected, "the flash leaves reading without being connected");
-                    self.step = Step::Serial;
+                    self.check(self.step == FlashMode::Connected, "the flash leaves reading without being connected");
+                    self.step = FlashMode::Serial;
                 }
                 Some(b"RE") => milliseconds = self.erase(first as usize, second as usize),
                 Some(b"RP") => {
@@ -118,8 +118,8 @@ impl Flash {
                     milliseconds = self.program(first as usize, &data);
                 }
                 Some(b"FC") => {
-                    self.check(self.step == Step::Serial, "the cache is flushed at another time");
-                    self.step = Step::Flushed;
+                    self.check(self.step == FlashMode::Serial, "the cache is flushed at another time");
+                    self.step = FlashMode::Flushed;
                 }
                 Some(b"CX") => self.set_up(),
                 _ => self.check(false, "the program runs in the boot ROM"),
@@ -131,7 +131,7 @@ impl Flash {
 
     fn erase(&mut self, from: usize, count: usize) -> u64 {
         let is_whole = from.is_multiple_of(SECTOR) && count.is_multiple_of(SECTOR) && from + count <= SIZE;
-        self.check(is_whole && self.step == Step::Serial, "an erasure of parts of sectors, or at another time");
+        self.check(is_whole && self.step == FlashMode::Serial, "an erasure of parts of sectors, or at another time");
         if is_whole {
             self.bytes[from..from + count].fill(0xFF);
             self.has_changed = true;
@@ -141,7 +141,7 @@ impl Flash {
 
     fn program(&mut self, to: usize, data: &[u8]) -> u64 {
         let is_whole = to.is_multiple_of(PAGE) && data.len().is_multiple_of(PAGE) && to + data.len() <= SIZE;
-        self.check(is_whole && self.step == Step::Serial, "parts of pages are programmed, or at another time");
+        self.check(is_whole && self.step == FlashMode::Serial, "parts of pages are programmed, or at another time");
         if is_whole {
             for (byte, new) in self.bytes[to..].iter_mut().zip(data) {
                 *byte &= new;

@@ -21,7 +21,7 @@ use super::sums::in_format;
 
 /// An action on a pipeline.
 #[derive(Clone, Debug)]
-enum Step {
+enum PipelineAction {
     Frame(u64),
     Dark,
     ShortFrame(usize),
@@ -31,15 +31,15 @@ enum Step {
     Finish,
 }
 
-fn any_step() -> impl Strategy<Value = Step> {
+fn any_step() -> impl Strategy<Value = PipelineAction> {
     prop_oneof![
-        10 => any::<u64>().prop_map(Step::Frame),
-        10 => Just(Step::Dark),
-        1 => (0_usize..5000).prop_map(Step::ShortFrame),
-        5 => (0_usize..5000).prop_map(Step::Stripe),
-        1 => prop_oneof![0_u64..=10, any::<u64>()].prop_map(Step::Lost),
-        1 => Just(Step::Abandon),
-        1 => Just(Step::Finish),
+        10 => any::<u64>().prop_map(PipelineAction::Frame),
+        10 => Just(PipelineAction::Dark),
+        1 => (0_usize..5000).prop_map(PipelineAction::ShortFrame),
+        5 => (0_usize..5000).prop_map(PipelineAction::Stripe),
+        1 => prop_oneof![0_u64..=10, any::<u64>()].prop_map(PipelineAction::Lost),
+        1 => Just(PipelineAction::Abandon),
+        1 => Just(PipelineAction::Finish),
     ]
 }
 
@@ -102,28 +102,28 @@ proptest! {
         speed in any_speed_config(), kernel in 0..3, steps in prop::collection::vec(any_step(), 0..400),
     ) {
         fn run<L: wstac_core::ln::Ln>(
-            camera: FrameGeometry<Any>, floor: f64, trigger: TriggerConfig, speed: &SpeedConfig, steps: &[Step],
+            camera: FrameGeometry<Any>, floor: f64, trigger: TriggerConfig, speed: &SpeedConfig, steps: &[PipelineAction],
         ) {
             let builder = Pipeline::builder(camera).floor_levels(floor).ln(L::default()).trigger(trigger);
             let Ok(mut pipeline) = builder.build() else { return };
             let mut buffer = vec![0; camera.frame_bytes()];
             for step in steps {
                 let update = match *step {
-                    Step::Frame(seed) => {
+                    PipelineAction::Frame(seed) => {
                         let mut random = Random::new(seed);
                         let most = 1 + random.below(255);
                         buffer.fill_with(|| random.below(most) as u8);
                         pipeline.push_frame(&buffer).ok()
                     }
-                    Step::Dark => {
+                    PipelineAction::Dark => {
                         buffer.fill(3);
                         pipeline.push_frame(&buffer).ok()
                     }
-                    Step::ShortFrame(bytes) => pipeline.push_frame(&buffer[..bytes.min(buffer.len())]).ok(),
-                    Step::Stripe(bytes) => pipeline.push_stripe(&buffer[..bytes.min(buffer.len())]).ok(),
-                    Step::Lost(frames) => Some(pipeline.push_lost(frames)),
-                    Step::Abandon => Some(pipeline.abandon_frame()),
-                    Step::Finish => {
+                    PipelineAction::ShortFrame(bytes) => pipeline.push_frame(&buffer[..bytes.min(buffer.len())]).ok(),
+                    PipelineAction::Stripe(bytes) => pipeline.push_stripe(&buffer[..bytes.min(buffer.len())]).ok(),
+                    PipelineAction::Lost(frames) => Some(pipeline.push_lost(frames)),
+                    PipelineAction::Abandon => Some(pipeline.abandon_frame()),
+                    PipelineAction::Finish => {
                         if let Some(event) = pipeline.finish().event() {
                             check_answers(&event, speed);
                         }

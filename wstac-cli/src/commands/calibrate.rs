@@ -146,7 +146,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info) = open(arguments)?;
     note(&info.about);
     let mut watch = Watch::new(&info)?;
-    let progress = Progress::new(port_of(&arguments.source).is_some());
+    let progress = CalibrationLine::new(port_of(&arguments.source).is_some());
     read(source.as_mut(), &mut watch, arguments.frames, progress)?;
     let outcome = watch.calibrate();
     let calibration = match &outcome.result {
@@ -185,7 +185,7 @@ fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
 }
 
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end.
-fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, progress: Progress) -> Result<(), Stop> {
+fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, progress: CalibrationLine) -> Result<(), Stop> {
     let interrupted = finishing(Ending::InTime);
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
@@ -209,13 +209,13 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, progress: Progre
 }
 
 /// A line on a terminal that is overwritten: what to do now, and how many spots glowed.
-struct Progress {
+struct CalibrationLine {
     shown: bool,
     /// The number of frames from one line to the next.
     every: u64,
 }
 
-impl Progress {
+impl CalibrationLine {
     /// Creates the line. The pictures of a board are slow, so each of them is shown.
     fn new(is_board: bool) -> Self {
         Self { shown: std::io::stderr().is_terminal(), every: if is_board { 1 } else { 15 } }
@@ -237,7 +237,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for CalibrationLine {
     /// Clears the line for the next message.
     fn drop(&mut self) {
         if self.shown {

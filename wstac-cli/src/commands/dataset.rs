@@ -10,9 +10,9 @@ use std::sync::atomic::Ordering;
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 
-use self::progress::Progress;
+use self::progress::ProgressLine;
 use super::files::{Outputs, check_ending};
-use super::model_arguments::Sample;
+use super::model_arguments::SampleKind;
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing, number};
 use super::units;
@@ -44,7 +44,7 @@ pub(super) struct Arguments {
     /// For models of any speed, direction and length, use path. Then a sweep is of random slides, with keys of its own.
     /// The default is frames, and without a source path.
     #[arg(long, value_enum)]
-    input: Option<Sample>,
+    input: Option<SampleKind>,
 
     /// Write the samples to this new file
     #[arg(short, long, value_name = "FILE.npz")]
@@ -78,27 +78,31 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    fn sample(&self) -> Sample {
-        self.input.unwrap_or(if self.sources.is_empty() { Sample::Path } else { Sample::Frames })
+    fn sample(&self) -> SampleKind {
+        self.input.unwrap_or(if self.sources.is_empty() { SampleKind::Path } else { SampleKind::Frames })
     }
 
-    fn source(&self) -> Result<Source<'_>, Error> {
+    fn source(&self) -> Result<SampleSource<'_>, Error> {
         let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
         match &self.sources[..] {
-            [] => Ok(Source::Random(None)),
+            [] => Ok(SampleSource::Random(None)),
             [one] if !one.is_dir() && !ends(one, "mcap") => {
                 if !ends(one, "toml") {
                     let expected = "a .toml file, recordings (.mcap) or a folder of them";
                     return Err(not_a_source(one, "sweep", expected));
                 }
-                Ok(if self.sample() == Sample::Frames { Source::Sweep(one) } else { Source::Random(Some(one)) })
+                Ok(if self.sample() == SampleKind::Frames {
+                    SampleSource::Sweep(one)
+                } else {
+                    SampleSource::Random(Some(one))
+                })
             }
             all => match all.iter().find(|source| ends(source, "toml")) {
                 Some(sweep) => {
                     let message = "is a sweep among other sources, expected a single sweep, or recordings";
                     Err(Error::new(ErrorKind::Usage, sweep.display(), message))
                 }
-                None => Ok(Source::Recordings),
+                None => Ok(SampleSource::Recordings),
             },
         }
     }
@@ -106,7 +110,7 @@ impl Arguments {
 
 /// The origin of samples.
 #[derive(Clone, Copy, Debug)]
-enum Source<'a> {
+enum SampleSource<'a> {
     /// A sweep over time.
     Sweep(&'a Path),
     /// Random slides: a sweep's file, or the defaults.
@@ -210,9 +214,9 @@ In parts, on many machines (docs/MANY.md):
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_ending(&arguments.output, &["npz"])?;
     match arguments.source()? {
-        Source::Sweep(file) => simulated(arguments, file),
-        Source::Random(file) => random::run(arguments, file),
-        Source::Recordings => recorded::run(arguments),
+        SampleSource::Sweep(file) => simulated(arguments, file),
+        SampleSource::Random(file) => random::run(arguments, file),
+        SampleSource::Recordings => recorded::run(arguments),
     }
 }
 
@@ -329,7 +333,7 @@ fn make(sweep: &Sweep, config: &Config, units: Range<u32>, threads: Option<u16>)
     let signal = number();
     let numbers: Vec<u32> = units.collect();
     let mut outcomes = Vec::with_capacity(numbers.len());
-    let mut progress = Progress::new("slides", numbers.len());
+    let mut progress = ProgressLine::new("slides", numbers.len());
     pool(threads)?.install(|| {
         each_sample(
             &numbers,

@@ -5,19 +5,19 @@ use wstac_core::model::file::{Input, Task};
 
 /// The sample that a model takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum Sample {
+pub(super) enum SampleKind {
     #[default]
     Frames,
     Path,
     TaxelPath,
 }
 
-impl From<Sample> for Input {
-    fn from(sample: Sample) -> Self {
+impl From<SampleKind> for Input {
+    fn from(sample: SampleKind) -> Self {
         match sample {
-            Sample::Frames => Self::Frames,
-            Sample::Path => Self::Path,
-            Sample::TaxelPath => Self::TaxelPath,
+            SampleKind::Frames => Self::Frames,
+            SampleKind::Path => Self::Path,
+            SampleKind::TaxelPath => Self::TaxelPath,
         }
     }
 }

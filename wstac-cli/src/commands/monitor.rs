@@ -4,7 +4,7 @@ use std::ffi::OsString;
 
 use super::output::Stop;
 use super::records::{Form, Records};
-use super::run::board::Board;
+use super::run::board::OpenBoard;
 use super::signals::{Ending, finishing};
 use super::source_arguments::at_least;
 use wstac_host::monitor::line::BoardLine;
@@ -79,5 +79,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let line = BoardLine::new(Port::open(&arguments.port, arguments.baud)?, wanted);
     let interrupted = finishing(Ending::InTime);
     let records = Records::new(Form::json_if(arguments.json));
-    Board { line, records, has_status: arguments.status, interrupted: &interrupted }.read()
+    OpenBoard { line, records, has_status: arguments.status, interrupted: &interrupted }.read()
 }

@@ -21,7 +21,7 @@ use wstac_host::plural::counted;
 use wstac_host::record::labels::{self, NAMES, by_name};
 use wstac_host::record::{Compression, Written};
 use wstac_host::source::Labels;
-use wstac_host::source::names::{Sensor, sensors};
+use wstac_host::source::names::{SensorSpec, sensors};
 use wstac_host::source::{Crop, Lag, StreamInfo};
 
 /// Record frames, events and settings of a source to a file
@@ -206,7 +206,7 @@ Examples:
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let all = sensors(&arguments.sources)?;
-    if let [Sensor { name: None, source }] = &all[..] {
+    if let [SensorSpec { name: None, source }] = &all[..] {
         return match &arguments.guide {
             Some(plan) => guide::run(arguments, source, plan),
             None => to_file::run(arguments, &all),

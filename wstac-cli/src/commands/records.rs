@@ -46,11 +46,11 @@ impl Form {
 /// Where the records of all sensors go: standard output, or a file that takes its name when it is whole.
 #[derive(Debug, Default)]
 pub(super) struct Destination {
-    state: Mutex<State>,
+    state: Mutex<DestinationState>,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct DestinationState {
     /// The file; `None` for standard output.
     file: Option<NewFile>,
     /// A first line that is not written yet.
@@ -64,10 +64,10 @@ struct State {
 impl Destination {
     /// Creates a destination for lines behind a first one: a file, or standard output.
     pub(super) fn new(file: Option<NewFile>, head: Option<String>) -> Self {
-        Self { state: Mutex::new(State { file, head, ..State::default() }) }
+        Self { state: Mutex::new(DestinationState { file, head, ..DestinationState::default() }) }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, DestinationState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -94,7 +94,7 @@ impl Destination {
     /// The file cannot be written, or its name is taken by now.
     pub(super) fn finish(self) -> Result<Option<(PathBuf, u64)>, Error> {
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let State { file, records, has_begun, has_failed, .. } = state;
+        let DestinationState { file, records, has_begun, has_failed, .. } = state;
         let Some(file) = file.filter(|_| has_begun && !has_failed) else { return Ok(None) };
         let path = file.path.clone();
         file.commit()?;
@@ -102,7 +102,7 @@ impl Destination {
     }
 }
 
-impl State {
+impl DestinationState {
     fn begin(&mut self) -> Result<(), Stop> {
         match self.head.take() {
             Some(head) => self.write(&head),

@@ -21,7 +21,7 @@ use wstac_host::error::{Error, ErrorKind as Kind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::pictures::port_of;
 use wstac_host::plural::counted;
-use wstac_host::source::names::{Sensor, sensors};
+use wstac_host::source::names::{SensorSpec, sensors};
 
 /// Print the tactile events of a source
 ///
@@ -367,7 +367,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     {
         conflict(&format!("--since is {since} and --until is {until}, expected --since before --until"));
     }
-    let is_board = |sensor: &Sensor<'_>| port_of(sensor.source).is_some();
+    let is_board = |sensor: &SensorSpec<'_>| port_of(sensor.source).is_some();
     if (arguments.status || arguments.baud.is_some()) && !sensors.iter().any(is_board) {
         let subject = sensors[0].source.display();
         return Err(Error::new(Kind::Usage, subject, "is no board, expected no --status or --baud").into());
@@ -380,7 +380,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let files = ModelFile::open_all(&arguments.models)?;
     let interrupted = signals::flag();
     let recorded = recorded(arguments, &sensors)?;
-    let parts: Vec<_> = recorded.iter().map(|name| Sensor { name: Some(name), source: sensors[0].source }).collect();
+    let parts: Vec<_> =
+        recorded.iter().map(|name| SensorSpec { name: Some(name), source: sensors[0].source }).collect();
     let is_recorded = !parts.is_empty();
     let sensors = if is_recorded { parts } else { sensors };
     let file = arguments.file().map(|path| outputs.create(path)).transpose()?;
@@ -407,8 +408,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 }
 
 /// Returns the names of a recording's sensors if all of them are to be read; none for other sources.
-fn recorded(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<Vec<String>, Error> {
-    let [Sensor { name: None, source }] = sensors else { return Ok(Vec::new()) };
+fn recorded(arguments: &Arguments, sensors: &[SensorSpec<'_>]) -> Result<Vec<String>, Error> {
+    let [SensorSpec { name: None, source }] = sensors else { return Ok(Vec::new()) };
     let names = arguments.options.sensors_in(source)?;
     if !names.is_empty() && arguments.save_raw.is_some() {
         conflict("--save-raw is for one sensor, expected --sensor NAME");

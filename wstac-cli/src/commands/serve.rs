@@ -221,7 +221,7 @@ fn open(
     all: &[NamedSource],
     arguments: &Arguments,
     files: &[ModelFile],
-) -> Result<(wstac_serve::Sensor, Vec<String>), Error> {
+) -> Result<(wstac_serve::ServedSensor, Vec<String>), Error> {
     let Arguments { config, record_to, .. } = arguments;
     let options = &arguments.options.of(sensor);
     // A recording has every frame.
@@ -247,7 +247,7 @@ fn open(
         let message = "can be read once, expected a file or a scene with --loop";
         return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message));
     }
-    Ok((wstac_serve::Sensor::new(sensor.name.as_deref(), station, tools), notes))
+    Ok((wstac_serve::ServedSensor::new(sensor.name.as_deref(), station, tools), notes))
 }
 
 /// Returns whether a source can be read again from its start: a scene, a file or a folder.

@@ -15,7 +15,7 @@ use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::every_sensor::{NamedSource, every_sensor};
-use wstac_host::source::names::Sensor;
+use wstac_host::source::names::SensorSpec;
 use wstac_host::source::open::{OpenOptions, recorded_sensors};
 use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
@@ -138,11 +138,11 @@ impl SourceArguments {
     }
 
     /// Returns the sensors of all sources: of a recording of several, all, unless the options name one.
-    pub(super) fn every_sensor(&self, given: &[Sensor<'_>]) -> Result<Vec<NamedSource>, Error> {
+    pub(super) fn every_sensor(&self, given: &[SensorSpec<'_>]) -> Result<Vec<NamedSource>, Error> {
         if self.sensor.is_none() {
             return every_sensor(given);
         }
-        let plain = |sensor: &Sensor<'_>| NamedSource {
+        let plain = |sensor: &SensorSpec<'_>| NamedSource {
             name: sensor.name.map(str::to_owned),
             source: sensor.source.to_owned(),
             recorded: None,

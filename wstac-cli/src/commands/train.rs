@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::dataset::{not_a_source, pool, random, recorded};
 use super::files::{Outputs, check_ending};
-use super::model_arguments::{Classes, Sample};
+use super::model_arguments::{Classes, SampleKind};
 use super::output::{Stop, note, stdout};
 use super::signals::{Ending, finishing};
 use wstac_host::config::Config;
@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     ///
     /// path and taxel-path hold for any speed, direction and length; frames holds for those that were trained.
     #[arg(long, value_enum, default_value = "path")]
-    input: Sample,
+    input: SampleKind,
 
     /// What the model tells apart
     ///
@@ -188,8 +188,8 @@ fn learn_command(arguments: &Arguments) -> Option<String> {
     let is_set = |path: &PathBuf| path.extension().is_some_and(|end| end.eq_ignore_ascii_case("npz"));
     // A data set has samples of one input only. Of a recording, 25 taxels tell textures apart best.
     let base = match arguments.input {
-        Sample::Path if arguments.sets.iter().any(is_set) => "builtin:embedding",
-        Sample::Frames if arguments.sets.iter().any(is_set) => return None,
+        SampleKind::Path if arguments.sets.iter().any(is_set) => "builtin:embedding",
+        SampleKind::Frames if arguments.sets.iter().any(is_set) => return None,
         _ => "builtin:taxel-embedding",
     };
     let sets: Vec<String> = arguments.sets.iter().map(|set| set.display().to_string()).collect();

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use super::output::{Stop, note};
 use super::removed::words;
 use super::source_arguments::{SourceArguments, at_least};
-use crate::view::{Board, Frames, run as show};
+use crate::view::{BoardView, FramesView, run as show};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::line::BoardLine;
@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     signal.map_or(Ok(()), |signal| Err(Stop::Interrupted(signal)))
 }
 
-fn frames(source: &OsStr, arguments: &Arguments) -> Result<Frames, Error> {
+fn frames(source: &OsStr, arguments: &Arguments) -> Result<FramesView, Error> {
     let refused = |message: String| Err(Error::new(ErrorKind::Usage, source.display(), message));
     if arguments.baud.is_some() {
         return refused("is no board, expected no --baud".to_owned());
@@ -107,11 +107,11 @@ fn frames(source: &OsStr, arguments: &Arguments) -> Result<Frames, Error> {
     let live = is_camera(source);
     let textures = Textures::new(&ModelFile::open_all(&arguments.models)?)?;
     let station = Station::new(opened, info, config, textures, OutputOptions::LIVE)?;
-    Ok(Frames::new(if live { station } else { station.paced() }, live))
+    Ok(FramesView::new(if live { station } else { station.paced() }, live))
 }
 
-fn board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<Board, Error> {
+fn board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<BoardView, Error> {
     let has_files = arguments.config.is_some() || !arguments.models.is_empty();
     arguments.options.expect_no_frames(source, has_files)?;
-    Ok(Board::new(BoardLine::new(Port::open(port, arguments.baud)?, OutputOptions::LIVE)))
+    Ok(BoardView::new(BoardLine::new(Port::open(port, arguments.baud)?, OutputOptions::LIVE)))
 }

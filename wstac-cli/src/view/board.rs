@@ -3,27 +3,27 @@
 use std::sync::Mutex;
 
 use super::state::{About, State};
-use super::{Sensor, locked};
+use super::{ViewedSensor, locked};
 use wstac_host::error::Error;
 use wstac_host::monitor::line::{BoardLine, LineStep};
 use wstac_host::monitor::{Report, telemetry};
 use wstac_host::output::Output;
 use wstac_host::plural::counted;
 
-pub(crate) struct Board {
+pub(crate) struct BoardView {
     line: BoardLine,
     /// The number of the frame behind the last one with features.
     next: u64,
 }
 
-impl Board {
+impl BoardView {
     /// Creates the sensor of a line that asks for features and motion.
     pub(crate) fn new(line: BoardLine) -> Self {
         Self { line, next: 0 }
     }
 }
 
-impl Sensor for Board {
+impl ViewedSensor for BoardView {
     fn state(&self) -> State {
         let about = format!("board at {}", self.line.name());
         State { missing: "a board sends none", ..State::new(about, true, "– fps".to_owned()) }

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 use super::state::{About, State};
-use super::{Sensor, locked};
+use super::{ViewedSensor, locked};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
 use wstac_host::output::Output;
@@ -18,16 +18,16 @@ use wstac_host::station::{Station, Turn};
 const MEASURED: usize = 60;
 
 /// A source of frames.
-pub(crate) struct Frames {
+pub(crate) struct FramesView {
     station: Station,
     /// Whether it is a camera, which is read while the screen is paused.
     live: bool,
-    found: Found,
+    found: TurnObserver,
 }
 
 /// The frames and outputs of a turn of the station.
 #[derive(Default)]
-struct Found {
+struct TurnObserver {
     /// `None` if the source makes no pixels.
     sampler: Option<Sampler>,
     wants_picture: bool,
@@ -41,7 +41,7 @@ struct Found {
     times: VecDeque<Duration>,
 }
 
-impl Observer for Found {
+impl Observer for TurnObserver {
     type Error = Error;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
@@ -67,11 +67,11 @@ impl Observer for Found {
     }
 }
 
-impl Frames {
+impl FramesView {
     /// Creates the sensor of a station that gives features and motion. A `live` one is a camera.
     pub(crate) fn new(station: Station, live: bool) -> Self {
         let sampler = (!station.info().taxels_only).then(|| Sampler::new(station.info()));
-        Self { station, live, found: Found { sampler, ..Found::default() } }
+        Self { station, live, found: TurnObserver { sampler, ..TurnObserver::default() } }
     }
 
     /// Takes the facts of the trigger.
@@ -87,7 +87,7 @@ impl Frames {
     }
 }
 
-impl Sensor for Frames {
+impl ViewedSensor for FramesView {
     fn state(&self) -> State {
         let info = self.station.info();
         let mut state = State::new(info.about.clone(), self.live, format!("{} fps, nominal", fps(info.rate)));

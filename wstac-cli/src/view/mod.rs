@@ -16,8 +16,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-pub(crate) use self::board::Board;
-pub(crate) use self::frames::Frames;
+pub(crate) use self::board::BoardView;
+pub(crate) use self::frames::FramesView;
 use self::screen::{Key, Screen};
 use self::state::{About, State};
 use crate::commands::removed::words;
@@ -28,7 +28,7 @@ use wstac_host::error::Error;
 const WAIT: Duration = Duration::from_millis(50);
 
 /// Something that is watched.
-pub(crate) trait Sensor {
+pub(crate) trait ViewedSensor {
     /// Returns the state before the first frame.
     fn state(&self) -> State;
 
@@ -42,14 +42,14 @@ pub(crate) trait Sensor {
     fn rezero(&mut self, state: &mut State);
 }
 
-struct Shared {
+struct SharedView {
     state: Mutex<State>,
     quit: AtomicBool,
     /// The signal that requested the end; 0 for none.
     signal: Arc<AtomicUsize>,
 }
 
-impl Shared {
+impl SharedView {
     fn is_over(&self) -> bool {
         self.quit.load(Ordering::Relaxed) || self.signal.load(Ordering::Relaxed) != 0
     }
@@ -61,7 +61,7 @@ fn locked(state: &Mutex<State>) -> MutexGuard<'_, State> {
 }
 
 /// Ends the other thread when one of them ends, for whatever reason.
-struct EndBoth<'s>(&'s Shared);
+struct EndBoth<'s>(&'s SharedView);
 
 impl Drop for EndBoth<'_> {
     fn drop(&mut self) {
@@ -74,9 +74,9 @@ impl Drop for EndBoth<'_> {
 ///
 /// # Errors
 /// Returns an error if the terminal cannot be used, or the error of the sensor after the user quits.
-pub(crate) fn run(sensor: &mut impl Sensor) -> Result<(State, Option<u8>), Error> {
+pub(crate) fn run(sensor: &mut impl ViewedSensor) -> Result<(State, Option<u8>), Error> {
     finishing(SignalEnding::Restored);
-    let shared = Shared { state: Mutex::new(sensor.state()), quit: AtomicBool::new(false), signal: number() };
+    let shared = SharedView { state: Mutex::new(sensor.state()), quit: AtomicBool::new(false), signal: number() };
     let screen = Screen::open()?;
     let (sender, keys) = channel();
     let failure = thread::scope(|scope| {
@@ -93,7 +93,7 @@ pub(crate) fn run(sensor: &mut impl Sensor) -> Result<(State, Option<u8>), Error
 }
 
 /// Reads until the end is requested, and returns the error that the sensor ended with.
-fn read(sensor: &mut impl Sensor, shared: &Shared, keys: &Receiver<Key>) -> Option<Error> {
+fn read(sensor: &mut impl ViewedSensor, shared: &SharedView, keys: &Receiver<Key>) -> Option<Error> {
     let (mut failure, mut is_over) = (None, false);
     while !shared.is_over() {
         match keys.recv_timeout(if is_over { WAIT } else { Duration::ZERO }) {
@@ -123,7 +123,7 @@ fn read(sensor: &mut impl Sensor, shared: &Shared, keys: &Receiver<Key>) -> Opti
     failure
 }
 
-fn press(key: Key, sensor: &mut impl Sensor, state: &mut State, is_over: bool) {
+fn press(key: Key, sensor: &mut impl ViewedSensor, state: &mut State, is_over: bool) {
     match key {
         Key::Pause if !is_over => state.paused = !state.paused,
         Key::Rezero if !is_over => sensor.rezero(state),

@@ -13,7 +13,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcgetpgrp, tcsetattr};
 
 use super::draw::{Colors, draw};
 use super::state::State;
-use super::{Shared, locked};
+use super::{SharedView, locked};
 use wstac_host::error::{Error, ErrorKind};
 
 /// Time between two drawings: 15 per second.
@@ -72,7 +72,7 @@ impl Screen {
     }
 
     /// Draws the state and passes keys on until the end, or until the terminal is gone.
-    pub(super) fn show(mut self, shared: &Shared, keys: &Sender<Key>) {
+    pub(super) fn show(mut self, shared: &SharedView, keys: &Sender<Key>) {
         // What a camera brings is not drawn while the screen is paused.
         let mut frozen = None;
         while !shared.is_over() {
@@ -90,7 +90,7 @@ impl Screen {
     }
 
     /// Draws the state. It is locked while it is drawn in memory, but not while the terminal receives the result.
-    fn draw(&mut self, shared: &Shared, frozen: &mut Option<State>) -> io::Result<()> {
+    fn draw(&mut self, shared: &SharedView, frozen: &mut Option<State>) -> io::Result<()> {
         let colors = self.colors;
         self.terminal.draw(|frame| {
             let mut state = locked(&shared.state);

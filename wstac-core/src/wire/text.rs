@@ -10,10 +10,10 @@ use crate::model::labels::Label;
 
 /// Text of at most `MOST` bytes of UTF-8.
 #[derive(Clone, Copy, Debug)]
-pub struct Text<'a, const MOST: usize = 63>(Source<'a>);
+pub struct Text<'a, const MOST: usize = 63>(TextContent<'a>);
 
 #[derive(Clone, Copy, Debug)]
-enum Source<'a> {
+enum TextContent<'a> {
     Str(&'a str),
     /// Text of a class's name, which lies in a model file.
     Label(Label<'a>),
@@ -23,15 +23,15 @@ impl<'a, const MOST: usize> Text<'a, MOST> {
     /// Creates a text, cut after the last whole character of its first `MOST` bytes.
     pub fn new(text: &'a str) -> Self {
         let end = text.floor_char_boundary(MOST);
-        Self(Source::Str(text.get(..end).unwrap_or_default()))
+        Self(TextContent::Str(text.get(..end).unwrap_or_default()))
     }
 
     /// Returns the bytes of the text, in UTF-8.
     pub fn bytes(&self) -> impl Iterator<Item = u8> + use<'a, MOST> {
         // One of the two is empty.
         let (text, label) = match self.0 {
-            Source::Str(text) => (text, None),
-            Source::Label(label) => ("", Some(label)),
+            TextContent::Str(text) => (text, None),
+            TextContent::Label(label) => ("", Some(label)),
         };
         text.bytes().chain(label.into_iter().flat_map(Label::bytes))
     }
@@ -39,8 +39,8 @@ impl<'a, const MOST: usize> Text<'a, MOST> {
     /// Returns the number of bytes.
     pub fn len(&self) -> usize {
         match self.0 {
-            Source::Str(text) => text.len(),
-            Source::Label(label) => label.bytes().len(),
+            TextContent::Str(text) => text.len(),
+            TextContent::Label(label) => label.bytes().len(),
         }
     }
 
@@ -53,7 +53,7 @@ impl<'a, const MOST: usize> Text<'a, MOST> {
 /// Creates the text of a class's name. A name that is too long becomes an empty text.
 impl<'a> From<Label<'a>> for Text<'a> {
     fn from(label: Label<'a>) -> Self {
-        if label.bytes().len() > 63 { Self::new("") } else { Self(Source::Label(label)) }
+        if label.bytes().len() > 63 { Self::new("") } else { Self(TextContent::Label(label)) }
     }
 }
 
@@ -66,8 +66,8 @@ impl<const MOST: usize> PartialEq for Text<'_, MOST> {
 impl<const MOST: usize> fmt::Display for Text<'_, MOST> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            Source::Str(text) => f.write_str(text),
-            Source::Label(label) => label.chars().try_for_each(|character| f.write_char(character)),
+            TextContent::Str(text) => f.write_str(text),
+            TextContent::Label(label) => label.chars().try_for_each(|character| f.write_char(character)),
         }
     }
 }
@@ -87,6 +87,6 @@ impl<'de: 'a, 'a, const MOST: usize> Deserialize<'de> for Text<'a, MOST> {
         if text.len() > MOST {
             return Err(D::Error::custom("a text is longer than it may be"));
         }
-        Ok(Self(Source::Str(text)))
+        Ok(Self(TextContent::Str(text)))
     }
 }

@@ -9,7 +9,7 @@ use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, Motion};
 
 use crate::memory::{give, place, value, value_mut};
-use crate::pipeline::{State, WstacFwPipeline};
+use crate::pipeline::{PipelineState, WstacFwPipeline};
 use crate::status::{WstacFwStatus, status};
 
 /// The number of numbers of a sample, frame by frame: feature k of frame t is number 10 t + k.
@@ -152,7 +152,7 @@ pub struct WstacFwEnd {
 unsafe fn answer<T>(
     pipeline: *const WstacFwPipeline,
     to: *mut T,
-    of: impl FnOnce(&Event<'_>, &State) -> T,
+    of: impl FnOnce(&Event<'_>, &PipelineState) -> T,
 ) -> WstacFwStatus {
     let answer = || {
         // SAFETY: the caller guarantees it.
@@ -268,7 +268,7 @@ pub unsafe extern "C" fn wstac_fw_motion(
     pipeline: *const WstacFwPipeline,
     motion: *mut WstacFwMotion,
 ) -> WstacFwStatus {
-    let of = |event: &Event<'_>, state: &State| in_c(event, &motion::by_coherence(event, state.motion));
+    let of = |event: &Event<'_>, state: &PipelineState| in_c(event, &motion::by_coherence(event, state.motion));
     // SAFETY: the caller guarantees it.
     unsafe { answer(pipeline, motion, of) }
 }
@@ -283,7 +283,7 @@ pub unsafe extern "C" fn wstac_fw_motion_by_edges(
     pipeline: *const WstacFwPipeline,
     motion: *mut WstacFwMotion,
 ) -> WstacFwStatus {
-    let of = |event: &Event<'_>, state: &State| in_c(event, &motion::by_edges(event, state.motion));
+    let of = |event: &Event<'_>, state: &PipelineState| in_c(event, &motion::by_edges(event, state.motion));
     // SAFETY: the caller guarantees it.
     unsafe { answer(pipeline, motion, of) }
 }
@@ -295,7 +295,7 @@ pub unsafe extern "C" fn wstac_fw_motion_by_edges(
 /// `pipeline` is null or a pipeline's memory; `speed` is null or memory for one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed: *mut WstacFwSpeed) -> WstacFwStatus {
-    let of = |event: &Event<'_>, state: &State| {
+    let of = |event: &Event<'_>, state: &PipelineState| {
         let frames = speed::duration(event, &state.speed).map_or(-1, |duration| i16::from(duration.frames()));
         let none = WstacFwSpeed {
             why: WstacFwWhy::There,
@@ -350,7 +350,7 @@ pub unsafe extern "C" fn wstac_fw_direction(
 unsafe fn take<T>(
     pipeline: *mut WstacFwPipeline,
     to: *mut T,
-    of: impl FnOnce(&mut State) -> Option<T>,
+    of: impl FnOnce(&mut PipelineState) -> Option<T>,
 ) -> WstacFwStatus {
     let take = || {
         // SAFETY: the caller guarantees it.
@@ -374,7 +374,7 @@ pub unsafe extern "C" fn wstac_fw_take_interrupted(
     pipeline: *mut WstacFwPipeline,
     incomplete: *mut WstacFwIncomplete,
 ) -> WstacFwStatus {
-    let of = |state: &mut State| {
+    let of = |state: &mut PipelineState| {
         state.interrupted.take().map(|sample| WstacFwIncomplete { frame: sample.frame, frames: sample.frames })
     };
     // SAFETY: the caller guarantees it.
@@ -393,7 +393,7 @@ pub unsafe extern "C" fn wstac_fw_take_contact_end(
     pipeline: *mut WstacFwPipeline,
     to: *mut WstacFwContactEnd,
 ) -> WstacFwStatus {
-    let of = |state: &mut State| {
+    let of = |state: &mut PipelineState| {
         state.contact_end.take().map(|end| WstacFwContactEnd { frame: end.frame, event_frame: end.event_frame })
     };
     // SAFETY: the caller guarantees it.

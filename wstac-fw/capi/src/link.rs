@@ -22,7 +22,7 @@ use crate::answers::{
 use crate::format::WstacFwFormat;
 use crate::memory::{Memory, borrowed, bytes as borrowed_bytes, fits, give, place, set_up, value, value_mut};
 use crate::model::{WSTAC_FW_LABEL_BYTES, WstacFwModel, WstacFwTask, WstacFwTexture};
-use crate::pipeline::{State, WstacFwPipeline};
+use crate::pipeline::{PipelineState, WstacFwPipeline};
 use crate::status::{WstacFwStatus, status};
 
 /// The number of bytes of the longest message.
@@ -401,7 +401,7 @@ pub unsafe extern "C" fn wstac_fw_link_event(
 ) -> WstacFwStatus {
     let event = |sender: &mut Sender| {
         // SAFETY: the caller guarantees it.
-        let state: &State = unsafe { value(pipeline) }?;
+        let state: &PipelineState = unsafe { value(pipeline) }?;
         // SAFETY: the caller guarantees it.
         let given = unsafe { borrowed(answers) }?;
         let event = state.event().ok_or(WstacFwStatus::State)?;
@@ -522,7 +522,7 @@ pub unsafe extern "C" fn wstac_fw_link_sample(
 ) -> WstacFwStatus {
     let message = |_: &mut Sender| {
         // SAFETY: the caller guarantees it.
-        let state: &State = unsafe { value(pipeline) }?;
+        let state: &PipelineState = unsafe { value(pipeline) }?;
         let event = state.event().ok_or(WstacFwStatus::State)?;
         wire::sample_parts(event.frame, event.sample).nth(part as usize).ok_or(WstacFwStatus::None)
     };

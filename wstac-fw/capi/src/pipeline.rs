@@ -36,16 +36,16 @@ pub struct WstacFwPipeline {
 const _: () = assert!(size_of::<WstacFwPipeline>() == WSTAC_FW_PIPELINE_SIZE);
 const _: () = assert!(align_of::<WstacFwPipeline>() == WSTAC_FW_PIPELINE_ALIGN);
 // On a 64-bit machine, where tests run, pointers are larger.
-const _: () = assert!(fits::<WstacFwPipeline, State>(if cfg!(target_pointer_width = "32") { 24 } else { 0 }));
+const _: () = assert!(fits::<WstacFwPipeline, PipelineState>(if cfg!(target_pointer_width = "32") { 24 } else { 0 }));
 
 // SAFETY: it consists of numbers, as large and aligned as asserted above.
 unsafe impl Memory for WstacFwPipeline {
-    type Value = State;
+    type Value = PipelineState;
     const MARK: u32 = u32::from_le_bytes(*b"WSpl");
 }
 
 /// The state of a pipeline.
-pub(crate) struct State {
+pub(crate) struct PipelineState {
     pub(crate) pipeline: Pipeline<Chosen, Fixed, Option<TrackingBaseline>>,
     /// The law of durations.
     pub(crate) speed: SpeedConfig,
@@ -87,7 +87,7 @@ impl From<Event<'_>> for Seen {
     }
 }
 
-impl State {
+impl PipelineState {
     fn new(options: &WstacFwOptions, format: &'static WstacFwFormat) -> Result<Self, WstacFwStatus> {
         let size = FrameSize::new(options.width, options.height)?;
         let layout = if options.corners.is_null() {
@@ -231,7 +231,7 @@ pub unsafe extern "C" fn wstac_fw_init(
         let options = unsafe { borrowed(options) }?;
         // SAFETY: the caller guarantees it.
         let format = unsafe { WstacFwFormat::checked(options.format) }?;
-        State::new(options, format)
+        PipelineState::new(options, format)
     };
     // SAFETY: the caller guarantees it.
     status(unsafe { set_up(pipeline, size, make) })
@@ -244,7 +244,7 @@ pub unsafe extern "C" fn wstac_fw_init(
 #[inline]
 pub(crate) unsafe fn with(
     pipeline: *mut WstacFwPipeline,
-    call: impl FnOnce(&mut State) -> Result<WstacFwStatus, WstacFwStatus>,
+    call: impl FnOnce(&mut PipelineState) -> Result<WstacFwStatus, WstacFwStatus>,
 ) -> WstacFwStatus {
     // SAFETY: the caller guarantees it.
     status(unsafe { value_mut(pipeline) }.and_then(call))
@@ -262,7 +262,7 @@ pub unsafe extern "C" fn wstac_fw_push_frame(
     frame: *const u8,
     length: usize,
 ) -> WstacFwStatus {
-    let push = |state: &mut State| {
+    let push = |state: &mut PipelineState| {
         // SAFETY: the caller guarantees it.
         let frame = unsafe { bytes(frame, length) }?;
         state.push(|pipeline| pipeline.push_frame(frame))
@@ -283,7 +283,7 @@ pub unsafe extern "C" fn wstac_fw_push_stripe(
     rows: *const u8,
     length: usize,
 ) -> WstacFwStatus {
-    let push = |state: &mut State| {
+    let push = |state: &mut PipelineState| {
         // SAFETY: the caller guarantees it.
         let rows = unsafe { bytes(rows, length) }?;
         state.push(|pipeline| pipeline.push_stripe(rows))
@@ -326,5 +326,5 @@ pub unsafe extern "C" fn wstac_fw_push_lost(pipeline: *mut WstacFwPipeline, fram
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_finish(pipeline: *mut WstacFwPipeline) -> WstacFwStatus {
     // SAFETY: the caller guarantees it.
-    unsafe { with(pipeline, State::finish) }
+    unsafe { with(pipeline, PipelineState::finish) }
 }

@@ -11,7 +11,7 @@ use wstac_core::params::{
 };
 
 use crate::memory::{borrowed, give, value_mut};
-use crate::pipeline::{State, WstacFwPipeline};
+use crate::pipeline::{PipelineState, WstacFwPipeline};
 use crate::status::{WstacFwBool, WstacFwStatus, choice, status};
 
 /// The parameters of the trigger: `[trigger]` of a configuration file.
@@ -58,7 +58,7 @@ pub struct WstacFwSpeedLaw {
 ///
 /// # Safety
 /// `pipeline` is null, or a pipeline's memory that no other code uses meanwhile.
-unsafe fn fresh<'a>(pipeline: *mut WstacFwPipeline) -> Result<&'a mut State, WstacFwStatus> {
+unsafe fn fresh<'a>(pipeline: *mut WstacFwPipeline) -> Result<&'a mut PipelineState, WstacFwStatus> {
     // SAFETY: the caller guarantees it.
     let state = unsafe { value_mut(pipeline) }?;
     if state.is_fresh() { Ok(state) } else { Err(WstacFwStatus::State) }

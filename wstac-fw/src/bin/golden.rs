@@ -41,9 +41,9 @@ const CONTACT_END: i16 = 4;
 /// The bytes of a sample: ten totals of its baseline, the frames that they are of, and ten features of 70 frames.
 const SAMPLE: usize = 4 * (FEATURES + 1) + 2 * FEATURES * SAMPLE_FRAMES;
 
-struct Words<'a>(&'a [u8]);
+struct WordReader<'a>(&'a [u8]);
 
-impl Words<'_> {
+impl WordReader<'_> {
     fn u32(&mut self) -> u32 {
         let Some((word, rest)) = self.0.split_first_chunk::<4>() else { return 0 };
         self.0 = rest;
@@ -132,7 +132,7 @@ fn motions() {
     let config = MotionConfig::published(FrameRate::NOMINAL);
     let mut bytes = [0; SAMPLE];
     while samples.read(&mut bytes) {
-        let mut words = Words(&bytes);
+        let mut words = WordReader(&bytes);
         let totals = core::array::from_fn(|_| words.u32().cast_signed());
         let baseline = Baseline::new(totals, words.u32() as u16);
         let mut frames = [[0; FEATURES]; SAMPLE_FRAMES];
@@ -166,7 +166,7 @@ fn numbers(motion: &Motion) -> [i16; 12] {
 }
 
 fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Result<(), Error> {
-    let mut words = Words(header);
+    let mut words = WordReader(header);
     let (format, size) = (words.u32(), FrameSize::new(words.u32(), words.u32())?);
     let (bytes_per_row, frame_bytes) = (words.u32(), words.u32() as usize);
     let rate = FrameRate::new(words.u32(), words.u32())?;

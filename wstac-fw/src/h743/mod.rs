@@ -30,7 +30,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use self::flash::{BoardFlash, SECTORS};
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
-use crate::sensor::Sensor;
+use crate::sensor::CameraSensor;
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
 use crate::sensor::ov7690::OV7690;
@@ -46,7 +46,7 @@ use crate::stripes::Ring;
 use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 
 /// The sensors that are looked for, in this order. All produce frames of one size.
-static SENSORS: [Sensor; 3] = [OV7690, OV7692, OV7725];
+static SENSORS: [CameraSensor; 3] = [OV7690, OV7692, OV7725];
 /// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.

@@ -19,12 +19,12 @@ const SUPPLY: u32 = 960;
 pub struct ChipThermometer {
     /// The numbers at 30 and at 110 °C.
     at: [u16; 2],
-    step: Step,
+    step: AdcPhase,
 }
 
 /// The next thing to be done.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Step {
+enum AdcPhase {
     /// The ADC is being calibrated.
     Calibrate,
     /// The ADC starts.
@@ -63,7 +63,7 @@ impl ChipThermometer {
         // SAFETY: the chip has its own numbers there, in memory that is only read.
         #[allow(unsafe_code)]
         let at = unsafe { [AT_30.read_volatile(), AT_110.read_volatile()] };
-        Self { at, step: Step::Calibrate }
+        Self { at, step: AdcPhase::Calibrate }
     }
 
     /// Returns the temperature of a number in tenths of a degree; `None` if the factory has left no numbers, or if no
@@ -78,23 +78,23 @@ impl ChipThermometer {
 impl Thermometer for ChipThermometer {
     fn tenths(&mut self) -> Option<i16> {
         match self.step {
-            Step::Calibrate if !ADC3.cr().read().adcal() => {
+            AdcPhase::Calibrate if !ADC3.cr().read().adcal() => {
                 ADC3.isr().write(|w| w.set_adrdy(true));
                 ADC3.cr().modify(|w| w.set_aden(true));
-                self.step = Step::Enable;
+                self.step = AdcPhase::Enable;
                 None
             }
-            Step::Enable if ADC3.isr().read().adrdy() => {
+            AdcPhase::Enable if ADC3.isr().read().adrdy() => {
                 ADC3.cfgr().modify(|w| w.set_res(Res::BITS16));
                 // 810.5 cycles of 18 MHz are 45 µs; the sensor needs 9.
                 ADC3.smpr(1).modify(|w| w.set_smp(CHANNEL - 10, SampleTime::CYCLES810_5));
                 ADC3.pcsel().modify(|w| w.set_pcsel(CHANNEL, Pcsel::PRESELECTED));
                 ADC3.sqr1().write(|w| w.set_sq(0, CHANNEL as u8));
                 ADC3.cr().modify(|w| w.set_adstart(true));
-                self.step = Step::Measure;
+                self.step = AdcPhase::Measure;
                 None
             }
-            Step::Measure if ADC3.isr().read().eoc() => {
+            AdcPhase::Measure if ADC3.isr().read().eoc() => {
                 let number = ADC3.dr().read().rdata();
                 ADC3.cr().modify(|w| w.set_adstart(true));
                 self.of(number)

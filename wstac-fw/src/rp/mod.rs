@@ -25,7 +25,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use self::flash::{RpFlash, SECTORS};
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
-use crate::sensor::Sensor;
+use crate::sensor::CameraSensor;
 use crate::sensor::hm01b0::{DataWires, hm01b0};
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
@@ -43,9 +43,9 @@ const SENSOR_CLOCK: u32 = 24_000_000;
 /// The rows of a stripe, which divide those of a frame.
 const ROWS: u16 = 22;
 /// The sensors with each number of data wires.
-static WITH_1: [Sensor; 1] = [hm01b0(DataWires::One)];
-static WITH_4: [Sensor; 1] = [hm01b0(DataWires::Four)];
-static WITH_8: [Sensor; 1] = [hm01b0(DataWires::Eight)];
+static WITH_1: [CameraSensor; 1] = [hm01b0(DataWires::One)];
+static WITH_4: [CameraSensor; 1] = [hm01b0(DataWires::Four)];
+static WITH_8: [CameraSensor; 1] = [hm01b0(DataWires::Eight)];
 /// The size of what is used of their frames.
 const SIZE: FrameSize = hm01b0(DataWires::Eight).size;
 const BORDER: u16 = hm01b0(DataWires::Eight).border;

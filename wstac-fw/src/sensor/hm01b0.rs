@@ -29,7 +29,7 @@
 //! | 0x3060 | 5: PCLK only with pixels, 4: high bits first, 3–2: register clock, 1–0: pixel clock, 0 for / 8 |
 //! | 0x3068 | 0: PCLK inverted |
 
-use super::{Addressing, QVGA, Sensor, Setting, Signals, Suspects, set};
+use super::{Addressing, CameraSensor, QVGA, Setting, Signals, Suspects, set};
 
 /// The width of the data bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,13 +54,13 @@ impl DataWires {
 }
 
 /// Creates the HM01B0 with this data bus.
-pub const fn hm01b0(wires: DataWires) -> Sensor {
+pub const fn hm01b0(wires: DataWires) -> CameraSensor {
     let settings: &'static [&'static [Setting]] = match wires {
         DataWires::One => &WITH_1,
         DataWires::Four => &WITH_4,
         DataWires::Eight => &WITH_8,
     };
-    Sensor {
+    CameraSensor {
         name: "HM01B0",
         address: 0x24,
         addressing: Addressing::Word,

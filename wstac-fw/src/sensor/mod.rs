@@ -34,7 +34,7 @@ const fn set(register: u16, value: u8) -> Setting {
 
 /// The properties of a sensor.
 #[derive(Clone, Copy, Debug)]
-pub struct Sensor {
+pub struct CameraSensor {
     /// The common name of the sensor.
     pub name: &'static str,
     /// The 7-bit address on the bus.
@@ -80,7 +80,7 @@ pub struct Sensor {
 }
 
 /// Returns the longest exposure in lines that each of these sensors can have.
-pub fn longest_exposure(sensors: &[Sensor]) -> u16 {
+pub fn longest_exposure(sensors: &[CameraSensor]) -> u16 {
     sensors.iter().map(|sensor| sensor.longest_exposure).min().unwrap_or(0)
 }
 
@@ -151,7 +151,11 @@ impl<E: fmt::Debug> fmt::Display for SensorError<E> {
     }
 }
 
-impl Sensor {
+/// The former name of [`CameraSensor`].
+#[deprecated(since = "0.4.0", note = "use `CameraSensor`")]
+pub type Sensor = CameraSensor;
+
+impl CameraSensor {
     /// Reads the identity: high and low byte.
     pub fn id(&self) -> u16 {
         let [high, low] = self.identity;

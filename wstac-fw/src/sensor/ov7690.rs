@@ -25,10 +25,10 @@
 //! | 0xC8–0xCF | width and height into the scaler, and out of it |
 //! | 0xD2, 0xDA, 0xDB | effects: 4–3 fix U and V at these two values; 2: contrast |
 
-use super::{Addressing, FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
+use super::{Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, set};
 
 /// The OV7690.
-pub const OV7690: Sensor = Sensor {
+pub const OV7690: CameraSensor = CameraSensor {
     name: "OV7690",
     address: 0x21,
     addressing: Addressing::Byte,

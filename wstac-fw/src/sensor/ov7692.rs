@@ -16,10 +16,10 @@
 //! | 0xB5 of bank 1 | 6: MIPI on, as at reset |
 
 use super::ov7690::{GAMMA, LOCKS, OV7690, RATE, WINDOW};
-use super::{Addressing, FIXED_CHROMA, Sensor, Setting, set};
+use super::{Addressing, CameraSensor, FIXED_CHROMA, Setting, set};
 
 /// The OV7692.
-pub const OV7692: Sensor = Sensor {
+pub const OV7692: CameraSensor = CameraSensor {
     name: "OV7692",
     address: 0x3C,
     addressing: Addressing::Byte,

@@ -25,10 +25,10 @@
 //! | 0x67 | 1–0: 0 for YUV or RGB |
 //! | 0xAC | 3–2: scale factors follow from the sizes |
 
-use super::{Addressing, FIXED_CHROMA, QVGA, Sensor, Setting, Signals, Suspects, set};
+use super::{Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, set};
 
 /// The OV7725.
-pub const OV7725: Sensor = Sensor {
+pub const OV7725: CameraSensor = CameraSensor {
     name: "OV7725",
     address: 0x21,
     addressing: Addressing::Byte,

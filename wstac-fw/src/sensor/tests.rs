@@ -12,14 +12,14 @@ use super::ov7690::OV7690;
 use super::ov7692::OV7692;
 use super::ov7725::OV7725;
 use super::watch::Watch;
-use super::{Addressing, Sensor, SensorError, Setting, longest_exposure, set};
+use super::{Addressing, CameraSensor, SensorError, Setting, longest_exposure, set};
 
-const OMNIVISION: [Sensor; 3] = [OV7690, OV7692, OV7725];
-const ALL: [Sensor; 6] =
+const OMNIVISION: [CameraSensor; 3] = [OV7690, OV7692, OV7725];
+const ALL: [CameraSensor; 6] =
     [OV7690, OV7692, OV7725, hm01b0(DataWires::One), hm01b0(DataWires::Four), hm01b0(DataWires::Eight)];
 
 /// Returns the steps on the bus that read this value.
-fn is_read(sensor: &Sensor, Setting { register, value }: Setting) -> Vec<Transaction> {
+fn is_read(sensor: &CameraSensor, Setting { register, value }: Setting) -> Vec<Transaction> {
     let [high, low] = register.to_be_bytes();
     match sensor.addressing {
         // A stop lies between the two: each transaction of the mock stands alone.
@@ -31,7 +31,7 @@ fn is_read(sensor: &Sensor, Setting { register, value }: Setting) -> Vec<Transac
     }
 }
 
-fn is_written(sensor: &Sensor, Setting { register, value }: Setting) -> Transaction {
+fn is_written(sensor: &CameraSensor, Setting { register, value }: Setting) -> Transaction {
     let [high, low] = register.to_be_bytes();
     Transaction::write(
         sensor.address,
@@ -43,16 +43,16 @@ fn is_written(sensor: &Sensor, Setting { register, value }: Setting) -> Transact
 }
 
 /// Returns the steps on the bus that a read takes.
-fn steps_of_read(sensor: &Sensor) -> usize {
+fn steps_of_read(sensor: &CameraSensor) -> usize {
     if sensor.addressing == Addressing::Byte { 2 } else { 1 }
 }
 
-fn settings(sensor: &Sensor) -> Vec<Setting> {
+fn settings(sensor: &CameraSensor) -> Vec<Setting> {
     sensor.banked.iter().chain(sensor.settings.iter().copied().flatten()).copied().collect()
 }
 
 /// Returns all steps on the bus if nothing is wrong.
-fn whole(sensor: &Sensor) -> Vec<Transaction> {
+fn whole(sensor: &CameraSensor) -> Vec<Transaction> {
     let mut steps: Vec<_> = sensor.identity.into_iter().flat_map(|setting| is_read(sensor, setting)).collect();
     steps.push(is_written(sensor, sensor.reset));
     for setting in settings(sensor) {
@@ -64,7 +64,7 @@ fn whole(sensor: &Sensor) -> Vec<Transaction> {
 }
 
 /// Sets the sensor up over a bus that expects these steps and no others.
-fn set_up(sensor: &Sensor, steps: &[Transaction]) -> Result<(), SensorError<ErrorKind>> {
+fn set_up(sensor: &CameraSensor, steps: &[Transaction]) -> Result<(), SensorError<ErrorKind>> {
     let mut bus = Mock::new(steps);
     let done = sensor.set_up(&mut bus, &mut NoopDelay);
     bus.done();
@@ -190,12 +190,12 @@ fn a_clock_that_is_too_fast_is_divided_once() {
 fn another_exposure_changes_its_two_registers_alone() {
     for sensor in OMNIVISION {
         let [high, low] = sensor.exposure;
-        let longer = Sensor { lines: Some(sensor.longest_exposure), ..sensor };
+        let longer = CameraSensor { lines: Some(sensor.longest_exposure), ..sensor };
         let changed: Vec<_> = sensor.table().zip(longer.table()).filter(|(before, after)| before != after).collect();
         // The high byte is that of 480 lines already.
         let [(before, after)] = changed[..] else { panic!("{changed:?}") };
         assert_eq!((before.register, after), (low, set(low, 0xF4)), "{}", sensor.name);
-        let short: Vec<_> = Sensor { lines: Some(100), ..sensor }.table().collect();
+        let short: Vec<_> = CameraSensor { lines: Some(100), ..sensor }.table().collect();
         assert!(short.contains(&set(high, 0)) && short.contains(&set(low, 100)), "{}", sensor.name);
     }
 }

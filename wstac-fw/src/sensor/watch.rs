@@ -3,7 +3,7 @@
 
 use embedded_hal::i2c::I2c;
 
-use super::{Port, Sensor, SensorError};
+use super::{CameraSensor, Port, SensorError};
 use crate::sccb::Registers;
 
 /// The settings that are read back per frame, in turn. All of a table are read within a second.
@@ -20,7 +20,7 @@ impl Watch {
     ///
     /// # Errors
     /// Returns [`SensorError::NotTaken`] if the sensor has another value, or [`SensorError::Bus`].
-    pub fn check<B: I2c>(&mut self, sensor: &Sensor, bus: &mut B) -> Result<(), SensorError<B::Error>> {
+    pub fn check<B: I2c>(&mut self, sensor: &CameraSensor, bus: &mut B) -> Result<(), SensorError<B::Error>> {
         let mut port = Port(Registers::new(bus, sensor.address, sensor.addressing));
         for setting in sensor.table().filter(|setting| setting.register == sensor.switches) {
             port.verify(setting)?;

@@ -6,7 +6,7 @@ use std::mem;
 use std::rc::Rc;
 use std::string::String;
 
-use super::{Capture, Fault, Step, Stripes, Ticks, Trouble};
+use super::{Capture, Fault, StripeStep, Stripes, Ticks, Trouble};
 
 /// The ticks from frame to frame. A stripe is complete 7, 14, 21 and 28 ticks after its frame began.
 const PERIOD: Ticks = 40;
@@ -151,11 +151,11 @@ fn run(frames: &'static [Frame]) -> String {
         }
         loop {
             let entry = match stripes.step() {
-                Step::Wait(until) => {
+                StripeStep::Wait(until) => {
                     assert!(until > now, "waiting for the past");
                     break;
                 }
-                Step::Rows { rows, last: ends } => {
+                StripeStep::Rows { rows, last: ends } => {
                     (last, silent) = (now, false);
                     let (frame, stripe) = (rows[0] / 10, rows[0] % 10);
                     assert_eq!(ends, u32::from(stripe) == STRIPES - 1, "stripe {stripe}");
@@ -165,9 +165,9 @@ fn run(frames: &'static [Frame]) -> String {
                     }
                     if stripe == 0 { format!("{frame}:0") } else { format!("{stripe}") }
                 }
-                Step::Lost(frames) => format!("lost {frames}"),
-                Step::Abandoned => "abandoned".into(),
-                Step::Fault(fault) => {
+                StripeStep::Lost(frames) => format!("lost {frames}"),
+                StripeStep::Abandoned => "abandoned".into(),
+                StripeStep::Fault(fault) => {
                     // A frame that begins in time has rows STRIPE ticks later, so faults are reported within two frame
                     // times. Silence is reported again for as long as it lasts.
                     let again = fault == Fault::Silent && mem::replace(&mut silent, true);
@@ -255,14 +255,14 @@ fn a_stripe_is_not_handed_out_when_the_next_one_is_complete() {
     for released in [false, true] {
         let (world, mut stripes) = interface();
         world.borrow_mut().complete = 1;
-        assert!(matches!(stripes.step(), Step::Rows { .. }));
+        assert!(matches!(stripes.step(), StripeStep::Rows { .. }));
         // It was complete while the first was read. The first may have been overwritten, whether the reader asks or
         // not.
         world.borrow_mut().complete = 2;
         assert!(!(released && stripes.release()));
-        assert_eq!(stripes.step(), Step::Fault(Fault::Overrun));
-        assert_eq!(stripes.step(), Step::Abandoned);
-        assert!(matches!(stripes.step(), Step::Wait(_)));
+        assert_eq!(stripes.step(), StripeStep::Fault(Fault::Overrun));
+        assert_eq!(stripes.step(), StripeStep::Abandoned);
+        assert!(matches!(stripes.step(), StripeStep::Wait(_)));
     }
 }
 
@@ -274,7 +274,7 @@ fn counts_may_begin_again_at_zero() {
     for stripe in 0..9_u32 {
         world.borrow_mut().complete = (u32::MAX - 3).wrapping_add(stripe);
         assert_eq!(stripes.is_in_frame(), !stripe.is_multiple_of(3), "stripe {stripe}");
-        assert!(matches!(stripes.step(), Step::Rows { .. }), "stripe {stripe}");
+        assert!(matches!(stripes.step(), StripeStep::Rows { .. }), "stripe {stripe}");
         assert!(stripes.release(), "stripe {stripe}");
     }
 }

@@ -23,7 +23,7 @@ use crate::texture::Texture;
 
 /// The state of a board, as its messages show it.
 #[derive(Clone, Debug)]
-pub(super) struct Board {
+pub(super) struct BoardState {
     wanted: OutputOptions,
     sample: Parts,
     /// The stream's state as the messages show it. It serves an end that the board does not report.
@@ -48,7 +48,7 @@ const MOST_REPEATS: u8 = 10;
 /// The states, one per second, after which a board counts as one whose clock cannot be matched.
 const MOST_UNMATCHED: u8 = 3;
 
-impl Board {
+impl BoardState {
     pub(super) fn new(wanted: OutputOptions) -> Self {
         let (sample, progress) = (Parts::default(), StreamSummary::default());
         Self {

@@ -26,7 +26,7 @@ const DRIFT_AFTER: Duration = Duration::from_secs(10);
 
 /// An answer of the board. All times are microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Answer {
+struct ClockAnswer {
     /// The middle between request and answer, by this machine.
     at: f64,
     /// This machine's time less the board's.
@@ -53,7 +53,7 @@ pub(super) struct BoardClock {
     /// This machine's time since some start, and its wall clock then.
     now: Option<(Duration, SystemTime)>,
     asked: Option<Duration>,
-    answers: VecDeque<Answer>,
+    answers: VecDeque<ClockAnswer>,
 }
 
 impl BoardClock {
@@ -77,7 +77,7 @@ impl BoardClock {
         }
         let at = f64::midpoint(asked, arrived);
         self.answers.truncate(KEPT - 1);
-        self.answers.push_front(Answer { at, offset: at - board_us as f64, half: (arrived - asked) / 2.0 });
+        self.answers.push_front(ClockAnswer { at, offset: at - board_us as f64, half: (arrived - asked) / 2.0 });
     }
 
     /// Forgets all answers: the board has started again.
@@ -86,11 +86,11 @@ impl BoardClock {
     }
 
     /// Returns the answer that is surest now, and how sure it is in microseconds.
-    fn best(&self) -> Option<(Answer, f64)> {
+    fn best(&self) -> Option<(ClockAnswer, f64)> {
         let now = us(self.now?.0);
         // A board whose crystal is missing runs on a clock of its own.
         let drift = self.fast_ppm().map_or(MOST_UNKNOWN_DRIFT, |ppm| MOST_DRIFT.max(2.0 * ppm.abs() / 1e6));
-        let sure = |answer: &Answer| answer.half + (now - answer.at) * drift;
+        let sure = |answer: &ClockAnswer| answer.half + (now - answer.at) * drift;
         let best = self.answers.iter().min_by(|a, b| sure(a).total_cmp(&sure(b)))?;
         Some((*best, sure(best)))
     }

@@ -17,7 +17,7 @@ use std::time::{Duration, SystemTime};
 use rustix::time::{ClockId, clock_gettime};
 use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, Telemetry, VERSION};
 
-use self::board::Board;
+use self::board::BoardState;
 use self::clock::ClockMatch;
 use crate::error::{Error, ErrorKind};
 use crate::output::{Output, OutputOptions};
@@ -46,7 +46,7 @@ pub enum Report {
 #[derive(Clone, Debug)]
 pub struct Monitor {
     decoder: Decoder,
-    board: Board,
+    board: BoardState,
     /// Whether a message has arrived.
     heard: bool,
     /// Damaged messages since the last whole one.
@@ -62,7 +62,7 @@ impl Monitor {
     pub fn new(wanted: OutputOptions) -> Self {
         Self {
             decoder: Decoder::new(),
-            board: Board::new(wanted),
+            board: BoardState::new(wanted),
             heard: false,
             damaged: 0,
             unknown_said: false,

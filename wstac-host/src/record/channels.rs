@@ -17,7 +17,7 @@ const MOST_NAMES: usize = 8;
 
 /// A channel whose topic ends like one of this program.
 #[derive(Debug)]
-struct Found {
+struct KnownChannel {
     prefix: String,
     sensor: u8,
     topic: Topic,
@@ -28,7 +28,7 @@ pub(super) struct Channels {
     sensors: Sensors,
     /// Names of the schemas.
     schemas: BTreeMap<u16, String>,
-    found: BTreeMap<u16, Found>,
+    found: BTreeMap<u16, KnownChannel>,
     /// Names of the first topics that are not this program's.
     others: Vec<String>,
     /// The start of the topics' names, and how much speaks for it; `None` if there is no topic of this program.
@@ -81,7 +81,7 @@ impl Channels {
                 self.prefix = Some((rank, prefix.to_owned()));
             }
         }
-        self.found.insert(number, Found { prefix: prefix.to_owned(), sensor, topic });
+        self.found.insert(number, KnownChannel { prefix: prefix.to_owned(), sensor, topic });
     }
 
     /// Returns the start of the topics' names; `None` if there is no topic of this program.
@@ -99,7 +99,7 @@ impl Channels {
 
     /// Returns the sensor and the topic of a channel.
     pub(super) fn of(&self, number: u16) -> Option<(u8, Topic)> {
-        let Found { prefix, sensor, topic } = self.found.get(&number)?;
+        let KnownChannel { prefix, sensor, topic } = self.found.get(&number)?;
         (Some(prefix.as_str()) == self.prefix()).then_some((*sensor, *topic))
     }
 
@@ -116,7 +116,8 @@ impl Channels {
 
     /// Returns the names of topics that were found in place of frames.
     pub(super) fn names(&self) -> String {
-        let own = self.found.values().map(|Found { prefix, topic, .. }| [prefix, topic.name_and_schema().0].concat());
+        let own =
+            self.found.values().map(|KnownChannel { prefix, topic, .. }| [prefix, topic.name_and_schema().0].concat());
         let mut names: Vec<String> = own.chain(self.others.iter().cloned()).collect();
         names.sort_unstable();
         names.dedup();

@@ -197,9 +197,9 @@ pub(super) struct Message {
 
 /// The buffered file, shared with the writer that formats it, so that it can be flushed without ending a chunk.
 #[derive(Clone, Debug)]
-struct Shared(Rc<RefCell<BufWriter<Reserved>>>);
+struct SharedFile(Rc<RefCell<BufWriter<Reserved>>>);
 
-impl Write for Shared {
+impl Write for SharedFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.borrow_mut().write(bytes)
     }
@@ -209,7 +209,7 @@ impl Write for Shared {
     }
 }
 
-impl Seek for Shared {
+impl Seek for SharedFile {
     fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
         self.0.borrow_mut().seek(position)
     }
@@ -238,8 +238,8 @@ fn compressed(options: WriteOptions, _: Compression) -> WriteOptions {
 
 /// An MCAP file that is being written.
 pub(super) struct RecordingFile {
-    writer: Writer<Shared>,
-    shared: Shared,
+    writer: Writer<SharedFile>,
+    shared: SharedFile,
     sensors: Sensors,
     /// Numbers of channels that are described in the file.
     channels: BTreeSet<u16>,
@@ -265,7 +265,7 @@ impl RecordingFile {
     /// # Errors
     /// The file cannot be written.
     pub(super) fn new(file: File, description: &[Metadata], compression: Compression) -> Result<Self, McapError> {
-        let shared = Shared(Rc::new(RefCell::new(BufWriter::new(Reserved::new(file)))));
+        let shared = SharedFile(Rc::new(RefCell::new(BufWriter::new(Reserved::new(file)))));
         let library = concat!("wstac ", env!("CARGO_PKG_VERSION"));
         let options = WriteOptions::new().compression(None).chunk_size(None).library(library);
         let mut writer = compressed(options, compression).create(shared.clone())?;

@@ -81,7 +81,7 @@ fn timestamp(nanoseconds: u64) -> Timestamp {
 
 /// The way in which a viewer shows bytes as a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Shape {
+pub(crate) struct RawImageShape {
     /// Foxglove's name of the pixel format.
     pub(crate) encoding: &'static str,
     pub(crate) width: u32,
@@ -90,7 +90,7 @@ pub(crate) struct Shape {
     pub(crate) step: u32,
 }
 
-pub(crate) fn raw_image(time: u64, frame_id: &str, shape: Shape, data: &[u8]) -> Vec<u8> {
+pub(crate) fn raw_image(time: u64, frame_id: &str, shape: RawImageShape, data: &[u8]) -> Vec<u8> {
     let header = RawImage {
         timestamp: Some(timestamp(time)),
         frame_id: frame_id.into(),
@@ -177,7 +177,7 @@ pub(crate) fn log(time: u64, level: Level, message: &str) -> Vec<u8> {
 /// Encodes the 25 taxels, row by row, as a `foxglove.RawImage` of 5 × 5 numbers.
 pub(crate) fn taxels(time: u64, taxels: &[f32; TAXELS]) -> Vec<u8> {
     let data: Vec<u8> = taxels.iter().flat_map(|taxel| taxel.to_le_bytes()).collect();
-    raw_image(time, "taxels", Shape { encoding: "32FC1", width: 5, height: 5, step: 20 }, &data)
+    raw_image(time, "taxels", RawImageShape { encoding: "32FC1", width: 5, height: 5, step: 20 }, &data)
 }
 
 /// Encodes the ten features as a `std_msgs/msg/Float64MultiArray` in little-endian CDR: no dimensions, offset 0, the
@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_picture_comes_out_as_it_went_in() {
-        let shape = Shape { encoding: "mono8", width: 3, height: 1, step: 3 };
+        let shape = RawImageShape { encoding: "mono8", width: 3, height: 1, step: 3 };
         let raw = raw_image(1_500_000_000, "camera", shape, &[1, 2, 3]);
         assert_eq!(picture_of(&raw, false), Some(&[1, 2, 3][..]));
         let jpeg = jpeg_image(0, "camera", &[0xFF, 0xD8]);
@@ -233,7 +233,7 @@ mod tests {
     /// Checks that recordings are the same byte for byte, with any encoder.
     #[test]
     fn messages_are_these_bytes() {
-        let shape = Shape { encoding: "mono8", width: 3, height: 1, step: 3 };
+        let shape = RawImageShape { encoding: "mono8", width: 3, height: 1, step: 3 };
         // The bytes are seconds 1, nanoseconds 500000000; then width, height, encoding, step, place; then the data.
         let raw = b"\x0A\x08\x08\x01\x10\x80\xCA\xB5\xEE\x01\x15\x03\0\0\0\x1D\x01\0\0\0\x22\x05mono8\x2D\x03\0\0\0\x3A\x06camera\x32\x03\x01\x02\x03";
         assert_eq!(raw_image(1_500_000_000, "camera", shape, &[1, 2, 3]), raw);

@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 /// The state of a sensor in the turns of all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum TurnState {
     /// The sensor reads its source, or is having its turn: the others wait for whatever comes next of it.
     Busy,
     /// The sensor has an event of this time, and waits.
@@ -20,7 +20,7 @@ enum State {
 
 #[derive(Debug)]
 struct States {
-    of: Vec<State>,
+    of: Vec<TurnState>,
     /// Whether the recording ends: no sensor takes an event any more, other than its own end.
     is_over: bool,
 }
@@ -39,7 +39,7 @@ pub(super) struct Turn {
 }
 
 pub(super) fn turns(sensors: usize) -> Vec<Turn> {
-    let states = Mutex::new(States { of: vec![State::Busy; sensors], is_over: false });
+    let states = Mutex::new(States { of: vec![TurnState::Busy; sensors], is_over: false });
     let turns = Arc::new(Turns { states, changed: Condvar::new() });
     (0..sensors).map(|sensor| Turn { turns: Arc::clone(&turns), sensor }).collect()
 }
@@ -51,7 +51,7 @@ impl Turns {
     }
 
     /// Changes the state of a sensor, which the others may wait for.
-    fn set(&self, sensor: usize, state: State) -> MutexGuard<'_, States> {
+    fn set(&self, sensor: usize, state: TurnState) -> MutexGuard<'_, States> {
         let mut states = self.lock();
         states.of[sensor] = state;
         self.changed.notify_all();
@@ -65,11 +65,11 @@ impl States {
     fn is_next(&self, sensor: usize, time: u64) -> bool {
         self.of.iter().enumerate().all(|(other, state)| match state {
             _ if other == sensor => true,
-            State::Busy => false,
+            TurnState::Busy => false,
             // The end of the recording is about to wake it up.
-            State::Waiting { is_end: false, .. } if self.is_over => false,
-            State::Waiting { time: of_other, .. } => (time, sensor) < (*of_other, other),
-            State::Ended => true,
+            TurnState::Waiting { is_end: false, .. } if self.is_over => false,
+            TurnState::Waiting { time: of_other, .. } => (time, sensor) < (*of_other, other),
+            TurnState::Ended => true,
         })
     }
 }
@@ -78,11 +78,11 @@ impl Turn {
     /// Waits until an event of this time is the next of all sensors. Returns whether it is to be taken; it is not if the
     /// recording ends before it. The end of a sensor is always taken.
     pub(super) fn wait(&self, time: u64, is_end: bool) -> bool {
-        let mut states = self.turns.set(self.sensor, State::Waiting { time, is_end });
+        let mut states = self.turns.set(self.sensor, TurnState::Waiting { time, is_end });
         loop {
             let is_taken = !states.is_over || is_end;
             if !is_taken || states.is_next(self.sensor, time) {
-                states.of[self.sensor] = State::Busy;
+                states.of[self.sensor] = TurnState::Busy;
                 return is_taken;
             }
             states = self.turns.changed.wait(states).unwrap_or_else(PoisonError::into_inner);
@@ -98,7 +98,7 @@ impl Turn {
 
 impl Drop for Turn {
     fn drop(&mut self) {
-        drop(self.turns.set(self.sensor, State::Ended));
+        drop(self.turns.set(self.sensor, TurnState::Ended));
     }
 }
 

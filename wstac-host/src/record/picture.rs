@@ -4,10 +4,10 @@
 //! mosaic of 10 bits becomes 16-bit gray, and planes are placed one below the other. The real format is in the
 //! recording's metadata.
 
-use super::foxglove::Shape;
+use super::foxglove::RawImageShape;
 use crate::source::StreamInfo;
 
-pub(crate) fn shape(info: &StreamInfo) -> Shape {
+pub(crate) fn shape(info: &StreamInfo) -> RawImageShape {
     let (mut width, mut height) = (u32::from(info.size.width()), u32::from(info.size.height()));
     let (facts, step) = (info.format.facts(), info.bytes_per_row);
     let encoding = match (facts.foxglove, facts.planes) {
@@ -23,7 +23,7 @@ pub(crate) fn shape(info: &StreamInfo) -> Shape {
             "mono8"
         }
     };
-    Shape { encoding, width, height, step }
+    RawImageShape { encoding, width, height, step }
 }
 
 /// Returns whether four-byte pixels start with blue, as the camera's own name of its format says.
@@ -39,7 +39,7 @@ mod tests {
     use wstac_core::layout::FrameSize;
     use wstac_core::rate::FrameRate;
 
-    fn of(format: PixelFormat, bytes_per_row: u32) -> (Shape, usize) {
+    fn of(format: PixelFormat, bytes_per_row: u32) -> (RawImageShape, usize) {
         let size = FrameSize::new(40, 40).unwrap();
         let info = StreamInfo { bytes_per_row, ..StreamInfo::new("", size, format, FrameRate::NOMINAL) };
         (shape(&info), info.frame_bytes())
@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn viewers_see_as_many_bytes_as_there_are() {
-        let shape = |encoding, width, height, step| Shape { encoding, width, height, step };
+        let shape = |encoding, width, height, step| RawImageShape { encoding, width, height, step };
         assert_eq!(of(PixelFormat::Gray, 40), (shape("mono8", 40, 40, 40), 1600));
         assert_eq!(of(PixelFormat::Yuyv, 80), (shape("yuyv", 40, 40, 80), 3200));
         assert_eq!(of(PixelFormat::Nv12, 40), (shape("mono8", 40, 60, 40), 2400));

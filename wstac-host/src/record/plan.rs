@@ -19,7 +19,7 @@ const MOST: usize = 100_000;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct PlanFile {
     specimens: Vec<String>,
     #[serde(default)]
     speeds: Vec<f64>,
@@ -54,7 +54,7 @@ pub fn read(path: &Path) -> Result<Vec<PlannedSlide>, Error> {
 }
 
 fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
-    let file: File = crate::text_file::from_toml(text)?;
+    let file: PlanFile = crate::text_file::from_toml(text)?;
     let is_plain = |name: &String| {
         !name.is_empty() && name.chars().all(|letter| letter.is_alphanumeric() || ['_', '.'].contains(&letter))
     };

@@ -16,12 +16,12 @@ use mcap::records::op;
 use super::channels::Channels;
 use super::file::{Sensors, Topic};
 use super::sums::{MomentSum, Stated, Sum, Tally, sound_metadata};
-use super::walk::{Crc, MessageBody, Mode, Outline, Span, Step, Walk, outline};
+use super::walk::{Crc, MessageBody, Mode, Outline, Span, Walk, WalkStep, outline};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
 #[derive(Debug)]
-pub(crate) struct Reader {
+pub(crate) struct RecordingReader {
     subject: String,
     walk: Walk,
     /// The record that was found last, and its body once it was read.
@@ -40,7 +40,7 @@ pub(crate) struct Reader {
     moment: Option<MomentSum>,
 }
 
-impl Reader {
+impl RecordingReader {
     /// Opens a recording, and returns its description, too.
     ///
     /// # Errors
@@ -113,10 +113,10 @@ impl Reader {
         loop {
             self.span = None;
             match self.walk.next().map_err(|error| Error::io(&self.subject, error))? {
-                Step::Record(_) if self.walk.crc() == Crc::Bad => {
+                WalkStep::Record(_) if self.walk.crc() == Crc::Bad => {
                     return Err(self.damaged("has a chunk whose bytes are not those that were written"));
                 }
-                Step::Record(span) => {
+                WalkStep::Record(span) => {
                     self.span = Some(span);
                     match span.op {
                         op::SCHEMA | op::CHANNEL => {
@@ -144,10 +144,10 @@ impl Reader {
                         _ => {}
                     }
                 }
-                Step::ChunkEnd => {}
-                Step::Damage(unread) => return Err(self.damaged(format_args!("is damaged at byte {}", unread.at))),
-                Step::End { whole: false } => return Err(self.damaged("breaks off")),
-                Step::End { whole: true } => return self.check_end().map(|()| None),
+                WalkStep::ChunkEnd => {}
+                WalkStep::Damage(unread) => return Err(self.damaged(format_args!("is damaged at byte {}", unread.at))),
+                WalkStep::End { whole: false } => return Err(self.damaged("breaks off")),
+                WalkStep::End { whole: true } => return self.check_end().map(|()| None),
             }
         }
     }

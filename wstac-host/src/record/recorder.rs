@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::about::About;
 use super::compression::Compression;
 use super::file::{Message, Topic};
-use super::foxglove::{self, Level, Shape};
+use super::foxglove::{self, Level, RawImageShape};
 use super::limits::MOST_MESSAGE;
 use super::ordering::Turn;
 use super::picture;
@@ -110,9 +110,9 @@ pub struct Recorder {
 /// The part of a frame that is kept.
 enum Content {
     /// All bytes of the frame.
-    Pictures { shape: Shape, frame_bytes: usize },
+    Pictures { shape: RawImageShape, frame_bytes: usize },
     /// The bytes of a part of the frame.
-    Part { shape: Shape, info: Box<StreamInfo>, crop: Crop, part: Vec<u8> },
+    Part { shape: RawImageShape, info: Box<StreamInfo>, crop: Crop, part: Vec<u8> },
     /// The taxel sums of the frame.
     Sums,
 }

@@ -40,7 +40,7 @@ use super::recorder::lost_line;
 use super::reserved::give_back_of_killed;
 use super::summary::Summary;
 use super::sums::{self, Stated, Sum, Tally};
-use super::walk::{Crc, MessageBody, Mode, Span, Step, Unread, Walk, outline};
+use super::walk::{Crc, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
@@ -237,24 +237,24 @@ fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
 }
 
 /// A failure of reading or of writing.
-enum Failure {
+enum RecoverFailure {
     Old(io::Error),
     New(McapError),
 }
 
-impl From<io::Error> for Failure {
+impl From<io::Error> for RecoverFailure {
     fn from(error: io::Error) -> Self {
         Self::Old(error)
     }
 }
 
-impl From<McapError> for Failure {
+impl From<McapError> for RecoverFailure {
     fn from(error: McapError) -> Self {
         Self::New(error)
     }
 }
 
-impl Failure {
+impl RecoverFailure {
     fn in_words(self, old: &Path, new: &Path) -> Error {
         match self {
             Self::Old(error) => Error::io(old.display(), error),
@@ -274,7 +274,7 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 
 impl Recovery<'_> {
     /// Goes through the old file.
-    fn go(&mut self, stated: &Stated) -> Result<(), Failure> {
+    fn go(&mut self, stated: &Stated) -> Result<(), RecoverFailure> {
         // The index comes first, because chunks have each channel only once.
         let definitions = self.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
         for (op, body) in definitions {
@@ -282,7 +282,7 @@ impl Recovery<'_> {
         }
         loop {
             match self.walk.next()? {
-                Step::Record(span) => match span.op {
+                WalkStep::Record(span) => match span.op {
                     op::MESSAGE => self.message(span)?,
                     op::SCHEMA | op::CHANNEL => {
                         let mut body = std::mem::take(&mut self.body);
@@ -293,15 +293,15 @@ impl Recovery<'_> {
                     op::METADATA => self.copy_metadata(span)?,
                     _ => {}
                 },
-                Step::ChunkEnd => self.end_chunk()?,
-                Step::Damage(unread) => {
+                WalkStep::ChunkEnd => self.end_chunk()?,
+                WalkStep::Damage(unread) => {
                     // Messages before it stand in the same moment, perhaps.
                     self.is_suspect |= unread.damaged;
                     if !self.has_sums {
                         self.flush()?;
                     }
                 }
-                Step::End { whole } => {
+                WalkStep::End { whole } => {
                     // A moment without its checksum is the incomplete end of a recording that was cut off.
                     let is_cut =
                         self.has_sums && !self.is_suspect && self.pending.iter().all(|of| of.crc == Crc::Unknown);
@@ -360,7 +360,7 @@ impl Recovery<'_> {
     }
 
     /// Copies other programs' metadata.
-    fn copy_metadata(&mut self, span: Span) -> Result<(), Failure> {
+    fn copy_metadata(&mut self, span: Span) -> Result<(), RecoverFailure> {
         self.walk.body(span, &mut self.body)?;
         let Ok(Record::Metadata(metadata)) = parse_record(op::METADATA, &self.body) else { return Ok(()) };
         if is_description(&metadata.name) || metadata.name.starts_with("wstac.") || self.metadata == MOST_METADATA {
@@ -397,7 +397,7 @@ impl Recovery<'_> {
     }
 
     /// Ends a chunk. What waits in it for a checksum may not be in the file's bytes any longer.
-    fn end_chunk(&mut self) -> Result<(), Failure> {
+    fn end_chunk(&mut self) -> Result<(), RecoverFailure> {
         if !self.has_sums || self.walk.crc() == Crc::Bad {
             return self.flush();
         }
@@ -413,7 +413,7 @@ impl Recovery<'_> {
         if has_room { Ok(()) } else { self.flush() }
     }
 
-    fn message(&mut self, span: Span) -> Result<(), Failure> {
+    fn message(&mut self, span: Span) -> Result<(), RecoverFailure> {
         let channel = self.channel_of(span)?;
         let own = self.own(channel);
         let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
@@ -450,7 +450,7 @@ impl Recovery<'_> {
     }
 
     /// Copies the messages that wait, if they are sound.
-    fn flush(&mut self) -> Result<(), Failure> {
+    fn flush(&mut self) -> Result<(), RecoverFailure> {
         self.held = 0;
         let pending = std::mem::take(&mut self.pending);
         if pending.is_empty() || self.is_over {
@@ -489,7 +489,7 @@ impl Recovery<'_> {
     }
 
     /// Returns how many frames are missing before a moment of a recording of before, by the frame's number or time.
-    fn gap_of_before(&mut self, moment: &[Waiting]) -> Result<u64, Failure> {
+    fn gap_of_before(&mut self, moment: &[Waiting]) -> Result<u64, RecoverFailure> {
         let Some(about) = &self.about else { return Ok(0) };
         let (driver_times, rate) = (about.driver_times, about.info.rate);
         let place = self.out.tally().all.all();
@@ -512,7 +512,7 @@ impl Recovery<'_> {
         Ok(0)
     }
 
-    fn copy(&mut self, moment: &[Waiting]) -> Result<(), Failure> {
+    fn copy(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
         let is_own = self.is_own();
         let mut targets = Vec::with_capacity(moment.len());
         // All channels come before the first message.
@@ -549,7 +549,7 @@ impl Recovery<'_> {
     }
 
     /// Returns the number of another program's channel in the new file; `None` if nothing describes it.
-    fn foreign(&mut self, old: u16) -> Result<Option<u16>, Failure> {
+    fn foreign(&mut self, old: u16) -> Result<Option<u16>, RecoverFailure> {
         let Some((channel, known)) = self.channels.get(&old) else {
             self.doubt.get_or_insert_with(|| format!("has messages of channel {old}, which nothing describes"));
             return Ok(None);
@@ -565,7 +565,7 @@ impl Recovery<'_> {
     }
 
     /// Enters frames of a sensor that are missing as lost, before a message.
-    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), Failure> {
+    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), RecoverFailure> {
         if frames == 0 || !self.is_own() {
             return Ok(());
         }

@@ -31,7 +31,7 @@ use crate::error::Error;
 pub(super) const MESSAGE_HEADER: u64 = 22;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Step {
+pub(super) enum WalkStep {
     /// A record outside of chunks or in one.
     Record(Span),
     /// A chunk ended. What was read of it may not be in memory any longer.
@@ -350,25 +350,25 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read, or a chunk is compressed in a way that this build does not read.
-    pub(super) fn next(&mut self) -> io::Result<Step> {
+    pub(super) fn next(&mut self) -> io::Result<WalkStep> {
         if !self.in_chunk() {
             self.crc = Crc::Unknown;
             if let Some(outer) = self.outer.take() {
                 self.file.set_unpacked(None);
                 (self.at, self.end) = (outer.behind, outer.end);
                 if let Some(unread) = outer.unread {
-                    return Ok(Step::Damage(self.note_unread(unread)));
+                    return Ok(WalkStep::Damage(self.note_unread(unread)));
                 }
             }
         }
         loop {
             if self.around.end().is_some_and(|end| self.at >= end) {
                 self.around = Around::File;
-                return Ok(Step::ChunkEnd);
+                return Ok(WalkStep::ChunkEnd);
             }
             let start = self.at;
             if start == 8 && !self.has_magic && !self.goes_on() {
-                return Ok(Step::End { whole: false });
+                return Ok(WalkStep::End { whole: false });
             }
             let Some(span) = self.shape(start)? else {
                 if let Some(step) = self.leave(start)? {
@@ -380,32 +380,32 @@ impl Walk {
                 op::CHUNK | op::DATA_END if self.in_chunk() => {
                     // The chunk was never finished, or it is a damaged one whose end is not known.
                     self.around = Around::File;
-                    return Ok(Step::ChunkEnd);
+                    return Ok(WalkStep::ChunkEnd);
                 }
                 op::CHUNK => self.enter(span)?,
-                op::DATA_END => return Ok(Step::End { whole: summary::has_proper_end(&mut self.file)? }),
+                op::DATA_END => return Ok(WalkStep::End { whole: summary::has_proper_end(&mut self.file)? }),
                 _ => {
                     self.at = span.end();
                     if span.op == op::CHANNEL {
                         let id = self.file.peek(span.at + HEAD, 2)?.first_chunk().map(|id| u16::from_le_bytes(*id));
                         self.channels.extend(id);
                     }
-                    return Ok(Step::Record(span));
+                    return Ok(WalkStep::Record(span));
                 }
             }
         }
     }
 
     /// Leaves bytes that are no record. It returns `None` if the walk goes on behind them without a word.
-    fn leave(&mut self, start: u64) -> io::Result<Option<Step>> {
+    fn leave(&mut self, start: u64) -> io::Result<Option<WalkStep>> {
         if start >= self.end && self.summary.is_some() && !self.in_chunk() {
             // The record at the end of the data is damaged, and nothing else.
-            return Ok(Some(Step::End { whole: false }));
+            return Ok(Some(WalkStep::End { whole: false }));
         }
         if start >= self.end || self.is_empty_from(start)? {
             let is_open = self.in_chunk();
             self.around = Around::File;
-            return Ok(Some(if is_open { Step::ChunkEnd } else { Step::End { whole: false } }));
+            return Ok(Some(if is_open { WalkStep::ChunkEnd } else { WalkStep::End { whole: false } }));
         }
         let next = if self.goes_on() { self.resync(start + 1)? } else { self.end };
         self.at = next;
@@ -414,11 +414,11 @@ impl Walk {
             // damaged if the chunk was never finished.
             let whole = Unread { at: outer.at, bytes: outer.behind.saturating_sub(outer.at), damaged: true };
             let unread = *outer.unread.get_or_insert(whole);
-            return Ok(Some(Step::Damage(unread)));
+            return Ok(Some(WalkStep::Damage(unread)));
         }
         // A file that was cut off ends with a part of a record.
         let cut = next == self.end && self.summary.is_none() && self.is_cut_off(start)?;
-        Ok(Some(Step::Damage(self.note_unread(Unread { at: start, bytes: next - start, damaged: !cut }))))
+        Ok(Some(WalkStep::Damage(self.note_unread(Unread { at: start, bytes: next - start, damaged: !cut }))))
     }
 
     /// Adds to the bytes that could not be read, and returns what was added.
@@ -564,7 +564,7 @@ pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
     let mut is_outside = false;
     loop {
         match walk.next()? {
-            Step::Record(span) if span.op == op::METADATA => {
+            WalkStep::Record(span) if span.op == op::METADATA => {
                 bytes = bytes.saturating_add(span.length);
                 if bytes > MOST_DEFINITIONS || metadata.len() == MOST_METADATA {
                     let message = format!("has more than {} MB of metadata", MOST_DEFINITIONS >> 20);
@@ -575,8 +575,8 @@ pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
                     metadata.push(record);
                 }
             }
-            Step::Record(span) if span.op == op::MESSAGE => is_outside |= !walk.in_chunk(),
-            Step::End { whole } => {
+            WalkStep::Record(span) if span.op == op::MESSAGE => is_outside |= !walk.in_chunk(),
+            WalkStep::End { whole } => {
                 let has_crcs = !is_outside && walk.crcs()[1] == 0;
                 return Ok(Outline { metadata, whole, unread: walk.unread(), has_crcs });
             }

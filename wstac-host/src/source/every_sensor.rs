@@ -2,7 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 
-use super::names::{Sensor, is_name};
+use super::names::{SensorSpec, is_name};
 use super::open::recorded_sensors;
 use crate::error::{Error, ErrorKind};
 
@@ -23,9 +23,9 @@ pub struct NamedSource {
 ///
 /// # Errors
 /// One of several sources has no name, a name is taken, or a recording cannot be read or has no such sensor.
-pub fn every_sensor(given: &[Sensor<'_>]) -> Result<Vec<NamedSource>, Error> {
+pub fn every_sensor(given: &[SensorSpec<'_>]) -> Result<Vec<NamedSource>, Error> {
     let mut all = Vec::new();
-    for &Sensor { name, source } in given {
+    for &SensorSpec { name, source } in given {
         let of = |name: Option<&str>, recorded: Option<&str>| NamedSource {
             name: name.map(str::to_owned),
             source: source.to_owned(),

@@ -15,7 +15,7 @@ use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
 use crate::record::about::{self, About};
 use crate::record::foxglove::{picture_of, read_taxel_sums};
-use crate::record::{CLOCK, ClockLine, FAULTS, Reader, Topic, check_frame_bytes, damaged, sound_metadata};
+use crate::record::{CLOCK, ClockLine, FAULTS, RecordingReader, Topic, check_frame_bytes, damaged, sound_metadata};
 
 /// A line of the channel of faults.
 #[derive(Deserialize)]
@@ -36,7 +36,7 @@ enum Line {
 /// A recording's frames.
 pub struct McapSource {
     subject: String,
-    reader: Reader,
+    reader: RecordingReader,
     about: About,
     info: StreamInfo,
     /// The place of its sensor among those of the recording.
@@ -71,7 +71,7 @@ impl McapSource {
     /// # Errors
     /// The file cannot be read, or is not whole.
     pub fn sensors(path: &Path) -> Result<Vec<String>, Error> {
-        let (reader, outline) = Reader::open(path)?;
+        let (reader, outline) = RecordingReader::open(path)?;
         let (metadata, _) = sound_metadata(&outline.metadata);
         about::sensors(&metadata).map_err(|error| reader.damaged(error))
     }
@@ -94,7 +94,7 @@ impl McapSource {
     pub fn open_sensor(path: &Path, sensor: Option<&str>, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
         let failed = |message: &dyn fmt::Display| Error::new(ErrorKind::Format, &subject, message);
-        let (reader, outline) = Reader::open(path)?;
+        let (reader, outline) = RecordingReader::open(path)?;
         let (metadata, missing) = sound_metadata(&outline.metadata);
         if missing > 0 {
             return Err(reader.damaged("has a damaged description"));

@@ -24,18 +24,22 @@ const PREFIX: &[u8] = b"cam:";
 
 /// A source with the name that its records have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sensor<'a> {
+pub struct SensorSpec<'a> {
     /// The name; `None` for a plain source.
     pub name: Option<&'a str>,
     /// The source to open.
     pub source: &'a OsStr,
 }
 
+/// The former name of [`SensorSpec`].
+#[deprecated(since = "0.4.0", note = "use `SensorSpec`")]
+pub type Sensor<'a> = SensorSpec<'a>;
+
 /// Returns the sensors that the user names.
 ///
 /// # Errors
 /// Returns an error if a name is invalid or taken, or if two sources are standard input.
-pub fn sensors(sources: &[OsString]) -> Result<Vec<Sensor<'_>>, Error> {
+pub fn sensors(sources: &[OsString]) -> Result<Vec<SensorSpec<'_>>, Error> {
     let sensors = sources.iter().map(|source| sensor(source)).collect::<Result<Vec<_>, _>>()?;
     for (index, sensor) in sensors.iter().enumerate() {
         let before = &sensors[..index];
@@ -49,9 +53,9 @@ pub fn sensors(sources: &[OsString]) -> Result<Vec<Sensor<'_>>, Error> {
     Ok(sensors)
 }
 
-fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
+fn sensor(text: &OsStr) -> Result<SensorSpec<'_>, Error> {
     let Some(named) = text.as_bytes().strip_prefix(PREFIX).or_else(|| named(text)) else {
-        return Ok(Sensor { name: None, source: text });
+        return Ok(SensorSpec { name: None, source: text });
     };
     let at = named.iter().position(|byte| *byte == b'=');
     let Some((name, source)) = at.map(|at| (&named[..at], OsStr::from_bytes(&named[at + 1..]))) else {
@@ -65,7 +69,7 @@ fn sensor(text: &OsStr) -> Result<Sensor<'_>, Error> {
     if source.is_empty() {
         return Err(refused(text, "there is nothing after =, expected a source such as /dev/video0"));
     }
-    Ok(Sensor { name: Some(name), source })
+    Ok(SensorSpec { name: Some(name), source })
 }
 
 pub(super) fn is_named(text: &OsStr) -> bool {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::rate::FrameRate;
 
-use self::picture::{Picture, Problem, Shape};
+use self::picture::{PngPicture, PngShape, Problem};
 use super::picture_files::{PNG, list, positions, remark, without_pictures};
 use super::spacing::Positions;
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
@@ -19,7 +19,7 @@ use crate::error::{Error, ErrorKind};
 pub struct PngFolder {
     info: StreamInfo,
     /// The shape that all pictures must have, and the name of the first picture, which has it.
-    shape: Shape,
+    shape: PngShape,
     model: String,
     files: std::vec::IntoIter<PathBuf>,
     /// A picture as it was decoded, and as a frame if that differs.
@@ -66,7 +66,7 @@ impl PngFolder {
 
     /// Reads a picture and returns whether its bytes are in `frame` rather than in `decoded`.
     fn read(&mut self, file: &Path) -> Result<bool, Problem> {
-        let picture = Picture::open(file)?;
+        let picture = PngPicture::open(file)?;
         if picture.shape() != self.shape {
             return Err(Problem::Refused(format!("is {}, expected {} as {}", picture.shape(), self.shape, self.model)));
         }
@@ -100,10 +100,10 @@ impl Source for PngFolder {
 }
 
 /// Returns the first picture whose header can be read. Corrupt pictures before it are frames that are lost later on.
-fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, Shape), Error> {
+fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, PngShape), Error> {
     let mut why = String::new();
     for file in files {
-        match Picture::open(file) {
+        match PngPicture::open(file) {
             Ok(picture) => return Ok((file.clone(), picture.shape())),
             Err(Problem::Refused(message)) => return Err(Error::new(ErrorKind::Format, file.display(), message)),
             Err(Problem::Io(error)) => return Err(Error::io(file.display(), error)),

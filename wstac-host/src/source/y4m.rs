@@ -39,7 +39,7 @@ const LONGEST_CALL: Duration = Duration::from_millis(500);
 /// A Y4M file or stream.
 pub struct Y4m {
     info: StreamInfo,
-    reader: Reader,
+    reader: InputBuffer,
     /// Bytes of a frame, without its line.
     frame_bytes: usize,
     /// Number of the frame that comes next.
@@ -48,7 +48,7 @@ pub struct Y4m {
 }
 
 /// Bytes that were read and not yet used.
-struct Reader {
+struct InputBuffer {
     subject: String,
     input: Input,
     buffer: Vec<u8>,
@@ -58,7 +58,7 @@ struct Reader {
     used: usize,
 }
 
-enum Step {
+enum NextFrame {
     Frame(Range<usize>),
     Waiting,
     End,
@@ -111,7 +111,7 @@ impl Y4m {
     }
 
     fn new(subject: String, input: Input, fps: Option<FrameRate>) -> Result<Self, Error> {
-        let mut reader = Reader { subject, input, buffer: Vec::new(), filled: 0, used: 0 };
+        let mut reader = InputBuffer { subject, input, buffer: Vec::new(), filled: 0, used: 0 };
         let line = reader.header_line()?;
         let line_bytes = reader.buffer.get(MAGIC.len()..line).unwrap_or_default();
         let header = Header::parse(line_bytes, fps)
@@ -140,7 +140,7 @@ impl Y4m {
     }
 
     /// Reads on until the next frame is whole; it is still the next one then.
-    fn gather(&mut self) -> Result<Step, Error> {
+    fn gather(&mut self) -> Result<NextFrame, Error> {
         let started = Instant::now();
         self.reader.discard_used();
         loop {
@@ -148,21 +148,21 @@ impl Y4m {
             if let Some(line) = line
                 && self.reader.filled - line >= self.frame_bytes
             {
-                return Ok(Step::Frame(line..line + self.frame_bytes));
+                return Ok(NextFrame::Frame(line..line + self.frame_bytes));
             }
             match self.reader.fill(self.frame_bytes + LONGEST_LINE)? {
-                Got::Nothing | Got::Interrupted => return Ok(Step::Waiting),
-                Got::Bytes(0) if self.reader.filled == 0 => return Ok(Step::End),
+                Got::Nothing | Got::Interrupted => return Ok(NextFrame::Waiting),
+                Got::Bytes(0) if self.reader.filled == 0 => return Ok(NextFrame::End),
                 Got::Bytes(0) => return Err(self.truncated(line)),
-                Got::Bytes(_) if started.elapsed() > LONGEST_CALL => return Ok(Step::Waiting),
+                Got::Bytes(_) if started.elapsed() > LONGEST_CALL => return Ok(NextFrame::Waiting),
                 Got::Bytes(_) => {}
             }
         }
     }
 
-    fn step(&mut self) -> Result<Step, Error> {
+    fn step(&mut self) -> Result<NextFrame, Error> {
         let step = self.gather()?;
-        if let Step::Frame(range) = &step {
+        if let NextFrame::Frame(range) = &step {
             self.frame += 1;
             self.reader.used = range.end;
         }
@@ -171,12 +171,12 @@ impl Y4m {
 
     /// Returns whether the next frame, the end or an error is there, so that [`Source::next_event`] does not wait.
     pub(super) fn has_next(&mut self) -> bool {
-        self.ended || !matches!(self.gather(), Ok(Step::Waiting))
+        self.ended || !matches!(self.gather(), Ok(NextFrame::Waiting))
     }
 
     /// Returns whether the next frame is whole.
     pub(super) fn has_frame(&mut self) -> bool {
-        !self.ended && matches!(self.gather(), Ok(Step::Frame(_)))
+        !self.ended && matches!(self.gather(), Ok(NextFrame::Frame(_)))
     }
 
     /// Creates the error for a stream that ends inside a frame.
@@ -199,16 +199,18 @@ impl Source for Y4m {
             return Ok(SourceEvent::End);
         }
         let step = self.step();
-        self.ended = matches!(step, Err(_) | Ok(Step::End));
+        self.ended = matches!(step, Err(_) | Ok(NextFrame::End));
         Ok(match step? {
-            Step::Frame(range) => SourceEvent::Frame(Frame::new(self.reader.buffer.get(range).unwrap_or_default())),
-            Step::Waiting => SourceEvent::Waiting,
-            Step::End => SourceEvent::End,
+            NextFrame::Frame(range) => {
+                SourceEvent::Frame(Frame::new(self.reader.buffer.get(range).unwrap_or_default()))
+            }
+            NextFrame::Waiting => SourceEvent::Waiting,
+            NextFrame::End => SourceEvent::End,
         })
     }
 }
 
-impl Reader {
+impl InputBuffer {
     fn error(&self, message: impl std::fmt::Display) -> Error {
         Error::new(ErrorKind::Format, &self.subject, message)
     }

@@ -139,20 +139,20 @@ fn nothing_of(control: &Control) -> Attempt {
 /// Returns why a switch is on that was to be off.
 fn still_on(refused: Option<&io::Error>, control: &Control) -> UnlockedReason {
     let Some(error) = refused else { return UnlockedReason::StillOn };
-    match Refusal::of(control) {
-        Some(Refusal::ReadOnly) => UnlockedReason::OnReadOnly,
-        Some(Refusal::Grabbed) => UnlockedReason::OnGrabbed,
-        Some(Refusal::Inactive) => UnlockedReason::OnInactive,
+    match ControlRefusal::of(control) {
+        Some(ControlRefusal::ReadOnly) => UnlockedReason::OnReadOnly,
+        Some(ControlRefusal::Grabbed) => UnlockedReason::OnGrabbed,
+        Some(ControlRefusal::Inactive) => UnlockedReason::OnInactive,
         None => other(format!("cannot be switched off: {error}")),
     }
 }
 
 /// Returns why the driver refused a value.
 fn not_set(error: &io::Error, control: &Control) -> UnlockedReason {
-    match Refusal::of(control) {
-        Some(Refusal::ReadOnly) => UnlockedReason::ReadOnly,
-        Some(Refusal::Grabbed) => UnlockedReason::Grabbed,
-        Some(Refusal::Inactive) => UnlockedReason::Governed,
+    match ControlRefusal::of(control) {
+        Some(ControlRefusal::ReadOnly) => UnlockedReason::ReadOnly,
+        Some(ControlRefusal::Grabbed) => UnlockedReason::Grabbed,
+        Some(ControlRefusal::Inactive) => UnlockedReason::Governed,
         None => other(format!("cannot be set: {error}")),
     }
 }
@@ -199,13 +199,13 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
 }
 
 /// The reason why a driver refuses a value, as the control's flags say.
-enum Refusal {
+enum ControlRefusal {
     ReadOnly,
     Grabbed,
     Inactive,
 }
 
-impl Refusal {
+impl ControlRefusal {
     /// Returns the reason that a control's flags give; `None` if they give no reason.
     fn of(control: &Control) -> Option<Self> {
         if control.has(sys::V4L2_CTRL_FLAG_READ_ONLY) {

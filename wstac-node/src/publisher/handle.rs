@@ -11,9 +11,9 @@ use wstac_host::output::{FrameFeatures, Output};
 use crate::arguments::Arguments;
 use crate::message::Message;
 use crate::orders::{Settings, copy_of};
-use crate::publisher::{Counts, Found, Queue};
+use crate::publisher::{Counts, Publication, Queue};
 use crate::ros::messages::{Header, RosMessage};
-use crate::ros::picture::Shape;
+use crate::ros::picture::RosImageShape;
 
 /// The way of a sensor's outputs to its publisher.
 pub(crate) struct PublisherHandle {
@@ -56,7 +56,7 @@ impl PublisherHandle {
             None if self.has_records => Message::of(output)?,
             record => record,
         };
-        self.queue.push(Found::new(record, ros.filter(|_| self.has_ros)));
+        self.queue.push(Publication::new(record, ros.filter(|_| self.has_ros)));
         Ok(())
     }
 
@@ -67,11 +67,11 @@ impl PublisherHandle {
         let ros = self.with_header(stamp, |header| RosMessage::of_taxels(features.frame, sums, header));
         let record = self.cdr_record(ros.as_ref());
         let record = record.or_else(|| self.has_records.then(|| Message::of_taxels(features, sums)));
-        self.queue.push(Found::new(record, ros.filter(|_| self.has_ros)));
+        self.queue.push(Publication::new(record, ros.filter(|_| self.has_ros)));
     }
 
     /// Publishes the picture of the last frame, if pictures are wanted.
-    pub(crate) fn picture(&self, shape: Shape, bytes: &[u8], stamp: SystemTime) {
+    pub(crate) fn picture(&self, shape: RosImageShape, bytes: &[u8], stamp: SystemTime) {
         if self.has_ros && self.settings.picture.load(Ordering::Relaxed) {
             let frame_id = copy_of(&self.settings.frame_id);
             self.queue.push_picture(|| shape.message(bytes, stamp, &frame_id));

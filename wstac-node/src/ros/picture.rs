@@ -10,7 +10,7 @@ use super::names::Type;
 
 /// The way in which the frames of a source are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Shape {
+pub(crate) struct RosImageShape {
     /// A name of `sensor_msgs/image_encodings`.
     encoding: &'static str,
     width: u32,
@@ -19,7 +19,7 @@ pub(crate) struct Shape {
     step: u32,
 }
 
-impl Shape {
+impl RosImageShape {
     /// Returns the shape of a source's pictures; `None` if it has none, or if ROS 2 has no name for their format.
     pub(crate) fn of(info: &StreamInfo) -> Option<Self> {
         let encoding = info.format.facts().ros.filter(|_| !info.taxels_only)?;
@@ -53,10 +53,10 @@ mod tests {
         let of = |format, bytes_per_row| {
             let mut info = StreamInfo::new("", size, format, FrameRate::NOMINAL);
             info.bytes_per_row = bytes_per_row;
-            Shape::of(&info)
+            RosImageShape::of(&info)
         };
         let nv12 = of(PixelFormat::Nv12, 48).unwrap();
-        assert_eq!(nv12, Shape { encoding: "mono8", width: 40, height: 30, step: 48 });
+        assert_eq!(nv12, RosImageShape { encoding: "mono8", width: 40, height: 30, step: 48 });
         assert_eq!(of(PixelFormat::Bayer10(BayerOrder::Bggr), 80).unwrap().encoding, "bayer_bggr16");
         assert_eq!(of(PixelFormat::Rgb565, 80), None);
         // Header, sizes and texts are 64 bytes for a frame with an empty name.

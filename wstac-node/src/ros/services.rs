@@ -91,17 +91,17 @@ pub(crate) struct Clerk {
 
 enum Work {
     /// A request to a service, of the sensor with this place.
-    Asked(Service, usize, Request),
+    Asked(Service, usize, PendingRequest),
     /// A request that no service takes, and why.
-    Refused(&'static str, Request),
+    Refused(&'static str, PendingRequest),
     /// The result of what the sensor with this place was asked for.
-    Done(Service, usize, Request, Result<String, Error>),
+    Done(Service, usize, PendingRequest, Result<String, Error>),
     /// The services are gone.
     Over,
 }
 
 /// A request that has no answer yet.
-struct Request {
+struct PendingRequest {
     query: Query,
     /// The key of the service.
     key: Arc<str>,
@@ -149,7 +149,8 @@ impl Services {
             let take = move |mut query: Query| {
                 let refusal = refusal(&mut query, &answered);
                 if waiting.fetch_add(1, Ordering::Relaxed) < MOST_WAITING {
-                    let request = Request { query, key: Arc::clone(&answered), _waits: Waits(Arc::clone(&waiting)) };
+                    let request =
+                        PendingRequest { query, key: Arc::clone(&answered), _waits: Waits(Arc::clone(&waiting)) };
                     let work = match refusal {
                         Some(why) => Work::Refused(why, request),
                         None => Work::Asked(service, place, request),
@@ -221,7 +222,7 @@ impl Clerk {
     }
 
     /// Answers with what a sensor has done, and publishes the parameter that has changed with it.
-    fn done(&mut self, service: Service, place: usize, request: &Request, result: Result<String, Error>) {
+    fn done(&mut self, service: Service, place: usize, request: &PendingRequest, result: Result<String, Error>) {
         let is_done = result.is_ok();
         request.answer(&answer(service, result));
         let last = match service {
@@ -242,7 +243,7 @@ impl Clerk {
     }
 
     /// Answers a request about parameters, and hands any other one to its sensor.
-    fn asked(&mut self, service: Service, place: usize, request: Request) {
+    fn asked(&mut self, service: Service, place: usize, request: PendingRequest) {
         let payload = request.query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
         let mut changed = Vec::new();
         let of_node = match service {
@@ -270,7 +271,7 @@ impl Clerk {
         }
     }
 
-    fn order(&self, service: Service, place: usize, action: Action, request: Request) {
+    fn order(&self, service: Service, place: usize, action: Action, request: PendingRequest) {
         let Some(control) = self.parameters.controls.get(place) else { return };
         let back = self.own.clone();
         let answer = move |result| {
@@ -281,7 +282,7 @@ impl Clerk {
     }
 }
 
-impl Request {
+impl PendingRequest {
     /// Sends an answer. Whoever has asked may be gone.
     fn answer(&self, payload: &[u8]) {
         // Programs that are no nodes of ROS 2 need no attachment.

@@ -55,25 +55,25 @@ pub struct Sensor {
     camera: FrameGeometry<Any>,
     format: PixelFormat,
     color: YcbcrEncoding,
-    kind: Kind,
+    kind: SensorKind,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
-    Rendered(Picture),
-    Compressed(Picture, Compression),
+enum SensorKind {
+    Rendered(PictureRenderer),
+    Compressed(PictureRenderer, Compression),
     Taxel(Box<TaxelSampler>),
 }
 
 /// The part of a frame that is rendered: the pixels under whiskers if the camera looks straight on, otherwise all
 /// pixels.
 #[derive(Clone, Debug)]
-enum Picture {
+enum PictureRenderer {
     Taxels(Renderer),
     Whole(WholeRenderer),
 }
 
-impl Picture {
+impl PictureRenderer {
     /// Returns the bytes of the next frame.
     fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
         match self {
@@ -133,15 +133,15 @@ impl Sensor {
             return Err(Error::new(ErrorKind::Unsupported, "scene", message));
         };
         let rendered = |rng| match &config.pose {
-            Some(pose) => Picture::Whole(WholeRenderer::new(config, pose, &camera, &pixel, encoder, rng)),
-            None => Picture::Taxels(Renderer::new(config, &camera, &pixel, &spot, encoder, rng)),
+            Some(pose) => PictureRenderer::Whole(WholeRenderer::new(config, pose, &camera, &pixel, encoder, rng)),
+            None => PictureRenderer::Taxels(Renderer::new(config, &camera, &pixel, &spot, encoder, rng)),
         };
         let kind = match fidelity {
-            Fidelity::Taxel => Kind::Taxel(Box::new(TaxelSampler::new(pixel, format, &spot.green, rng))),
+            Fidelity::Taxel => SensorKind::Taxel(Box::new(TaxelSampler::new(pixel, format, &spot.green, rng))),
             Fidelity::Rendered if config.format.is_jpeg() => {
-                Kind::Compressed(rendered(rng), Compression::new(config.size, config.quality))
+                SensorKind::Compressed(rendered(rng), Compression::new(config.size, config.quality))
             }
-            Fidelity::Rendered => Kind::Rendered(rendered(rng)),
+            Fidelity::Rendered => SensorKind::Rendered(rendered(rng)),
         };
         Ok(Self { camera, format, color, kind })
     }
@@ -158,15 +158,15 @@ impl Sensor {
     /// Takes a frame like [`expose`](Self::expose) and also returns the decoded JPEG picture, if the format is JPEG.
     pub fn expose_encoded(&mut self, light: &[f64; TAXELS]) -> (&[u8], Option<&[u8]>) {
         match &mut self.kind {
-            Kind::Rendered(picture) => (picture.expose(light), None),
-            Kind::Compressed(picture, compression) => {
+            SensorKind::Rendered(picture) => (picture.expose(light), None),
+            SensorKind::Compressed(picture, compression) => {
                 let bytes = picture.expose(light);
                 match compression.through(bytes) {
                     Some((decoded, jpeg)) => (decoded, Some(jpeg)),
                     None => (bytes, None),
                 }
             }
-            Kind::Taxel(_) => (&[], None),
+            SensorKind::Taxel(_) => (&[], None),
         }
     }
 
@@ -176,7 +176,7 @@ impl Sensor {
     /// the distribution of such sums. Their mean is within 0.02 of a level of 255 for each pixel, their variance within
     /// 15 %.
     pub fn sums(&mut self, light: &[f64; TAXELS]) -> [u32; TAXELS] {
-        if let Kind::Taxel(sums) = &mut self.kind {
+        if let SensorKind::Taxel(sums) = &mut self.kind {
             return sums.next(light);
         }
         let mut accumulators = TaxelSums::new(self.camera);

@@ -113,7 +113,7 @@ impl Pixel {
 }
 
 /// Curves and the values from which they follow.
-struct Known {
+struct KnownCurves {
     pixel: Pixel,
     values: Values,
     classes: Vec<(f64, f64)>,
@@ -125,15 +125,15 @@ impl Curves {
     ///
     /// They take a third of the time of a slide, and many slides have the same camera.
     fn shared(pixel: &Pixel, values: &Values, classes: &[(f64, f64)]) -> Arc<Self> {
-        static LAST: Mutex<Option<Known>> = Mutex::new(None);
+        static LAST: Mutex<Option<KnownCurves>> = Mutex::new(None);
         let last = || LAST.lock().unwrap_or_else(PoisonError::into_inner);
-        let same = |known: &&Known| known.pixel == *pixel && known.values == *values && known.classes == classes;
+        let same = |known: &&KnownCurves| known.pixel == *pixel && known.values == *values && known.classes == classes;
         if let Some(known) = last().as_ref().filter(same) {
             return Arc::clone(&known.curves);
         }
         let curves = Arc::new(Self::new(pixel, values, classes));
         let (values, classes) = (values.clone(), classes.to_vec());
-        *last() = Some(Known { pixel: *pixel, values, classes, curves: Arc::clone(&curves) });
+        *last() = Some(KnownCurves { pixel: *pixel, values, classes, curves: Arc::clone(&curves) });
         curves
     }
 

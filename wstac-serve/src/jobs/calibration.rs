@@ -38,7 +38,7 @@ struct Proposal {
 
 /// A calibration in progress, as the page gets it.
 #[derive(Debug, Serialize)]
-pub(super) struct Progress {
+pub(super) struct CalibrationProgress {
     /// Frames of this step so far, and the most of them.
     frames: [u64; 2],
     /// Whether the untouched frames are complete.
@@ -133,11 +133,11 @@ impl Calibrating {
         self.found.as_ref().filter(|(proposal, _)| proposal.number == number).map(|(_, found)| &**found)
     }
 
-    pub(super) fn progress(&self) -> Progress {
+    pub(super) fn progress(&self) -> CalibrationProgress {
         let (is_ready, untouched) = (self.watch.is_ready(), UNTOUCHED as u64);
         let frames =
             if is_ready { [self.frames - untouched, MOST_FRAMES - untouched] } else { [self.frames, untouched] };
         let proposal = self.found.as_ref().map(|(proposal, _)| proposal.clone());
-        Progress { frames, is_ready, spots: self.spots.clone(), proposal }
+        CalibrationProgress { frames, is_ready, spots: self.spots.clone(), proposal }
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct Examining {
 
 /// An examination in progress, as the page gets it.
 #[derive(Debug, Serialize)]
-pub(super) struct Progress {
+pub(super) struct ExaminationProgress {
     /// Seconds so far, and all of them.
     seconds: [f64; 2],
 }
@@ -70,9 +70,9 @@ impl Examining {
         self.failure.is_some() || !self.measurement.goes_on()
     }
 
-    pub(super) fn progress(&self) -> Progress {
+    pub(super) fn progress(&self) -> ExaminationProgress {
         let seconds = (10.0 * self.measurement.seconds()).round() / 10.0;
-        Progress { seconds: [seconds.min(SECONDS), SECONDS] }
+        ExaminationProgress { seconds: [seconds.min(SECONDS), SECONDS] }
     }
 
     /// Ends the examination.

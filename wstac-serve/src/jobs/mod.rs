@@ -32,8 +32,8 @@ enum Job {
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum Progress {
     Recording(RecordingProgress),
-    Calibration(Box<calibration::Progress>),
-    Examination(examination::Progress),
+    Calibration(Box<calibration::CalibrationProgress>),
+    Examination(examination::ExaminationProgress),
 }
 
 /// A recording in progress, as the page gets it.
@@ -97,7 +97,7 @@ pub(crate) struct Jobs {
 }
 
 /// Why something that a person asked for cannot be done now.
-pub(crate) type Refusal = String;
+pub(crate) type JobRefusal = String;
 
 impl Jobs {
     pub(crate) fn new(name: Option<&str>, tools: Tools) -> Self {
@@ -120,7 +120,7 @@ impl Jobs {
     }
 
     /// Refuses a second job, and a new baseline while a recording is in progress, whose replay would not know of it.
-    pub(crate) fn expect_none(&self, is_baseline: bool) -> Result<(), Refusal> {
+    pub(crate) fn expect_none(&self, is_baseline: bool) -> Result<(), JobRefusal> {
         let what = match self.job {
             None => return Ok(()),
             Some(Job::Recording(_)) => "a recording",
@@ -132,7 +132,7 @@ impl Jobs {
     }
 
     /// Starts a recording, whose first frame is the next one. If it is refused, nothing has changed.
-    pub(crate) fn record(&mut self, mut labels: Labels, station: &mut Station) -> Result<(), Refusal> {
+    pub(crate) fn record(&mut self, mut labels: Labels, station: &mut Station) -> Result<(), JobRefusal> {
         self.expect_none(false)?;
         let Some(folder) = &self.tools.record_to else {
             return Err("recording is off: start wstac serve with --record-to FOLDER".to_owned());
@@ -148,7 +148,7 @@ impl Jobs {
         Ok(())
     }
 
-    pub(crate) fn calibrate(&mut self, station: &Station) -> Result<(), Refusal> {
+    pub(crate) fn calibrate(&mut self, station: &Station) -> Result<(), JobRefusal> {
         self.expect_none(false)?;
         let calibrating = Calibrating::start(station.info()).map_err(|error| error.to_string())?;
         self.calibrated = None;
@@ -156,7 +156,7 @@ impl Jobs {
         Ok(())
     }
 
-    pub(crate) fn examine(&mut self, station: &Station) -> Result<(), Refusal> {
+    pub(crate) fn examine(&mut self, station: &Station) -> Result<(), JobRefusal> {
         self.expect_none(false)?;
         let examining = Examining::start(station, &self.tools).map_err(|error| error.to_string())?;
         self.examined = None;
@@ -169,7 +169,7 @@ impl Jobs {
     }
 
     /// Finds the whiskers in what the calibration in progress has seen.
-    pub(crate) fn find(&mut self) -> Result<(), Refusal> {
+    pub(crate) fn find(&mut self) -> Result<(), JobRefusal> {
         let Some(Job::Calibration(calibrating)) = &mut self.job else {
             return Err("there is no calibration in progress, expected one".to_owned());
         };
@@ -187,7 +187,7 @@ impl Jobs {
     }
 
     /// Uses a calibration that a person has confirmed, and writes it. If anything fails, nothing has changed.
-    pub(crate) fn confirm(&mut self, proposal: u64, station: &mut Station) -> Result<(), Refusal> {
+    pub(crate) fn confirm(&mut self, proposal: u64, station: &mut Station) -> Result<(), JobRefusal> {
         let refused = |error: Error| error.to_string();
         let Some(Job::Calibration(calibrating)) = &self.job else {
             return Err("there is no calibration in progress, expected one".to_owned());
@@ -211,7 +211,7 @@ impl Jobs {
     }
 
     /// Ends the job in progress. A recording is complete then; a calibration and an examination have no result.
-    pub(crate) fn stop(&mut self, station: &mut Station) -> Result<(), Refusal> {
+    pub(crate) fn stop(&mut self, station: &mut Station) -> Result<(), JobRefusal> {
         match self.job.take() {
             None => return Err("nothing is in progress".to_owned()),
             Some(Job::Recording(_)) => {

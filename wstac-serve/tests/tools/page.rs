@@ -19,7 +19,7 @@ use wstac_host::station::Station;
 use wstac_host::texture::Textures;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
-use wstac_serve::{Sensor, Server, Token, Tools};
+use wstac_serve::{ServedSensor, Server, Token, Tools};
 
 /// The longest that anything here may take.
 const LIMIT: Duration = Duration::from_mins(2);
@@ -99,7 +99,7 @@ impl Served {
         if again {
             station = station.reopened_by(Box::new(reopen), repeats);
         }
-        let sensor = Sensor::new(name, station, tools);
+        let sensor = ServedSensor::new(name, station, tools);
         let port = server.address().split('/').nth(2).unwrap().rsplit(':').next().unwrap().to_owned();
         let host = format!("127.0.0.1:{port}");
         let (stop, told) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::new(Vec::new())));

@@ -30,7 +30,7 @@ const MOST_FIRST: u32 = 1_000_000_000;
 /// A sweep's file before it is checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct File {
+struct RandomSlidesFile {
     specimens: Vec<String>,
     slides: i64,
     #[serde(deserialize_with = "whole")]
@@ -45,7 +45,7 @@ struct File {
     test: f64,
 }
 
-impl Default for File {
+impl Default for RandomSlidesFile {
     fn default() -> Self {
         let slides = RandomSlides::default();
         Self {
@@ -74,7 +74,7 @@ pub struct RandomSweep {
 impl Default for RandomSweep {
     /// Returns the default: ten specimens at any speed, direction and length, on many sensors.
     fn default() -> Self {
-        Self::checked(&File::default()).unwrap_or_else(|message| unreachable!("the defaults: {message}"))
+        Self::checked(&RandomSlidesFile::default()).unwrap_or_else(|message| unreachable!("the defaults: {message}"))
     }
 }
 
@@ -97,7 +97,7 @@ impl RandomSweep {
         checked.map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
 
-    fn checked(file: &File) -> Result<Self, String> {
+    fn checked(file: &RandomSlidesFile) -> Result<Self, String> {
         let integer = |key: &str, value: i64, most: i64| {
             let good = u32::try_from(value).ok().filter(|_| (1..=most).contains(&value));
             good.ok_or_else(|| format!("{key} is {value}, expected 1 to {most}"))

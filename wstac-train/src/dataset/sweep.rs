@@ -26,7 +26,7 @@ const MOST_SLIDES: u64 = 1_000_000;
 /// A sweep's file before it is checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, default)]
-struct File {
+struct SweepFile {
     specimens: Vec<String>,
     speeds: Vec<f64>,
     directions: Vec<f64>,
@@ -35,7 +35,7 @@ struct File {
     scene: Table,
 }
 
-impl Default for File {
+impl Default for SweepFile {
     fn default() -> Self {
         Self {
             specimens: Specimen::ALL.iter().map(ToString::to_string).collect(),
@@ -98,7 +98,7 @@ impl Sweep {
     /// The text is not valid; the message names the key, the value found and the values expected.
     pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
         let wrong = |message: String| Error::new(ErrorKind::Config, subject, message);
-        let file: File = wstac_host::text_file::from_toml(text).map_err(wrong)?;
+        let file: SweepFile = wstac_host::text_file::from_toml(text).map_err(wrong)?;
         let slides = checked(&file).map_err(wrong)?;
         let mut scene = file.scene;
         scene.entry("fidelity").or_insert_with(|| "taxel".into());
@@ -178,7 +178,7 @@ impl Sweep {
 }
 
 /// Checks the keys that no scene has, and returns the number of slides of every specimen.
-fn checked(file: &File) -> Result<u32, String> {
+fn checked(file: &SweepFile) -> Result<u32, String> {
     for (key, instead) in SET_BY_THE_SWEEP {
         if file.scene.contains_key(key) {
             return Err(format!("[scene] has {key}, expected {instead}"));

@@ -11,7 +11,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::INPUTS;
 use wstac_core::model::place::{PLACE_ONE, Place};
 
-use super::calibrate::{self, Known, LabeledSamples, Limits, Projection, Scored};
+use super::calibrate::{self, KnownRegion, LabeledSamples, Limits, Projection, Scored};
 use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task};
 use super::write::{Options, write};
 use wstac_host::plural::counted;
@@ -86,7 +86,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
     let found_unknown = Some(found_unknown(&places, &limits));
     let factor = left.scored.factor()? * unit(&plain, &base, &means, &slides.numbers)?;
     // A texture whose slides differ much must not widen what is known of the others.
-    let known = Known { projection: &projection, means: &means, limits: Limits::Own(limits) };
+    let known = KnownRegion { projection: &projection, means: &means, limits: Limits::Own(limits) };
     let part = calibrate::part(factor, Some(&known));
     let words = calibrate::with_part(&plain, &part)?;
     Ok(Learned { words, slides: counts, left_out, found_unknown, is_calibrated: true })

@@ -11,7 +11,7 @@ use serde::forward_to_deserialize_any;
 const DEEPEST: usize = 64;
 
 pub(super) fn from_slice<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Error> {
-    let mut reader = Reader { bytes, at: 0, depth: 0 };
+    let mut reader = UbjsonReader { bytes, at: 0, depth: 0 };
     let marker = reader.marker()?;
     T::deserialize(Value { reader: &mut reader, marker })
 }
@@ -34,13 +34,13 @@ impl de::Error for Error {
     }
 }
 
-struct Reader<'a> {
+struct UbjsonReader<'a> {
     bytes: &'a [u8],
     at: usize,
     depth: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> UbjsonReader<'a> {
     fn error<T>(&self, what: impl fmt::Display) -> Result<T, Error> {
         Err(Error(format!("byte {}: {what}", self.at)))
     }
@@ -121,7 +121,7 @@ impl<'a> Reader<'a> {
 
 /// A value whose marker has been read.
 struct Value<'r, 'a> {
-    reader: &'r mut Reader<'a>,
+    reader: &'r mut UbjsonReader<'a>,
     marker: u8,
 }
 
@@ -170,7 +170,7 @@ impl<'de> de::Deserializer<'de> for Value<'_, 'de> {
 
 /// The contents of an array or an object.
 struct Items<'r, 'a> {
-    reader: &'r mut Reader<'a>,
+    reader: &'r mut UbjsonReader<'a>,
     kind: Option<u8>,
     /// Number of remaining items, if it is known; otherwise there is an end marker.
     left: Option<usize>,

@@ -9,7 +9,7 @@ use super::trained::{Boosted, Kind, MOST_NODES, Node, Score, Trained, Tree, gues
 ///
 /// # Errors
 /// The text cannot be read; the message names the fault and the key before it.
-pub(super) fn from_json(text: &[u8]) -> Result<File, String> {
+pub(super) fn from_json(text: &[u8]) -> Result<XgboostFile, String> {
     serde_json::from_slice(text).map_err(|error| {
         let line = text.split(|&byte| byte == b'\n').nth(error.line().saturating_sub(1)).unwrap_or_default();
         let before = &line[..error.column().min(line.len())];
@@ -24,7 +24,7 @@ pub(super) fn from_json(text: &[u8]) -> Result<File, String> {
 
 /// The parts of a file that are read; all others are skipped.
 #[derive(Deserialize)]
-pub(super) struct File {
+pub(super) struct XgboostFile {
     learner: Learner,
     #[serde(default)]
     version: Vec<u32>,
@@ -105,7 +105,7 @@ struct TreeParameters {
 const OBJECTIVES: &str = "multi:softprob, multi:softmax or binary:logistic";
 
 /// Reads the model in a file, with the labels given or with the numbers of its classes.
-pub(super) fn read(file: File, labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
+pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
     let version: Vec<String> = file.version.iter().map(u32::to_string).collect();
     let Learner { attributes, gradient_booster, parameters, objective } = file.learner;
     if gradient_booster.name != "gbtree" {

@@ -8,7 +8,7 @@ use crate::commands::output::note;
 
 /// A line on a terminal that is overwritten. Where standard error is no terminal, it is one line at the start; the
 /// result of the command is the line at the end.
-pub(in crate::commands) struct Progress {
+pub(in crate::commands) struct ProgressLine {
     /// The counted things: slides or recordings.
     what: &'static str,
     /// Number of things that are done, and the final count.
@@ -19,7 +19,7 @@ pub(in crate::commands) struct Progress {
     said: Option<Instant>,
 }
 
-impl Progress {
+impl ProgressLine {
     /// Creates a progress line that starts with 0 of `count`, and prints it at once.
     pub(in crate::commands) fn new(what: &'static str, count: usize) -> Self {
         let now = Instant::now();
@@ -48,7 +48,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for ProgressLine {
     /// Clears the line for the next message.
     fn drop(&mut self) {
         if self.said.is_some() {

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use wstac_core::model::file::Input;
 
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::{Arguments, Ending, finishing, note, number, outputs, pool, units, write_all};
 use crate::commands::output::Stop;
 use wstac_host::plural::counted;
@@ -49,7 +49,7 @@ fn simulated<T: Send>(
 ) -> Result<Vec<T>, Stop> {
     finishing(Ending::InTime);
     let signal = number();
-    let progress = Mutex::new(Progress::new("slides", numbers.len()));
+    let progress = Mutex::new(ProgressLine::new("slides", numbers.len()));
     let goes_on = || {
         if let Ok(mut progress) = progress.lock() {
             progress.one_more();

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 use wstac_core::model::file::Input;
 
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::random::without_path;
 use super::{Arguments, Ending, finishing, note, number, outputs, pool, tell_facts, units, write_all};
 use crate::commands::output::Stop;
@@ -81,7 +81,7 @@ fn read_units(
 ) -> Result<Vec<Recording>, Stop> {
     finishing(Ending::InTime);
     let signal = number();
-    let progress = std::sync::Mutex::new(Progress::new("recordings", units.len()));
+    let progress = std::sync::Mutex::new(ProgressLine::new("recordings", units.len()));
     let results = threads.install(|| {
         let each = parts.par_iter().enumerate().with_max_len(1).map(|(number, part)| {
             if signal.load(Ordering::Relaxed) != 0 {

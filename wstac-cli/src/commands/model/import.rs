@@ -13,7 +13,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_train::dataset::path::frames_of;
 
 use super::super::files::{Outputs, check_ending};
-use super::super::model_arguments::{Classes, Sample};
+use super::super::model_arguments::{Classes, SampleKind};
 use super::super::output::{Stop, note};
 use super::super::wrong_arguments;
 use wstac_train::model::trained::Kind;
@@ -59,7 +59,7 @@ pub(super) struct Arguments {
     /// X_taxel_path of a data set. A model with as many inputs as those of path (390) or taxel-path (280) needs this
     /// option.
     #[arg(long, value_enum)]
-    input: Option<Sample>,
+    input: Option<SampleKind>,
 
     /// Speeds of the training in mm/s, from and to
     ///

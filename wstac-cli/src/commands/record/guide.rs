@@ -42,7 +42,7 @@ enum Key {
 }
 
 /// The result of a slide.
-enum Outcome {
+enum SlideOutcome {
     /// The slide has its file.
     Recorded,
     /// The slide failed for this reason and must be repeated.
@@ -165,12 +165,12 @@ impl Session<'_> {
                 Some(Key::Start) => {}
             }
             match self.slide(slide, &path)? {
-                Outcome::Recorded => {
+                SlideOutcome::Recorded => {
                     (last, redo) = (Some(at), false);
                     (at, recorded) = (at + 1, recorded + 1);
                 }
-                Outcome::Again(why) => note(format_args!("{why}: repeat the same slide")),
-                Outcome::Ended => break,
+                SlideOutcome::Again(why) => note(format_args!("{why}: repeat the same slide")),
+                SlideOutcome::Ended => break,
             }
         }
         Ok(recorded)
@@ -213,15 +213,15 @@ impl Session<'_> {
 
     /// Records one slide: a quiet baseline, then one event. The file ends in `.part` until it is complete. That of a
     /// session that was killed stays: what is in it can be recovered.
-    fn slide(&mut self, slide: &PlannedSlide, path: &Path) -> Result<Outcome, Error> {
+    fn slide(&mut self, slide: &PlannedSlide, path: &Path) -> Result<SlideOutcome, Error> {
         loop {
             let part = new_part(path)?;
             let ended = self.attempt(slide, &part);
             match ended {
-                Ok(Some(Outcome::Recorded)) => {
+                Ok(Some(SlideOutcome::Recorded)) => {
                     fs::rename(&part, path).map_err(|error| Error::io(path.display(), error))?;
                     note(format_args!("wrote {}", path.display()));
-                    return Ok(Outcome::Recorded);
+                    return Ok(SlideOutcome::Recorded);
                 }
                 Ok(None) => {
                     remove(&part)?;
@@ -238,7 +238,7 @@ impl Session<'_> {
     }
 
     /// Makes one attempt, and returns `None` if the baseline was not quiet.
-    fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<Outcome>, Error> {
+    fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<SlideOutcome>, Error> {
         let wanted = OutputOptions { features: true, ..OutputOptions::default() };
         let processor = Processor::new(&self.info, &self.config, wanted)?;
         let mut processor = processor.with_textures(Textures::new(self.models)?);
@@ -268,11 +268,11 @@ impl Session<'_> {
         slide: &PlannedSlide,
         processor: &mut Processor,
         recorder: &mut Recorder,
-    ) -> Result<Option<Outcome>, Error> {
+    ) -> Result<Option<SlideOutcome>, Error> {
         let mut asked = false;
         loop {
             if self.interrupted.load(Ordering::Relaxed) {
-                return Ok(Some(Outcome::Ended));
+                return Ok(Some(SlideOutcome::Ended));
             }
             let item = self.source.next_event()?;
             recorder.source_event(&item);
@@ -281,8 +281,8 @@ impl Session<'_> {
             let goes_on = processor.process(&item, |output| {
                 recorder.output(&output, &text_of(&output));
                 match &output {
-                    Output::Event(_) => found = Some(Outcome::Recorded),
-                    Output::Interrupted(_) => found = Some(Outcome::Again("too many frames were lost")),
+                    Output::Event(_) => found = Some(SlideOutcome::Recorded),
+                    Output::Interrupted(_) => found = Some(SlideOutcome::Again("too many frames were lost")),
                     Output::BaselineDisturbed { .. } => was_disturbed = true,
                     _ => {}
                 }
@@ -303,7 +303,7 @@ impl Session<'_> {
                 Some(outcome) => return Ok(Some(outcome)),
                 None if !goes_on || !has_room => {
                     note(if has_room { "the source ended before a slide came" } else { "the disk is full" });
-                    return Ok(Some(Outcome::Ended));
+                    return Ok(Some(SlideOutcome::Ended));
                 }
                 None => {}
             }

@@ -20,7 +20,7 @@ use wstac_host::record::{RecordedSensor, Recorder, SharedRecording};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::names::Sensor;
+use wstac_host::source::names::SensorSpec;
 use wstac_host::source::{FramePolicy, Labels, Lag, SourceEvent};
 use wstac_host::texture::Textures;
 
@@ -36,7 +36,7 @@ struct Opened<'a> {
 }
 
 /// The state that all sensors share while they are read.
-struct Shared<'a> {
+struct StopCondition<'a> {
     /// The number of events after which the recording ends.
     limit: Option<u64>,
     events: AtomicU64,
@@ -45,7 +45,7 @@ struct Shared<'a> {
     interrupted: &'a AtomicBool,
 }
 
-pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), Stop> {
+pub(super) fn run(arguments: &Arguments, sensors: &[SensorSpec<'_>]) -> Result<(), Stop> {
     // Before any of them is opened.
     let (found, most) = (sensors.len(), SharedRecording::MOST_SENSORS);
     if found > most {
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
     let compression = arguments.compress.unwrap_or_default();
     let (recording, recorders) = SharedRecording::start(file, path, &described, compression)?;
     let is_live = opened.iter().any(|sensor| sensor.session.info().is_live());
-    let shared = Shared {
+    let shared = StopCondition {
         limit: arguments.events,
         events: AtomicU64::new(0),
         is_over: AtomicBool::new(false),
@@ -108,7 +108,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[Sensor<'_>]) -> Result<(), S
 
 fn open<'a>(
     arguments: &Arguments,
-    sensor: &Sensor<'a>,
+    sensor: &SensorSpec<'a>,
     files: &[ModelFile],
     labels: &Labels,
 ) -> Result<Opened<'a>, Error> {
@@ -151,7 +151,7 @@ struct Ended {
 
 /// Records a sensor until its source ends or fails, another one fails, a limit is reached, the disk is full, or a signal
 /// asks for the end.
-fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
+fn read(opened: Opened<'_>, recorder: Recorder, shared: &StopCondition<'_>) -> Ended {
     let Opened { mut session, records, .. } = opened;
     let mut observer = Recording { recorder, shown: Shown::new(records), losses: LossReport::default(), shared };
     let failure = loop {
@@ -182,7 +182,7 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &Shared<'_>) -> Ended {
 }
 
 /// Reads a sensor. If that panics, the sensor has failed as by any other error, and the recording of all ends.
-fn whatever_happens(name: &str, shared: &Shared<'_>, read: impl FnOnce() -> Ended) -> Ended {
+fn whatever_happens(name: &str, shared: &StopCondition<'_>, read: impl FnOnce() -> Ended) -> Ended {
     // What it worked with is not used any more.
     panic::catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
         shared.is_over.store(true, Ordering::Relaxed);
@@ -191,7 +191,7 @@ fn whatever_happens(name: &str, shared: &Shared<'_>, read: impl FnOnce() -> Ende
     })
 }
 
-impl Shared<'_> {
+impl StopCondition<'_> {
     fn has_enough(&self) -> bool {
         self.limit.is_some_and(|limit| self.events.load(Ordering::Relaxed) >= limit)
     }
@@ -219,7 +219,7 @@ struct Recording<'a> {
     recorder: Recorder,
     shown: Shown,
     losses: LossReport,
-    shared: &'a Shared<'a>,
+    shared: &'a StopCondition<'a>,
 }
 
 impl Recording<'_> {
@@ -270,7 +270,7 @@ mod tests {
     #[test]
     fn a_sensor_whose_reading_panics_has_failed_and_ends_the_others() {
         let (limit, events, interrupted) = (None, AtomicU64::new(0), &AtomicBool::new(false));
-        let shared = Shared { limit, events, is_over: AtomicBool::new(false), interrupted };
+        let shared = StopCondition { limit, events, is_over: AtomicBool::new(false), interrupted };
         assert!(whatever_happens("left", &shared, Ended::default).failure.is_none() && !shared.is_over());
         let failure = whatever_happens("left", &shared, || panic!("as a test")).failure.unwrap();
         assert_eq!(failure.to_string(), "left: its reading ended unexpectedly");

@@ -10,7 +10,7 @@ use wstac_host::monitor::{Monitor, Report, telemetry};
 use wstac_host::plural::counted;
 
 /// A board that is ready for reading.
-pub(in crate::commands) struct Board<'a> {
+pub(in crate::commands) struct OpenBoard<'a> {
     pub(in crate::commands) line: BoardLine,
     pub(in crate::commands) records: Records<'a>,
     /// Whether the state of the board is reported.
@@ -19,7 +19,7 @@ pub(in crate::commands) struct Board<'a> {
     pub(in crate::commands) interrupted: &'a AtomicBool,
 }
 
-impl Board<'_> {
+impl OpenBoard<'_> {
     /// Reads until the board or its port ends, or a signal requests the end. The end record is always written.
     ///
     /// # Errors

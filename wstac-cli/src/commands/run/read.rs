@@ -15,7 +15,7 @@ use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
-use super::board::Board;
+use super::board::OpenBoard;
 use super::no_event::NoEvent;
 use super::range::Range;
 use wstac_core::params::LONGEST_FILLED_GAP;
@@ -29,7 +29,7 @@ use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
-use wstac_host::source::names::Sensor;
+use wstac_host::source::names::SensorSpec;
 use wstac_host::source::{FaultKind, FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::Textures;
 
@@ -50,13 +50,13 @@ pub(super) struct Run<'a> {
 
 /// A sensor that is ready for reading.
 pub(super) enum Opened<'a> {
-    Frames(Box<Frames<'a>>),
+    Frames(Box<OpenFrames<'a>>),
     /// A board, which finds its events itself.
-    Board(Box<Board<'a>>),
+    Board(Box<OpenBoard<'a>>),
 }
 
 /// A source of frames that is ready for reading.
-pub(super) struct Frames<'a> {
+pub(super) struct OpenFrames<'a> {
     session: Session,
     records: Records<'a>,
     raw: Option<RawFile>,
@@ -69,14 +69,14 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// Returns an error if the source, the configuration or a model cannot be used.
-    pub(super) fn open(self, sensor: &Sensor<'_>) -> Result<Opened<'a>, Stop> {
+    pub(super) fn open(self, sensor: &SensorSpec<'_>) -> Result<Opened<'a>, Stop> {
         match port_of(sensor.source) {
             Some(port) => self.open_board(sensor, port).map(|board| Opened::Board(Box::new(board))),
             None => self.open_frames(sensor).map(|frames| Opened::Frames(Box::new(frames))),
         }
     }
 
-    fn records(self, sensor: &Sensor<'_>) -> Records<'a> {
+    fn records(self, sensor: &SensorSpec<'_>) -> Records<'a> {
         let records = Records::to(self.destination, self.form, self.table);
         records.of_sensor(sensor.name).quiet(self.arguments.quiet)
     }
@@ -90,7 +90,7 @@ impl<'a> Run<'a> {
         OutputOptions { features, samples, motion, ..OutputOptions::default() }
     }
 
-    fn open_board(self, sensor: &Sensor<'_>, port: &OsStr) -> Result<Board<'a>, Stop> {
+    fn open_board(self, sensor: &SensorSpec<'_>, port: &OsStr) -> Result<OpenBoard<'a>, Stop> {
         let Self { arguments, interrupted, .. } = self;
         let Arguments { frames, since, until, save_raw, .. } = arguments;
         if frames.is_some() || since.is_some() || until.is_some() || save_raw.is_some() {
@@ -101,10 +101,10 @@ impl<'a> Run<'a> {
         arguments.options.expect_no_frames(sensor.source, has_files)?;
         let line = BoardLine::new(Port::open(port, arguments.baud)?, self.wanted());
         finishing(self.ending());
-        Ok(Board { line, records: self.records(sensor), has_status: arguments.status, interrupted })
+        Ok(OpenBoard { line, records: self.records(sensor), has_status: arguments.status, interrupted })
     }
 
-    fn open_frames(self, sensor: &Sensor<'_>) -> Result<Frames<'a>, Stop> {
+    fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<OpenFrames<'a>, Stop> {
         let Self { arguments, files, interrupted, is_recorded, .. } = self;
         let records = self.records(sensor);
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
@@ -136,14 +136,14 @@ impl<'a> Run<'a> {
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         let range = Range::new(arguments.since, arguments.until);
-        Ok(Frames { session, records, raw, range, interrupted })
+        Ok(OpenFrames { session, records, raw, range, interrupted })
     }
 
     /// Reads all sensors, after all of them were opened. Each continues to its own end if others fail.
     ///
     /// # Errors
     /// Returns the number of sensors that failed. Each reports its own reason as soon as it fails.
-    pub(super) fn all(self, sensors: &[Sensor<'_>]) -> Result<(), Stop> {
+    pub(super) fn all(self, sensors: &[SensorSpec<'_>]) -> Result<(), Stop> {
         let failures = if self.is_recorded { self.in_order(sensors) } else { self.at_once(sensors) };
         if failures == 0 {
             return Ok(());
@@ -153,7 +153,7 @@ impl<'a> Run<'a> {
 
     /// Reads the sensors of one recording frame by frame in the order of the frames' times, so that the records of every
     /// replay have the same order. Returns how many failed.
-    fn in_order(self, sensors: &[Sensor<'_>]) -> usize {
+    fn in_order(self, sensors: &[SensorSpec<'_>]) -> usize {
         let opened: Vec<_> = sensors.iter().map(|sensor| (sensor, self.open_frames(sensor))).collect();
         if opened.iter().any(|(_, open)| open.is_err()) {
             let failed = opened.into_iter().filter(|(sensor, open)| !self.has_read(sensor, open.as_ref().map(drop)));
@@ -173,7 +173,7 @@ impl<'a> Run<'a> {
     }
 
     /// Returns whether a sensor was read to its end, or reports why not.
-    fn has_read(self, sensor: &Sensor<'_>, result: Result<(), &Stop>) -> bool {
+    fn has_read(self, sensor: &SensorSpec<'_>, result: Result<(), &Stop>) -> bool {
         match result {
             Ok(()) => true,
             Err(Stop::Failed(error)) => {
@@ -190,9 +190,9 @@ impl<'a> Run<'a> {
     }
 
     /// Reads all sensors at once, each in its own thread. Returns how many failed.
-    fn at_once(self, sensors: &[Sensor<'_>]) -> usize {
+    fn at_once(self, sensors: &[SensorSpec<'_>]) -> usize {
         let (opened, failed) = (Barrier::new(sensors.len()), AtomicBool::new(false));
-        let result_of = |sensor: &Sensor<'_>| {
+        let result_of = |sensor: &SensorSpec<'_>| {
             let open = self.open(sensor);
             if open.is_err() {
                 failed.store(true, Ordering::Relaxed);
@@ -205,7 +205,7 @@ impl<'a> Run<'a> {
                 Err(stop) => Err(stop),
             }
         };
-        let succeeded = |sensor: &Sensor<'_>| self.has_read(sensor, result_of(sensor).as_ref().copied());
+        let succeeded = |sensor: &SensorSpec<'_>| self.has_read(sensor, result_of(sensor).as_ref().copied());
         thread::scope(|scope| {
             let threads: Vec<_> = sensors.iter().map(|sensor| scope.spawn(|| succeeded(sensor))).collect();
             threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded).count()
@@ -242,8 +242,8 @@ struct Reading<'a> {
 }
 
 impl<'a> Reading<'a> {
-    fn new(frames: Frames<'a>) -> Self {
-        let Frames { session, records, raw, range, interrupted } = frames;
+    fn new(frames: OpenFrames<'a>) -> Self {
+        let OpenFrames { session, records, raw, range, interrupted } = frames;
         let (losses, no_event) = (LossReport::default(), NoEvent::default());
         let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
         let (uneven, unreliable) = (None, 0);

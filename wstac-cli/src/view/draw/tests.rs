@@ -11,7 +11,7 @@ use super::colors::{LIT, WARNING};
 use super::*;
 use crate::open;
 use crate::view::state::About;
-use crate::view::{Board, Frames, Sensor, locked};
+use crate::view::{BoardView, FramesView, ViewedSensor, locked};
 use wstac_core::wire::{Fault, LONGEST, Message, Telemetry, encode};
 use wstac_host::config::Config;
 use wstac_host::monitor::line::BoardLine;
@@ -22,15 +22,15 @@ use wstac_host::station::Station;
 use wstac_host::texture::Textures;
 
 /// Returns a scene with small frames.
-fn scene(name: &str) -> Frames {
+fn scene(name: &str) -> FramesView {
     let source = open(name, &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
     let info = source.info().clone();
     let station = Station::new(source, info, Config::default(), Textures::default(), OutputOptions::LIVE);
-    Frames::new(station.unwrap(), false)
+    FramesView::new(station.unwrap(), false)
 }
 
 /// Reads so many times, or to the end.
-fn play(sensor: &mut impl Sensor, state: &Mutex<State>, steps: u32) {
+fn play(sensor: &mut impl ViewedSensor, state: &Mutex<State>, steps: u32) {
     for _ in 0..steps {
         locked(state).wants_picture = true;
         if !sensor.step(state).unwrap() {
@@ -221,7 +221,7 @@ fn a_board_is_shown_by_its_messages() {
     }
     let file = std::env::temp_dir().join(format!("wstac-view-board-{}", std::process::id()));
     fs::write(&file, bytes).unwrap();
-    let mut board = Board::new(BoardLine::new(Port::open(&file, None).unwrap(), OutputOptions::LIVE));
+    let mut board = BoardView::new(BoardLine::new(Port::open(&file, None).unwrap(), OutputOptions::LIVE));
     let state = Mutex::new(board.state());
     play(&mut board, &state, 100);
     fs::remove_file(&file).unwrap();

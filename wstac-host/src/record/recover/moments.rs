@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Failure, Recovery, Waiting};
+use super::{RecoverFailure, Recovery, Waiting};
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
 use crate::record::recorder::lost_frames;
@@ -33,7 +33,7 @@ struct Missing {
 
 impl Recovery<'_> {
     /// Takes a checksum, which ends a moment.
-    pub(super) fn sum(&mut self, span: Span) -> Result<(), Failure> {
+    pub(super) fn sum(&mut self, span: Span) -> Result<(), RecoverFailure> {
         let body = self.walk.start_of(span, MOST_SUM)?.to_vec();
         let Some(message) = MessageBody::parse(&body) else { return self.flush() };
         let Some(sum) = Sum::parse(message.data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else {
@@ -81,7 +81,7 @@ impl Recovery<'_> {
     /// Returns the first of the waiting messages that a checksum is of; `None` if it is not right.
     ///
     /// The channels may have other numbers than this program gave them, and other messages may stand between.
-    fn summed_from(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<Option<usize>, Failure> {
+    fn summed_from(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<Option<usize>, RecoverFailure> {
         let mut bytes = 0_u64;
         let start =
             self.pending.iter().enumerate().rev().filter(|(_, of)| of.own.is_some()).find_map(|(number, of)| {
@@ -104,7 +104,7 @@ impl Recovery<'_> {
 
     /// Returns whether the waiting messages are a moment by the checksums of their chunks, by their times and by the counts of
     /// a checksum that stands in such a chunk.
-    fn fits(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<bool, Failure> {
+    fn fits(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<bool, RecoverFailure> {
         let pending = std::mem::take(&mut self.pending);
         let (mut time, mut frames) = (None, Vec::new());
         for of in pending.iter().filter(|of| of.own.is_some()) {
@@ -131,7 +131,7 @@ impl Recovery<'_> {
     }
 
     /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
-    fn sound_moment(&mut self, moment: &[Waiting], sum: Sum) -> Result<(), Failure> {
+    fn sound_moment(&mut self, moment: &[Waiting], sum: Sum) -> Result<(), RecoverFailure> {
         let own = self.frames_of(moment)?;
         (self.is_suspect, self.suspects) = (false, 0);
         let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
@@ -168,7 +168,12 @@ impl Recovery<'_> {
     /// Copies a moment of a recording of several sensors that counts the frames of all together.
     ///
     /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
-    fn moment_of_any(&mut self, moment: &[Waiting], own: &BTreeMap<u8, Counts>, sum: Sum) -> Result<(), Failure> {
+    fn moment_of_any(
+        &mut self,
+        moment: &[Waiting],
+        own: &BTreeMap<u8, Counts>,
+        sum: Sum,
+    ) -> Result<(), RecoverFailure> {
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
         if before < there || self.last_sums.values().any(|last| *last == sum) {
@@ -190,7 +195,7 @@ impl Recovery<'_> {
     }
 
     /// Returns the frames of a moment, found and lost, of each sensor that it is of.
-    fn frames_of(&mut self, moment: &[Waiting]) -> Result<BTreeMap<u8, Counts>, Failure> {
+    fn frames_of(&mut self, moment: &[Waiting]) -> Result<BTreeMap<u8, Counts>, RecoverFailure> {
         let mut found = BTreeMap::<u8, Counts>::new();
         for of in moment {
             let Some((sensor, topic)) = of.own else { continue };
@@ -213,7 +218,7 @@ impl Recovery<'_> {
     ///
     /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
     /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
-    pub(super) fn copy_after_gaps(&mut self, moment: &[Waiting], gaps: &[(u8, u64)]) -> Result<(), Failure> {
+    pub(super) fn copy_after_gaps(&mut self, moment: &[Waiting], gaps: &[(u8, u64)]) -> Result<(), RecoverFailure> {
         let has_started = |of: &Self, sensor| of.out.tally().of(sensor).frames > 0;
         let (before, behind): (Vec<_>, Vec<_>) = gaps.iter().partition(|(sensor, _)| has_started(self, *sensor));
         for (sensor, gap) in before {

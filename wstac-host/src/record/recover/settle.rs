@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{Failure, Recovery};
+use super::{RecoverFailure, Recovery};
 use crate::record::sums::{Stated, Tally};
 
 impl Recovery<'_> {
     /// Enters frames that are missing at the end, and checks that all are accounted for.
-    pub(super) fn settle(&mut self, stated: &Stated) -> Result<(), Failure> {
+    pub(super) fn settle(&mut self, stated: &Stated) -> Result<(), RecoverFailure> {
         if let Some(end) = &stated.end {
             return self.settle_by(end);
         }
@@ -53,7 +53,7 @@ impl Recovery<'_> {
     }
 
     /// Enters what is missing of a recording whose end says how many frames it had.
-    fn settle_by(&mut self, end: &Tally) -> Result<(), Failure> {
+    fn settle_by(&mut self, end: &Tally) -> Result<(), RecoverFailure> {
         let Some(end) = end.clone().told_apart(self.sensors.count()) else {
             let (found, recorded) = (self.out.tally().all.all(), end.all.all());
             return self.lost_of_any(found, recorded);
@@ -74,7 +74,7 @@ impl Recovery<'_> {
     }
 
     /// Enters what is missing of a recording that nothing counts: that was never finished, or lost its end.
-    fn settle_unfinished(&mut self) -> Result<(), Failure> {
+    fn settle_unfinished(&mut self) -> Result<(), RecoverFailure> {
         let suspects = self.suspects;
         if self.sensors.count() == 1 {
             return self.enter_lost(0, suspects, None);
@@ -93,7 +93,7 @@ impl Recovery<'_> {
 
     /// Enters frames that are missing at the end, if nothing says of which sensor: for each of them as many as are missing
     /// of all, so that no answer spans the place.
-    fn lost_of_any(&mut self, found: u64, recorded: u64) -> Result<(), Failure> {
+    fn lost_of_any(&mut self, found: u64, recorded: u64) -> Result<(), RecoverFailure> {
         if found > recorded {
             self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
         }

@@ -35,14 +35,14 @@ impl From<png::DecodingError> for Problem {
 
 /// Size and type of a picture, after palettes are looked up and samples of less than 8 bits are widened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Shape {
+pub(super) struct PngShape {
     pub(super) size: FrameSize,
-    kind: Kind,
+    kind: PixelKind,
 }
 
 /// The kind of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum PixelKind {
     Gray8,
     GrayAlpha8,
     Rgb8,
@@ -53,14 +53,14 @@ enum Kind {
     Rgba16,
 }
 
-impl Shape {
+impl PngShape {
     /// Returns the format of the frames. Alpha is dropped, and of 16-bit colors green is taken.
     pub(super) fn format(self) -> PixelFormat {
         match self.kind {
-            Kind::Gray8 | Kind::GrayAlpha8 => PixelFormat::Gray,
-            Kind::Rgb8 => PixelFormat::Rgb24,
-            Kind::Rgba8 => PixelFormat::Rgbx32,
-            Kind::Gray16 | Kind::GrayAlpha16 | Kind::Rgb16 | Kind::Rgba16 => PixelFormat::Y16,
+            PixelKind::Gray8 | PixelKind::GrayAlpha8 => PixelFormat::Gray,
+            PixelKind::Rgb8 => PixelFormat::Rgb24,
+            PixelKind::Rgba8 => PixelFormat::Rgbx32,
+            PixelKind::Gray16 | PixelKind::GrayAlpha16 | PixelKind::Rgb16 | PixelKind::Rgba16 => PixelFormat::Y16,
         }
     }
 
@@ -70,30 +70,30 @@ impl Shape {
     }
 }
 
-impl fmt::Display for Shape {
+impl fmt::Display for PngShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = match self.kind {
-            Kind::Gray8 => "8-bit gray",
-            Kind::GrayAlpha8 => "8-bit gray with alpha",
-            Kind::Rgb8 => "8-bit RGB",
-            Kind::Rgba8 => "8-bit RGBA",
-            Kind::Gray16 => "16-bit gray",
-            Kind::GrayAlpha16 => "16-bit gray with alpha",
-            Kind::Rgb16 => "16-bit RGB",
-            Kind::Rgba16 => "16-bit RGBA",
+            PixelKind::Gray8 => "8-bit gray",
+            PixelKind::GrayAlpha8 => "8-bit gray with alpha",
+            PixelKind::Rgb8 => "8-bit RGB",
+            PixelKind::Rgba8 => "8-bit RGBA",
+            PixelKind::Gray16 => "16-bit gray",
+            PixelKind::GrayAlpha16 => "16-bit gray with alpha",
+            PixelKind::Rgb16 => "16-bit RGB",
+            PixelKind::Rgba16 => "16-bit RGBA",
         };
         write!(f, "{}x{} {kind}", self.size.width(), self.size.height())
     }
 }
 
 /// A picture whose header was read.
-pub(super) struct Picture {
+pub(super) struct PngPicture {
     reader: Reader<BufReader<File>>,
-    shape: Shape,
+    shape: PngShape,
     bytes: usize,
 }
 
-impl Picture {
+impl PngPicture {
     /// Reads a file's header, and checks its size before anything that large is allocated.
     pub(super) fn open(path: &Path) -> Result<Self, Problem> {
         let file = crate::files::open_seekable(path).map_err(Problem::Io)?;
@@ -105,24 +105,24 @@ impl Picture {
         let size = FrameSize::new(width, height).map_err(|error| Problem::Refused(error.to_string()))?;
         let reader = decoder.read_info()?;
         let kind = match reader.output_color_type() {
-            (ColorType::Grayscale, BitDepth::Sixteen) => Kind::Gray16,
-            (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => Kind::GrayAlpha16,
-            (ColorType::Rgb, BitDepth::Sixteen) => Kind::Rgb16,
-            (ColorType::Rgba, BitDepth::Sixteen) => Kind::Rgba16,
-            (ColorType::Grayscale, _) => Kind::Gray8,
-            (ColorType::GrayscaleAlpha, _) => Kind::GrayAlpha8,
+            (ColorType::Grayscale, BitDepth::Sixteen) => PixelKind::Gray16,
+            (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => PixelKind::GrayAlpha16,
+            (ColorType::Rgb, BitDepth::Sixteen) => PixelKind::Rgb16,
+            (ColorType::Rgba, BitDepth::Sixteen) => PixelKind::Rgba16,
+            (ColorType::Grayscale, _) => PixelKind::Gray8,
+            (ColorType::GrayscaleAlpha, _) => PixelKind::GrayAlpha8,
             // The decoder looks palettes up.
-            (ColorType::Rgb | ColorType::Indexed, _) => Kind::Rgb8,
-            (ColorType::Rgba, _) => Kind::Rgba8,
+            (ColorType::Rgb | ColorType::Indexed, _) => PixelKind::Rgb8,
+            (ColorType::Rgba, _) => PixelKind::Rgba8,
         };
-        let shape = Shape { size, kind };
+        let shape = PngShape { size, kind };
         match reader.output_buffer_size() {
             Some(bytes) if bytes <= MOST_DECODED => Ok(Self { reader, shape, bytes }),
             _ => Err(Problem::Refused(format!("is {shape}, expected at most {MOST_DECODED} bytes decoded"))),
         }
     }
 
-    pub(super) fn shape(&self) -> Shape {
+    pub(super) fn shape(&self) -> PngShape {
         self.shape
     }
 
@@ -135,17 +135,17 @@ impl Picture {
         }
         let pixels = usize::from(self.shape.size.width()) * usize::from(self.shape.size.height());
         match self.shape.kind {
-            Kind::Gray8 | Kind::Rgb8 | Kind::Rgba8 => return Ok(false),
-            Kind::GrayAlpha8 => {
+            PixelKind::Gray8 | PixelKind::Rgb8 | PixelKind::Rgba8 => return Ok(false),
+            PixelKind::GrayAlpha8 => {
                 resize(frame, pixels)?;
                 for (gray, [value, _alpha]) in frame.iter_mut().zip(decoded.as_chunks().0) {
                     *gray = *value;
                 }
             }
-            Kind::Gray16 => words(decoded, frame, pixels, |&[high, low]: &[u8; 2]| [low, high])?,
-            Kind::GrayAlpha16 => words(decoded, frame, pixels, |&[high, low, ..]: &[u8; 4]| [low, high])?,
-            Kind::Rgb16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 6]| [low, high])?,
-            Kind::Rgba16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 8]| [low, high])?,
+            PixelKind::Gray16 => words(decoded, frame, pixels, |&[high, low]: &[u8; 2]| [low, high])?,
+            PixelKind::GrayAlpha16 => words(decoded, frame, pixels, |&[high, low, ..]: &[u8; 4]| [low, high])?,
+            PixelKind::Rgb16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 6]| [low, high])?,
+            PixelKind::Rgba16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 8]| [low, high])?,
         }
         Ok(true)
     }

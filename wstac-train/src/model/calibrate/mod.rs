@@ -292,7 +292,7 @@ pub fn calibrate_with(
     let threshold = distances[place.clamp(1, distances.len()) - 1];
     let dimensions = projection.biases.len();
     let limits = Limits::Common((threshold * UNIT * UNIT).ceil().min(f64::from(u32::MAX)) as u32);
-    let known = Known { projection, means: &means, limits };
+    let known = KnownRegion { projection, means: &means, limits };
     finished(&plain, part(factor, Some(&known)), dimensions, &held_out)
 }
 
@@ -343,7 +343,7 @@ pub fn inputs_of(model: &Model) -> usize {
 }
 
 /// The means and limits that tell a known sample from an unknown one.
-pub(super) struct Known<'a> {
+pub(super) struct KnownRegion<'a> {
     pub(super) projection: &'a Projection,
     /// The classes' places in the projection.
     pub(super) means: &'a [Vec<f64>],
@@ -370,9 +370,9 @@ impl Limits {
 }
 
 /// Returns the halves of a calibration.
-pub(super) fn part(factor: f64, known: Option<&Known<'_>>) -> Vec<u16> {
+pub(super) fn part(factor: f64, known: Option<&KnownRegion<'_>>) -> Vec<u16> {
     let mut halves = factor::halves(factor).to_vec();
-    let Some(Known { projection, means, limits }) = known else {
+    let Some(KnownRegion { projection, means, limits }) = known else {
         halves.push(0);
         return halves;
     };

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::path::{Answer, Before};
+use super::path::{Before, ClassifierOutput};
 use super::proto::Node as OnnxNode;
 use super::scaler::Scaler;
 use super::trees::{Leaf, split, votes};
@@ -27,7 +27,7 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
     ensemble.weights(node, labels.len()).map_err(wrong)?;
     votes(&mut ensemble.trees, ensemble.single).map_err(|why| wrong(format!("{why}; {BOOSTED}")))?;
     let inputs = before.width.ok_or("the ONNX input's shape does not say how many inputs there are, expected 700")?;
-    Ok(Read { inputs, kind: Kind::Forest(ensemble.trees), answer: Answer::Label(labels) })
+    Ok(Read { inputs, kind: Kind::Forest(ensemble.trees), answer: ClassifierOutput::Label(labels) })
 }
 
 struct Ensemble {

@@ -3,7 +3,7 @@
 //! Each of its leaves has a weight of one class. So a forest of soft votes has a tree for each class, or only leaves of
 //! one class.
 
-use super::path::{Answer, Before};
+use super::path::{Before, ClassifierOutput};
 use super::proto::Node as OnnxNode;
 use super::scaler::Scaler;
 use super::tensor::Tensor;
@@ -35,7 +35,7 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
         classes.ok_or_else(|| wrong(format!("n_targets {}, expected 1 to {most}", number("n_targets", 0))))?;
     let trees = Lists::read(node).and_then(|lists| lists.trees(classes, &before.scalers)).map_err(wrong)?;
     let inputs = before.width.ok_or("the ONNX input's shape does not say how many inputs there are, expected 700")?;
-    let answer = Answer::Scores(classes);
+    let answer = ClassifierOutput::Scores(classes);
     // Leaves that all weigh the same are complete votes; others may be parts of votes.
     let mut single = trees.clone();
     if votes(&mut single, false).is_ok() {

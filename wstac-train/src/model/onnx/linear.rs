@@ -1,6 +1,6 @@
 //! `LinearClassifier`, and `SVMClassifier` with a linear kernel, as weighted sums.
 
-use super::path::{Answer, Before};
+use super::path::{Before, ClassifierOutput};
 use super::proto::Node;
 use super::scaler::fold;
 use super::{Read, attribute, floats, integers, labels, post_transform};
@@ -47,7 +47,7 @@ pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
         rows.remove(0);
     }
     fold(&mut rows, &before.scalers)?;
-    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: false, rows }), answer: Answer::Label(labels) })
+    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: false, rows }), answer: ClassifierOutput::Label(labels) })
 }
 
 /// Returns the number of rows of coefficients if no intercepts show it.
@@ -128,5 +128,5 @@ pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
         }
     }
     fold(&mut rows, &before.scalers)?;
-    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: true, rows }), answer: Answer::Label(labels) })
+    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: true, rows }), answer: ClassifierOutput::Label(labels) })
 }

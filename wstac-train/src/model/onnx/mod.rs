@@ -17,7 +17,7 @@ mod tensor;
 mod tests;
 mod trees;
 
-use self::path::Answer;
+use self::path::ClassifierOutput;
 use self::proto::{Attribute, Node};
 use self::scaler::Scaler;
 use self::tensor::Tensor;
@@ -31,7 +31,7 @@ const UNDERSTOOD: &str = "Cast, Identity, Scaler, TreeEnsembleClassifier, TreeEn
 struct Read {
     inputs: usize,
     kind: Kind,
-    answer: Answer,
+    answer: ClassifierOutput,
 }
 
 /// Reads the model in a file, with the labels given or its own; also returns the tool that trained it.

@@ -20,7 +20,7 @@ pub(super) struct Before {
 }
 
 /// The first output of a classifier.
-pub(super) enum Answer {
+pub(super) enum ClassifierOutput {
     /// The label, one of these.
     Label(Vec<String>),
     /// A score for each class, and the number of classes.
@@ -69,11 +69,11 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
 }
 
 /// Follows the path forwards from the classifier to an output, and returns the resulting labels of its classes.
-pub(super) fn labels(graph: &Graph, classifier: &Node, answer: Answer) -> Result<Vec<String>, String> {
+pub(super) fn labels(graph: &Graph, classifier: &Node, answer: ClassifierOutput) -> Result<Vec<String>, String> {
     let mut name = classifier.output.first().ok_or("the ONNX classifier has no output")?;
     let mut labels = match answer {
-        Answer::Label(labels) => labels,
-        Answer::Scores(classes) => {
+        ClassifierOutput::Label(labels) => labels,
+        ClassifierOutput::Scores(classes) => {
             name = highest(graph, name)?;
             (0..classes).map(|class| class.to_string()).collect()
         }
