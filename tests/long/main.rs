@@ -1,5 +1,4 @@
-//! The long run: counters that pass 2^32 and 2^33, and a day of frames. Short forms run with every other test.
-//! `ci/long` sets the variables that make them long.
+//! The long run: counters that pass 2^32 and 2^33. A short form runs with every other test; `ci/long` sets the variable
+//! that makes it long.
 
 mod counters;
-mod day;
