@@ -27,7 +27,7 @@ use crate::sensor::watch::Watch;
 use crate::sensor::{Sensor, SensorError, Signals};
 use crate::settings_store::SettingsStore;
 use crate::stack::StackDepth;
-use crate::stripes::{self, Capture, Step, Stripes, Ticks};
+use crate::stripes::{self, Capture, Step, Stripes, Ticks, What};
 use crate::{crash_record, setup};
 
 /// The frame rate of the sensors.
@@ -65,12 +65,9 @@ pub trait Camera: Capture {
     /// Stops capture until it begins in one way or another.
     fn stop(&mut self);
 
-    /// Begins to measure whole frames, of which the ring keeps the last bytes. It ends with [`Camera::stop`] or a
-    /// restart.
-    fn begin_probe(&mut self);
-
-    /// Begins to measure the luma of frames, which must have [`Camera::luma_words`].
-    fn begin_luma_probe(&mut self);
+    /// Begins capture anew, at the next vertical sync. A measurement ends with [`Camera::stop`] or a restart, and the ring
+    /// keeps the last bytes.
+    fn begin(&mut self, what: What);
 
     /// Returns the words of a frame's luma.
     fn luma_words(&self) -> u32;
@@ -452,7 +449,7 @@ async fn try_to_bring_up(
     }
     sensor.show_pattern(i2c, true).map_err(Failure::of)?;
     Timer::after_millis(sensor.settle_ms.into()).await;
-    camera.begin_probe();
+    camera.begin(What::AllBytes);
     measured(camera, SELF_TEST_FRAMES, SELF_TEST).await;
     let probe = camera.probe();
     // The ring keeps the last bytes.
@@ -472,7 +469,7 @@ async fn try_to_bring_up(
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
     camera.set_signals(Signals { luma_first, ..sensor.signals });
-    camera.begin_luma_probe();
+    camera.begin(What::Luma);
     measured(camera, 1, LUMA_TEST).await;
     let Probe { lines, words, .. } = camera.probe();
     if words != camera.luma_words() {
