@@ -535,7 +535,7 @@ fn reader(store: &mut impl SettingsStore, size: FrameSize) -> Option<&'static mu
                 reader.set_model(place.insert(model));
             }
             #[cfg(feature = "learn")]
-            if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::NO_NAMES) {
+            if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::no_names()) {
                 reader.load_textures(names, store);
             }
             Some(reader)
