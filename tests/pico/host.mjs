@@ -23,15 +23,6 @@ export const range = (from, to) => Array.from({ length: to - from }, (_, k) => f
 export const same = (a, b) => a.length === b.length && a.every((line, k) => line === b[k]);
 export const ofKind = (lines, ...kinds) => lines.filter((line) => kinds.includes(JSON.parse(line).kind));
 
-/**
- * Returns a line of `wstac run` without what a board does not say: why an event is not reliable. The link has no cause.
- * Of frames that were filled, the host counts them itself.
- */
-export const asABoard = (line) =>
-  !line.includes('"kind":"event"') || JSON.parse(line).frames_filled > 7
-    ? line
-    : line.replace(/,"why":\{"reliable":"[^"]*"\}/, '').replace(/,"reliable":"[^"]*"(?=\}\}$)/, '');
-
 /** The command, with a clip of two slides. */
 export class Host {
   constructor(wstac) {
@@ -70,7 +61,7 @@ export class Host {
   }
 
   ofClip(...options) {
-    return this.says('run', this.clip, '--json', ...options).map(asABoard);
+    return this.says('run', this.clip, '--json', ...options);
   }
 
   /** Returns the events of the clip with these corners of taxels. */

@@ -32,7 +32,7 @@ const _: () = assert!(size_of::<CrashRecord>().is_multiple_of(8));
 
 impl CrashRecord {
     /// Creates an empty record.
-    pub const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self { magic: MAGIC, checksum: 0, restarts: 0, length: 0, text: [0; MOST] }
     }
 
@@ -110,12 +110,6 @@ impl CrashRecord {
     }
 }
 
-impl Default for CrashRecord {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 #[cfg(feature = "node")]
 mod kept {
     //! The place of the record, and the handlers that write to it.
@@ -124,7 +118,6 @@ mod kept {
     use core::panic::PanicInfo;
     use core::ptr::{addr_of, addr_of_mut};
 
-    #[cfg(feature = "h743")]
     #[cfg(feature = "h743")]
     use cortex_m::peripheral::SCB;
     use cortex_m_rt::{ExceptionFrame, exception};

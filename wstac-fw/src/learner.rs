@@ -18,8 +18,10 @@ use crate::setup::Kind;
 
 /// The names of learned textures. Each is written once, so that events can have it until the next start.
 pub type Names = [OnceCell<TextureName>; MOST_TEXTURES];
-/// The names before any texture is learned.
-pub const NO_NAMES: Names = [const { OnceCell::new() }; MOST_TEXTURES];
+/// Returns the names before any texture is learned.
+pub const fn no_names() -> Names {
+    [const { OnceCell::new() }; MOST_TEXTURES]
+}
 
 /// The learned textures, and the one that is being learned.
 #[derive(Clone, Debug, Default)]

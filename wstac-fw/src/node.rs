@@ -5,6 +5,7 @@
 //! settings. Time is embassy's.
 
 use core::future::Future;
+use core::mem;
 use core::pin::pin;
 
 use embassy_futures::select::select;
@@ -26,7 +27,7 @@ use crate::sensor::watch::Watch;
 use crate::sensor::{CameraSensor, SensorError, Signals};
 use crate::settings_store::SettingsStore;
 use crate::stack::StackDepth;
-use crate::stripes::{self, Capture, StripeStep, Stripes};
+use crate::stripes::{self, Capture, StripeStep, Stripes, Ticks, What};
 use crate::{crash_record, setup};
 
 /// The frame rate of the sensors.
@@ -64,12 +65,9 @@ pub trait Camera: Capture {
     /// Stops capture until it begins in one way or another.
     fn stop(&mut self);
 
-    /// Begins to measure whole frames, of which the ring keeps the last bytes. It ends with [`Camera::stop`] or a
-    /// restart.
-    fn begin_probe(&mut self);
-
-    /// Begins to measure the luma of frames, which must have [`Camera::luma_words`].
-    fn begin_luma_probe(&mut self);
+    /// Begins capture anew, at the next vertical sync. A measurement ends with [`Camera::stop`] or a restart, and the ring
+    /// keeps the last bytes.
+    fn begin(&mut self, what: What);
 
     /// Returns the words of a frame's luma.
     fn luma_words(&self) -> u32;
@@ -151,173 +149,43 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 ///
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
-#[expect(clippy::too_many_lines, reason = "one loop, a step after another")]
-pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<B, WIDTH, STRIPES>) -> ! {
-    let Node { sensors, store, camera, bus: mut i2c, line, mut events, mut watchdog, hung, is_own_clock, id, .. } =
-        node;
-    let mut thermometer = node.thermometer;
-    let size = sensors.first().map(|sensor| sensor.size);
-    let Some(reader) = size.and_then(|size| reader(store, size)) else {
+pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: Node<B, WIDTH, STRIPES>) -> ! {
+    let (reader, is_told) = introduce(&mut node);
+    let sensor = find(&mut node, reader).await;
+    let mut board = Running::new(node, reader, is_told, sensor);
+    loop {
+        board.watchdog.pet();
+        board.serve_host();
+        if board.stage != Stage::Run {
+            board.prepare_sensor().await;
+        } else if let Some(until) = board.step() {
+            // They stay where they are made: moved, they would be copied for every stripe.
+            select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(until)))).await;
+        }
+    }
+}
+
+/// Makes the reader, and tells the host what speaks and why the last run ended. Also returns whether nothing is left to be
+/// erased when that was sent.
+fn introduce<B: Board, const WIDTH: usize, const STRIPES: usize>(
+    node: &mut Node<B, WIDTH, STRIPES>,
+) -> (&'static mut Reader, bool) {
+    let size = node.sensors.first().map(|sensor| sensor.size);
+    let Some(reader) = size.and_then(|size| reader(node.store, size)) else {
         panic!("the configuration does not fit the camera")
     };
-    if is_own_clock {
+    if node.is_own_clock {
         defmt::warn!("no clock from the board: the chip's own is used, and times are within 2 %");
         reader.set_name("wstac-fw on the chip's clock");
     }
-    if let Some(id) = id {
+    if let Some(id) = node.id {
         reader.set_id(id);
     }
-    reader.hello(line);
-    let (mut is_told, restarts) = tell_last_run(hung, line);
+    reader.hello(node.line);
+    let (is_told, restarts) = tell_last_run(node.hung, node.line);
     let telemetry = reader.telemetry_mut();
     (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
-    let (mut depth, mut second) = (StackDepth::new(), 0);
-    let mut sensor = find(sensors, &mut i2c, reader, store, line, &mut watchdog).await;
-
-    let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
-    let frame_bytes = WIDTH * usize::from(sensor.size.height());
-    let mut picture = Picture::<STRIPES>::new(stripes.capture().rows(0).len(), frame_bytes);
-    stripes.capture_mut().set_signals(sensor.signals);
-    let mut stage = Stage::Test;
-    let mut absent = Absence::None;
-    // Whether a frame has ended, or none is coming. The time is read only then: that takes 120 instructions.
-    let mut is_between = true;
-    // The last row of a frame.
-    let mut row = [0; WIDTH];
-    let (mut watch, mut meter, mut bus_failures) = (Watch::default(), RateMeter::default(), 0);
-    loop {
-        watchdog.pet();
-        if !is_told && line.is_drained() {
-            is_told = true;
-            crash_record::erase();
-        }
-        restart_if_wanted(store, line);
-        let asked = answer_requests(reader, store, line);
-        if asked.hello {
-            line.absence(absent);
-        }
-        if asked.picture {
-            picture.begin();
-        }
-        if is_between {
-            let now = Instant::now();
-            reader.set_time(now.as_micros());
-            if second != now.as_secs() {
-                second = now.as_secs();
-                let telemetry = reader.telemetry_mut();
-                (telemetry.stack, telemetry.temperature) = (Some(depth.bytes()), thermometer.tenths());
-            }
-        }
-        while line.has_room() && (reader.send_held(line) || is_between && reader.send_again(line)) {}
-        #[cfg(feature = "learn")]
-        if is_between && line.has_room() {
-            reader.keep_textures(store, line);
-        }
-        #[cfg(feature = "models")]
-        if is_between && line.has_room() {
-            reader.keep_model(store, line);
-        }
-        is_between = false;
-        if stage != Stage::Run {
-            match bring_up(&mut sensor, stage, &mut i2c, stripes.capture_mut()).await {
-                Ok(()) => {
-                    stage = Stage::Run;
-                    (watch, bus_failures) = (Watch::default(), 0);
-                }
-                Err(CameraFailure { reason, defect }) => {
-                    stage = Stage::SetUp;
-                    if absent != reason {
-                        absent = reason;
-                        log(defect);
-                        line.absence(reason);
-                    }
-                    // This also serves a board without a camera.
-                    reader.status(line);
-                    Timer::after(TRY_AGAIN).await;
-                }
-            }
-            meter.restart();
-            stripes.restart();
-            is_between = true;
-            continue;
-        }
-        let stripe = stripes.number() as usize;
-        match stripes.step() {
-            StripeStep::Rows { rows, last } => {
-                let part = if line.has_room_for_picture() { picture.part(stripe, rows) } else { None };
-                // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
-                // and the camera to have its settings.
-                let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
-                row[..later.len()].copy_from_slice(later);
-                let mut done = reader.rows(now, line);
-                let is_whole = stripes.release();
-                // The part is only sent if it is of rows that were not overwritten.
-                if let Some(part) = part.filter(|_| is_whole) {
-                    picture.send(&part, reader.next_frame(), line);
-                }
-                is_between = last;
-                if is_whole && last {
-                    let lost = match watch.check(&sensor, &mut i2c) {
-                        Ok(()) => {
-                            bus_failures = 0;
-                            wrong_rate(&mut meter, stripes.capture(), reader).map(|defect| {
-                                log(Some(defect));
-                                Absence::of(defect, &sensor)
-                            })
-                        }
-                        Err(SensorError::Bus { .. }) => {
-                            bus_failures += 1;
-                            if i2c.free() {
-                                defmt::warn!("the sensor held its bus");
-                            }
-                            (bus_failures >= BUS_FAILURES).then_some(Absence::Gone)
-                        }
-                        Err(error) => Some(error.into()),
-                    };
-                    if let Some(reason) = lost {
-                        reader.abandon_frame(line);
-                        (stage, absent) = (Stage::SetUp, reason);
-                        line.absence(reason);
-                    } else {
-                        if absent != Absence::None {
-                            absent = Absence::None;
-                            line.fault(Fault::SensorBack);
-                        }
-                        done = done.and_then(|()| reader.rows(&row, line));
-                    }
-                }
-                if let Err(error) = done {
-                    defmt::error!("{}", error);
-                }
-                let _ = events.set_state(PinState::from(line.events() % 2 == 1));
-            }
-            StripeStep::Abandoned => {
-                meter.restart();
-                reader.abandon_frame(line);
-            }
-            StripeStep::Lost(frames) => reader.lost(frames, line),
-            StripeStep::Fault(fault) => {
-                is_between = true;
-                meter.restart();
-                match fault {
-                    stripes::Fault::Overrun => {
-                        let overruns = &mut reader.telemetry_mut().overruns;
-                        *overruns = overruns.map(|number| number.saturating_add(1));
-                        line.fault(Fault::Overrun);
-                    }
-                    stripes::Fault::LostSync => line.fault(Fault::LostSync),
-                    stripes::Fault::Silent => {
-                        (stage, absent) = (Stage::SetUp, Absence::Silent);
-                        line.fault(Fault::SensorSilent);
-                    }
-                }
-            }
-            StripeStep::Wait(until) => {
-                // They stay where they are made: moved, they would be copied for every stripe.
-                select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(until)))).await;
-            }
-        }
-    }
+    (reader, is_told)
 }
 
 /// The steps before frames are used.
@@ -325,10 +193,214 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(node: Node<
 enum Stage {
     /// The sensor has to be set up.
     SetUp,
-    /// The sensor was set up, and its frames have to be measured.
+    /// It was set up, and its frames have to be measured.
     Test,
-    /// The sensor's frames are used.
+    /// Its frames are used.
     Run,
+}
+
+/// A board whose sensor was found.
+struct Running<B: Board, const WIDTH: usize, const STRIPES: usize> {
+    store: &'static mut B::SettingsStore,
+    i2c: B::Bus,
+    line: &'static mut Link<B::Line, B::Light>,
+    events: B::Light,
+    watchdog: B::Watchdog,
+    thermometer: B::Thermometer,
+    reader: &'static mut Reader,
+    stripes: Stripes<B::Camera>,
+    picture: Picture<STRIPES>,
+    sensor: CameraSensor,
+    stage: Stage,
+    /// The reason that the host was told last.
+    absent: Absence,
+    /// Whether the host knows why the last run ended.
+    is_told: bool,
+    /// Whether a frame has ended, or none is coming. The time is read only then: that takes 120 instructions.
+    is_between: bool,
+    depth: StackDepth,
+    /// The second in which stack and temperature were measured last.
+    second: u64,
+    /// The last row of a frame.
+    row: [u8; WIDTH],
+    watch: Watch,
+    meter: RateMeter,
+    bus_failures: u32,
+}
+
+impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIPES> {
+    fn new(node: Node<B, WIDTH, STRIPES>, reader: &'static mut Reader, is_told: bool, sensor: CameraSensor) -> Self {
+        let Node { store, camera, bus: i2c, line, events, watchdog, thermometer, .. } = node;
+        let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
+        let frame_bytes = WIDTH * usize::from(sensor.size.height());
+        let picture = Picture::new(stripes.capture().rows(0).len(), frame_bytes);
+        stripes.capture_mut().set_signals(sensor.signals);
+        Self {
+            store,
+            i2c,
+            line,
+            events,
+            watchdog,
+            thermometer,
+            reader,
+            stripes,
+            picture,
+            sensor,
+            stage: Stage::Test,
+            absent: Absence::None,
+            is_told,
+            is_between: true,
+            depth: StackDepth::new(),
+            second: 0,
+            row: [0; WIDTH],
+            watch: Watch::default(),
+            meter: RateMeter::default(),
+            bus_failures: 0,
+        }
+    }
+
+    /// Answers requests, and sends what waits.
+    fn serve_host(&mut self) {
+        let Self { reader, store, line, .. } = self;
+        if !self.is_told && line.is_drained() {
+            self.is_told = true;
+            crash_record::erase();
+        }
+        restart_if_wanted(*store, line);
+        let asked = answer_requests(reader, *store, line);
+        if asked.hello {
+            line.absence(self.absent);
+        }
+        if asked.picture {
+            self.picture.begin();
+        }
+        let is_between = mem::take(&mut self.is_between);
+        if is_between {
+            let now = Instant::now();
+            reader.set_time(now.as_micros());
+            if self.second != now.as_secs() {
+                self.second = now.as_secs();
+                let telemetry = reader.telemetry_mut();
+                (telemetry.stack, telemetry.temperature) = (Some(self.depth.bytes()), self.thermometer.tenths());
+            }
+        }
+        while line.has_room() && (reader.send_held(*line) || is_between && reader.send_again(*line)) {}
+        #[cfg(feature = "learn")]
+        if is_between && line.has_room() {
+            reader.keep_textures(*store, *line);
+        }
+        #[cfg(feature = "models")]
+        if is_between && line.has_room() {
+            reader.keep_model(*store, *line);
+        }
+    }
+
+    /// Sets the sensor up if that has to be done, and measures its frames. Waits if that fails.
+    async fn prepare_sensor(&mut self) {
+        match bring_up(&mut self.sensor, self.stage, &mut self.i2c, self.stripes.capture_mut()).await {
+            Ok(()) => {
+                self.stage = Stage::Run;
+                (self.watch, self.bus_failures) = (Watch::default(), 0);
+            }
+            Err(CameraFailure { reason, defect }) => {
+                self.stage = Stage::SetUp;
+                if self.absent != reason {
+                    self.absent = reason;
+                    log(defect);
+                    self.line.absence(reason);
+                }
+                // This also serves a board without a camera.
+                self.reader.status(self.line);
+                Timer::after(TRY_AGAIN).await;
+            }
+        }
+        self.meter.restart();
+        self.stripes.restart();
+        self.is_between = true;
+    }
+
+    /// Takes the next rows, or deals with a fault. Returns the time until which there is nothing to do.
+    fn step(&mut self) -> Option<Ticks> {
+        let Self { reader, line, stripes, .. } = self;
+        let stripe = stripes.number() as usize;
+        match stripes.step() {
+            StripeStep::Rows { rows, last } => {
+                let part = if line.has_room_for_picture() { self.picture.part(stripe, rows) } else { None };
+                // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
+                // and the camera to have its settings.
+                let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
+                self.row[..later.len()].copy_from_slice(later);
+                let mut done = reader.rows(now, *line);
+                let is_whole = stripes.release();
+                // The part is only sent if it is of rows that were not overwritten.
+                if let Some(part) = part.filter(|_| is_whole) {
+                    self.picture.send(&part, reader.next_frame(), *line);
+                }
+                self.is_between = last;
+                if is_whole && last && self.is_sensor_right() {
+                    done = done.and_then(|()| self.reader.rows(&self.row, self.line));
+                }
+                if let Err(error) = done {
+                    defmt::error!("{}", error);
+                }
+                let _ = self.events.set_state(PinState::from(self.line.events() % 2 == 1));
+            }
+            StripeStep::Abandoned => {
+                self.meter.restart();
+                reader.abandon_frame(*line);
+            }
+            StripeStep::Lost(frames) => reader.lost(frames, *line),
+            StripeStep::Fault(fault) => self.report(fault),
+            StripeStep::Wait(until) => return Some(until),
+        }
+        None
+    }
+
+    /// Returns whether the sensor still has its settings and its rate at the end of a frame. If not, the frame is given up.
+    fn is_sensor_right(&mut self) -> bool {
+        let lost = match self.watch.check(&self.sensor, &mut self.i2c) {
+            Ok(()) => {
+                self.bus_failures = 0;
+                wrong_rate(&mut self.meter, self.stripes.capture(), self.reader).map(|defect| {
+                    log(Some(defect));
+                    Absence::of(defect, &self.sensor)
+                })
+            }
+            Err(SensorError::Bus { .. }) => {
+                self.bus_failures += 1;
+                free(&mut self.i2c);
+                (self.bus_failures >= BUS_FAILURES).then_some(Absence::Gone)
+            }
+            Err(error) => Some(error.into()),
+        };
+        if let Some(reason) = lost {
+            self.reader.abandon_frame(self.line);
+            (self.stage, self.absent) = (Stage::SetUp, reason);
+            self.line.absence(reason);
+        } else if self.absent != Absence::None {
+            self.absent = Absence::None;
+            self.line.fault(Fault::SensorBack);
+        }
+        lost.is_none()
+    }
+
+    /// Reports why frames were lost.
+    fn report(&mut self, fault: stripes::Fault) {
+        self.is_between = true;
+        self.meter.restart();
+        self.line.fault(match fault {
+            stripes::Fault::Overrun => {
+                let overruns = &mut self.reader.telemetry_mut().overruns;
+                *overruns = overruns.map(|number| number.saturating_add(1));
+                Fault::Overrun
+            }
+            stripes::Fault::LostSync => Fault::LostSync,
+            stripes::Fault::Silent => {
+                (self.stage, self.absent) = (Stage::SetUp, Absence::Silent);
+                Fault::SensorSilent
+            }
+        });
+    }
 }
 
 /// The reason why there are no frames, and the measurement that shows it.
@@ -350,15 +422,15 @@ async fn bring_up(
     sensor: &mut CameraSensor,
     stage: Stage,
     i2c: &mut impl Bus,
-    dcmi: &mut impl Camera,
+    camera: &mut impl Camera,
 ) -> Result<(), CameraFailure> {
-    let done = try_to_bring_up(sensor, stage, i2c, dcmi).await;
+    let done = try_to_bring_up(sensor, stage, i2c, camera).await;
     if let Err(CameraFailure { defect: Some(Defect::Rate { millihertz }), .. }) = done
         && let Some(times) = self_test::times_nominal(millihertz, RATE)
         && sensor.slow_down(times)
     {
         defmt::warn!("{=u32} times the rate: the clock is divided", times);
-        return try_to_bring_up(sensor, Stage::SetUp, i2c, dcmi).await;
+        return try_to_bring_up(sensor, Stage::SetUp, i2c, camera).await;
     }
     done
 }
@@ -367,25 +439,24 @@ async fn try_to_bring_up(
     sensor: &CameraSensor,
     stage: Stage,
     i2c: &mut impl Bus,
-    dcmi: &mut impl Camera,
+    camera: &mut impl Camera,
 ) -> Result<(), CameraFailure> {
-    dcmi.stop();
+    camera.stop();
     if stage == Stage::SetUp {
         i2c.restart_sensor().await;
-        if i2c.free() {
-            defmt::warn!("the sensor held its bus");
-        }
+        free(i2c);
         sensor.set_up(i2c, &mut Delay).map_err(CameraFailure::of)?;
     }
     sensor.show_pattern(i2c, true).map_err(CameraFailure::of)?;
     Timer::after_millis(sensor.settle_ms.into()).await;
-    dcmi.begin_probe();
-    measured(dcmi, SELF_TEST_FRAMES, SELF_TEST).await;
-    let probe = dcmi.probe();
+    camera.begin(What::AllBytes);
+    measured(camera, SELF_TEST_FRAMES, SELF_TEST).await;
+    let probe = camera.probe();
     // The ring keeps the last bytes.
-    dcmi.stop();
-    let judged = [0, 1]
-        .map(|half| self_test::judge(probe, dcmi.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ));
+    camera.stop();
+    let judged = [0, 1].map(|half| {
+        self_test::judge(probe, camera.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ)
+    });
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
             return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
@@ -397,17 +468,17 @@ async fn try_to_bring_up(
     if luma_first != sensor.signals.luma_first {
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
-    dcmi.set_signals(Signals { luma_first, ..sensor.signals });
-    dcmi.begin_luma_probe();
-    measured(dcmi, 1, LUMA_TEST).await;
-    let Probe { lines, words, .. } = dcmi.probe();
-    if words != dcmi.luma_words() {
+    camera.set_signals(Signals { luma_first, ..sensor.signals });
+    camera.begin(What::Luma);
+    measured(camera, 1, LUMA_TEST).await;
+    let Probe { lines, words, .. } = camera.probe();
+    if words != camera.luma_words() {
         let defect = Defect::Size { lines, words };
         return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
     }
     if !sensor.pattern.is_empty() {
-        dcmi.stop();
-        if let Err(defect) = self_test::judge_pattern([dcmi.rows(0), dcmi.rows(1)]) {
+        camera.stop();
+        if let Err(defect) = self_test::judge_pattern([camera.rows(0), camera.rows(1)]) {
             return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
         }
         sensor.show_pattern(i2c, false).map_err(CameraFailure::of)?;
@@ -417,16 +488,16 @@ async fn try_to_bring_up(
 }
 
 /// Waits until so many frames have been measured, or for the longest time.
-async fn measured(dcmi: &impl Camera, frames: u32, longest: Duration) {
+async fn measured(camera: &impl Camera, frames: u32, longest: Duration) {
     let until = Instant::now() + longest;
-    while dcmi.probe().frames < frames && Instant::now() < until {
+    while camera.probe().frames < frames && Instant::now() < until {
         select(CHANGED.wait(), Timer::at(until)).await;
     }
 }
 
 /// Returns the defect if the rate of the last frames was wrong, and reports the rate.
-fn wrong_rate(meter: &mut RateMeter, dcmi: &impl Camera, reader: &mut Reader) -> Option<Defect> {
-    let (syncs, at) = dcmi.syncs();
+fn wrong_rate(meter: &mut RateMeter, camera: &impl Camera, reader: &mut Reader) -> Option<Defect> {
+    let (syncs, at) = camera.syncs();
     let (frames, ticks) = meter.push(syncs, at)?;
     reader.telemetry_mut().millihertz = Some(self_test::millihertz(frames, ticks, TICK_HZ));
     self_test::judge_rate(frames, ticks, RATE, TICK_HZ).err()
@@ -464,7 +535,7 @@ fn reader(store: &mut impl SettingsStore, size: FrameSize) -> Option<&'static mu
                 reader.set_model(place.insert(model));
             }
             #[cfg(feature = "learn")]
-            if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::NO_NAMES) {
+            if let Some(names) = cortex_m::singleton!(: crate::learner::Names = crate::learner::no_names()) {
                 reader.load_textures(names, store);
             }
             Some(reader)
@@ -530,57 +601,63 @@ fn tell_last_run(hung: bool, line: &mut Link<impl Line, impl OutputPin>) -> (boo
     (!is_kept, restarts)
 }
 
+/// Frees the bus if the sensor holds it.
+fn free(i2c: &mut impl Bus) {
+    if i2c.free() {
+        defmt::warn!("the sensor held its bus");
+    }
+}
+
 /// Looks for a sensor until one is found, and sets it up.
-async fn find(
-    sensors: &'static [CameraSensor],
-    i2c: &mut impl Bus,
+async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
+    node: &mut Node<B, WIDTH, STRIPES>,
     reader: &mut Reader,
-    store: &mut impl SettingsStore,
-    line: &mut Link<impl Line, impl OutputPin>,
-    watchdog: &mut impl Watchdog,
 ) -> CameraSensor {
+    let Node { sensors, store, bus, line, watchdog, .. } = node;
     let mut said = Absence::None;
     loop {
         watchdog.pet();
-        i2c.restart_sensor().await;
-        if i2c.free() {
-            defmt::warn!("the sensor held its bus");
-        }
-        restart_if_wanted(store, line);
+        bus.restart_sensor().await;
+        free(bus);
+        restart_if_wanted(*store, line);
         // A host that has just connected should know, too.
-        if answer_requests(reader, store, line).hello {
+        if answer_requests(reader, *store, line).hello {
             said = Absence::None;
         }
         reader.set_time(Instant::now().as_micros());
         #[cfg(feature = "learn")]
-        reader.keep_textures(store, line);
+        reader.keep_textures(*store, *line);
         #[cfg(feature = "models")]
-        reader.keep_model(store, line);
-        let mut reason = Absence::Gone;
-        for sensor in sensors {
-            let sensor = CameraSensor { lines: store.exposure(), ..*sensor };
-            match sensor.identify(i2c) {
-                Ok(()) => match sensor.set_up(i2c, &mut Delay) {
-                    Ok(()) => {
-                        defmt::info!("sensor {}", sensor.name);
-                        return sensor;
-                    }
-                    Err(error) => {
-                        reason = error.into();
-                        break;
-                    }
-                },
-                Err(SensorError::Identity { found: id, .. }) if sensors.iter().all(|known| known.id() != id) => {
-                    reason = Absence::Unknown { id };
-                }
-                Err(_) => {}
-            }
-        }
+        reader.keep_model(*store, *line);
+        let reason = match identify(sensors, store.exposure(), bus) {
+            Ok(sensor) => return sensor,
+            Err(reason) => reason,
+        };
         if said != reason {
             said = reason;
             line.absence(reason);
         }
-        reader.status(line);
+        reader.status(*line);
         Timer::after(TRY_AGAIN).await;
     }
+}
+
+/// Looks for a sensor once, and sets it up with this exposure.
+fn identify(sensors: &[CameraSensor], exposure: Option<u16>, i2c: &mut impl Bus) -> Result<CameraSensor, Absence> {
+    let mut reason = Absence::Gone;
+    for sensor in sensors {
+        let sensor = CameraSensor { lines: exposure, ..*sensor };
+        match sensor.identify(i2c) {
+            Ok(()) => {
+                sensor.set_up(i2c, &mut Delay)?;
+                defmt::info!("sensor {}", sensor.name);
+                return Ok(sensor);
+            }
+            Err(SensorError::Identity { found: id, .. }) if sensors.iter().all(|known| known.id() != id) => {
+                reason = Absence::Unknown { id };
+            }
+            Err(_) => {}
+        }
+    }
+    Err(reason)
 }

@@ -234,7 +234,7 @@ impl Reader {
     /// Takes the textures that were learned. Their names have places of their own, so that events can have them.
     #[cfg(feature = "learn")]
     pub fn load_textures(&mut self, names: &'static Names, store: &mut impl SettingsStore) {
-        let model = self.sender.model().map(|model| model.checksum());
+        let model = self.sender.model().map(setup::Kind::checksum);
         self.sender.textures.load(names, model, |place| store.texture(place));
     }
 

@@ -31,30 +31,42 @@ pub trait SettingsStore {
     fn parameters(&self) -> (Layout, Floor, TriggerConfig);
 
     /// Returns the exposure in lines, if it is not that of the sensor's table.
-    fn exposure(&self) -> Option<u16>;
+    fn exposure(&self) -> Option<u16> {
+        None
+    }
 
     /// Answers requests about settings.
     fn answer(&mut self, request: Request, line: &mut impl Publisher);
 
     /// Returns whether others are to be used, which takes a new start.
-    fn wants_restart(&self) -> bool;
+    fn wants_restart(&self) -> bool {
+        false
+    }
 
     /// Returns the learned texture at a place.
     #[cfg(feature = "learn")]
-    fn texture(&mut self, place: u8) -> Option<KeptTexture>;
+    fn texture(&mut self, _place: u8) -> Option<KeptTexture> {
+        None
+    }
 
     /// Keeps a learned texture at a place, or forgets it, which takes a new start. Returns whether that was done.
     #[cfg(feature = "learn")]
-    fn keep_texture(&mut self, place: u8, texture: Option<&KeptTexture>) -> bool;
+    fn keep_texture(&mut self, _place: u8, _texture: Option<&KeptTexture>) -> bool {
+        false
+    }
 
     /// Returns the model that a host has sent. It is to be called once.
     #[cfg(feature = "models")]
-    fn model(&mut self) -> Option<setup::Kind>;
+    fn model(&mut self) -> Option<setup::Kind> {
+        None
+    }
 
     /// Does what is to be done about models between frames, and returns what the host has to know of it. If another model
     /// is kept and `is_rest` says that no event is under way, it wants a new start.
     #[cfg(feature = "models")]
-    fn keep_model(&mut self, is_rest: bool) -> Option<Message<'static>>;
+    fn keep_model(&mut self, _is_rest: bool) -> Option<Message<'static>> {
+        None
+    }
 }
 
 /// Settings that are compiled in.
@@ -72,10 +84,6 @@ impl SettingsStore for FixedSettings {
         (self.0, setup::FLOOR, setup::TRIGGER)
     }
 
-    fn exposure(&self) -> Option<u16> {
-        None
-    }
-
     #[cfg(not(feature = "models"))]
     fn answer(&mut self, _: Request, _: &mut impl Publisher) {}
 
@@ -90,30 +98,6 @@ impl SettingsStore for FixedSettings {
         };
         let in_use = setup::MODEL.map(setup::Kind::checksum);
         line.send(&Message::Model(BoardModel::new(in_use, false, accepted(0), step)));
-    }
-
-    fn wants_restart(&self) -> bool {
-        false
-    }
-
-    #[cfg(feature = "learn")]
-    fn texture(&mut self, _: u8) -> Option<KeptTexture> {
-        None
-    }
-
-    #[cfg(feature = "learn")]
-    fn keep_texture(&mut self, _: u8, _: Option<&KeptTexture>) -> bool {
-        false
-    }
-
-    #[cfg(feature = "models")]
-    fn model(&mut self) -> Option<setup::Kind> {
-        None
-    }
-
-    #[cfg(feature = "models")]
-    fn keep_model(&mut self, _: bool) -> Option<Message<'static>> {
-        None
     }
 }
 

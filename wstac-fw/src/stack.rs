@@ -24,7 +24,7 @@ pub struct StackDepth {
 
 impl StackDepth {
     /// Begins at the start of the stack.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { deepest: &raw const _stack_start }
     }
 
@@ -44,11 +44,5 @@ impl StackDepth {
             }
         }
         (&raw const _stack_start as usize - self.deepest as usize) as u32
-    }
-}
-
-impl Default for StackDepth {
-    fn default() -> Self {
-        Self::new()
     }
 }

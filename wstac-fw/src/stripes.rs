@@ -2,7 +2,7 @@
 //! faults and recovers from them.
 //!
 //! [`Stripes`] knows only what [`Capture`] counts and the time, so tests drive it through every fault. The hardware's
-//! side of the STM32H743 is `dcmi`, the only owner of a DMA.
+//! side is `dcmi` on the STM32H743 and `pio` on the RP2040 and RP2350, each the only owner of a DMA.
 //!
 //! ```text
 //! frame          |--- stripe 0 --- stripe 1 --- … --- stripe n-1 ---|  blanking  |--- stripe 0 …
@@ -59,6 +59,17 @@ pub trait Capture {
 
     /// Returns the time.
     fn now(&self) -> Ticks;
+}
+
+/// The part of frames that is captured, and its purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// The rows of luma that are used.
+    Frames,
+    /// All bytes of whole frames, to be measured.
+    AllBytes,
+    /// The rows of luma, to be measured.
+    Luma,
 }
 
 /// A fault that a camera interface itself can detect.

@@ -6,7 +6,8 @@
 
 use defmt_rtt as _;
 use embassy_executor::Spawner;
-use wstac_fw::rp::{self, RpBus, RpIrqs, RpLight, RpWiring};
+use embassy_rp::gpio::{Level, Output};
+use wstac_fw::rp::{self, RpBus, RpIrqs, RpWiring};
 use wstac_fw::stripes::pio::Wires;
 
 /// The data wires of the camera, from GP6 upwards: 1 unless `WSTAC_DATA_WIRES` says 4 or 8.
@@ -32,8 +33,8 @@ async fn main(_spawner: Spawner) {
         // Clock and data.
         bus: RpBus::new(p.I2C0, p.PIN_5, p.PIN_4),
         line: rp::uart0(p.UART0, RpIrqs, p.PIN_0, p.PIN_1, BAUD),
-        events: RpLight::new(p.PIN_25.into()),
-        trouble: RpLight::new(p.PIN_22.into()),
+        events: Output::new(p.PIN_25, Level::Low),
+        trouble: Output::new(p.PIN_22, Level::Low),
         watchdog: p.WATCHDOG,
         flash: p.FLASH,
     };

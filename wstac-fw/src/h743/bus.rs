@@ -10,7 +10,7 @@ use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal::i2c::{ErrorType, Operation};
 
-use crate::bus::{self, Lines};
+use crate::bus;
 use crate::node::Bus;
 
 /// The ports of pins, by number.
@@ -60,22 +60,6 @@ impl SensorBus {
     }
 }
 
-impl Lines for SensorBus {
-    fn drive_clock(&self, high: bool) {
-        self.scl.drive(high);
-        wait();
-    }
-
-    fn drive_data(&self, high: bool) {
-        self.sda.drive(high);
-        wait();
-    }
-
-    fn is_data_high(&self) -> bool {
-        self.sda.is_high()
-    }
-}
-
 impl ErrorType for SensorBus {
     type Error = i2c::Error;
 }
@@ -96,16 +80,17 @@ impl embedded_hal::i2c::I2c for SensorBus {
 
 impl Bus for SensorBus {
     fn free(&mut self) -> bool {
-        if self.sda.is_high() {
+        let Self { scl, sda, .. } = *self;
+        if sda.is_high() {
             return false;
         }
-        for pin in [self.scl, self.sda] {
+        for pin in [scl, sda] {
             pin.drive(true);
             pin.port.otyper().modify(|w| w.set_ot(pin.number, Ot::OPEN_DRAIN));
             pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::OUTPUT));
         }
-        let is_free = bus::free(self);
-        for pin in [self.scl, self.sda] {
+        let is_free = bus::free(scl, sda, Pin::drive_and_wait, Pin::is_high);
+        for pin in [scl, sda] {
             pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::ALTERNATE));
         }
         // The interface forgets what it has seen of these clocks.
@@ -143,6 +128,11 @@ impl Pin {
 
     fn drive(self, high: bool) {
         self.port.bsrr().write(|w| if high { w.set_bs(self.number, true) } else { w.set_br(self.number, true) });
+    }
+
+    fn drive_and_wait(self, high: bool) {
+        self.drive(high);
+        wait();
     }
 }
 

@@ -14,7 +14,7 @@ use core::ptr::read_volatile;
 use embassy_stm32::flash::{Blocking, Error, FLASH_BASE, FLASH_SIZE, Flash, WRITE_SIZE};
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::{Peri, peripherals};
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 #[cfg(feature = "models")]
 use crate::models::InPlace;
@@ -38,22 +38,6 @@ const IGNORE_BUS_FAULTS: u32 = 1 << 8;
 /// The flash.
 pub struct BoardFlash(Flash<'static, Blocking>);
 
-/// A failure of the flash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FlashFailed;
-
-impl From<Error> for FlashFailed {
-    fn from(_: Error) -> Self {
-        Self
-    }
-}
-
-impl NorFlashError for FlashFailed {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
 impl BoardFlash {
     /// Takes the flash.
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
@@ -62,16 +46,16 @@ impl BoardFlash {
 }
 
 impl ErrorType for BoardFlash {
-    type Error = FlashFailed;
+    type Error = Error;
 }
 
 impl ReadNorFlash for BoardFlash {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFailed> {
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
         let end = u32::try_from(bytes.len()).ok().and_then(|length| offset.checked_add(length));
         if end.is_none_or(|end| end > ALL.end) || offset < ALL.start {
-            return Err(FlashFailed);
+            return Err(Error::Size);
         }
         let mut at = offset as usize;
         let mut rest = bytes;
@@ -94,9 +78,9 @@ impl NorFlash for BoardFlash {
     const WRITE_SIZE: usize = WRITE_SIZE;
     const ERASE_SIZE: usize = SECTOR;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFailed> {
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         if from < ALL.start || to > ALL.end {
-            return Err(FlashFailed);
+            return Err(Error::Size);
         }
         // A write leaves the parallelism at 8 bits, with which an erasure takes twice as long as with 64: longer than the
         // watchdog waits. The bank is locked, and stays unlocked for the erasure.
@@ -107,14 +91,14 @@ impl NorFlash for BoardFlash {
             }
         }
         bank.cr().modify(|w| w.set_psize(FASTEST));
-        Ok(self.0.blocking_erase(from, to)?)
+        self.0.blocking_erase(from, to)
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFailed> {
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         if offset < ALL.start || bytes.len() > (ALL.end.saturating_sub(offset)) as usize {
-            return Err(FlashFailed);
+            return Err(Error::Size);
         }
-        Ok(self.0.blocking_write(offset, bytes)?)
+        self.0.blocking_write(offset, bytes)
     }
 }
 

@@ -132,7 +132,7 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
     RCC.rsr().modify(|w| w.set_rmvf(true));
     let _clock = Mco::new(wiring.clock.0, wiring.clock.1, Mco1Source::PLL1_Q, McoConfig::default());
     let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
-    let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring, SIZE, ROWS) else {
+    let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring, SIZE, ROWS, OV7690.signals) else {
         panic!("the ring does not fit the frames, or is more than the DMA counts");
     };
     #[cfg(feature = "settings")]

@@ -32,15 +32,9 @@ enum AdcPhase {
     Measure,
 }
 
-impl Default for ChipThermometer {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl ChipThermometer {
     /// Starts the ADC, which nobody else may use.
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         RCC.ahb4enr().modify(|w| w.set_adc3en(true));
         // The clock is there two cycles of the bus later.
         let _ = RCC.ahb4enr().read();

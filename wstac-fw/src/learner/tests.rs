@@ -26,7 +26,7 @@ fn sample(texture: u32, slide: u32) -> [i16; INPUTS] {
 }
 
 fn names() -> &'static Names {
-    Box::leak(Box::new(NO_NAMES))
+    Box::leak(Box::new(no_names()))
 }
 
 fn name(text: &str) -> TextureName {

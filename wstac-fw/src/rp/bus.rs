@@ -5,7 +5,7 @@ use embassy_rp::pac::{IO_BANK0, SIO};
 use embassy_rp::{Peri, peripherals};
 use embedded_hal::i2c::{ErrorType, Operation};
 
-use crate::bus::{self, Lines};
+use crate::bus;
 use crate::node::Bus;
 
 /// The cycles of half a clock: 5 µs at 120 MHz.
@@ -17,16 +17,9 @@ const CORE: u8 = 5;
 /// The bus.
 pub struct RpBus {
     i2c: I2c<'static, peripherals::I2C0, Blocking>,
-    pins: SensorPins,
-}
-
-/// The numbers of the bus's pins.
-#[derive(Clone, Copy, Debug)]
-pub struct SensorPins {
-    /// The clock.
-    pub scl: u8,
-    /// The data.
-    pub sda: u8,
+    /// The numbers of the pins.
+    scl: u8,
+    sda: u8,
 }
 
 impl RpBus {
@@ -36,29 +29,13 @@ impl RpBus {
         scl: Peri<'static, impl SclPin<peripherals::I2C0>>,
         sda: Peri<'static, impl SdaPin<peripherals::I2C0>>,
     ) -> Self {
-        let pins = SensorPins { scl: scl.pin(), sda: sda.pin() };
-        Self { i2c: I2c::new_blocking(peripheral, scl, sda, i2c::Config::default()), pins }
+        let (clock, data) = (scl.pin(), sda.pin());
+        Self { i2c: I2c::new_blocking(peripheral, scl, sda, i2c::Config::default()), scl: clock, sda: data }
     }
 
     /// Returns an error if the sensor holds the data line. A transfer would wait for it.
     fn check(&self) -> Result<(), i2c::Error> {
-        if is_high(self.pins.sda) { Ok(()) } else { Err(i2c::Error::Abort(AbortReason::ArbitrationLoss)) }
-    }
-}
-
-impl Lines for RpBus {
-    fn drive_clock(&self, high: bool) {
-        drive(self.pins.scl, high);
-        wait();
-    }
-
-    fn drive_data(&self, high: bool) {
-        drive(self.pins.sda, high);
-        wait();
-    }
-
-    fn is_data_high(&self) -> bool {
-        is_high(self.pins.sda)
+        if is_high(self.sda) { Ok(()) } else { Err(i2c::Error::Abort(AbortReason::ArbitrationLoss)) }
     }
 }
 
@@ -80,7 +57,7 @@ impl embedded_hal::i2c::I2c for RpBus {
 
 impl Bus for RpBus {
     fn free(&mut self) -> bool {
-        let SensorPins { scl, sda } = self.pins;
+        let Self { scl, sda, .. } = *self;
         if is_high(sda) {
             return false;
         }
@@ -88,7 +65,7 @@ impl Bus for RpBus {
             drive(pin, true);
             IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(CORE));
         }
-        let is_free = bus::free(self);
+        let is_free = bus::free(scl, sda, drive_and_wait, is_high);
         for pin in [scl, sda] {
             IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(I2C));
         }
@@ -113,6 +90,7 @@ fn drive(pin: u8, high: bool) {
     }
 }
 
-fn wait() {
+fn drive_and_wait(pin: u8, high: bool) {
+    drive(pin, high);
     cortex_m::asm::delay(HALF);
 }

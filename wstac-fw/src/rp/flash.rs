@@ -9,7 +9,7 @@ use core::ops::Range;
 
 use embassy_rp::flash::{Blocking, ERASE_SIZE, Error, Flash, WRITE_SIZE};
 use embassy_rp::{Peri, peripherals};
-use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 #[cfg(feature = "models")]
 use crate::models::InPlace;
@@ -27,22 +27,6 @@ const WRITABLE: [Range<u32>; 2] = [SECTORS, <RpFlash as InPlace>::MODELS];
 /// The flash.
 pub struct RpFlash(Flash<'static, peripherals::FLASH, Blocking, SIZE>);
 
-/// A failure of the flash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RpFlashFailed;
-
-impl From<Error> for RpFlashFailed {
-    fn from(_: Error) -> Self {
-        Self
-    }
-}
-
-impl NorFlashError for RpFlashFailed {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
 impl RpFlash {
     /// Takes the flash.
     pub fn new(flash: Peri<'static, peripherals::FLASH>) -> Self {
@@ -51,14 +35,14 @@ impl RpFlash {
 }
 
 impl ErrorType for RpFlash {
-    type Error = RpFlashFailed;
+    type Error = Error;
 }
 
 impl ReadNorFlash for RpFlash {
     const READ_SIZE: usize = 1;
 
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), RpFlashFailed> {
-        Ok(self.0.blocking_read(offset, bytes)?)
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        self.0.blocking_read(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
@@ -75,19 +59,19 @@ impl NorFlash for RpFlash {
     const WRITE_SIZE: usize = WRITE_SIZE;
     const ERASE_SIZE: usize = ERASE_SIZE;
 
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), RpFlashFailed> {
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         if !is_writable(from, to) {
-            return Err(RpFlashFailed);
+            return Err(Error::OutOfBounds);
         }
-        Ok(self.0.blocking_erase(from, to)?)
+        self.0.blocking_erase(from, to)
     }
 
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), RpFlashFailed> {
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         let end = u32::try_from(bytes.len()).ok().and_then(|length| offset.checked_add(length));
         if end.is_none_or(|end| !is_writable(offset, end)) {
-            return Err(RpFlashFailed);
+            return Err(Error::OutOfBounds);
         }
-        Ok(self.0.blocking_write(offset, bytes)?)
+        self.0.blocking_write(offset, bytes)
     }
 }
 

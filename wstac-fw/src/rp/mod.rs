@@ -6,19 +6,16 @@ mod flash;
 mod thermometer;
 mod uart;
 
-pub use bus::{RpBus, SensorPins};
+pub use bus::RpBus;
 pub use thermometer::RpThermometer;
 pub use uart::{UartInterrupts, uart0};
 
-use core::convert::Infallible;
-
 use embassy_rp::clocks::{ClockConfig, Gpout, GpoutPin, GpoutSrc};
 use embassy_rp::config::Config;
-use embassy_rp::gpio::{AnyPin, Level, Output};
+use embassy_rp::gpio::Output;
 use embassy_rp::watchdog::{ResetReason, Watchdog as ChipWatchdog};
 use embassy_rp::{Peri, Peripherals, bind_interrupts, peripherals};
 use embassy_time::Duration;
-use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
 
 #[cfg(feature = "settings")]
@@ -190,27 +187,4 @@ pub async fn run(wiring: RpWiring) -> ! {
 }
 
 /// A light, which is lit while its pin is high.
-pub struct RpLight(Output<'static>);
-
-impl RpLight {
-    /// Creates a light that is off.
-    pub fn new(pin: Peri<'static, AnyPin>) -> Self {
-        Self(Output::new(pin, Level::Low))
-    }
-}
-
-impl ErrorType for RpLight {
-    type Error = Infallible;
-}
-
-impl OutputPin for RpLight {
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        self.0.set_high();
-        Ok(())
-    }
-
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        self.0.set_low();
-        Ok(())
-    }
-}
+pub type RpLight = Output<'static>;

@@ -20,19 +20,13 @@ pub struct RpThermometer {
 
 impl RpThermometer {
     /// Switches the sensor on. Nobody else may use the ADC.
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         ADC.cs().write(|w| {
             w.set_en(true);
             w.set_ts_en(true);
             w.set_ainsel(CHANNEL);
         });
         Self { has_begun: false }
-    }
-}
-
-impl Default for RpThermometer {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

@@ -16,18 +16,15 @@
 //! | 0xB5 of bank 1 | 6: MIPI on, as at reset |
 
 use super::ov7690::{GAMMA, LOCKS, OV7690, RATE, WINDOW};
-use super::{Addressing, CameraSensor, FIXED_CHROMA, Setting, set};
+use super::{CameraSensor, FIXED_CHROMA, Setting, set};
 
 /// The OV7692.
 pub const OV7692: CameraSensor = CameraSensor {
     name: "OV7692",
     address: 0x3C,
-    addressing: Addressing::Byte,
     identity: [set(0x0A, 0x76), set(0x0B, 0x92)],
     banked: &BANKED,
     settings: &[&FORMAT, &RATE, &WINDOW, &GAMMA, &LOCKS],
-    start: &[],
-    switches: 0x13,
     ..OV7690
 };
 

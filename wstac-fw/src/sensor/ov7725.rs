@@ -25,38 +25,20 @@
 //! | 0x67 | 1–0: 0 for YUV or RGB |
 //! | 0xAC | 3–2: scale factors follow from the sizes |
 
-use super::{Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, set};
+use super::ov7690::OV7690;
+use super::{CameraSensor, FIXED_CHROMA, Setting, Suspects, set};
 
 /// The OV7725.
 pub const OV7725: CameraSensor = CameraSensor {
     name: "OV7725",
-    address: 0x21,
-    addressing: Addressing::Byte,
     identity: [set(0x0A, 0x77), set(0x0B, 0x21)],
-    reset: set(0x12, 0x80),
     reset_ms: 10,
-    banked: &[],
     settings: &[&FORMAT, &WINDOW, &LOCKS],
-    start: &[],
-    switches: 0x13,
-    // The time of six frames.
-    settle_ms: 200,
-    size: QVGA,
-    border: 0,
-    signals: Signals {
-        vsync_high_between_frames: true,
-        href_high_in_lines: true,
-        sample_at_rising_edge: true,
-        has_chroma: true,
-        luma_first: true,
-    },
     suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
     slower: Some([0x03, 0x07]),
-    clock: None,
     exposure: [0x08, 0x10],
-    lines: None,
-    longest_exposure: 500,
-    pattern: &[],
+    // Its address, the register of its reset and its signals are those of the OV7690.
+    ..OV7690
 };
 
 /// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma

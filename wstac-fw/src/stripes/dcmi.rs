@@ -28,7 +28,7 @@ use embassy_time::Instant;
 use wstac_core::layout::FrameSize;
 
 use super::counts::COUNTS;
-use super::{Capture, Ring, Ticks, Trouble};
+use super::{Capture, Ring, Ticks, Trouble, What};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
@@ -44,15 +44,6 @@ const THE_SECOND: u32 = 1 << 18;
 
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
-
-/// The signals before a sensor is known.
-const DEFAULT_SIGNALS: Signals = Signals {
-    vsync_high_between_frames: true,
-    href_high_in_lines: true,
-    sample_at_rising_edge: true,
-    has_chroma: true,
-    luma_first: true,
-};
 
 /// Handles the interrupts of the DCMI and of the DMA's stream. Both do all the work there is.
 pub struct DcmiInterrupts;
@@ -82,20 +73,9 @@ pub struct Dcmi {
     frame_words: u32,
 }
 
-/// The part of frames that is captured, and its purpose.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum What {
-    /// Luma, to be used.
-    Frames,
-    /// All bytes, to be measured.
-    AllBytes,
-    /// Luma, to be measured.
-    Luma,
-}
-
 impl Dcmi {
     /// Takes the interface, the DMA stream and the ring. Pins must be set up. Nothing is captured before
-    /// [`Capture::restart`], and the sensor's signals must be known by then ([`Camera::set_signals`]).
+    /// [`Capture::restart`].
     ///
     /// A stripe is `rows` rows of a frame. `WORDS` must be their number of words, which is checked.
     pub fn new<const WORDS: usize>(
@@ -106,6 +86,7 @@ impl Dcmi {
         ring: &'static mut Ring<WORDS>,
         size: FrameSize,
         rows: u16,
+        signals: Signals,
     ) -> Option<Self> {
         let stripe_bytes = usize::from(size.width()) * usize::from(rows);
         // The DMA counts words in 16 bits.
@@ -131,11 +112,60 @@ impl Dcmi {
             typelevel::DMA1_STREAM0::enable();
         }
         let frame_words = u32::from(size.width()) * u32::from(size.height()) / 4;
-        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals: DEFAULT_SIGNALS, frame_words })
+        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals, frame_words })
+    }
+}
+
+impl Capture for Dcmi {
+    fn restart(&mut self) {
+        self.begin(What::Frames);
     }
 
-    /// Starts capture at the next vertical sync, of luma or of all bytes.
-    fn start(&mut self, what: What) {
+    fn complete(&self) -> u32 {
+        // By now the compiler has made all its reads of rows.
+        compiler_fence(Ordering::SeqCst);
+        COUNTS.complete()
+    }
+
+    fn trouble(&self) -> Option<Trouble> {
+        COUNTS.trouble()
+    }
+
+    fn lines_come(&self) -> bool {
+        DCMI.ris().read().line_ris()
+    }
+
+    fn rows(&self, half: usize) -> &[u8] {
+        compiler_fence(Ordering::SeqCst);
+        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialized; every byte is a number.
+        // No code writes to it. Only the DMA does, a writer that the compiler does not see. It writes to the other half
+        // until that is full, which is the time there is to read this one. So the bytes stay as they are while they are
+        // lent, as a reference requires, unless the core is too late. Nothing prevents that. The core then reads bytes
+        // of a later row. They give wrong sums, but neither a length nor an index is made of them. The fences here and
+        // in `complete` keep the reads between the two counts that detect it.
+        #[allow(unsafe_code)]
+        unsafe {
+            slice::from_raw_parts(self.ring.add(half % 2 * self.stripe_bytes), self.stripe_bytes)
+        }
+    }
+
+    fn now(&self) -> Ticks {
+        Instant::now().as_ticks()
+    }
+}
+
+impl Camera for Dcmi {
+    fn set_signals(&mut self, signals: Signals) {
+        self.signals = signals;
+    }
+
+    fn stop(&mut self) {
+        // The frame under way ends first; then the interface is switched off.
+        DCMI.cr().modify(|w| w.set_capture(false));
+        DCMI.cr().modify(|w| w.set_enable(false));
+    }
+
+    fn begin(&mut self, what: What) {
         let probe = what != What::Frames;
         critical_section::with(|_| {
             self.stop();
@@ -193,64 +223,6 @@ impl Dcmi {
             DCMI.cr().modify(|w| w.set_enable(true));
             DCMI.cr().modify(|w| w.set_capture(true));
         });
-    }
-}
-
-impl Capture for Dcmi {
-    fn restart(&mut self) {
-        self.start(What::Frames);
-    }
-
-    fn complete(&self) -> u32 {
-        // By now the compiler has made all its reads of rows.
-        compiler_fence(Ordering::SeqCst);
-        COUNTS.complete()
-    }
-
-    fn trouble(&self) -> Option<Trouble> {
-        COUNTS.trouble()
-    }
-
-    fn lines_come(&self) -> bool {
-        DCMI.ris().read().line_ris()
-    }
-
-    fn rows(&self, half: usize) -> &[u8] {
-        compiler_fence(Ordering::SeqCst);
-        // SAFETY: the ring has two stripes of these bytes, lives for ever, and is initialized; every byte is a number.
-        // No code writes to it. Only the DMA does, a writer that the compiler does not see. It writes to the other half
-        // until that is full, which is the time there is to read this one. So the bytes stay as they are while they are
-        // lent, as a reference requires, unless the core is too late. Nothing prevents that. The core then reads bytes
-        // of a later row. They give wrong sums, but neither a length nor an index is made of them. The fences here and
-        // in `complete` keep the reads between the two counts that detect it.
-        #[allow(unsafe_code)]
-        unsafe {
-            slice::from_raw_parts(self.ring.add(half % 2 * self.stripe_bytes), self.stripe_bytes)
-        }
-    }
-
-    fn now(&self) -> Ticks {
-        Instant::now().as_ticks()
-    }
-}
-
-impl Camera for Dcmi {
-    fn set_signals(&mut self, signals: Signals) {
-        self.signals = signals;
-    }
-
-    fn stop(&mut self) {
-        // The frame under way ends first; then the interface is switched off.
-        DCMI.cr().modify(|w| w.set_capture(false));
-        DCMI.cr().modify(|w| w.set_enable(false));
-    }
-
-    fn begin_probe(&mut self) {
-        self.start(What::AllBytes);
-    }
-
-    fn begin_luma_probe(&mut self) {
-        self.start(What::Luma);
     }
 
     fn luma_words(&self) -> u32 {

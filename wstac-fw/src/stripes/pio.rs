@@ -33,7 +33,7 @@ use embassy_rp::{Peri, peripherals};
 use embassy_time::Instant;
 
 use super::counts::COUNTS;
-use super::{Capture, Ticks, Trouble};
+use super::{Capture, Ticks, Trouble, What};
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
@@ -81,14 +81,8 @@ pub struct Blocks([Block; 2]);
 
 impl Blocks {
     /// Creates the ring.
-    pub const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self([Block([0; BLOCK_WORDS]); 2])
-    }
-}
-
-impl Default for Blocks {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
@@ -146,17 +140,6 @@ pub struct Pio {
     wires: Wires,
     area: Area,
     signals: Signals,
-}
-
-/// The part of frames that is captured, and its purpose.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum What {
-    /// The area, to be used.
-    Frames,
-    /// Every pixel of whole frames, to be measured.
-    Whole,
-    /// The area, to be measured.
-    Window,
 }
 
 impl Pio {
@@ -223,50 +206,6 @@ impl Pio {
         DMA.ints(DMA_INTERRUPT).write_value(BOTH);
         DMA.inte(DMA_INTERRUPT).write_value(BOTH);
         is_stopped
-    }
-
-    /// Starts capture at the next vertical sync.
-    fn start(&mut self, what: What) {
-        critical_section::with(|_| {
-            // If the DMA does not stop, nothing is captured: the sensor seems silent, and each attempt to set it up
-            // ends in a restart.
-            let is_stopped = Self::halt();
-            COUNTS.restart(what != What::Frames);
-            READABLE.store(0, Ordering::Relaxed);
-            HAS_ENDED.store(false, Ordering::Relaxed);
-            if !is_stopped {
-                defmt::error!("the DMA does not stop");
-                return;
-            }
-            self.load(what == What::Whole);
-            PIO0.irqs(0).inte().write(|w| {
-                w.set_sm0(true);
-                w.set_sm1(what != What::Frames);
-                w.set_sm2(what == What::Frames);
-            });
-            for channel in CHANNELS {
-                let next = CHANNELS[1 - channel];
-                let registers = DMA.ch(channel);
-                registers.read_addr().write_value(PIO0.rxf(PIXELS).as_ptr() as u32);
-                registers.write_addr().write_value(HALVES[channel].load(Ordering::Relaxed));
-                set_count(channel);
-                let mut control = embassy_rp::pac::dma::regs::CtrlTrig(0);
-                control.set_en(true);
-                control.set_high_priority(true);
-                control.set_data_size(DataSize::SIZE_WORD);
-                control.set_incr_write(true);
-                control.set_ring_sel(true);
-                control.set_ring_size(BLOCK);
-                control.set_chain_to(next as u8);
-                control.set_treq_sel(TreqSel::PIO0_RX0);
-                // This register does not start it.
-                registers.al1_ctrl().write_value(control.0);
-            }
-            DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << CHANNELS[0]));
-            // The DMA comes first: the machine alone has room for only eight words.
-            let lines = if what == What::Whole { 0 } else { 1 << LINES };
-            PIO0.ctrl().write(|w| w.set_sm_enable(1 << PIXELS | lines | 1 << SYNC | 1 << LINE_COUNTER));
-        });
     }
 
     /// Loads the programs, and sets the machines to their beginnings.
@@ -356,12 +295,47 @@ impl Camera for Pio {
         });
     }
 
-    fn begin_probe(&mut self) {
-        self.start(What::Whole);
-    }
-
-    fn begin_luma_probe(&mut self) {
-        self.start(What::Window);
+    fn begin(&mut self, what: What) {
+        critical_section::with(|_| {
+            // If the DMA does not stop, nothing is captured: the sensor seems silent, and each attempt to set it up
+            // ends in a restart.
+            let is_stopped = Self::halt();
+            COUNTS.restart(what != What::Frames);
+            READABLE.store(0, Ordering::Relaxed);
+            HAS_ENDED.store(false, Ordering::Relaxed);
+            if !is_stopped {
+                defmt::error!("the DMA does not stop");
+                return;
+            }
+            self.load(what == What::AllBytes);
+            PIO0.irqs(0).inte().write(|w| {
+                w.set_sm0(true);
+                w.set_sm1(what != What::Frames);
+                w.set_sm2(what == What::Frames);
+            });
+            for channel in CHANNELS {
+                let next = CHANNELS[1 - channel];
+                let registers = DMA.ch(channel);
+                registers.read_addr().write_value(PIO0.rxf(PIXELS).as_ptr() as u32);
+                registers.write_addr().write_value(HALVES[channel].load(Ordering::Relaxed));
+                set_count(channel);
+                let mut control = embassy_rp::pac::dma::regs::CtrlTrig(0);
+                control.set_en(true);
+                control.set_high_priority(true);
+                control.set_data_size(DataSize::SIZE_WORD);
+                control.set_incr_write(true);
+                control.set_ring_sel(true);
+                control.set_ring_size(BLOCK);
+                control.set_chain_to(next as u8);
+                control.set_treq_sel(TreqSel::PIO0_RX0);
+                // This register does not start it.
+                registers.al1_ctrl().write_value(control.0);
+            }
+            DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << CHANNELS[0]));
+            // The DMA comes first: the machine alone has room for only eight words.
+            let lines = if what == What::AllBytes { 0 } else { 1 << LINES };
+            PIO0.ctrl().write(|w| w.set_sm_enable(1 << PIXELS | lines | 1 << SYNC | 1 << LINE_COUNTER));
+        });
     }
 
     fn luma_words(&self) -> u32 {
@@ -379,7 +353,7 @@ impl Camera for Pio {
 
 impl Capture for Pio {
     fn restart(&mut self) {
-        self.start(What::Frames);
+        self.begin(What::Frames);
     }
 
     fn complete(&self) -> u32 {
