@@ -20,11 +20,22 @@ pub(crate) const MOST_WAITING: usize = 16;
 #[derive(Debug)]
 pub(crate) enum Action {
     RestartBaseline,
-    UseConfig { config: Box<Config>, file: PathBuf },
+    UseConfig {
+        config: Box<Config>,
+        file: PathBuf,
+    },
     /// Name textures with the model that this file has, in place of all others.
-    UseModel { textures: Textures, file: PathBuf },
+    UseModel {
+        textures: Textures,
+        file: PathBuf,
+    },
     /// Record to a new file: of this name in the folder, or of the first that is free.
-    StartRecording { folder: PathBuf, file: String, features_only: bool, labels: Labels },
+    StartRecording {
+        folder: PathBuf,
+        file: String,
+        features_only: bool,
+        labels: Labels,
+    },
     StopRecording,
 }
 
