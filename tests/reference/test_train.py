@@ -34,7 +34,7 @@ class TradeModelsTest(unittest.TestCase):
         trees = {"count": 10, "depth": 6, "splits": 99}
         forest = {"kind": "forest", "numbers": "votes", "rows": None, "trees": trees, "frames": 70, "bytes": 8}
         text = trade_models_report.page([("one", "A(1)", linear), ("two", "B(2)", forest)], "5 slides", "0123abcd")
-        self.assertIn("`one` (9), `two` (8).", text)
+        self.assertIn("The models: `one`, `two`.", text)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "README.md")
             self.assertIsNone(trade_models_report.made_by(path))
@@ -222,7 +222,7 @@ class PageTest(unittest.TestCase):
     def test_table_two_may_be_alone(self) -> None:
         results = texture_report.results_of([line for line in self.lines() if '"paper"' in line])
         self.assertEqual((results.paper, results.deployed), (self.paper, {}))
-        self.assertTrue(texture_report.page(results, "HOW").endswith("do not scale.\n"))
+        self.assertTrue(texture_report.page(results, "HOW").endswith("depend on this reading.\n"))
 
     def test_table_two(self) -> None:
         self.paper["specimen", "XGBoost"] = [0.89, 0.91] * 10
@@ -251,7 +251,7 @@ class PageTest(unittest.TestCase):
         # Deviation 25.65 of 20 numbers: 2.093 · 25.65 / √20 = 12.0
         self.assertIn("| the sensor | 25.0 (13.0 … 37.0) | 25.0 (13.0 … 37.0) | 12.3 (12.3 … 12.3) |", page)
         self.assertIn("\nHOW\n", page)
-        self.assertIn("do not scale.\n\n## New speeds, runs and sensors\n\nA sensor", page)
+        self.assertIn("depend on this reading.\n\n## New speeds, runs and sensors\n\nA sensor", page)
         self.assertIn("repeated 20 times", page.replace("\n", " "))
 
 
