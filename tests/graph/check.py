@@ -23,6 +23,7 @@ from pathlib import Path
 
 import circles
 import lines as code_lines
+from common import reach, sentences_apart
 
 ROOT = Path(__file__).resolve().parents[2]
 # Crates whose build scripts compile or look for C.
@@ -66,18 +67,6 @@ def packages(root: Path, manifests: Iterable[str]) -> dict[str, Package]:
                         package.needs[KINDS[kind]].add(value.get("package", name))
         found[package.name] = package
     return found
-
-
-def reach(arrows: dict[str, Iterable[str]], name: str) -> set[str]:
-    """Returns everything that can be reached from a crate. The crate itself is included only if it is in a circle."""
-    seen: set[str] = set()
-    ahead = list(arrows.get(name, ()))
-    while ahead:
-        at = ahead.pop()
-        if at not in seen:
-            seen.add(at)
-            ahead.extend(arrows.get(at, ()))
-    return seen
 
 
 def wrong_arrows(found: dict[str, Package], rules: dict) -> list[str]:
@@ -162,12 +151,7 @@ def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) 
 
 # Sentences of other software that have to be recognized by their words, by file, with the reason.
 FOREIGN: dict[tuple[str, str], str] = {}
-TOKEN = re.compile(
-    r"""(?P<comment>//[^\n]*|/\*.*?\*/)|b?r(?P<marks>#*)"(?P<raw>.*?)"(?P=marks)|b?"(?P<text>(?:[^"\\]|\\.)*)"|b?'(?:[^'\\\n]|\\.[^'\n]*)'""",
-    re.DOTALL,
-)
 TESTS = re.compile(r"^#\[cfg\(test\)\]\s*mod \w+ \{.*?^\}", re.MULTILINE | re.DOTALL)
-SENTENCE = re.compile(r"(?=.*[^\W\d_])\S.* \S|\S \S.*[^\W\d_]", re.DOTALL)
 # Applies to code whose sentences are numbers between @ and whose other literals are empty.
 ALONE = r"@(\d+)@"
 COMPARED = [
@@ -190,23 +174,6 @@ def is_test(file: Path, package: Path) -> bool:
     """Returns whether a whole file is a test or an example."""
     parts = file.relative_to(package).parts
     return bool({"tests", "examples", "benches"} & set(parts)) or file.stem == "tests" or file.stem.endswith("_tests")
-
-
-def sentences_apart(code: str) -> tuple[str, list[str]]:
-    """Returns code without comments and literals, and its literals that are sentences. Lines stay where they are."""
-    sentences: list[str] = []
-
-    def replace(found: re.Match[str]) -> str:
-        lines = "\n" * found[0].count("\n")
-        if found["comment"] is not None:
-            return lines
-        text = found["raw"] if found["raw"] is not None else found["text"]
-        if text is None or not SENTENCE.search(text):
-            return '""' + lines
-        sentences.append(text)
-        return f"@{len(sentences) - 1}@{lines}"
-
-    return TOKEN.sub(replace, code), sentences
 
 
 def compared(code: str) -> list[tuple[int, int]]:
@@ -237,7 +204,7 @@ def wrong_sentences(texts: dict[str, str], rooms: set[Path], foreign: dict[tuple
             if place not in foreign:
                 line = code.count("\n", 0, at) + 1
                 wrong.append(f'{name}:{line}: compares the sentence "{sentences[number]}", expected an enumeration')
-    return wrong + [f'{name}: compares no sentence "{text}", expected it as FOREIGN says' for name, text in sorted(left)]
+    return wrong + [f'{name}: compares no sentence "{text}"; help: delete its line in FOREIGN' for name, text in sorted(left)]
 
 
 PUBLIC_TYPE = re.compile(r"^[ \t]*pub (?:unsafe )?(?:struct|enum|union|trait|type) (\w+)", re.MULTILINE)
@@ -263,7 +230,7 @@ def wrong_names(texts: dict[str, str], found: dict[str, Package], exceptions: di
         for called in sorted(twice.keys() - allowed.keys()):
             wrong.append(f"{', '.join(twice[called])}: {len(twice[called])} public types {called}, expected another name for each")
         for called in sorted(allowed.keys() - twice.keys()):
-            wrong.append(f"tests/graph/rooms.toml: {name} has no two types {called}, expected them as [twice] says")
+            wrong.append(f"tests/graph/rooms.toml: {name} has no two types {called}; help: delete the line in [twice]")
     return wrong
 
 
@@ -289,7 +256,7 @@ def wrong_shared_names(texts: dict[str, str], rooms: set[Path], exceptions: dict
         for called in sorted(shared.keys() - exceptions.keys())
     ]
     left = sorted(exceptions.keys() - shared.keys())
-    return wrong + [f"tests/graph/rooms.toml: {called} is not the name of many types, expected it as [shared] says" for called in left]
+    return wrong + [f"tests/graph/rooms.toml: {called} is the name of at most {MOST_OF_A_NAME} types; help: delete the line in [shared]" for called in left]
 
 
 def tree(name: str, *options: str) -> set[str]:

@@ -11,8 +11,8 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import PurePath
 
-import check
 import lines
+from common import reach, sentences_apart
 
 Module = tuple[str, ...]
 # An item or a statement for tests alone.
@@ -42,7 +42,7 @@ class Crate:
         self.files, self.paths, self.uses, self.defined = {}, {}, {}, {}
         for file, text in texts.items():
             module = file.parent.parts if file.stem in {"lib", "main", "mod"} else file.with_suffix("").parts
-            code = TEST.sub("", check.sentences_apart(text)[0])
+            code = TEST.sub("", sentences_apart(text)[0])
             code = INLINE.sub(lambda found: re.sub(r"(?<!::)\bsuper::", "self::", found[0]), code)
             self.files[module], self.paths[module], self.defined[module] = file, PATH.findall(USE.sub("", code)), set(DEFINED.findall(code))
             self.uses[module] = [(bool(public), *leaf) for public, tree in USE.findall(code) for leaf in imported(tree)]
@@ -79,7 +79,7 @@ class Crate:
 
     def circles(self) -> Iterator[tuple[str, str]]:
         """Returns the circles between folders: those folders, and the shortest circle of each."""
-        reached = {module: check.reach(self.arrows, module) for module in self.arrows}
+        reached = {module: reach(self.arrows, module) for module in self.arrows}
         parts = {frozenset(to for to in reached[module] if module in reached[to]) for module in self.arrows}
         for part in parts:
             folders = sorted({self.folder(module) for module in part})
@@ -109,6 +109,6 @@ def wrong_circles(texts: dict[str, str], crates: Iterable[PurePath], forgiven: d
         source = crate / "src"
         files = {file.relative_to(source): text for file, text in product.items() if source in file.parents and source / "bin" not in file.parents}
         found |= {f"{crate}: {folders}": f"{source}: {circle}" for folders, circle in Crate(files).circles()}
-    wrong = [f'{circle}: a circle, expected none or "{place}" in [circles]' for place, circle in sorted(found.items()) if place not in forgiven]
-    wrong += [f'tests/graph/rooms.toml: no circle "{place}", expected it as [circles] says' for place in sorted(forgiven.keys() - found.keys())]
+    wrong = [f'{circle}: a circle, expected none; one that stays has a line "{place}" with its reason in [circles]' for place, circle in sorted(found.items()) if place not in forgiven]
+    wrong += [f'tests/graph/rooms.toml: no circle "{place}" any more; help: delete its line in [circles]' for place in sorted(forgiven.keys() - found.keys())]
     return wrong, [f"{circle}: a circle, forgiven: {forgiven[place]}" for place, circle in sorted(found.items()) if place in forgiven]

@@ -88,7 +88,7 @@ def wrong_lengths(texts: dict[str, str], allowed: dict[str, str]) -> list[str]:
             if rest.count("\n") > LONGEST:
                 long[f"{file}:{name}"] = rest.count("\n")
     wrong = [f"{place}: a function of {lines} lines, expected at most {LONGEST}" for place, lines in sorted(long.items()) if place not in allowed]
-    return wrong + [f"tests/graph/rooms.toml: {place} has no more than {LONGEST} lines, expected it as [long] says" for place in sorted(allowed.keys() - long.keys())]
+    return wrong + [f"tests/graph/rooms.toml: {place} has no more than {LONGEST} lines; help: delete the line in [long]" for place in sorted(allowed.keys() - long.keys())]
 
 
 def wrong_rooms(rust: Counter[str], other: Counter[str], budgets: dict[str, dict[str, int]]) -> tuple[list[str], str]:

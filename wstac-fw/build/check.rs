@@ -29,7 +29,7 @@ pub fn target() -> Result<(), String> {
             "the feature {feature} is for another processor (found --target {target}, expected --target {expected})"
         )),
         [(first, ..), (second, ..), ..] => Err(format!(
-            "the features {first} and {second} are of different chips, expected one of them; \
+            "the features {first} and {second} are of different chips, expected those of one; \
              help: h743 is a default, which --no-default-features leaves out"
         )),
     }

@@ -212,7 +212,7 @@ struct Running<B: Board, const WIDTH: usize, const STRIPES: usize> {
     picture: Picture<STRIPES>,
     sensor: CameraSensor,
     stage: Stage,
-    /// The reason that the host was told last.
+    /// The reason of the last message about it to the host.
     absent: Absence,
     /// Whether the host knows why the last run ended.
     is_told: bool,
