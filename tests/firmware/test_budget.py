@@ -1,7 +1,6 @@
-"""Tests the comparison with budgets and with the published table."""
+"""Tests that the published table has every budget, and is within it."""
 
 import contextlib
-import copy
 import io
 import unittest
 

@@ -2,7 +2,6 @@
 
 import unittest
 
-import stack
 from disassembly import Unclear, parse
 from walk import Analysis
 
