@@ -1,6 +1,6 @@
 // Checks what the page can do besides showing a sensor: recordings with labels, calibration, the doctor's advice.
 
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
@@ -131,43 +131,6 @@ async function record(browser, scene) {
   say('recordings have their labels and are those of wstac record', problems);
 }
 
-/** Records one of two sensors: the one that was clicked last. */
-async function choose(browser, scene) {
-  // The name of the folder turns the direction of writing. The page shows it with that character escaped.
-  const recordings = 'cho\u202esen';
-  mkdirSync(recordings);
-  const sources = ['left', 'right'].map((name) => `cam:${name}=${scene}`);
-  const server = await serve(...sources, '--listen', '127.0.0.1:0', '--record-to', recordings);
-  const seen = await open(browser, server.address, 1440, 900, 'dark');
-  const { page } = seen;
-  const problems = [];
-  const sections = page.locator('.sensor');
-  await sections.nth(1).locator('h2').click();
-  await page.keyboard.press('r');
-  const busy = sections.nth(1).locator('.busy');
-  await busy.filter({ hasText: 'recording' }).waitFor({ timeout: LIMIT_MS });
-  // What a screen reader says is what the button does now.
-  const spoken = (name) => sections.nth(1).getByRole('button', { name, exact: true }).waitFor({ timeout: LIMIT_MS });
-  await spoken('End recording: right');
-  if ((await sections.nth(1).getAttribute('aria-current')) !== 'true') problems.push('the chosen sensor is not marked');
-  // A key for the other one leaves it alone, and its own baseline is refused meanwhile.
-  await page.keyboard.press('1');
-  await page.keyboard.press('2');
-  await sections.nth(1).locator('.refused').filter({ hasText: 'a recording is in progress' }).waitFor({ timeout: LIMIT_MS });
-  if (await sections.nth(0).locator('.refused').isVisible()) problems.push('a baseline of the other sensor is refused');
-  await page.keyboard.press('r');
-  await busy.waitFor({ state: 'hidden', timeout: LIMIT_MS });
-  await spoken('Start recording: right');
-  const where = await sections.nth(1).locator('.record .where').textContent();
-  if (!where.includes('the folder cho\\u202esen on')) problems.push(`the page says ${where}`);
-  const isTurned = await page.evaluate(() => /[\u0080-\u009f\u202a-\u202e\u2066-\u2069]/.test(document.documentElement.outerHTML));
-  if (isTurned) problems.push('a character turns the direction of writing');
-  const files = readdirSync(recordings).join(' ');
-  if (files !== 'right-1.mcap') problems.push(`the folder has ${files}`);
-  say('keys are for the chosen sensor', [...problems, ...quiet(seen)]);
-  await server.stop();
-}
-
 /** A page whose server comes back with another token says why it does not connect, and does with the old one. */
 async function token(browser, scene) {
   const tokens = ['first', 'second'].map((name) => `${name}-token-of-a-page`);
@@ -226,36 +189,6 @@ async function calibrate(browser, scene) {
   await server.stop();
 }
 
-/** Calibrates with the mouse, cancels, is refused, and takes the file as a download. */
-async function download(browser, scene) {
-  const server = await serve(scene, '--listen', '127.0.0.1:0');
-  const seen = await open(browser, server.address, 360, 740, 'light');
-  const { page } = seen;
-  const problems = [];
-  const off = await part(page, '.record .where').textContent();
-  if (!off.includes('--record-to FOLDER')) problems.push(`the page says ${off}`);
-  if (await page.locator('form').isVisible()) problems.push('there is a form without a folder');
-  await page.getByText('Calibrate', { exact: true }).first().click();
-  await page.getByRole('button', { name: 'Calibrate' }).click();
-  await says(page, '.busy', /calibrating/);
-  await page.keyboard.press('Escape');
-  await part(page, '.busy').waitFor({ state: 'hidden', timeout: LIMIT_MS });
-  await page.getByRole('button', { name: 'Calibrate' }).click();
-  await says(page, '.calibrate .step', /Press on all whiskers/);
-  await says(page, '.calibrate .count', /^25 spots/);
-  await page.getByRole('button', { name: 'Find the whiskers' }).click();
-  await page.getByRole('button', { name: 'Use this layout' }).click();
-  const link = page.getByRole('link', { name: 'Download wstac.toml' });
-  await link.waitFor({ timeout: LIMIT_MS });
-  const [saved] = await Promise.all([page.waitForEvent('download'), link.click()]);
-  const text = readFileSync(await saved.path(), 'utf8');
-  if (saved.suggestedFilename() !== 'wstac.toml') problems.push(`the download is ${saved.suggestedFilename()}`);
-  if (!/\[layout\]\nframe = \[400, 400\]/.test(text)) problems.push(`the download is ${text.slice(0, 80)}`);
-  problems.push(...(await unnamed(page)), ...quiet(seen));
-  say('without a file a calibration is a download', problems);
-  await server.stop();
-}
-
 /** Compares the advice with that of `wstac doctor`. */
 async function doctor(browser, scene) {
   const expected = JSON.parse(run('doctor', scene, '--json')).verdict;
@@ -290,10 +223,8 @@ export async function tools(browser) {
     const file = (name, text) => (writeFileSync(name, text), `scene:${name}`);
     const [slides, leaky] = [file('slides.toml', SLIDES), file('leaky.toml', LEAKY)];
     await record(browser, slides);
-    await choose(browser, slides);
     await token(browser, slides);
     await calibrate(browser, slides);
-    await download(browser, slides);
     await doctor(browser, leaky);
     if (folder) await pictures(browser);
   } finally {

@@ -10,7 +10,7 @@
 import { learning } from './learning.mjs';
 import { Board } from './machine.mjs';
 import { BACK, FORGETS, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, same } from './host.mjs';
-import { exposure, settings } from './settings.mjs';
+import { settings } from './settings.mjs';
 import { FEATURES, HELLO, request } from './wire.mjs';
 
 const [, , wstac, one, four, eight, learns, compiled, ...more] = process.argv;
@@ -257,7 +257,6 @@ crash(
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);
 settings('settings', host, eight);
-exposure('an exposure that does not fit in a frame', host, eight);
 if (learns) learning('learning', host, learns, compiled);
 console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 process.exit(host.failures ? 1 : 0);
