@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import wstac
-from conftest import LAWS, REPOSITORY, SCENE, WSTAC, command, refusal
+from conftest import LAWS, REPOSITORY, WSTAC, command, refusal
 
 
 def check(source: str, found: wstac.Recording, *options: str) -> int:
@@ -94,18 +94,6 @@ def test_frames_without_times_are_counted_from_0() -> None:
     assert (found.timestamps == found.frame_numbers / 25).all()
     [event] = found.events
     assert event.touch_frame is not None and event.time_ns == event.touch_frame * 40_000_000
-
-
-@pytest.mark.parametrize("format", ["GREY", "Y10", "RG10", "NV12", "MJPG"])
-def test_every_kind_of_format(format: str, tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE + f'[sensor]\nsize = [80, 80]\nformat = "{format}"\n')
-    found = wstac.simulate(scene, models="builtin:svm")
-    assert check(f"scene:{scene}", found) >= len(found.truth) == 4
-    assert found.frames is not None
-    size = None if found.frames.ndim > 2 else found.size
-    features = wstac.features(found.frames, found.format, size=size)
-    assert np.array_equal(features, found.features)
 
 
 def test_data_sets(tmp_path: Path) -> None:
