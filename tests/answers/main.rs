@@ -1,7 +1,7 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `live`, `readout` or `textures` it writes only that section, and with `base` only the tables of one set of slides and
-//! of the kinds of touch, whose lines are lines of the page.
+//! `live`, `readout` or `textures` it writes only that section, and with `base` only the table of the
+//! kinds of touch, whose lines are lines of the page.
 
 mod live;
 mod readout;
@@ -233,17 +233,14 @@ fn main() {
         match part.as_str() {
             "live" => live::tables(&mut section),
             "readout" => readout::table(&mut section),
-            "base" => {
-                motion(&mut section, false);
-                kinds(&mut section);
-            }
+            "base" => kinds(&mut section),
             _ => section = textures::section(),
         }
         print!("{section}");
         return;
     }
     let mut page = String::from(include_str!("head.txt"));
-    motion(&mut page, true);
+    motion(&mut page);
     page.push_str(include_str!("kinds.txt"));
     kinds(&mut page);
     limits(&mut page);
@@ -253,8 +250,8 @@ fn main() {
     print!("{page}");
 }
 
-/// Writes the tables of both estimators, and those of single sensors if they are wanted.
-fn motion(page: &mut String, has_sensors: bool) {
+/// Writes the tables of both estimators, and those of single sensors.
+fn motion(page: &mut String) {
     let slides = answers(Kind::Slide, SLIDES);
     for (estimator, name) in ["By coherence", "By edges"].into_iter().enumerate() {
         let cases = cases(&slides, estimator);
@@ -298,9 +295,7 @@ fn motion(page: &mut String, has_sensors: bool) {
         units.sort_unstable();
         units.dedup();
         let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
-        if has_sensors {
-            sensors(page);
-        }
+        sensors(page);
     }
 }
 

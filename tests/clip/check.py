@@ -17,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-SLIDES = ("Saw3@150,90deg,seed=7", "Fla0@100,0deg,seed=1")
+SLIDE = "Saw3@150,90deg,seed=7"
 X264 = ("-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "16", "-bf", "3")
 # As a camera application would write it: near-lossless.
 H264 = ("-c:v", "libx264", "-preset", "veryfast", "-crf", "8")
@@ -66,7 +66,8 @@ class Clips:
         expected = {law: self.answer(f"scene:{slide}", *options)[0] for law, options in laws.items()}
         with tempfile.TemporaryDirectory(dir=self.at) as name:
             for route, source, options in self.made(slide, Path(name)):
-                for law, more in laws.items():
+                # What a file holds does not depend on the law: one route has both.
+                for law, more in laws.items() if route == "mp4" else [("default", ())]:
                     found, notes = self.answer(source, *options, *more)
                     of = f"{slide}, {route}, {law} law: {found}"
                     last = notes.strip().rpartition("\n")[2]
@@ -237,8 +238,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         clips = Clips(sys.argv[1], Path(name))
         (clips.at / "published.toml").write_text('[speed]\nlaw = "published"\n')
-        for slide in SLIDES:
-            clips.routes(slide)
+        clips.routes(SLIDE)
         # A small slide of 150 mm/s, in files whose frames come unevenly or evenly, of other pixels, and without a rate.
         (clips.at / "small.toml").write_text('specimen = "Saw3"\nspeed = 150\ndirection = 30\n[sensor]\nsize = [320, 240]\n')
         clips.quiet("scene", "render", clips.at / "small.toml", "-o", clips.at / "small.y4m")

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
-"""Measures the signal path and its peers on an emulated Cortex-M0 and M4F: logarithms, sums, and how the cost grows.
-ci/bench prints it.
+"""Measures the signal path and its peers on an emulated Cortex-M0 and M4F: logarithms and sums. ci/bench prints it.
 
-    signal_path.py WSTAC CMSIS [--keep]    CMSIS: a folder with CMSIS-DSP's sources, or "-"; --keep writes the tables to docs/SIGNAL.md
+    signal_path.py CMSIS [--keep]    CMSIS: a folder with CMSIS-DSP's sources, or "-"; --keep writes the tables to docs/SIGNAL.md
 
 An instruction is not a cycle. Peers in C are built by arm-none-eabi-gcc -O2 with newlib, as `ci/setup peers` installs them.
 """
@@ -13,12 +12,10 @@ import struct
 import subprocess
 import sys
 import tempfile
-import zlib
 from pathlib import Path
 
 import boards
 from boards import BOARDS, ROOT
-from counter import Counter, Setting
 
 HERE = Path(__file__).resolve().parent
 PAGE = ROOT / "docs/SIGNAL.md"
@@ -26,15 +23,6 @@ BEGIN, END = "<!-- measured: ci/bench --keep, boards -->\n", "<!-- end -->\n"
 CORES = {"M0": ["-mcpu=cortex-m0"], "M4F": ["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]}
 ON = [board for board in BOARDS if board.core in CORES]
 NUMBERS = 4096  # the number of integers whose logarithms every kernel computes
-GROWTH = (1, 4, 16, 64)
-# What grows, and the expected exponent.
-SCALING = {
-    "frame pixels with the paper's taxels": "0.5 to 1",
-    "frame pixels, taxels of 16 × 16": "near 0",
-    "taxel area, frames of 400 × 400": "below 1",
-    "frames": "1",
-    "trees": "toward 1",
-}
 
 
 def peers(core, cmsis, folder):
@@ -74,37 +62,6 @@ def measure(board, cmsis, folder):
     return lines
 
 
-def forest(trees):
-    """Returns the shipped forest with this many trees, which repeats its own ones."""
-    data = (ROOT / "wstac-host/models/forest.wsm").read_bytes()
-    half = lambda at: struct.unpack_from("<H", data, 2 * at)[0]
-    begin, shift, end = 20 + half(18), half(14) & 0xFF, half(12) | half(13) << 16
-    every, at = [], begin
-    while at < end:
-        length = 1 + (half(at) << shift)
-        every.append(data[2 * at : 2 * (at + length)])
-        at += length
-    if (at, len(every)) != (end, half(11)):
-        sys.exit(f"forest.wsm: {len(every)} trees end at half {at}, expected {half(11)} at {end}")
-    body = bytearray(data[: 2 * begin] + b"".join(every[k % len(every)] for k in range(trees)))
-    labels = len(body) // 2
-    body += data[2 * end :].rstrip(b"\0")
-    body += b"\0" * (-len(body) % 4)
-    struct.pack_into("<I", body, 8, len(body) // 4)
-    struct.pack_into("<H", body, 22, trees)
-    struct.pack_into("<I", body, 24, labels)
-    struct.pack_into("<I", body, 4, zlib.crc32(body[8:]))
-    return bytes(body)
-
-
-def exponent(costs):
-    """Returns the slope of a line through the logarithms of four costs, and that of its last step."""
-    x, y = [math.log(growth) for growth in GROWTH], [math.log(cost) for cost in costs]
-    mean_x, mean_y = sum(x) / 4, sum(y) / 4
-    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum((a - mean_x) ** 2 for a in x)
-    return slope, (y[3] - y[2]) / (x[3] - x[2])
-
-
 def tables(said):
     """Returns lines of Markdown from the boards' results, by core."""
     cores = list(said)
@@ -123,18 +80,6 @@ def tables(said):
     return lines
 
 
-def scaling(said):
-    """Returns lines of text about how the cost grows."""
-    lines = ["exponents of the cost of what grows 1, 4, 16, 64 times, over all steps and the last one:"]
-    for what, expected in SCALING.items():
-        of_cores = []
-        for core, of in said.items():
-            slope, last = exponent([line["instructions"] for line in of if line["what"] == what])
-            of_cores.append(f"{core} {slope:.2f}, {last:.2f}")
-        lines.append(f"{what}: {'; '.join(of_cores)}; expected {expected}")
-    return lines
-
-
 def keep(lines):
     """Writes the tables between their marks, or at the end if there are none."""
     page = PAGE.read_text() if PAGE.exists() else "# The signal path beside its peers\n"
@@ -147,23 +92,17 @@ def keep(lines):
 
 
 def main():
-    if len(sys.argv) not in (3, 4) or sys.argv[3:] not in ([], ["--keep"]):
+    if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--keep"]):
         sys.exit(__doc__)
-    cmsis = None if sys.argv[2] == "-" else Path(sys.argv[2]).resolve()
+    cmsis = None if sys.argv[1] == "-" else Path(sys.argv[1]).resolve()
     said = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        counter = Counter(sys.argv[1], folder)
         for board in ON:
             said[board.core] = measure(board, cmsis, folder)
-        for trees in GROWTH:
-            model = folder / f"{trees}.wsm"
-            model.write_bytes(forest(trees))
-            for core, numbers in counter.setting(Setting(model=model), cores=CORES).items():
-                said[core].append({"what": "trees", "of": str(trees), "instructions": numbers["event"]})
     lines = tables(said)
-    print("\n".join([*lines, *scaling(said)]))
-    if sys.argv[3:]:
+    print("\n".join(lines))
+    if sys.argv[2:]:
         keep(lines)
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import commands
 import rules
 import run_commands
-import running
 import tutorial
 
 
@@ -32,10 +31,6 @@ class Found(unittest.TestCase):
     def test_here_documents_are_one_command(self):
         self.assertEqual(len(self.words("```sh\ncat > a <<'END'\nx = 'y\nEND\nwstac run a\n```\n")[0]), 2)
         self.assertRaisesRegex(tutorial.Wrong, "does not end", commands.blocks, "```sh\ncat <<'END'\nx\n```\n")
-
-    def test_outputs(self):
-        [first, second] = commands.blocks("```sh\nwstac\n```\nSo:\n\n```text\nx\n```\n```sh\nwstac\n```\n## Next\n```text\ny\n```\n")
-        self.assertEqual((first.expected, second.expected), ("x\n", None))
 
 
 class Run(unittest.TestCase):
@@ -70,37 +65,6 @@ class Run(unittest.TestCase):
             problems, *_ = self.check(f"```sh\n{command}\n```\n", known)
             self.assertIn("no option --wrong (it is not run: needs x)", problems[0])
         self.assertEqual(known.unused(set()), [])
-
-    def test_instead(self):
-        known = rules.Rules(instead=[rule("/dev/(x)", put=r"scene:\1", why="")])
-        self.assertEqual(self.check("```sh\nwstac run /dev/x\n```\n```text\nrun scene:x\n```\n", known), ([], 1, 0))
-
-    def test_entries_without_use(self):
-        known = rules.Rules(named=[rule("one", why=""), rule("true", page="other.md", why="")], prepare={"gone.md": "true", "page.md": "false"})
-        self.assertRaisesRegex(tutorial.Wrong, "exit code 1", self.check, "```sh\ntrue\n```\n", known)
-        self.assertEqual(len(known.unused({"page.md"})), 3)
-
-
-class Ended(unittest.TestCase):
-    def service(self, script):
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "script").write_text(script)
-            running.service("bash script", Path(folder), {"PATH": "/usr/bin:/bin"}, "ready")
-
-    def test_services(self):
-        self.service("trap 'exit 0' INT; echo ready; while :; do sleep 0.05; done")
-        self.assertRaisesRegex(tutorial.Wrong, "exit code 3 after SIGINT", self.service, "trap 'exit 3' INT; echo ready; while :; do sleep 0.05; done")
-        self.assertRaisesRegex(tutorial.Wrong, "before it said", self.service, "echo no")
-
-    def test_screens(self):
-        def screen(script):
-            with tempfile.TemporaryDirectory() as folder:
-                (Path(folder) / "script").write_text(script)
-                running.screen("bash script", Path(folder), {"PATH": "/usr/bin:/bin"}, "quit")
-
-        screen("echo q quit; read -rsn 1 key; [ $key = q ]")
-        self.assertRaisesRegex(tutorial.Wrong, "exit code 1 after q", screen, "echo q quit; read -rsn 1 key; [ $key = x ]")
-        self.assertRaisesRegex(tutorial.Wrong, "ended without 'quit'", screen, "echo no")
 
 
 class List(unittest.TestCase):

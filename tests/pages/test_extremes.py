@@ -74,30 +74,6 @@ class Extremes(unittest.TestCase):
         self.assertGreater(len(files), 9)
         self.assertEqual({f"{path}::{test}" for path in files for test in tests_of(text(path))} - named, set())
 
-    def test_a_test_that_is_left_out_is_none(self):
-        source = """#[ignore]
-#[test]
-fn a() {}
-#[test]
-#[ignore = "slow"]
-fn b() {}
-#[cfg(any())]
-#[test]
-fn c() {}
-#[test]
-// Why.
-#[should_panic]
-fn d() {}
-mod tests {
-    #[test]
-    fn e() {}
-}
-fn f() {}
-"""
-        self.assertEqual(tests_of(source), {"d", "e"})
-        for path in ("wstac-core/src/none.rs", "wstac-fw/src/reader.rs", "tests/benches/frames.rs", "tests/whole/error_bounds/none.rs"):
-            self.assertFalse(is_run(path), path)
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -18,7 +18,6 @@ import cv2
 import numpy as np
 
 import pipelines
-import scaling
 from native import Native
 
 PAGE = Path(__file__).parents[2] / "docs/SIGNAL.md"
@@ -193,9 +192,6 @@ def main():
     for line in table(arguments.library, arguments.plain):
         print(line, flush=True)
         lines.append(line)
-    print("exponents of the cost of what grows 1, 4, 16, 64 times, over all steps and the last one:")
-    for what, exponent, last, expected in scaling.rows(arguments.library, measure):
-        print(f"{what}: {exponent:.2f}, {last:.2f}, expected {expected}", flush=True)
     if arguments.keep:
         before, rest = PAGE.read_text().split(BEGIN)
         text = "\n".join(lines)

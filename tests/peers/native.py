@@ -48,8 +48,3 @@ class Native:
     def instruction_set(library):
         library.wstac_instruction_set.restype = ctypes.c_char_p
         return library.wstac_instruction_set().decode()
-
-    @staticmethod
-    def forest(library, trees, count):
-        if not library.wstac_forest(ctypes.c_uint16(trees), ctypes.c_size_t(count)):
-            raise ValueError(f"no forest of {trees} trees")

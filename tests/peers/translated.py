@@ -58,9 +58,7 @@ def peers(trained: Trained, folder: Path) -> Iterator[Peer]:
         ("emlearn 0.23.2", "inline, int16", emlearn_inline),
         ("emlearn 0.23.2", "loadable, int16; its limit of 127 features lifted", emlearn_loadable),
         ("micromlgen 1.1.28", "int16 in, float constants", micromlgen_short),
-        ("micromlgen 1.1.28", "as written: float", micromlgen_float),
         ("m2cgen 0.10.0", "int16 in, float for double", m2cgen_float),
-        ("m2cgen 0.10.0", "as written: double", m2cgen_double),
         # Its option `quantize` takes more: 156,509 instead of 120,441 instructions for the boosted trees.
         ("tl2cgen 1.0.0", "as written: float", tl2cgen_c),
     ):
@@ -96,10 +94,6 @@ def emlearn_c() -> str:
     return '#include <stdint.h>\n#include "model.h"\nint classify(const int16_t *x) { return model_predict(x, 700); }\n'
 
 
-def m2cgen_double(trained: Trained, place: Path):
-    return m2cgen_c(trained) + copy_of("double", "double out[10];\n    score(in, out);"), ".c", ()
-
-
 def m2cgen_float(trained: Trained, place: Path):
     text = m2cgen_c(trained).replace("void score(double * input", "void score(const int16_t * input")
     text = re.sub(r"\bdouble\b", "float", text).replace("exp(", "expf(")
@@ -114,10 +108,6 @@ def m2cgen_c(trained: Trained) -> str:
         # answer.
         model.num_parallel_tree, model.base_score = 1, 0.5
     return "#include <stdint.h>\n" + m2cgen.export_to_c(model)
-
-
-def micromlgen_float(trained: Trained, place: Path):
-    return micromlgen_c(trained) + copy_of("float", "return model.predict(in);\n}\n", ""), ".cpp", ()
 
 
 def micromlgen_short(trained: Trained, place: Path):
@@ -152,12 +142,3 @@ def tl2cgen_c(trained: Trained, place: Path):
         "        in[i].missing = 0;\n        in[i].fvalue = x[i];\n    }\n"
         f"    {number} out[10] = {{0}};\n    predict(in, 1, out);" + BEST
     ), ".c", ()
-
-
-def copy_of(number: str, call: str, end: str = BEST) -> str:
-    """Returns a `classify` that copies its sample as another type of number."""
-    linkage = 'extern "C" ' if not end else ""
-    return (
-        f"{linkage}int classify(const int16_t *x) {{\n    {number} in[700];\n"
-        f"    for (int i = 0; i < 700; i++) in[i] = x[i];\n    {call}{end}"
-    )

@@ -25,6 +25,7 @@ from vectors.live_cases import live_cases
 from vectors.motion_cases import motion_cases
 from vectors.path_cases import path_cases
 from vectors.touch_cases import touch_cases
+from wstac_reference.formats import FORMATS
 
 VERSION = 2
 SUFFIXES = (".json", ".raw")
@@ -44,6 +45,7 @@ def lines_of(value: dict[str, Any]) -> str:
 def made_files() -> dict[str, bytes]:
     """Returns the name and content of every file of the vectors."""
     cases: list[Case] = format_cases() + event_cases() + follow_cases() + touch_cases()
+    assert {case.format for case in cases} == set(FORMATS), "a format has no case"
     expected: dict[str, str] = {}
     listed, frames = [], bytearray()
     for case in cases:

@@ -11,28 +11,15 @@ from imported import LABELS, MISSING, Imported
 if MISSING is None:
     import xgboost
     from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
-    from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
-    from sklearn.linear_model import LogisticRegression, RidgeClassifier
+    from sklearn.ensemble import RandomForestClassifier
     from sklearn.pipeline import make_pipeline
-    from sklearn.preprocessing import MaxAbsScaler, RobustScaler, StandardScaler
-    from sklearn.svm import SVC, LinearSVC
+    from sklearn.preprocessing import StandardScaler
+    from sklearn.svm import SVC
     from sklearn.tree import DecisionTreeClassifier
 
 
 class Agreement(Imported):
-    """Tests each kind of model on samples of its domain. Half of them have values exactly on its thresholds or next to
-    them.
-    """
-
-    def test_forests(self):
-        names, two = LABELS[self.y], (self.y > 4).astype(int)
-        self.forest("forest", RandomForestClassifier(100, random_state=1), names)
-        self.forest("forest, max_depth 6", RandomForestClassifier(50, max_depth=6, random_state=1), names)
-        self.forest("forest, ccp_alpha", RandomForestClassifier(50, ccp_alpha=0.01, random_state=1), names)
-        self.forest("forest of two classes", RandomForestClassifier(31, max_depth=5, random_state=1), two)
-        self.forest("forest of two names", RandomForestClassifier(31, random_state=1), LABELS[two])
-        self.forest("extra trees", ExtraTreesClassifier(50, random_state=1), names)
-        self.forest("decision tree", DecisionTreeClassifier(random_state=1), self.y)
+    """Tests early answers, warnings and refusals. test_model_unseen has every kind of model, by chance."""
 
     def test_early_answers(self):
         names = LABELS[self.y]
@@ -42,36 +29,6 @@ class Agreement(Imported):
         model = xgboost.XGBClassifier(n_estimators=8, max_depth=3)
         self.boosted("XGBoost of 20 frames", model, self.y, LABELS, inputs=200)
         self.refused(self.onnx(DecisionTreeClassifier().fit(self.X[:, :15], names), 15), "15 inputs", "700")
-
-    def test_boosted_trees(self):
-        two = (self.y > 4).astype(int)
-        many = xgboost.XGBClassifier(n_estimators=30, max_depth=4)
-        self.boosted("XGBoost", many, self.y, LABELS)
-        self.boosted("XGBoost, two classes", xgboost.XGBClassifier(n_estimators=40, max_depth=3), two)
-        self.boosted("XGBoost, base score", xgboost.XGBClassifier(n_estimators=5, base_score=0.3), two)
-        rounds = xgboost.XGBClassifier(n_estimators=60, max_depth=3, early_stopping_rounds=2)
-        self.boosted("XGBoost, stopped early", rounds, self.y, eval_set=[(self.X[:100], self.y[::-1][:100])])
-        parallel = xgboost.XGBClassifier(n_estimators=4, num_parallel_tree=3, subsample=0.5, colsample_bynode=0.5)
-        self.boosted("XGBoost, parallel trees", parallel, self.y)
-        self.boosted("XGBoost's forest", xgboost.XGBRFClassifier(n_estimators=12, max_depth=6), self.y)
-        pruned = xgboost.XGBClassifier(n_estimators=10, gamma=5, tree_method="exact")
-        self.boosted("XGBoost, pruned", pruned, self.y)
-
-    def test_linear_models(self):
-        names, two = LABELS[self.y], (self.y > 4).astype(int)
-        for y, kind in [(names, "ten classes"), (two, "two classes")]:
-            self.linear(f"LinearSVC, {kind}", LinearSVC(random_state=1), y)
-            # skl2onnx converts no LinearSVC after another step without this.
-            scaled, options = make_pipeline(StandardScaler(), LinearSVC(random_state=1)), {LinearSVC: {"raw_scores": True}}
-            self.linear(f"scaled LinearSVC, {kind}", scaled, y, options=options)
-            self.linear(f"logistic regression, {kind}", LogisticRegression(max_iter=300), y)
-            self.linear(f"scaled logistic regression, {kind}", make_pipeline(StandardScaler(), LogisticRegression()), y)
-            self.linear(f"scaled SVC, {kind}", make_pipeline(StandardScaler(), SVC(kernel="linear")), y)
-            self.linear(f"SVC, {kind}", SVC(kernel="linear", C=0.01), y)
-            # The votes of pairs decide the label here, too, and not the probabilities.
-            self.linear(f"SVC with probabilities, {kind}", SVC(kernel="linear", C=0.01, probability=True, random_state=1), y)
-        scaled = make_pipeline(RobustScaler(), MaxAbsScaler(), StandardScaler(with_mean=False), RidgeClassifier())
-        self.linear("three scalers", scaled, names)
 
     def test_linear_models_that_are_not_as_trained_have_a_warning(self):
         names = LABELS[self.y]

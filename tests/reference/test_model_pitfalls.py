@@ -165,38 +165,6 @@ class XGBoost(Imported):
             tree["base_weights"] = [9.0 for _ in tree["base_weights"]]
         self.report("base_weights", before == self.answers(self.written(saved), samples=samples)[0])
 
-    def test_ubjson_is_the_default_format(self):
-        """A file whose name has no known ending is written as UBJSON."""
-        path = self.path / "default.model"
-        self.ten.get_booster().save_model(path)
-        self.assertNotEqual(path.read_bytes()[1:2], b'"')
-        samples = self.near(2000)
-        expected = self.ten.predict(samples * SCALE).astype(str)
-        self.report("default format", self.answers(path, samples=samples)[0] == expected)
-
-    def test_leaves_are_int16_where_that_is_proven(self):
-        """Multiples of 2^-10 are exact. One leaf of 24 bits is not, and with forced int16 import reports the error."""
-        saved = self.saved(self.ten)
-        parameters = saved["learner"]["learner_model_param"]
-        parameters["base_score"] = "[" + ",".join(["5E-1"] * 10) + "]"
-        trees = saved["learner"]["gradient_booster"]["model"]["trees"]
-        for tree in trees:
-            pairs = zip(tree["left_children"], tree["split_conditions"])
-            tree["split_conditions"] = [c if left >= 0 else round(c * 1024) / 1024 for left, c in pairs]
-        samples = self.near(4000)
-        said = self.agrees("leaves of 2^-10", saved, samples)
-        self.assertIn("leaves are int16, and their sums proven", said)
-        small = json.loads(self.wstac("inspect", self.path / "model.wsm", "--json").stdout)["bytes"]
-        floats, _ = self.answers(self.written(saved), "--leaves", "float32", samples=samples)
-        large = json.loads(self.wstac("inspect", self.path / "model.wsm", "--json").stdout)["bytes"]
-        self.assertLess(small, large)
-        self.report("as float32", floats == self.answers(self.written(saved), "--leaves", "auto", samples=samples)[0])
-        trees[0]["split_conditions"][-1] = float(numpy.float32(0.1))
-        said = self.agrees("one leaf of 24 bits", saved, samples)
-        self.assertIn("leaves and the order of their sums are exact", said)
-        _, said = self.answers(self.written(saved), "--leaves", "int16", samples=samples)
-        self.assertIn("a score is off by", said)
-
     def test_a_missing_value_is_none(self):
         """`default_left` is for missing values, and features are never missing."""
         saved = self.saved(self.ten)
@@ -205,28 +173,6 @@ class XGBoost(Imported):
         for tree in saved["learner"]["gradient_booster"]["model"]["trees"]:
             tree["default_left"] = [1 - left for left in tree["default_left"]]
         self.report("default_left", before == self.answers(self.written(saved), samples=samples)[0])
-
-    def test_numbers_that_are_none_are_named(self):
-        """Tests NaN and infinity in every float. Numbers too small for float32's usual form are exact."""
-        for number, shown in [(float("nan"), "NaN"), (float("inf"), "Infinity"), (float("-inf"), "-Infinity")]:
-            for saved in [self.one_split(number), self.one_split(-1.0, (number, 1.0))]:
-                path = self.written(saved)
-                self.assertIn(shown, path.read_text())
-                self.refused(path, "split_conditions")
-                # The same as UBJSON, which can express such numbers.
-                text = path.read_bytes()
-                large = self.written(json.loads(text.replace(shown.encode(), b"1e30")))
-                booster = xgboost.Booster(model_file=large)
-                raw = bytes(booster.save_raw("ubj"))
-                one = numpy.array(1e30, ">f4").tobytes()
-                self.assertEqual(raw.count(one), 1)
-                path = self.path / "changed.ubj"
-                path.write_bytes(raw.replace(one, numpy.array(number, ">f4").tobytes()))
-                self.refused(path, "trees[0].split_conditions[")
-        samples = numpy.zeros((3, 700), numpy.int16)
-        samples[:, 0] = [-3000, 0, 3000]
-        tiny = float(numpy.float32(1e-45))
-        self.agrees("subnormal leaves", self.one_split(-1.0, (-tiny, tiny)), samples)
 
     def test_categorical_splits_are_refused(self):
         saved = self.one_split(-1.0)
@@ -272,25 +218,6 @@ class Forests(Imported):
         hard = model.classes_[[numpy.bincount(votes).argmax() for votes in hard.T]]
         self.assertGreater((hard != model.predict(samples)).sum(), 20)
 
-    def test_lists_are_packed_or_not_and_have_zeros(self):
-        """Tests leaves of ten weights, zeros included. Lists have a field for each number, or are packed into one, as
-        other writers do.
-        """
-        model = RandomForestClassifier(5, max_depth=8, random_state=1).fit(self.X, self.y)
-        path = self.onnx(model)
-        samples = self.near(2000)
-        before = self.answers(path, samples=samples)[0]
-        found = onnx.load(path)
-        node = next(node for node in found.graph.node if node.op_type == "TreeEnsembleClassifier")
-        lists = {attribute.name: attribute for attribute in node.attribute}
-        self.assertEqual(len(lists["class_weights"].floats), 10 * list(lists["nodes_modes"].strings).count(b"LEAF"))
-        self.assertIn(0.0, lists["class_weights"].floats)
-        plain = path.read_bytes()
-        path.write_bytes(packed(found))
-        self.assertLess(path.stat().st_size, len(plain))
-        self.assertEqual(onnx.load(path), found)
-        self.report("packed", before == self.answers(path, samples=samples)[0])
-
     def test_scaled_thresholds_are_those_of_float32(self):
         """ONNX scales in float32. A threshold decides for every integer as it does there."""
         model = make_pipeline(StandardScaler(), RandomForestClassifier(30, max_depth=9, random_state=1))
@@ -310,33 +237,22 @@ class Forests(Imported):
         """Tests names and numbers as labels, two classes and more, with and without ZipMap, older operators, and
         doubles.
         """
-        for y in [LABELS[self.y], self.y, self.y + 5, LABELS[self.y // 5], self.y // 5, self.y > 4]:
-            for zipmap in [True, False, "columns"]:
-                model = RandomForestClassifier(7, max_depth=6, random_state=1)
-                name = f"{y.dtype}, {len(set(y))} classes, zipmap {zipmap}"
-                y = y.astype(int) if y.dtype == bool else y
-                self.forest(name, model, y, count=200, options={"zipmap": zipmap})
+        for y, zipmap in [(LABELS[self.y], True), (self.y + 5, False), (LABELS[self.y // 5], "columns"), (self.y // 5, True)]:
+            model = RandomForestClassifier(7, max_depth=6, random_state=1)
+            name = f"{y.dtype}, {len(set(y))} classes, zipmap {zipmap}"
+            self.forest(name, model, y, count=200, options={"zipmap": zipmap})
         model = RandomForestClassifier(7, max_depth=6, random_state=1)
         self.forest("oldest operators", model, self.y, count=200, target_opset={"": 11, "ai.onnx.ml": 1})
         self.forest("version 3", model, self.y, count=200, target_opset={"": 15, "ai.onnx.ml": 3})
-        for zipmap in [True, False]:
-            for y in [LABELS[self.y // 5], self.y // 5]:
-                for model in [LogisticRegression(), LinearSVC(), SVC(kernel="linear")]:
-                    options = {} if isinstance(model, LinearSVC) else {"options": {"zipmap": zipmap}}
-                    self.linear(f"{type(model).__name__}, {y.dtype}", model, y, count=300, weights=["int16"], **options)
+        for zipmap, y in [(True, LABELS[self.y // 5]), (False, self.y // 5)]:
+            for model in [LogisticRegression(), LinearSVC(), SVC(kernel="linear")]:
+                options = {} if isinstance(model, LinearSVC) else {"options": {"zipmap": zipmap}}
+                self.linear(f"{type(model).__name__}, {y.dtype}", model, y, count=300, weights=["int16"], **options)
 
     def test_what_stands_before_is_refused_by_name(self):
         for before, says in [(Normalizer(), "node Normalizer before"), (MinMaxScaler(), "node Add before")]:
             model = make_pipeline(before, LogisticRegression()).fit(self.X, self.y)
             self.refused(self.onnx(model), says)
-
-    def test_linear_svc_is_one_node_class_by_class(self):
-        model = LinearSVC(random_state=1).fit(self.X, LABELS[self.y])
-        nodes = [node for node in onnx.load(self.onnx(model)).graph.node if node.op_type == "LinearClassifier"]
-        lists = {attribute.name: attribute.floats for attribute in nodes[0].attribute}
-        self.assertEqual(len(nodes), 1)
-        numpy.testing.assert_allclose(numpy.reshape(lists["coefficients"], (10, 700)), model.coef_, rtol=1e-6)
-        self.linear("class by class", model, LABELS[self.y], count=2000)
 
     def test_weights_and_samples_at_their_limits(self):
         """Tests sums that 32 bits could not hold: every product has the largest size."""
@@ -353,36 +269,6 @@ class Forests(Imported):
             clear = best[:, -1] - best[:, -2] > 1e-3
             self.assertGreater(clear.sum(), 1500)
             self.report(f"limits, {kind}; {said}", (answers == scores.argmax(axis=1).astype(str))[clear], (~clear).sum())
-
-
-def packed(message):
-    """Returns a message's bytes with each list of numbers in one field."""
-
-    def varint(number):
-        number &= (1 << 64) - 1
-        data = bytearray()
-        while number >= 0x80:
-            data.append(number & 0x7F | 0x80)
-            number >>= 7
-        return bytes(data + bytes([number]))
-
-    def block(number, inner):
-        return varint(number << 3 | 2) + varint(len(inner)) + inner
-
-    data = b""
-    for field, value in message.ListFields():
-        values = value if field.is_repeated else [value]
-        if field.message_type is not None:
-            data += b"".join(block(field.number, packed(one)) for one in values)
-        elif field.type in (field.TYPE_STRING, field.TYPE_BYTES):
-            data += b"".join(block(field.number, one.encode() if isinstance(one, str) else one) for one in values)
-        elif field.type == field.TYPE_FLOAT:
-            bits = b"".join(numpy.float32(one).tobytes() for one in values)
-            data += block(field.number, bits) if field.is_repeated else varint(field.number << 3 | 5) + bits
-        else:
-            bits = b"".join(varint(int(one)) for one in values)
-            data += block(field.number, bits) if field.is_repeated else varint(field.number << 3) + bits
-    return data
 
 
 if __name__ == "__main__":

@@ -195,22 +195,15 @@ def foreign_python(folder: Path) -> Path:
 
 
 def as_in_readme(stated_version: str) -> None:
-    """Checks that each file has a row in the README's table, and a size in its range."""
+    """Checks that each archive and wheel has a line in the README, and a size in its range."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    seen = 0
-    for row, low, high in re.findall(r"^\| `(wstac[^`]*)`.*\| ([0-9]*) to ([0-9]*) MB \|", readme, re.MULTILINE):
-        # VERSION and MACHINE stand for these; an ellipsis is the rest.
-        found = list(FILES.glob(row.replace("VERSION", stated_version).replace("MACHINE", "*").replace("…", "*")))
-        if not found:
-            fail(f"README.md has {row} in its table, and there is no such file")
-        for file in found:
-            size = file.stat().st_size
-            seen += 1
-            if not int(low) * 1_000_000 <= size <= int(high) * 1_000_000:
-                fail(f"{file.name} has {size} bytes, README.md says {low} to {high} MB")
-    count = sum(1 for file in FILES.iterdir() if file.name != "SHA256SUMS")
-    if seen != count:
-        fail(f"README.md states the sizes of {seen} files, expected {count}")
+    lines = re.findall(r"^- `(wstac[^`]*)` \(([0-9]+) to ([0-9]+) MB\)", readme, re.MULTILINE)
+    # VERSION and MACHINE stand for these; an ellipsis is the rest.
+    stated = [(name.replace("VERSION", stated_version).replace("MACHINE", "*").replace("…", "*"), int(low), int(high)) for name, low, high in lines]
+    for file in (*FILES.glob("*.tar.gz"), *FILES.glob("*.whl")):
+        sizes = [(low, high) for name, low, high in stated if file.match(name)]
+        if len(sizes) != 1 or not sizes[0][0] * 1_000_000 <= file.stat().st_size <= sizes[0][1] * 1_000_000:
+            fail(f"{file.name} has {file.stat().st_size} bytes, README.md says {sizes} MB")
     say("release: sizes are those of README.md")
 
 

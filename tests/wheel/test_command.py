@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
@@ -12,9 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import wstac
-from conftest import LAWS, REPOSITORY, SCENE, WSTAC, command, refusal
-
-MODELS = ["builtin:svm", "builtin:forest", "builtin:boosted"]
+from conftest import LAWS, REPOSITORY, WSTAC, command, refusal
 
 
 def check(source: str, found: wstac.Recording, *options: str) -> int:
@@ -99,30 +96,6 @@ def test_frames_without_times_are_counted_from_0() -> None:
     assert event.touch_frame is not None and event.time_ns == event.touch_frame * 40_000_000
 
 
-@pytest.mark.parametrize("format", ["GREY", "Y16", "Y10", "RGB3", "YUYV", "UYVY", "RG10", "RGGB", "XR24", "RGBP", "NV12", "422P", "MJPG"])
-def test_every_kind_of_format(format: str, tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE + f'[sensor]\nsize = [80, 80]\nformat = "{format}"\n')
-    found = wstac.simulate(scene, models="builtin:svm")
-    assert check(f"scene:{scene}", found) >= len(found.truth) == 4
-    assert found.frames is not None
-    size = None if found.frames.ndim > 2 else found.size
-    features = wstac.features(found.frames, found.format, size=size)
-    assert np.array_equal(features, found.features)
-
-
-def test_rates_and_configurations(tmp_path: Path) -> None:
-    keys = {"trigger": {"window": 4, "follow": 32}, "features": {"ln": "libm"}, "green": {"stride": 2}}
-    file = tmp_path / "c.toml"
-    file.write_text(wstac.Config(keys).toml)
-    for fps in ("60", "30000/1001"):
-        found = wstac.simulate("Saw3@150", fps=fps, size=(80, 80), config=wstac.Config.read(file), models="builtin:svm")
-        options = ["--fps", fps, "--size", "80x80", "--config", str(file)]
-        assert check("scene:Saw3@150", found, *options) == 1
-        assert found.frames is not None
-        assert np.array_equal(wstac.features(found.frames, fps=fps, config=keys), found.features)
-
-
 def test_data_sets(tmp_path: Path) -> None:
     for number, sweep in enumerate(
         (
@@ -155,19 +128,6 @@ def test_training_gets_the_commands_slides(tmp_path: Path, monkeypatch: pytest.M
         assert np.array_equal(slides.x.reshape(-1, 10, 70), arrays["X"])
         assert np.array_equal(slides.specimen, arrays["y_specimen"]) and np.array_equal(slides.speed, arrays["speed"])
         assert np.array_equal(slides.direction, arrays["direction"]) and np.array_equal(slides.seed, arrays["seed"])
-
-
-def test_models_answer_as_the_command(tmp_path: Path) -> None:
-    made = wstac.dataset({"slides": 4, "seed": 11})
-    np.savez(tmp_path / "set.npz", X=made["X"])
-    for name in MODELS:
-        [expected] = command("model", "eval", name, str(tmp_path / "set.npz"), "--json")
-        model = wstac.Model.load(name)
-        assert model.predict(made["X"]).tolist() == expected["predictions"]
-        flat = made["X"].reshape(len(made["X"]), 700)
-        assert model.predict(flat[::2]).tolist() == expected["predictions"][::2]
-        assert len(set(expected["predictions"])) > 5
-    assert wstac.Model.load(MODELS[0]).predict(made["X"][:0]).shape == (0,)
 
 
 def test_refusals_have_the_commands_words(recording: Path, tmp_path: Path) -> None:
@@ -211,21 +171,6 @@ def test_events_before_a_fault_in_the_file_are_given(tmp_path: Path) -> None:
             events.append(event)
     assert len(events) == 1 and stream.end is not None
     assert list(stream) == []
-
-
-def test_the_example_prints_what_the_command_says(recording: Path) -> None:
-    example = REPOSITORY / "wstac-python" / "examples" / "events.py"
-    assert len(example.read_text().splitlines()) < 30
-    done = subprocess.run([sys.executable, str(example), str(recording)], check=True, capture_output=True, text=True)
-    expected = []
-    for line in command("run", str(recording), "--json", "--model", "builtin:svm"):
-        if line["kind"] == "event":
-            speed = f"{line['speed']['mm_s']:.2f}" if line["speed"] else "-"
-            direction = f"{line['direction']['deg']:.1f}" if line["direction"] else "-"
-            texture = (line["texture"] and line["texture"]["specimen"]) or "-"
-            expected.append(f"frame={line['frame']} speed={speed} direction={direction} texture={texture}")
-    print(done.stdout)
-    assert done.stdout.splitlines() == expected and len(expected) >= 4
 
 
 def test_one_sensor_of_a_recording_of_several(tmp_path: Path) -> None:

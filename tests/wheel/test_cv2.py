@@ -69,14 +69,3 @@ def test_a_video_capture(slide: wstac.Recording, tmp_path: Path, code: str, endi
     example = [sys.executable, REPOSITORY / "wstac-python/examples/opencv.py", file]
     said = subprocess.run(example, check=True, capture_output=True, text=True).stdout
     assert said == f"{event.time_s} s: slide, {event.speed.mm_s} mm/s, {event.direction.deg} degrees\n"
-
-
-@pytest.mark.parametrize(("ending", "quality"), [("jpg", 95), ("png", 3)])
-def test_a_folder_of_pictures(slide: wstac.Recording, tmp_path: Path, ending: str, quality: int) -> None:
-    option = cv2.IMWRITE_JPEG_QUALITY if ending == "jpg" else cv2.IMWRITE_PNG_COMPRESSION
-    for number, frame in enumerate(slide.frames):
-        assert cv2.imwrite(str(tmp_path / f"{number}.{ending}"), cv2.cvtColor(frame, BGR), [option, quality])
-    read = wstac.read(tmp_path, fps=slide.fps)
-    near(read.events, slide)
-    if ending == "png":
-        assert np.array_equal(read.features, slide.features) and read.events == slide.events

@@ -50,12 +50,6 @@ def test_frames_are_those_of_the_recording(whole: wstac.Recording) -> None:
     assert all(frame.picture is None for frame in wstac.open(SCENE).frames())
 
 
-def test_frames_above_45_per_second_are_added_up() -> None:
-    frames = list(wstac.open(SCENE, fps=60).frames())
-    assert [frame.features is None for frame in frames[:6]] == [True, False] * 3
-    assert [frame.feature_frame for frame in frames if frame.features is not None] == list(range(len(frames) // 2))
-
-
 def test_records_and_frames_take_turns(whole: wstac.Recording) -> None:
     stream = wstac.open(SCENE)
     first = next(stream.frames())

@@ -22,9 +22,7 @@ import wstac
     [
         lambda path: wstac.open(path),
         lambda path: wstac.read(path),
-        lambda path: wstac.read(path + ".mcap"),
         lambda path: wstac.simulate(path + ".toml"),
-        lambda path: wstac.dataset(path + ".toml"),
         lambda path: wstac.Config.read(path),
         lambda path: wstac.Model.load(path),
         lambda path: wstac.Pipeline(fps=30, models=path),
@@ -84,12 +82,8 @@ def test_texts_from_outside_are_one_short_line(tmp_path) -> None:
 INTERRUPTED = {
     "open": "wstac.open(pipe)",
     "read": "wstac.read(pipe)",
-    "config": "wstac.Config.read(pipe)",
-    "model": "wstac.Model.load(pipe)",
     "scene": "wstac.simulate(toml)",
-    "dataset": "wstac.dataset(toml)",
     "sweep": "wstac.dataset({'slides': 90000, 'specimens': ['Saw3'], 'scene': {'fidelity': 'rendered'}})",
-    "simulate": "wstac.simulate({'specimen': 'Saw3', 'speed': 1, 'lead_in': 100000}, frames=False)",
     "features": "frames = numpy.zeros((5000, 200, 200), 'u1')\n            while True: wstac.features(frames)",
     "predict": "model, samples = wstac.Model.load('builtin:forest'), numpy.zeros((300000, 700), 'i2')\n            while True: model.predict(samples)",
     "stream": "[_ for _ in wstac.open(slow)]",

@@ -15,7 +15,7 @@ from sklearn.ensemble import StackingClassifier
 from sklearn.exceptions import NotFittedError
 from sklearn.inspection import permutation_importance
 from sklearn.metrics import get_scorer
-from sklearn.model_selection import FixedThresholdClassifier, GroupKFold, cross_val_score
+from sklearn.model_selection import FixedThresholdClassifier, cross_val_score
 from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import parametrize_with_checks
 from sklearn.utils.validation import check_is_fitted, validate_data
@@ -63,16 +63,6 @@ def test_what_scikit_learn_does_with_fitted_estimators(data: dict[str, Any], cla
         clone(classifier).predict(X)
     assert clone(classifier.model_).predict(X).tolist() == classifier.predict(X).tolist()
     assert pickle.loads(pickle.dumps(classifier.model_)).name == classifier.model_.name
-
-
-def test_it_trains_within_scikit_learn(data: dict[str, Any]) -> None:
-    X, y, groups = data["X_path"].reshape(-1, 700), data["y_specimen"], data["sensor"]
-    scores = cross_val_score(wstac.TextureClassifier(), X, y, groups=groups, cv=GroupKFold(2), scoring="accuracy")
-    assert scores.shape == (2,) and scores.min() > 0.8
-    # A model stays what it is.
-    assert cross_val_score(wstac.Model.load("builtin:path-svm"), X, y, cv=2).min() > 0.85
-    fitted = make_pipeline(wstac.TextureClassifier()).fit(X, y)
-    assert fitted.score(X, y) > 0.9
 
 
 def test_methods_have_the_names_they_are_found_by(classifier: wstac.TextureClassifier) -> None:

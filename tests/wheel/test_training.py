@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import json
-import pickle
 import subprocess
 import threading
 from pathlib import Path
@@ -115,13 +113,6 @@ def test_a_model_gets_the_sample_that_it_takes() -> None:
     frames = wstac.simulate("Saw3@150", size=(200, 200)).frames
     [pushed] = [event for frame in frames if (event := pipeline.push(frame))]
     assert pushed.path_sample is not None and pushed.path_sample.any() and pushed.taxel_path_sample.any()
-
-
-def test_configurations_and_events_can_be_pickled() -> None:
-    config = wstac.Config({"trigger": {"window": 7}})
-    [event] = wstac.simulate("Saw3@150", frames=False).events
-    for copied in (lambda one: pickle.loads(pickle.dumps(one)), copy.copy, copy.deepcopy):
-        assert copied(config) == config and copied(event) == event
 
 
 def test_a_closed_stream_is_no_ended_stream(tmp_path: Path) -> None:

@@ -1,10 +1,9 @@
-//! The library that `features.py` calls: frames to features as in the `wstac` command, a plain read of the same bytes,
-//! and a forest.
+//! The library that `features.py` calls: frames to features as in the `wstac` command, and a plain read of the same
+//! bytes.
 //!
 //! Each call repeats its work, so that the cost of a call from Python is small beside it. All names start with
 //! `wstac_`, because `open` and `read` are functions of the C library.
 
-mod forest;
 mod read;
 
 use std::ffi::c_char;
