@@ -40,8 +40,7 @@ fn answers(folder: &Folder, config: &str) -> (usize, Vec<f64>) {
 #[test]
 fn a_calibrated_camera_tells_directions_and_speeds() {
     let folder = Folder::new("calibrate-answers");
-    let config = folder.0.join("wstac.toml");
-    let config = config.to_str().unwrap();
+    let config = &*folder.path("wstac.toml");
     let source = scene(&folder, "press.toml", &format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}"));
     let record: Value = serde_json::from_str(&good(&["calibrate", &source, "-o", config, "--json"])).unwrap();
     assert_eq!((&record["kind"], &record["found"], &record["dead"]), (&"calibration".into(), &25.into(), &Value::Null));
@@ -104,8 +103,7 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
 #[test]
 fn what_cannot_be_calibrated_is_said() {
     let folder = Folder::new("calibrate-wrong");
-    let config = folder.0.join("wstac.toml");
-    let config = config.to_str().unwrap();
+    let config = &*folder.path("wstac.toml");
     let refused = |arguments: &[&str], code: i32, expected: &str| {
         let output = run(&[&["calibrate"], arguments].concat());
         let message = said(&output);

@@ -2,7 +2,7 @@
 
 use wstac_core::learned::{Center, Lesson, nearest};
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, Task};
 use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
 use wstac_tests::textures::NEW;
@@ -48,7 +48,7 @@ fn five(samples: &LabeledSamples) -> (LabeledSamples, LabeledSamples) {
 #[test]
 fn ten_new_textures_are_learned_from_five_slides_of_each() {
     let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
-    let (few, rest) = five(&slides(41, 300));
+    let (few, rest) = five(&slides(41, 180));
     assert_eq!(few.labels.len(), 50);
     let learned = learn(file.words(), &few, "{}").unwrap();
     assert!(learned.is_calibrated && learned.slides == [5; 10] && learned.left_out.unwrap() > 0.9);
@@ -87,7 +87,7 @@ fn a_board_learns_what_a_host_learns() {
     for base in ["builtin:embedding", "builtin:taxel-embedding"] {
         let file = ModelFile::open(base.as_ref()).unwrap();
         let base = file.model().unwrap();
-        let (few, rest) = five(&slides_for(base.input(), 45, 200));
+        let (few, rest) = five(&slides_for(base.input(), 45, 110));
         let mut lessons = vec![Lesson::new(); few.names.len()];
         let mut centers: Vec<Option<Center>> = vec![None; few.names.len()];
         for (numbers, &label) in few.numbers.iter().zip(&few.labels) {
@@ -114,18 +114,8 @@ fn a_board_learns_what_a_host_learns() {
             assert_eq!(board, (host.known == Some(true)).then_some(usize::from(host.class)));
             *if board.is_some() { &mut known } else { &mut unknown } += 1;
         }
-        assert!(known > 100 && unknown > 20, "{known} {unknown}");
+        assert!(known > 50 && unknown > 10, "{known} {unknown}");
     }
-}
-
-#[test]
-fn what_cannot_be_learned_is_refused() {
-    let svm = ModelFile::open("builtin:svm".as_ref()).unwrap();
-    let error = learn(svm.words(), &LabeledSamples::default(), "").unwrap_err();
-    assert!(error.contains("has no projection, expected a calibrated model"), "{error}");
-    let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
-    let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
-    assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 texture (\"a\"), expected at least 2");
 }
 
 /// The slides of a flat block differ much in the projection. That is no reason to know more of other textures.
@@ -136,14 +126,16 @@ fn a_flat_texture_among_the_learned_ones_leaves_unknown_ones_unknown() {
         let wanted = RandomSlides { specimens, slides: count, seed, sensors: [710_000, 1], ..RandomSlides::default() };
         wanted.all().unwrap()
     };
+    let (learned, others) = (["Fla0", "Saw3", "Sin3"], ["Tri2", "Saw2", "Sin2"]);
+    let (of_learned, of_others) = (of(&learned, 47, 90), of(&others, 48, 60));
     for (base, input) in [("builtin:taxel-embedding", Input::TaxelPath), ("builtin:embedding", Input::Path)] {
         let file = ModelFile::open(base.as_ref()).unwrap();
-        let samples = |names: &[&str], seed, count| {
+        let samples = |names: &[&str], slides: &[PathSlide]| {
             let mut samples = LabeledSamples {
                 names: names.iter().map(|name| (*name).into()).collect(),
                 ..LabeledSamples::default()
             };
-            for slide in of(names, seed, count) {
+            for slide in slides {
                 let pattern = slide.slide.specimen.pattern.name();
                 let label = names.iter().position(|name| name.starts_with(pattern)).unwrap() as u16;
                 if let Some(path) = if input == Input::Path { slide.path } else { slide.taxel_path } {
@@ -153,14 +145,13 @@ fn a_flat_texture_among_the_learned_ones_leaves_unknown_ones_unknown() {
             }
             samples
         };
-        let learned = ["Fla0", "Saw3", "Sin3"];
-        let (few, rest) = five(&samples(&learned, 47, 90));
+        let (few, rest) = five(&samples(&learned, &of_learned));
         assert_eq!(few.labels.len(), 15);
         let found = learn(file.words(), &few, "{}").unwrap();
         let model = Model::from_words(&found.words).unwrap();
         let known = Quality::of(&model, &rest);
         assert!(known.accuracy >= 0.85, "{base}: {known:?}");
-        let others = samples(&["Tri2", "Saw2", "Sin2"], 48, 60);
+        let others = samples(&others, &of_others);
         let unknown = others.numbers.iter().filter(|numbers| model.classification(numbers).known == Some(false));
         let (unknown, all) = (unknown.count(), others.numbers.len());
         let least = if input == Input::TaxelPath { 85 } else { 40 };
