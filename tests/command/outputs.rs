@@ -39,6 +39,7 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
         &["a.mcap", "wstac.toml", "svm.wsm"],
     ),
     (&["record", "scene:scene.toml", "-o", "OUT"], &["scene.toml"]),
+    (&["record", "a.y4m", "-o", "OUT"], &["a.y4m"]),
     (&["recover", "a.mcap", "-o", "OUT"], &["a.mcap"]),
     (&["dataset", "a.mcap", "--config", "wstac.toml", "-o", "OUT"], &["a.mcap", "wstac.toml"]),
     (&["dataset", ".", "-o", "OUT"], &["a.mcap"]),
@@ -199,7 +200,7 @@ fn a_recording_under_way_is_not_replaced() {
         &["dataset", &a("a.mcap"), "-o", name],
         &["dataset", &a("a.toml"), "-o", name],
         &["model", "import", &a("forest.onnx"), "-o", name],
-        &["calibrate", "scene:Fla0@100", "-o", &a("new.toml"), "--overlay", name],
+        &["calibrate", "scene:Fla0@100", "--size", "160x120", "-o", &a("new.toml"), "--overlay", name],
     ] {
         let done = run(&[command, &["--force"]].concat());
         assert_eq!(done.status.code(), Some(1), "{command:?}: {}", said(&done));

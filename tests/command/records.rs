@@ -168,8 +168,6 @@ fn a_name_says_the_form_and_files_have_what_standard_output_has() {
 
 #[test]
 fn forms_that_contradict_each_other_are_refused() {
-    let folder = Folder::new("records-refused");
-    let name = |name: &str| folder.path(name);
     for (arguments, part) in [
         (
             vec!["--features", "--motion", "--output-format", "csv"],
@@ -189,20 +187,6 @@ fn forms_that_contradict_each_other_are_refused() {
         assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
         assert!(done.stdout.is_empty());
     }
-    for (file, arguments, part) in [
-        ("a", &[][..], "expected .jsonl, .json, .csv or .txt, or --output-format"),
-        ("a.csv", &["--json"], "its name ends in .csv, expected no name of another form: json"),
-        ("a.txt", &["--output-format", "csv"], "expected no name of another form: csv"),
-        ("a.mcap", &["--json"], "its name ends in .mcap, expected .jsonl"),
-        ("none/a.csv", &[], "in a folder that does not exist"),
-    ] {
-        let done = run(&[&["run", "scene:Saw3@150", "-o", &name(file)], arguments].concat());
-        // A file that cannot be written is no wrong argument (docs/EXIT.md).
-        let expected = if file == "none/a.csv" { 1 } else { 2 };
-        assert_eq!(done.status.code(), Some(expected), "{file}: {}", said(&done));
-        assert!(said(&done).contains(part), "{file}: {}", said(&done));
-    }
-    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 0);
 }
 
 /// The file has all records whether the source ends, fails or is stopped, and is not there without any.
