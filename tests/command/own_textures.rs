@@ -51,7 +51,7 @@ fn a_model_of_own_names_is_evaluated_on_recordings_and_on_their_data_set() {
     assert!(missing.contains("array X_path: is missing, found X_taxel_path"), "{missing}");
     assert!(missing.contains("help: wstac dataset --input path makes a set with it"), "{missing}");
     // Few slides of own names lead to learning.
-    let refused = refusal(&["train", recordings, "-o", text(&model)]);
+    let refused = refusal(&["train", recordings, "-o", text(&model), "--force"]);
     assert!(refused.contains("label \"cork\" of class 0, expected a specimen"), "{refused}");
     assert!(refused.contains("other names need --task other"), "{refused}");
     for source in [recordings, text(&set)] {
