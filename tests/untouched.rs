@@ -125,8 +125,8 @@ fn check<G: GreenChannel>(
     let frame = Guarded::new(pages, level, &touched);
     assert_eq!(signal_of_child(camera, &frame), 0, "bytes outside the taxels are read");
     assert_eq!(TaxelSums::new(camera).push_frame(frame.bytes()).unwrap(), [expected; 25]);
-    // Every touched page matters: a read of it is noticed if it is protected.
-    for &closed in &open {
+    // Touched pages matter: a read of one is noticed if it is protected. Each costs a process, so these are some.
+    for &closed in open.iter().step_by(6) {
         let frame = Guarded::new(pages, level, |number| touched(number) && number != closed);
         assert_eq!(signal_of_child(camera, &frame), libc::SIGSEGV, "page {closed} is not read, or not guarded");
     }

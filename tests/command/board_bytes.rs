@@ -5,7 +5,6 @@ use std::error::Error;
 use std::io::{self, Write};
 
 #[path = "monitor/board.rs"]
-#[expect(dead_code, reason = "the tests of wstac monitor use more of it")]
 mod board;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -5,10 +5,6 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::process::Output;
 
-use wstac_core::green::any::PixelFormat;
-use wstac_core::layout::FrameSize;
-use wstac_core::paper::trigger::TriggerConfig;
-use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Hello, Message, Text};
 use wstac_host::config::Config;
 use wstac_host::output::OutputOptions;
@@ -17,9 +13,9 @@ use wstac_host::session::Processor;
 use wstac_host::source::Source;
 use wstac_host::source::mcap::McapSource;
 use wstac_tests::command::run_in;
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, SMALL};
 
-use crate::monitor::board::sent;
+use crate::monitor::board::{Sent, hello};
 
 /// A name that sets the clipboard, clears the screen, forges a line and turns the direction of writing.
 const FORGED: &str = "x\x1b]52;c;aGk=\x07\x1b[2J\nevent at frame 3x\r\u{9b}31m\u{202e}y";
@@ -120,6 +116,7 @@ fn archive(name: &str) -> Vec<u8> {
 fn names_and_contents_of_files_never_control_the_terminal() {
     let folder = Folder::new("escapes");
     let mut found = Vec::new();
+    folder.file("small.toml", SMALL);
     let mut check = |arguments: &[&str], expected: &str| found.extend(wrong(&folder, arguments, expected));
     // Names of files that are not there, in every command.
     for arguments in [
@@ -141,7 +138,7 @@ fn names_and_contents_of_files_never_control_the_terminal() {
         &["monitor", FORGED],
         &["doctor", FORGED],
         &["trade", "--map", "kept", "--prices", FORGED],
-        &["run", "scene:Saw3@150", "--config", FORGED],
+        &["run", "scene:small.toml", "--config", FORGED],
         &["run", "scene:Saw3@150", "--model", FORGED],
         &["run", &format!("scene:{FORGED}")],
         // Arguments that are refused.
@@ -193,15 +190,15 @@ fn names_and_contents_of_files_never_control_the_terminal() {
     check(&["model", "import", "boosted.json", "-o", "a.wsm", "--labels", &labels, "--note", FORGED], "a.wsm");
     check(&["model", "inspect", "a.wsm"], ESCAPED);
     check(&["model", "inspect", "a.wsm", "--json"], r"\u001b]52");
-    check(&["run", "scene:Saw3@150", "--model", "a.wsm"], "event at frame");
-    check(&["demo", "--model", "a.wsm"], "105 mm");
+    check(&["run", "scene:small.toml", "--model", "a.wsm"], "event at frame");
+    check(&["demo", "--model", "a.wsm"], "the truth of the model's classes is not known");
     let _ = fs::copy(folder.0.join("a.wsm"), folder.0.join(format!("{FORGED}.wsm")));
-    check(&["run", "scene:Saw3@150", "--model", &format!("{FORGED}.wsm")], "event at frame");
+    check(&["run", "scene:small.toml", "--model", &format!("{FORGED}.wsm")], "event at frame");
     let label = format!("{FORGED}={FORGED}");
     let _ = fs::remove_file(folder.0.join("a.mcap"));
     let refused = "expected plain text (found the character U+001B)";
     check(&["record", "scene:Saw3@150", "-o", "a.mcap", "--label", &label], refused);
-    check(&["record", "scene:Saw3@150", "-o", "plain.mcap"], "plain.mcap: 140 frames");
+    check(&["record", "scene:small.toml", "-o", "plain.mcap"], "plain.mcap: 140 frames");
     copy_with_label(&folder.0.join("plain.mcap"), &folder.0.join("a.mcap"), FORGED);
     check(&["run", "a.mcap"], ESCAPED);
     check(&["run", "a.mcap", "--json"], r#""kind":"end""#);
@@ -223,20 +220,10 @@ fn names_and_contents_of_files_never_control_the_terminal() {
 #[test]
 fn names_and_crashes_of_a_board_never_control_the_terminal() {
     let folder = Folder::new("escapes-board");
-    let mut board = sent("scene:Saw3@150", &[], false);
-    board.frames.clear();
-    board.push(&Message::Hello(Hello {
-        firmware: Text::new("x\x1b]52;c;a\x07\nevent at frame 3x"),
-        version: Text::new("\u{202e}1.2\r\nevent at frame 3x"),
-        size: FrameSize::new(100, 80).unwrap(),
-        format: PixelFormat::Gray,
-        rate: FrameRate::NOMINAL,
-        trigger: TriggerConfig::default(),
-        models: [None; 3],
-        frame: 0,
-        revision: Text::new("\x1b[2J"),
-        id: None,
-    }));
+    let mut board = Sent { frames: Vec::new() };
+    let (firmware, version) = ("x\x1b]52;c;a\x07\nevent at frame 3x", "\u{202e}1.2\r\nevent at frame 3x");
+    let (firmware, version, revision) = (Text::new(firmware), Text::new(version), Text::new("\x1b[2J"));
+    board.push(&Message::Hello(Hello { firmware, version, revision, ..hello() }));
     board.push(&Message::Fault(Fault::LastRun(Text::new(FORGED))));
     folder.file("board.bin", board.frames.concat());
     for more in [&[][..], &["--json"]] {

@@ -5,24 +5,24 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 
 use wstac_tests::command::{good, program, run_in, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, SMALL};
 
 /// Commands and the ending of the output that stands for `OUT`.
 const COMMANDS: [(&str, &str); 15] = [
-    ("run scene:Saw3@150 -o OUT", ".jsonl"),
-    ("run scene:Saw3@150 -o OUT", ".csv"),
-    ("record scene:Saw3@150 -o OUT", ".mcap"),
-    ("record cam:a=scene:Saw3@150 cam:b=scene:Saw3@120 -o OUT", ".mcap"),
+    ("run scene:s.toml -o OUT", ".jsonl"),
+    ("run scene:s.toml -o OUT", ".csv"),
+    ("record scene:s.toml -o OUT", ".mcap"),
+    ("record cam:a=scene:s.toml cam:b=scene:s.toml -o OUT", ".mcap"),
     ("recover a.mcap -o OUT", ".mcap"),
     ("dataset a.toml -o OUT", ".npz"),
-    ("scene render Saw3@150 -o OUT", ".y4m"),
-    ("plot scene:Saw3@150 -o OUT", ".svg"),
-    ("calibrate scene:Fla0@100 -o OUT", ".toml"),
-    ("calibrate scene:Fla0@100 -o new.toml --overlay OUT", ".png"),
+    ("scene render s.toml -o OUT", ".y4m"),
+    ("plot scene:s.toml -o OUT", ".svg"),
+    ("calibrate scene:f.toml -o OUT", ".toml"),
+    ("calibrate scene:f.toml -o new.toml --overlay OUT", ".png"),
     ("model import forest.onnx -o OUT", ".wsm"),
     ("trade --map map.csv -o OUT", ".svg"),
     ("trade --budget M4F<60k -o OUT", ""),
-    ("doctor scene:Saw3@150 --report OUT", ".html"),
+    ("doctor scene:s.toml --report OUT", ".html"),
     ("train a.npz --input frames -o OUT", ".wsm"),
 ];
 
@@ -35,14 +35,25 @@ fn bad_outputs(folder: &Path, ending: &str) -> Vec<String> {
         assert!(program("mkfifo").arg(path("pipe")).status().unwrap().success());
         symlink("/dev/full", path("full")).unwrap();
         symlink("nowhere", path("link")).unwrap();
+        fs::write(path("kept"), "mine").unwrap();
     }
-    vec![name("folder"), name("pipe"), name("full"), name("link"), format!("none/{}", name("a")), "/dev/full".into()]
+    vec![
+        name("kept"),
+        name("folder"),
+        name("pipe"),
+        name("full"),
+        name("link"),
+        format!("none/{}", name("a")),
+        "/dev/full".into(),
+    ]
 }
 
 #[test]
 fn an_output_that_cannot_be_written_ends_every_command_with_1() {
     let folder = Folder::new("exit-outputs");
-    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let path = |name: &str| folder.path(name);
+    folder.file("s.toml", SMALL);
+    folder.file("f.toml", SMALL.replace("Saw3", "Fla0").replace("40, 40", "160, 120"));
     folder.file("a.toml", "specimens = [\"Saw3\"]\nslides = 2\n");
     folder.file("map.csv", include_str!("../../wstac-tradeoff/data/map.csv"));
     folder.file("forest.onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
@@ -58,6 +69,10 @@ fn an_output_that_cannot_be_written_ends_every_command_with_1() {
                 continue;
             }
             for force in [&[][..], &["--force"]] {
+                // A file that exists is replaced with --force, and stays as it is without.
+                if output.starts_with("kept") && !force.is_empty() {
+                    continue;
+                }
                 let words: Vec<&str> =
                     command.split(' ').map(|word| if word == "OUT" { &*output } else { word }).collect();
                 let done = run_in(&folder, words.iter().chain(force));
@@ -71,6 +86,9 @@ fn an_output_that_cannot_be_written_ends_every_command_with_1() {
     }
     assert!(wrong.is_empty(), "{} of {tried}:\n{}", wrong.len(), wrong.join("\n"));
     assert!(tried > 150, "{tried}");
+    for (_, ending) in COMMANDS {
+        assert_eq!(fs::read(folder.0.join(format!("kept{ending}"))).unwrap(), b"mine");
+    }
     // Nothing was left behind.
     let names = folder.names();
     assert!(names.iter().all(|name| !name.contains(".part") && !name.starts_with("new")), "{names:?}");
@@ -80,21 +98,29 @@ fn an_output_that_cannot_be_written_ends_every_command_with_1() {
 #[test]
 fn wrong_arguments_about_outputs_end_with_2() {
     let folder = Folder::new("exit-outputs-usage");
-    good(&["record", "scene:Saw3@150", "--size", "40x40", "-o", folder.0.join("a.mcap").to_str().unwrap()]);
-    for command in [
-        "run scene:Saw3@150 -o a",
-        "run scene:Saw3@150 -o a.csv --json",
-        "record scene:Saw3@150 -o a.csv",
-        "record cam:a=scene:Saw3@150 cam:b=scene:Saw3@150 -o a.csv",
-        "record a.mcap --force -o a.mcap",
-        "recover a.mcap --force -o a.mcap",
-        "plot scene:Saw3@150 -o a.jsonl",
-        "scene render Saw3@150 -o a.svg",
-        "record scene:Saw3@150 --label specimen=Saw\u{202e}3 -o b.mcap",
-        "record cam:-a=scene:Saw3@150 cam:b=scene:Saw3@150 -o b.mcap",
+    good(&["record", "scene:Saw3@150", "--size", "40x40", "-o", &folder.path("a.mcap")]);
+    for (command, expected) in [
+        ("run scene:Saw3@150 -o a", "expected .jsonl, .json, .csv or .txt, or --output-format"),
+        ("run scene:Saw3@150 -o a.csv --json", "its name ends in .csv, expected no name of another form: json"),
+        ("record scene:Saw3@150 -o a.csv", "expected .mcap"),
+        ("record cam:a=scene:Saw3@150 cam:b=scene:Saw3@150 -o a.csv", "expected .mcap"),
+        ("record a.mcap --force -o a.mcap", "is an input of the command"),
+        ("recover a.mcap --force -o a.mcap", "is the recording itself"),
+        ("plot scene:Saw3@150 -o a.jsonl", "expected one of .svg"),
+        ("scene render Saw3@150 -o a.svg", ".y4m or .raw"),
+        ("run scene:Saw3@150 -o a.txt --output-format csv", "expected no name of another form: csv"),
+        ("run scene:Saw3@150 -o b.mcap --json", "its name ends in .mcap, expected .jsonl"),
+        ("trade --budget M4F<60k -o b.svg", "only the figure of a map is a file"),
+        ("trade --slides 1 -o b.pdf", "only the figure of a map is a file"),
+        ("dataset -o set.csv", "expected .npz"),
+        ("model import none.onnx -o forest.c", "expected .wsm or .rs"),
+        ("record scene:Saw3@150 --label specimen=Saw\u{202e}3 -o b.mcap", "plain text"),
+        ("record scene:Saw3@150 --compress zip -o b.mcap", "zip"),
+        ("record cam:-a=scene:Saw3@150 cam:b=scene:Saw3@150 -o b.mcap", "-a"),
     ] {
         let done = run_in(&folder, command.split(' '));
         assert_eq!(done.status.code(), Some(2), "{command}: {}", said(&done));
+        assert!(said(&done).contains(expected), "{command}: {}", said(&done));
     }
     assert_eq!(folder.names(), ["a.mcap"]);
 }

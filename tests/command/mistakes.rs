@@ -1,7 +1,6 @@
 //! Tests what the command says after common mistakes: it names what was probably meant.
 
-use wstac_tests::command::{refusal, run, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::command::{run, said};
 
 #[test]
 fn a_command_with_a_typo_is_suggested() {
@@ -28,22 +27,6 @@ fn names_without_their_prefix_are_explained() {
         let done = run(arguments);
         assert_eq!(done.status.code(), Some(1));
         assert!(said(&done).contains(meant), "{}", said(&done));
-    }
-}
-
-#[test]
-fn an_output_in_another_format_is_refused_before_anything_is_done() {
-    let folder = Folder::new("endings");
-    let name = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
-    for (arguments, output, expected) in [
-        (&["record", "scene:Saw3@150", "-o"][..], "a.y4m", "expected .mcap"),
-        (&["dataset", "-o"], "set.csv", "expected .npz"),
-        (&["model", "import", "none.onnx", "-o"], "forest.c", "expected .wsm or .rs"),
-    ] {
-        let output = name(output);
-        let error = refusal(&[arguments, &[&output]].concat());
-        assert!(error.contains(expected), "{error}");
-        assert!(!std::path::Path::new(&output).exists());
     }
 }
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::ffi::OsStrExt;
 
 use wstac_tests::command::{program, run, run_in, said, wstac};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, SMALL};
 
 /// Returns a name with a byte that is no UTF-8: `caf\xe9` and an ending.
 fn name(ending: &str) -> OsString {
@@ -37,7 +37,7 @@ fn names_of_files_need_not_be_utf_8() {
     let folder = Folder::new("names");
     let put = |ending: &str, content: &[u8]| fs::write(folder.0.join(name(ending)), content).unwrap();
     put(".toml", b"[trigger]\nwindow = 5\n");
-    put(".scene.toml", b"specimen = \"Saw3\"\nspeed = 150\n");
+    put(".scene.toml", SMALL.replace("40, 40", "160, 120").as_bytes());
     put(".sweep.toml", b"specimens = [\"Saw3\", \"Fla0\"]\nspeeds = [100, 150, 200]\nslides = 6\n");
     put(".random.toml", b"specimens = [\"Saw3\", \"Fla0\"]\nslides = 40\nsensors = 8\n");
     put(".plan.toml", b"specimens = [\"Saw3\"]\ncount = 1\n");

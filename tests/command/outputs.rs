@@ -6,13 +6,13 @@ use std::os::unix::fs::symlink;
 use std::process::Stdio;
 
 use wstac_tests::command::{Signal, good, program, run, run_in, said, send, start, wstac};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, SMALL, text};
 
 /// Returns a recording, a sweep, a data set, a trained model, a configuration, a plan and a map in a folder.
 fn inputs(folder: &Folder) {
-    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let path = |name: &str| folder.path(name);
     folder.file("a.toml", "specimens = [\"Saw3\"]\nslides = 2\n");
-    folder.file("scene.toml", "specimen = \"Saw3\"\nspeed = 150\n");
+    folder.file("scene.toml", SMALL);
     folder.file("wstac.toml", "[trigger]\nwindow = 5\n");
     folder.file("plan.toml", "specimens = [\"Saw3\"]\ncount = 1\n");
     folder.file("base.toml", "");
@@ -24,8 +24,8 @@ fn inputs(folder: &Folder) {
     fs::copy(model, folder.0.join("svm.wsm")).unwrap();
     fs::copy(model, folder.0.join("base.wsm")).unwrap();
     let label = ["--label", "specimen=Saw3", "--label", "speed=150"];
-    good(&[&["record", "scene:Saw3@150", "-o", &path("a.mcap")][..], &label].concat());
-    good(&["scene", "render", "Saw3@150", "-o", &path("a.y4m")]);
+    good(&[&["record", "scene:Saw3@150", "--size", "40x40", "-o", &path("a.mcap")][..], &label].concat());
+    good(&["scene", "render", &path("scene.toml"), "-o", &path("a.y4m")]);
     good(&["dataset", &path("a.toml"), "-o", &path("a.npz")]);
     for name in ["held.npz", "more.npz"] {
         fs::copy(path("a.npz"), path(name)).unwrap();
@@ -39,6 +39,7 @@ const COMMANDS: &[(&[&str], &[&str])] = &[
         &["a.mcap", "wstac.toml", "svm.wsm"],
     ),
     (&["record", "scene:scene.toml", "-o", "OUT"], &["scene.toml"]),
+    (&["record", "a.y4m", "-o", "OUT"], &["a.y4m"]),
     (&["recover", "a.mcap", "-o", "OUT"], &["a.mcap"]),
     (&["dataset", "a.mcap", "--config", "wstac.toml", "-o", "OUT"], &["a.mcap", "wstac.toml"]),
     (&["dataset", ".", "-o", "OUT"], &["a.mcap"]),
@@ -120,7 +121,7 @@ fn no_command_overwrites_an_input_by_any_name() {
 fn standard_input_is_an_input_too() {
     let folder = Folder::new("outputs-stdin");
     let path = folder.0.join("a.y4m");
-    good(&["scene", "render", "Saw3@150", "-o", path.to_str().unwrap()]);
+    good(&["scene", "render", text(&folder.file("s.toml", SMALL)), "-o", text(&path)]);
     let before = fs::read(&path).unwrap();
     for command in ["record", "calibrate"] {
         let mut process = program(wstac());
@@ -146,12 +147,12 @@ fn planted_names_are_not_touched() {
     inputs(&folder);
     let victim = folder.file("victim", "theirs");
     let outputs: &[(&[&str], &str)] = &[
-        (&["record", "scene:Saw3@150", "-o", "new.mcap"], "new.mcap"),
+        (&["record", "scene:scene.toml", "-o", "new.mcap"], "new.mcap"),
         (&["recover", "a.mcap", "-o", "new.mcap"], "new.mcap"),
         (&["dataset", "a.mcap", "-o", "new.npz"], "new.npz"),
         (&["model", "import", "forest.onnx", "-o", "new.wsm"], "new.wsm"),
         (&["plot", "a.mcap", "-o", "new.svg"], "new.svg"),
-        (&["scene", "render", "Saw3@150", "-o", "new.y4m"], "new.y4m"),
+        (&["scene", "render", "scene.toml", "-o", "new.y4m"], "new.y4m"),
         (&["man", "pages"], "pages/wstac-run.1"),
     ];
     fs::create_dir(folder.0.join("pages")).unwrap();
@@ -192,14 +193,14 @@ fn a_recording_under_way_is_not_replaced() {
     while !output.exists() {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
-    let a = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let a = |name: &str| folder.path(name);
     for command in [
-        &["record", "scene:Saw3@150", "-o", name][..],
+        &["record", "scene:Saw3@150", "--size", "40x40", "-o", name][..],
         &["recover", &a("a.mcap"), "-o", name],
         &["dataset", &a("a.mcap"), "-o", name],
         &["dataset", &a("a.toml"), "-o", name],
         &["model", "import", &a("forest.onnx"), "-o", name],
-        &["calibrate", "scene:Fla0@100", "-o", &a("new.toml"), "--overlay", name],
+        &["calibrate", "scene:Fla0@100", "--size", "160x120", "-o", &a("new.toml"), "--overlay", name],
     ] {
         let done = run(&[command, &["--force"]].concat());
         assert_eq!(done.status.code(), Some(1), "{command:?}: {}", said(&done));
@@ -218,7 +219,7 @@ fn other_names_of_a_replaced_recording_keep_its_content() {
     let (name, kept) = (folder.0.join("a.mcap"), folder.0.join("kept.mcap"));
     fs::hard_link(&name, &kept).unwrap();
     let before = fs::read(&kept).unwrap();
-    good(&["record", "scene:Fla0@100", "-o", name.to_str().unwrap(), "--force", "--frames", "5"]);
+    good(&["record", "scene:Fla0@100", "--size", "40x40", "-o", text(&name), "--force", "--frames", "5"]);
     assert!(fs::read(&kept).unwrap() == before);
     assert!(good(&["run", name.to_str().unwrap(), "--json"]).contains(r#""frames":5,"#));
 }
@@ -234,7 +235,12 @@ fn a_killed_guided_session_keeps_its_unfinished_file() {
     fs::write(&part, "recoverable").unwrap();
     let plan = folder.0.join("plan.toml");
     let mut process = program(wstac());
-    process.args(["record", "scene:Saw3@150", "--guide"]).arg(&plan).arg("-o").arg(&files).stdin(Stdio::null());
+    process
+        .args(["record", "scene:Saw3@150", "--size", "40x40", "--guide"])
+        .arg(&plan)
+        .arg("-o")
+        .arg(&files)
+        .stdin(Stdio::null());
     let done = process.output().unwrap();
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
     assert!(said(&done).contains("Saw3-1.mcap.part -o "), "{}", said(&done));

@@ -20,7 +20,7 @@ fn records(source: &str) -> Vec<String> {
 fn a_folder_of_jpegs_is_read_as_motion_jpeg_is() {
     let folder = Folder::new("pictures-jpeg");
     let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [200, 200]\nformat = \"MJPG\"\n";
-    let scene = format!("scene:{}", folder.file("scene.toml", text).display());
+    let scene = folder.scene("scene.toml", text);
     let recording = folder.0.join("a.mcap");
     good(&["record", &scene, "-o", recording.to_str().unwrap()]);
     let pictures = folder.0.join("pictures");

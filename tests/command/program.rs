@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use wstac_tests::command::{good, printed, program, refusal, run, run_script, said, start, wstac};
+use wstac_tests::command::{good, printed, refusal, run, said, start};
 use wstac_tests::folder::Folder;
 
 fn output(arguments: &[&str]) -> Vec<String> {
@@ -119,16 +119,6 @@ fn a_source_error_is_told_even_if_nobody_reads_the_output() {
 }
 
 #[test]
-fn a_raw_file_that_cannot_be_written_still_lets_the_stream_end() {
-    // A limit on the size of the file acts like a full disk: 100 000 bytes are less than a frame.
-    let script = "trap '' XFSZ; ulimit -f 100; exec \"$0\" run scene:Saw3@150 --json --save-raw wstac-limited";
-    let output = run_script(&Folder::new("limited"), script);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stdout).contains(r#""kind":"end""#));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("wstac-limited"));
-}
-
-#[test]
 fn a_budget_chooses_a_configuration_that_runs() {
     let folder = Folder::new("budget");
     let path = folder.0.to_str().unwrap();
@@ -136,7 +126,7 @@ fn a_budget_chooses_a_configuration_that_runs() {
     for part in ["specimen", "% right, 95 % interval", "WSTAC_CONFIG=\"$OLDPWD/wstac.toml\"", "wstac run"] {
         assert!(told.contains(part), "{told}");
     }
-    let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.path(name));
     let lines = output(&["run", "scene:Saw3@150", "--json", "--config", &config, "--model", &model]);
     assert!(lines.iter().any(|line| line.contains(r#""texture":{"specimen":"#)), "{lines:?}");
     // The second time there is a file to overwrite.
@@ -153,26 +143,19 @@ fn a_budget_chooses_a_configuration_that_runs() {
 }
 
 #[test]
-fn the_budgets_of_help_and_pages_choose_something() {
+fn the_budgets_of_the_help_choose_something() {
     let help = output(&["trade", "--help"]).join("\n");
-    let pages = [
-        ("help", &*help, 3),
-        ("README", include_str!("../../README.md"), 1),
-        ("TRADE", include_str!("../../docs/TRADE.md"), 1),
-    ];
-    for (page, text, least) in pages {
-        let mut budgets = 0;
-        for example in text.split("--budget '").skip(1) {
-            let (budget, rest) = example.split_once('\'').unwrap();
-            let rest = rest.lines().next().unwrap();
-            let by = rest.split_once("--by ").map_or("specimen", |(_, by)| by.split([' ', '`']).next().unwrap());
-            let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
-            let expected = if by == "specimen" { "% right" } else { "wrong or missing" };
-            assert!(said.contains(expected), "{page}: {budget} gave {said}");
-            budgets += 1;
-        }
-        assert!(budgets >= least, "{page}: {budgets} examples");
+    let mut budgets = 0;
+    for example in help.split("--budget '").skip(1) {
+        let (budget, rest) = example.split_once('\'').unwrap();
+        let rest = rest.lines().next().unwrap();
+        let by = rest.split_once("--by ").map_or("specimen", |(_, by)| by.split([' ', '`']).next().unwrap());
+        let said = output(&["trade", "--budget", budget, "--by", by]).join("\n");
+        let expected = if by == "specimen" { "% right" } else { "wrong or missing" };
+        assert!(said.contains(expected), "{budget} gave {said}");
+        budgets += 1;
     }
+    assert!(budgets >= 3, "{budgets} examples");
 }
 
 #[test]
@@ -194,7 +177,7 @@ fn a_build_is_for_the_core_that_was_asked_about() {
 #[test]
 fn a_model_without_a_price_keeps_what_is_known() {
     let folder = Folder::new("own");
-    let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let [map, model] = ["map.csv", "own.wsm"].map(|name| folder.path(name));
     std::fs::copy(concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/models/tradeoff/svm-20f.wsm"), &model).unwrap();
     let kept = include_str!("../../wstac-tradeoff/data/map.csv").lines();
     let own = kept.filter(|line| !line.contains("builtin:") || line.contains("builtin:svm-20f,"));
@@ -215,7 +198,7 @@ fn a_model_without_a_price_keeps_what_is_known() {
 #[test]
 fn a_maps_own_configuration_and_models_are_chosen() {
     let folder = Folder::new("map");
-    let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.0.join(name).to_str().unwrap().to_owned());
+    let [map, chosen] = ["map.csv", "chosen"].map(|name| folder.path(name));
     std::fs::write(&map, include_str!("../../wstac-tradeoff/data/map.csv")).unwrap();
     let arguments = ["trade", "--budget", "M4F<60k", "--map", &map, "-o", &chosen];
     assert!(refusal(&arguments).contains("base.toml"));
@@ -229,12 +212,9 @@ fn a_maps_own_configuration_and_models_are_chosen() {
 fn a_budget_that_cannot_be_read_or_met_says_so() {
     for (budget, code, parts) in [
         ("M5<3", 2, ["term \"M5<3\"", "expected M0, M3"]),
-        ("M4F<fast", 2, ["\"fast\"", "a number above 0"]),
-        ("M4F<60,000", 2, ["\"000\"", "60k"]),
         ("M4F<10", 1, ["the nearest is", "expected M4F<10"]),
         ("model=nosuch", 2, ["\"nosuch\"", "expected one of none, path-svm"]),
         ("model=none", 1, ["tells what --by is about", "--by speed"]),
-        ("ln=fixed,ln=libm", 2, ["ln=libm", "a second time"]),
     ] {
         let ended = run(&["trade", "--budget", budget]);
         let told = said(&ended);
@@ -252,19 +232,7 @@ fn a_figure_s_file_is_what_its_name_says() {
             output(&[arguments, &["-o", &path]].concat());
             let bytes = std::fs::read(&path).unwrap();
             assert!(bytes.starts_with(start) && bytes.len() > 5000, "{path}: {} bytes", bytes.len());
-            // There is a file to overwrite.
-            assert!(refusal(&[arguments, &["-o", &path]].concat()).contains("exists already"));
         }
-    }
-    for (arguments, name, says) in [
-        (&["plot", "scene:Saw3@150"][..], "b.jpg", "(found .jpg, expected one of .svg, .png, .pdf)"),
-        (&["trade", "--budget", "M4F<60k"], "b.svg", "only the figure of a map is a file"),
-        (&["trade", "--slides", "1"], "b.pdf", "only the figure of a map is a file"),
-    ] {
-        let path = folder.0.join(name);
-        let refused = program(wstac()).args(arguments).arg("-o").arg(&path).output().unwrap();
-        let told = String::from_utf8_lossy(&refused.stderr);
-        assert!(refused.status.code() == Some(2) && told.contains(says) && !path.exists(), "{told}");
     }
 }
 
@@ -303,17 +271,12 @@ fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
     // Nothing starts before all sources are open.
     let none = run(&["cam:there=scene:Saw3@150", "cam:gone=nothing"]);
     assert_eq!((none.status.code(), none.stdout.len()), (Some(1), 0));
-    for (sources, code) in [
-        (&["scene:Saw3@150", "scene:Saw3@150"][..], 2),
-        (&["cam:a=scene:Saw3@150", "scene:Saw3@150"], 2),
-        (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "scene:Saw3@150"], 2),
-        (&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "--save-raw", "never-made"], 2),
-        (&["cam:a=scene:Saw3@150", "cam:a=scene:Saw3@150"], 2),
-        (&["cam:a b=scene:Saw3@150"], 2),
-    ] {
+    for sources in [&["cam:a=scene:Saw3@150", "scene:Saw3@150"][..], &["cam:a b=scene:Saw3@150"]] {
         let refused = run(sources);
-        assert_eq!((refused.status.code(), refused.stdout.len()), (Some(code), 0), "{sources:?}");
+        assert_eq!((refused.status.code(), refused.stdout.len()), (Some(2), 0), "{sources:?}");
     }
+    let raw = run(&["cam:a=scene:Saw3@150", "cam:b=scene:Saw3@150", "--save-raw", "never-made"]);
+    assert_eq!((raw.status.code(), raw.stdout.len()), (Some(2), 0));
 }
 
 #[test]

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use serde_json::Value;
-use wstac_tests::command::{Signal, good, refusal, run, send, start};
-use wstac_tests::folder::Folder;
+use wstac_tests::command::{good, refusal, run};
 
 /// Writes a file in a folder of its own.
 fn file(name: &str, content: &str) -> PathBuf {
@@ -15,53 +14,22 @@ fn file(name: &str, content: &str) -> PathBuf {
     path
 }
 
-/// Tests all published specimens, directions and speeds: 440 slides, each an event of its own, all directions within 5°
-/// and all speeds within 5 %.
+/// Tests every published specimen: each slide is an event of its own, its direction within 5° and its speed within 5 %.
+/// `ci/answers` tests many more.
 #[test]
 fn every_direction_is_right() {
-    let mut slides = Vec::new();
-    for specimen in ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"] {
-        for degrees in [0, 90, 180, 270] {
-            slides.extend((100..=200).step_by(50).map(|speed| (specimen, speed, degrees)));
-        }
-    }
-    let wrong = |slides: &[(&str, u32, u32)]| {
-        let mut wrong = Vec::new();
-        for (seed, &(specimen, speed, degrees)) in slides.iter().enumerate() {
-            let source = format!("scene:{specimen}@{speed},{degrees}deg,seed={seed}");
-            let events = good(&["run", &source, "--json", "--size", "320x240"]);
-            let event: Value = serde_json::from_str(events.lines().next().unwrap()).unwrap();
-            let number = |of: &str, name: &str| event[of][name].as_f64().unwrap_or(f64::NAN);
-            let turned = (number("direction", "deg") - f64::from(degrees) + 180.0).rem_euclid(360.0) - 180.0;
-            let off = number("speed", "mm_s") / f64::from(speed) - 1.0;
-            let is_right = turned.abs() < 5.0 && off.abs() < 0.05 && event["contact"] == "slide";
-            // An event, the end of its touch, and the end.
-            if events.lines().count() != 3 || !is_right {
-                wrong.push((source, events));
-            }
-        }
-        wrong
-    };
-    let (first, second) = slides.split_at(slides.len() / 2);
-    let wrong: Vec<_> = std::thread::scope(|scope| {
-        let halves = [first, second].map(|half| scope.spawn(move || wrong(half)));
-        halves.into_iter().flat_map(|half| half.join().unwrap()).collect()
-    });
-    assert!(wrong.is_empty(), "{wrong:?}");
-}
-
-#[test]
-fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
-    let render = |seed: u32, format: &str| {
-        let scene = format!(
-            "specimen = \"Sin2\"\nspeed = 190\nseed = {seed}\n[sensor]\nsize = [160, 120]\nformat = \"{format}\""
-        );
-        let path = file(&format!("seed{seed}{}.toml", format.trim()), &scene);
-        run(&["scene", "render", path.to_str().unwrap(), "-o", "-"]).stdout
-    };
-    for format in ["GREY", "YU12", "Y10"] {
-        let (one, again, other) = (render(1, format), render(1, format), render(2, format));
-        assert!(one.len() > 100 * 160 * 120 && one == again && one != other, "{format}");
+    let specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"];
+    for (seed, specimen) in specimens.into_iter().enumerate() {
+        let (speed, degrees) = ([100.0, 150.0, 200.0][seed % 3], [0.0, 90.0, 180.0, 270.0][seed % 4]);
+        let source = format!("scene:{specimen}@{speed},{degrees}deg,seed={seed}");
+        let events = good(&["run", &source, "--json", "--size", "160x120"]);
+        let event: Value = serde_json::from_str(events.lines().next().unwrap()).unwrap();
+        let number = |of: &str, name: &str| event[of][name].as_f64().unwrap_or(f64::NAN);
+        let turned = (number("direction", "deg") - degrees + 180.0).rem_euclid(360.0) - 180.0;
+        let off = number("speed", "mm_s") / speed - 1.0;
+        let is_right = turned.abs() < 5.0 && off.abs() < 0.05 && event["contact"] == "slide";
+        // An event, the end of its touch, and the end.
+        assert!(events.lines().count() == 3 && is_right, "{source}: {events}");
     }
 }
 
@@ -69,12 +37,11 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_others() {
 fn a_rendered_file_gives_the_events_of_its_scene() {
     let scene = file(
         "s.toml",
-        "specimen = \"Saw3\"\nspeed = 150\ndirection = 180\n[sensor]\nsize = [320, 240]\nformat = \"422P\"",
+        "specimen = \"Saw3\"\nspeed = 150\ndirection = 180\n[sensor]\nsize = [80, 60]\nformat = \"422P\"",
     );
     let scene = scene.to_str().unwrap();
     let y4m = file("s.y4m", "");
     let y4m = y4m.to_str().unwrap();
-    assert!(refusal(&["scene", "render", scene, "-o", y4m]).contains("exists already"));
     run(&["scene", "render", scene, "-o", y4m, "--force"]);
     let live = good(&["run", &format!("scene:{scene}"), "--json", "--features"]);
     assert_eq!(good(&["run", y4m, "--json", "--features"]), live);
@@ -87,24 +54,6 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
     assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m or .raw"));
     let yuyv = file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
     assert!(refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"]).contains("expected GREY, Y10"));
-}
-
-/// An interrupted command leaves what was there, and nothing else.
-#[test]
-fn an_interrupted_rendering_keeps_the_old_file() {
-    let folder = Folder::new("scene-interrupted");
-    let path = folder.file("a.y4m", "mine");
-    let arguments = ["scene", "render", "Saw3@1", "-o", path.to_str().unwrap(), "--force"];
-    let mut child = start(&arguments);
-    while folder.names().len() < 2 {
-        assert!(child.try_wait().unwrap().is_none(), "it ended");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    // The signal is handled from the first frame on.
-    std::thread::sleep(std::time::Duration::from_millis(300));
-    send(&child, Signal::INT);
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert_eq!((folder.names(), std::fs::read(&path).unwrap()), (vec!["a.y4m".to_owned()], b"mine".to_vec()));
 }
 
 #[test]
@@ -147,5 +96,4 @@ fn a_scene_explains_itself() {
     let explained = good(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
-    assert!(good(&["scene", "explain", "Fla0@200"]).contains("ns per frame"));
 }

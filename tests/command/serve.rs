@@ -59,7 +59,7 @@ fn a_page_takes_twenty_sensors() {
 #[test]
 fn a_calibration_goes_to_a_new_file() {
     let folder = Folder::new("serve-file");
-    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let path = |name: &str| folder.path(name);
     fs::write(path("my.toml"), "").unwrap();
     let message = serve(&["--calibrate-to", &path("my.toml")]);
     assert!(message.contains("my.toml: exists already, expected a new file"), "{message}");
@@ -78,8 +78,7 @@ fn a_calibration_goes_to_a_new_file() {
 #[test]
 fn all_sensors_of_a_recording_are_shown() {
     let folder = Folder::new("serve-both");
-    let both = folder.0.join("both.mcap");
-    let both = both.to_str().unwrap();
+    let both = &*folder.path("both.mcap");
     let sources = ["left=scene:Saw3@150", "right=scene:Tri3@120"];
     good(&[&["record"], &sources[..], &["--features-only", "-o", both]].concat());
     let message = refusal(&["serve", &format!("middle={both}"), "--listen", "127.0.0.1:0"]);

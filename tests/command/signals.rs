@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use wstac_tests::command::{Signal, good, program, run, run_script, said, send, start, wstac};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, SMALL};
 
 const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
 /// A frame of 40 × 40 pixels, and what comes before the first.
@@ -74,8 +74,9 @@ fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
 fn every_signal_ends_several_sensors_a_monitor_and_a_recording() {
     let folder = Folder::new("signals-kinds");
     let file = folder.0.join("a.mcap");
+    let slow = SMALL.replace("150", "1\nlead_in = 100000");
     for signal in SIGNALS {
-        let slow = folder.file("slow.toml", "specimen = \"Saw3\"\nspeed = 1\nlead_in = 100000\n");
+        let slow = folder.file("slow.toml", &slow);
         let slow = format!("=scene:{}", slow.display());
         let (left, right) = (format!("cam:left{slow}"), format!("cam:right{slow}"));
         let mut child = start(&["run", &left, &right, "--json"]);
@@ -131,7 +132,7 @@ fn a_reader_that_takes_nothing_holds_up_no_end() {
     writer.join().unwrap();
     assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""kind":"end""#));
     assert!(
-        said(&run(&["recover", file.to_str().unwrap(), "-o", folder.0.join("b.mcap").to_str().unwrap()]))
+        said(&run(&["recover", file.to_str().unwrap(), "-o", &folder.path("b.mcap")]))
             .contains("the recording was finished properly")
     );
 }
@@ -143,7 +144,8 @@ fn every_other_command_ends_at_once_and_leaves_nothing() {
     folder.file("slow.toml", "specimen = \"Saw3\"\nspeed = 1\nlead_in = 100000\n");
     folder.file("sweep.toml", "specimens = [\"Saw3\"]\nslides = 100000\n[scene]\nfidelity = \"rendered\"\n");
     let before = folder.names();
-    for (command, is_handled) in [
+    // Every command handles all signals in one place.
+    for ((command, is_handled), signal) in [
         (&["trade", "--slides", "110", "-o", "new"][..], false),
         (&["plot", "scene:slow.toml", "-o", "new.svg"], false),
         (&["scene", "render", "slow.toml", "-o", "new.y4m"], true),
@@ -154,21 +156,22 @@ fn every_other_command_ends_at_once_and_leaves_nothing() {
         (&["doctor", "scene:slow.toml", "--seconds", "600"], true),
         // It may be over by then.
         (&["demo"], true),
-    ] {
-        for signal in SIGNALS {
-            let mut process = program(wstac());
-            process.args(command).current_dir(&folder.0).stdout(Stdio::null()).stderr(Stdio::null());
-            let mut child = process.spawn().unwrap();
-            thread::sleep(Duration::from_millis(400));
-            let status = end(&mut child, signal).unwrap_or_else(|error| panic!("{command:?}: {error}"));
-            let number = signal.as_raw();
-            let ended = status.code() == Some(128 + number) || status.signal() == Some(number);
-            assert!(ended || is_handled, "{command:?} {status:?}");
-            for name in ["new.png", "new.toml", "new.refused.png"] {
-                let _ = fs::remove_file(folder.0.join(name));
-            }
-            assert_eq!(folder.names(), before, "{command:?} {signal:?}");
+    ]
+    .into_iter()
+    .zip(SIGNALS.into_iter().cycle())
+    {
+        let mut process = program(wstac());
+        process.args(command).current_dir(&folder.0).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut child = process.spawn().unwrap();
+        thread::sleep(Duration::from_millis(400));
+        let status = end(&mut child, signal).unwrap_or_else(|error| panic!("{command:?}: {error}"));
+        let number = signal.as_raw();
+        let ended = status.code() == Some(128 + number) || status.signal() == Some(number);
+        assert!(ended || is_handled, "{command:?} {status:?}");
+        for name in ["new.png", "new.toml", "new.refused.png"] {
+            let _ = fs::remove_file(folder.0.join(name));
         }
+        assert_eq!(folder.names(), before, "{command:?} {signal:?}");
     }
 }
 
@@ -205,9 +208,9 @@ fn opening_a_pipe_never_blocks_for_good() {
     let waiting =
         ["pipe", "pipe.toml", "pipe.wsm", "pipe.onnx", "pipe.bin", "pipe.y4m"].map(|name| pipe(&folder, name));
     let refused = ["pipe.mcap", "pipe.npz", "pictures/1.png"].map(|name| pipe(&folder, name));
-    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let path = |name: &str| folder.path(name);
     let [source, toml, wsm, onnx, bin, y4m] = &waiting;
-    for command in [
+    for (command, signal) in [
         &["run", source][..],
         &["run", y4m],
         &["run", &format!("cam:a={source}"), "cam:b=scene:Saw3@150"],
@@ -230,13 +233,14 @@ fn opening_a_pipe_never_blocks_for_good() {
         &["trade", "--map", toml],
         &["trade", "--map", "kept", "--prices", toml],
         &["trade", "--config", toml, "--slides", "1"],
-    ] {
-        for signal in SIGNALS {
-            let mut child = start(command);
-            thread::sleep(Duration::from_millis(150));
-            assert!(child.try_wait().unwrap().is_none(), "{command:?} did not wait: {:?}", child.wait_with_output());
-            end(&mut child, signal).unwrap_or_else(|error| panic!("{command:?}: {error}"));
-        }
+    ]
+    .into_iter()
+    .zip(SIGNALS.into_iter().cycle())
+    {
+        let mut child = start(command);
+        thread::sleep(Duration::from_millis(150));
+        assert!(child.try_wait().unwrap().is_none(), "{command:?} did not wait: {:?}", child.wait_with_output());
+        end(&mut child, signal).unwrap_or_else(|error| panic!("{command:?}: {error}"));
     }
     let [mcap, npz, _] = &refused;
     let pictures = path("pictures");
@@ -252,9 +256,9 @@ fn opening_a_pipe_never_blocks_for_good() {
         while child.try_wait().unwrap().is_none() && started.elapsed() < Duration::from_mins(2) {
             thread::sleep(Duration::from_millis(10));
         }
-        let ended = child.try_wait().unwrap();
         let _ = child.kill();
-        assert_eq!(ended.and_then(|status| status.code()), Some(1), "{command:?}");
+        let done = child.wait_with_output().unwrap();
+        assert!(done.status.code() == Some(1) && said(&done).contains("pipe"), "{command:?}: {}", said(&done));
     }
     // With a writer, pipes are read.
     let write = |pipe: &str, content: Vec<u8>| {
@@ -263,7 +267,7 @@ fn opening_a_pipe_never_blocks_for_good() {
     };
     let config = write(toml, b"[trigger]\nwindow = 5\n".to_vec());
     let model = write(wsm, fs::read(folder.0.join("svm.wsm")).unwrap());
-    let lines = good(&["run", "scene:Saw3@150", "--config", toml, "--model", wsm]);
+    let lines = good(&["run", "scene:Saw3@150", "--size", "160x120", "--config", toml, "--model", wsm]);
     assert!(lines.contains("texture Saw3"), "{lines}");
     let stream = write(source, [HEADER, &frames(3)].concat());
     assert!(good(&["run", source, "--json"]).contains(r#""frames":3,"#));
@@ -276,22 +280,25 @@ fn opening_a_pipe_never_blocks_for_good() {
 #[test]
 fn a_file_that_cannot_be_written_leaves_nothing() {
     let folder = Folder::new("signals-limit");
-    let path = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let path = |name: &str| folder.path(name);
     folder.file("a.toml", "specimens = [\"Saw3\"]\nslides = 2\n");
     let trained = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/model_import/forest.onnx");
     fs::copy(trained, folder.0.join("forest.onnx")).unwrap();
-    good(&["record", "scene:Saw3@150", "-o", &path("a.mcap"), "--label", "specimen=Saw3"]);
+    folder.file("s.toml", SMALL.replace("40, 40", "80, 80"));
+    good(&["record", &format!("scene:{}", path("s.toml")), "-o", &path("a.mcap"), "--label", "specimen=Saw3"]);
+    folder.file("old.new.jsonl", "mine");
     let before = folder.names();
     for (command, blocks) in [
         ("dataset a.mcap -o new.npz", 0),
         ("dataset a.toml -o new.npz", 0),
         ("model import forest.onnx -o new.wsm", 0),
         ("plot a.mcap -o new.svg", 0),
-        ("scene render Saw3@150 -o new.y4m", 100),
+        ("scene render s.toml -o new.y4m", 100),
         ("recover a.mcap -o new.mcap", 100),
-        ("run a.mcap --save-raw new.raw", 100),
+        ("run a.mcap --save-raw new.raw", 6),
         ("man new", 0),
         ("trade --map kept -o new.svg", 0),
+        ("run a.mcap --features --force -o old.new.jsonl", 8),
     ] {
         let script = format!("ulimit -f {blocks}; exec \"$0\" {command}");
         let done = run_script(&folder, &script);
@@ -301,18 +308,21 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
         let _ = fs::remove_dir(folder.0.join("new"));
         assert_eq!(folder.names(), before, "{command}");
     }
-    // Of raw frames, the whole ones are kept.
-    let script = "ulimit -f 2000; exec \"$0\" run a.mcap --save-raw new.raw";
+    assert_eq!(fs::read(path("old.new.jsonl")).unwrap(), b"mine");
+    // Of raw frames, the whole ones are kept, and the stream goes on to its end.
+    let script = "ulimit -f 14; exec \"$0\" run a.mcap --json --save-raw new.raw";
     let done = run_script(&folder, script);
     assert_eq!(done.status.code(), Some(1));
     assert!(said(&done).contains("new.raw: ") && said(&done).contains("has the first 2 frames"), "{}", said(&done));
-    assert_eq!(fs::metadata(Path::new(&path("new.raw"))).unwrap().len(), 2 * 1280 * 720);
+    assert!(String::from_utf8_lossy(&done.stdout).contains(r#""kind":"end""#));
+    assert_eq!(fs::metadata(Path::new(&path("new.raw"))).unwrap().len(), 2 * 80 * 80);
 }
 
 #[test]
 fn a_full_output_is_an_error_of_every_command() {
     let folder = Folder::new("signals-full");
-    good(&["record", "scene:Saw3@150", "-o", folder.0.join("a.mcap").to_str().unwrap()]);
+    folder.file("s.toml", SMALL.replace("40, 40", "160, 120"));
+    good(&["record", &format!("scene:{}", folder.path("s.toml")), "-o", &folder.path("a.mcap")]);
     for arguments in [
         &["--help"][..],
         &["-h"],
@@ -325,7 +335,7 @@ fn a_full_output_is_an_error_of_every_command() {
         &["model", "inspect", "builtin:svm"],
         &["scene", "explain", "Saw3@150", "--no-cost"],
         &["scene", "strain", "Saw3@150"],
-        &["scene", "render", "Saw3@150", "-o", "-"],
+        &["scene", "render", "s.toml", "-o", "-"],
         &["trade", "--budget", "M4F<60k"],
         &["doctor", "a.mcap"],
         &["calibrate", "a.mcap", "-o", "new.toml", "--force"],
@@ -347,10 +357,11 @@ fn a_full_output_is_an_error_of_every_command() {
 #[test]
 fn a_limit_of_frames_is_exact() {
     let folder = Folder::new("signals-frames");
-    let scene = folder.file("s.toml", "specimen = \"Saw3\"\nspeed = 150\nseed = 2\n[sensor]\ndropped = 0.5\n");
+    let scene =
+        folder.file("s.toml", "specimen = \"Saw3\"\nspeed = 150\nseed = 2\n[sensor]\nsize = [40, 40]\ndropped = 0.5\n");
     let scene = format!("scene:{}", scene.display());
     let file = folder.0.join("a.mcap");
-    for limit in 60..80 {
+    for limit in (60..80).step_by(3) {
         let limit = limit.to_string();
         let text = good(&["run", &scene, "--json", "--frames", &limit]);
         assert!(text.contains(&format!(r#""kind":"end","frames":{limit},"#)), "{limit}: {text}");

@@ -30,43 +30,6 @@ fn models_that_come_with_the_program_name_specimens() {
 }
 
 #[test]
-fn models_of_the_path_name_specimens_at_any_speed_direction_and_length() {
-    let slides = [
-        ("Saw3", "60,200deg,80mm"),
-        ("Sin4", "290,10deg"),
-        ("Fla0", "120,45deg,60mm"),
-        ("Tri2", "90,330deg,120mm"),
-        ("Saw4", "180,100deg"),
-        ("Sin2", "150,225deg,70mm"),
-    ];
-    let models =
-        ["path-svm", "path-forest", "path-boosted", "taxel-path-svm", "taxel-path-forest", "taxel-path-boosted"];
-    for model in models {
-        let mut right = 0;
-        for (specimen, slide) in slides {
-            let scene = format!("scene:{specimen}@{slide},seed=3");
-            let asked = ["run", &scene, "--json", "--size", "320x180", "--model", &format!("builtin:{model}")];
-            right += usize::from(records(&asked)[0]["texture"]["specimen"] == specimen);
-        }
-        assert!(right >= 5, "{model}: {right} of 6");
-    }
-    // At 10 mm/s, 70 frames show 23 mm of path: too little.
-    for model in ["builtin:path-svm", "builtin:taxel-path-svm"] {
-        let slow = records(&["run", "scene:Saw3@10", "--json", "--size", "320x180", "--model", model]);
-        assert!(slow[0]["texture"].is_null(), "{}", slow[0]);
-        assert_eq!(slow[0]["why"]["texture"], "the sample shows too little of the path for the model");
-    }
-    // At 20 mm/s there is enough for 16 mm.
-    let slow =
-        |model: &str| records(&["run", "scene:Saw3@20", "--json", "--size", "320x180", "--model", model]).remove(0);
-    for model in ["path-svm", "taxel-path-svm"] {
-        assert!(slow(&format!("builtin:{model}"))["texture"].is_null(), "{model}");
-        let shorter = slow(&format!("builtin:{model}-16mm"));
-        assert!(shorter["texture"].is_object(), "{shorter}");
-    }
-}
-
-#[test]
 fn an_unknown_texture_has_no_names() {
     let folder = Folder::new("unknown");
     let scene = folder.0.join("long.toml");

@@ -45,10 +45,6 @@ fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
         assert!(event["texture"]["known"].is_boolean(), "{event}");
     }
     assert!(right >= 2, "{right} of 3");
-    // The same sweep gives the same bytes, with any number of threads.
-    let again = folder.0.join("again.wsm");
-    trained(&[text(&sweep), "-o", text(&again), "--threads", "1"]);
-    assert_eq!(fs::read(&model).unwrap(), fs::read(&again).unwrap());
     let inspected = good(&["model", "inspect", text(&model)]);
     assert!(inspected.contains("multinomial logistic regression"), "{inspected}");
 }
@@ -71,34 +67,4 @@ fn a_data_set_along_the_path_says_which_sensors_test() {
     assert!(all["accuracy"].as_f64().unwrap() >= 0.9, "{all}");
     let other = refusal(&["train", text(&set), "-o", text(&folder.0.join("b.wsm")), "--input", "frames"]);
     assert!(other.contains("array X: is missing") && other.contains("--input path"), "{other}");
-    let over = run(&["train", text(&set), "-o", text(&set)]);
-    assert!(over.status.code() == Some(2) && said(&over).contains("is an input of the command"), "{}", said(&over));
-    let there = refusal(&["train", text(&set), "-o", text(&model)]);
-    assert!(there.contains("my.wsm"), "{there}");
-}
-
-#[test]
-fn recordings_are_split_and_one_of_them_is_refused() {
-    let folder = Folder::new("train-recordings");
-    let recordings = folder.0.join("recordings");
-    fs::create_dir(&recordings).unwrap();
-    let record = |specimen: &str, number: u32, degrees: u32| {
-        let path = recordings.join(format!("{specimen}-{number}.mcap"));
-        let scene = format!("scene:{specimen}@{},{degrees}deg,seed={number}", 90 + 20 * number);
-        let label = format!("specimen={specimen}");
-        good(&["record", &scene, "-o", text(&path), "--label", &label, "--size", "320x180"]);
-        path
-    };
-    let first = record("Saw4", 1, 20);
-    let alone = refusal(&["train", text(&first), "-o", text(&folder.0.join("a.wsm"))]);
-    assert!(alone.contains("expected at least 2 groups of each texture: record each texture"), "{alone}");
-    for number in 2..5 {
-        record("Saw4", number, 70 * number);
-    }
-    (1..5).for_each(|number| drop(record("Fla0", number, 50 * number)));
-    let model = folder.0.join("my.wsm");
-    let report = trained(&[text(&recordings), "-o", text(&model)]);
-    assert_eq!((&report["slides"], &report["test"]["slides"]), (&6.into(), &2.into()), "{report}");
-    assert_eq!((&report["groups"], &report["test"]["groups"]), (&6.into(), &2.into()), "{report}");
-    assert!(!folder.0.join("a.wsm").exists());
 }

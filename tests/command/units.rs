@@ -7,7 +7,34 @@ use std::path::Path;
 use wstac_tests::command::{run, said};
 use wstac_tests::folder::{Folder, text};
 
-use crate::dataset::arrays;
+fn number(bytes: &[u8], at: usize, length: usize) -> usize {
+    bytes[at..at + length].iter().rev().fold(0, |sum, &byte| (sum << 8) | usize::from(byte))
+}
+
+/// Returns the name, header and data of every array, by the directory of the archive.
+fn arrays(npz: &[u8]) -> Vec<(String, String, Vec<u8>)> {
+    let end = npz.len() - 22;
+    assert_eq!(npz[end..end + 4], *b"PK\x05\x06");
+    let (count, mut at) = (number(npz, end + 10, 2), number(npz, end + 16, 4));
+    let mut arrays = Vec::new();
+    for _ in 0..count {
+        assert_eq!(npz[at..at + 4], *b"PK\x01\x02");
+        assert_eq!(npz[at + 10..at + 16], [0, 0, 0, 0, 0x21, 0], "stored, 1 January 1980");
+        let (bytes, length, local) = (number(npz, at + 24, 4), number(npz, at + 28, 2), number(npz, at + 42, 4));
+        let name = String::from_utf8(npz[at + 46..at + 46 + length].to_vec()).unwrap();
+        assert_eq!(npz[local..local + 4], *b"PK\x03\x04");
+        assert_eq!(npz[local + 4..local + 30], npz[at + 6..at + 32]);
+        let npy = &npz[local + 30 + length..][..bytes];
+        assert_eq!(npy[..8], *b"\x93NUMPY\x01\0");
+        let start = 10 + number(npy, 8, 2);
+        assert_eq!(start % 64, 0);
+        let header = String::from_utf8(npy[10..start].to_vec()).unwrap();
+        arrays.push((name, header.trim_end().to_owned(), npy[start..].to_vec()));
+        at += 46 + length;
+    }
+    assert_eq!(at, end);
+    arrays
+}
 
 /// An array of NumPy.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,18 +136,8 @@ fn parts_of_a_sweep_are_the_whole_set() {
     let sweep = folder.file("s.toml", format!("{sweep}[scene.whisker]\noverlap_mm = 0.4\n"));
     parts_are_whole(&folder, &["dataset", text(&sweep)], "slides", &[1, 5, 6, 10]);
     // A part without a sample has empty arrays.
-    let none = folder.file("n.toml", "specimens = [\"Fla0\"]\nslides = 60\n[scene.sensor]\ndropped = 0.5\n");
-    parts_are_whole(&folder, &["dataset", text(&none)], "slides", &(1..=60).collect::<Vec<_>>());
-}
-
-#[test]
-fn parts_of_random_slides_are_the_whole_set() {
-    let folder = Folder::new("units random");
-    // Of short slides at an end of the range some have no sample.
-    let sweep = folder.file("s.toml", "slides = 23\nsensors = 7\nspeeds = [10, 600]\nlengths = [20, 60]\n");
-    for input in ["path", "taxel-path"] {
-        parts_are_whole(&folder, &["dataset", text(&sweep), "--input", input], "slides", &[1, 13, 23]);
-    }
+    let none = folder.file("n.toml", "specimens = [\"Fla0\"]\nslides = 12\n[scene.sensor]\ndropped = 0.5\n");
+    parts_are_whole(&folder, &["dataset", text(&none)], "slides", &(1..=12).collect::<Vec<_>>());
 }
 
 #[test]
@@ -138,7 +155,7 @@ fn parts_of_recordings_are_the_whole_set() {
     }
     let both = text(&recordings.join("both.mcap")).to_owned();
     let sources = ["cam:left=scene:Saw3@150", "cam:right=scene:Fla0@120"];
-    good(&[&["record"], &sources[..], &["-o", &both, "--label", "specimen=Saw3"]].concat());
+    good(&[&["record"], &sources[..], &["--size", "40x40", "-o", &both, "--label", "specimen=Saw3"]].concat());
     let config = folder.file("c.toml", "[trigger]\nwindow = 6\n");
     for more in [&[][..], &["--input", "path", "--test", "0.3"], &["--input", "taxel-path", "--config", text(&config)]]
     {
@@ -146,32 +163,27 @@ fn parts_of_recordings_are_the_whole_set() {
         parts_are_whole(&folder, &command, "recordings", &[1, 5, 6]);
     }
     // Each part looks at the labels and rates of all recordings.
-    let fast = folder.file("fast.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nfps = 40\n");
+    let fast = folder.file("fast.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\nfps = 40\n");
     let file = recordings.join("6.mcap");
     good(&["record", &format!("scene:{}", text(&fast)), "-o", text(&file), "--label", "specimen=Saw3"]);
     let command = ["dataset", text(&recordings), "--units", "0..1", "-o", "never.npz"];
     bad(&command, 1, &["6.mcap: its rate of frames differs"]);
 }
 
-/// `ci/long many` does the same with the whole map.
+/// `ci/long many` compares the parts with the whole map, and does the same with slides by chance.
 #[test]
-fn parts_of_a_study_are_the_rows_of_their_settings() {
+fn a_part_of_a_study_has_the_rows_of_its_settings() {
     let folder = Folder::new("units trade");
     let config = folder.file("c.toml", "[trigger]\nwindow = 6\n");
     let study = ["trade", "--slides", "1", "--model", "builtin:svm", "--config", text(&config)];
-    let path = |name: &str| folder.0.join(name);
-    // Settings of two cameras, of which the first judges the second.
-    let rows = |units: &str| {
-        let said = good(&[&study[..], &["--units", units, "-o", text(&path(units))]].concat());
-        assert!(said.contains(&format!("units {units} of 252 settings\n")), "{said}");
-        assert_eq!(fs::read_dir(path(units)).unwrap().count(), 2, "map.csv and base.toml");
-        let map = fs::read_to_string(path(units).join("map.csv")).unwrap();
-        map.split_once('\n').map(|(_, rows)| rows.to_owned()).unwrap()
-    };
-    let (first, second) = (rows("71..73"), rows("73..74"));
-    assert_eq!(first.clone() + &second, rows("71..74"));
-    assert!(first.contains("RGB24,") && first.contains("RGB565,") && second.contains("RGB565,"), "{first}{second}");
-    bad(&[&study[..], &["--units", "0..1", "-o", text(&path("71..74"))]].concat(), 1, &["map.csv: exists already"]);
+    let part = folder.0.join("part");
+    let made = [&study[..], &["--units", "73..74", "-o", text(&part)]].concat();
+    let said = good(&made);
+    assert!(said.contains("units 73..74 of 252 settings\n"), "{said}");
+    assert_eq!(fs::read_dir(&part).unwrap().count(), 2, "map.csv and base.toml");
+    let map = fs::read_to_string(part.join("map.csv")).unwrap();
+    assert!(map.lines().count() == 2 && map.contains("RGB565,"), "{map}");
+    bad(&made, 1, &["map.csv: exists already"]);
     bad(&["trade", "--units", "252..253", "-o", "never"], 2, &["found 252..253, expected at most 0..252"]);
     bad(&["trade", "--units", "0..1"], 2, &["-o <FOLDER>"]);
 }

@@ -3,6 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// A slide in small pictures.
+pub const SMALL: &str = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\n";
+
 /// A new folder that is removed at the end, with its path.
 pub struct Folder(pub PathBuf);
 
@@ -26,6 +29,22 @@ impl Folder {
         let path = self.0.join(name);
         fs::write(&path, content).unwrap();
         path
+    }
+
+    /// Returns the path of a name in the folder, as an argument.
+    ///
+    /// # Panics
+    /// If it is not UTF-8.
+    pub fn path(&self, name: &str) -> String {
+        text(&self.0.join(name)).to_owned()
+    }
+
+    /// Writes a scene in the folder, and returns its name for `wstac`.
+    ///
+    /// # Panics
+    /// If it cannot be written.
+    pub fn scene(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        format!("scene:{}", text(&self.file(name, content)))
     }
 
     /// Returns the names of its entries, in order.

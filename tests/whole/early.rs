@@ -32,7 +32,7 @@ fn pipeline(config: TriggerConfig) -> Pipeline {
 fn prefixes_are_those_of_the_events_and_come_once_and_in_time() {
     let mut random = Random::new(5);
     let (mut compared, mut at_once, mut interrupted) = (0, 0, 0);
-    for _ in 0..200 {
+    for _ in 0..70 {
         let window = 1 + random.below(12) as u32;
         let backtrack = random.below(u64::from(5 * window).min(40)) as u32;
         let config = TriggerConfig::new(window, 1.2, backtrack, Rule::Signed, 0.2).unwrap();
@@ -69,7 +69,7 @@ fn prefixes_are_those_of_the_events_and_come_once_and_in_time() {
             }
         }
     }
-    assert!(compared > 1_000 && at_once > 10 && interrupted > 10, "{compared} {at_once} {interrupted}");
+    assert!(compared > 300 && at_once > 10 && interrupted > 10, "{compared} {at_once} {interrupted}");
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn sums_of_the_last_frame_are_there_until_the_next_begins_or_is_lost() {
 fn an_events_sample_stays_among_the_last_frames_for_a_while() {
     let mut random = Random::new(4);
     let mut compared = 0;
-    for _ in 0..100 {
+    for _ in 0..30 {
         let mut pipeline = pipeline(TriggerConfig::default());
         // The first frame and the sample of the last event.
         let mut last: Option<(u64, Vec<Features>)> = None;
@@ -155,5 +155,5 @@ fn an_events_sample_stays_among_the_last_frames_for_a_while() {
             }
         }
     }
-    assert!(compared > 10_000, "{compared} comparisons show less than they should");
+    assert!(compared > 3_000, "{compared} comparisons show less than they should");
 }

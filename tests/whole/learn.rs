@@ -2,7 +2,7 @@
 
 use wstac_core::learned::{Center, Lesson, nearest};
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, Task};
 use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
 use wstac_tests::textures::NEW;
@@ -10,26 +10,35 @@ use wstac_train::dataset::path::{PathSlide, RandomSlides};
 use wstac_train::model::calibrate::{LabeledSamples, Quality};
 use wstac_train::model::learn::learn;
 
-/// Returns slides of the ten new textures on one sensor, as a model of ten sums takes them.
-fn slides(seed: u64, count: u32) -> LabeledSamples {
-    slides_for(Input::Path, seed, count)
-}
-
-/// Returns slides of the ten new textures on one sensor, as a model of this input takes them.
-fn slides_for(input: Input, seed: u64, count: u32) -> LabeledSamples {
+/// Returns slides of the ten new textures on one sensor.
+fn slides(seed: u64, count: u32) -> Vec<PathSlide> {
     let wanted =
         RandomSlides { specimens: NEW.to_vec(), slides: count, seed, sensors: [700_000, 1], ..RandomSlides::default() };
-    let mut samples =
-        LabeledSamples { names: (0..10).map(|k| format!("new {k}")).collect(), ..LabeledSamples::default() };
-    for PathSlide { slide, path, taxel_path, .. } in wanted.all().unwrap() {
-        let is_it = |new: &Specimen| Specimen { length_mm: slide.specimen.length_mm, ..*new } == slide.specimen;
-        let label = NEW.iter().position(is_it).unwrap() as u16;
-        if let Some(path) = if input == Input::Path { path } else { taxel_path } {
+    wanted.all().unwrap()
+}
+
+/// Returns slides as samples of a model of this input. Each label has a name.
+fn samples(
+    slides: &[PathSlide],
+    input: Input,
+    names: &[String],
+    label: impl Fn(&PathSlide) -> usize,
+) -> LabeledSamples {
+    let mut samples = LabeledSamples { names: names.to_vec(), ..LabeledSamples::default() };
+    for slide in slides {
+        if let Some(path) = if input == Input::Path { slide.path } else { slide.taxel_path } {
             samples.numbers.push(*path.numbers());
-            samples.labels.push(label);
+            samples.labels.push(label(slide) as u16);
         }
     }
     samples
+}
+
+/// Returns slides of the new textures as samples of a model of this input.
+fn of_new(slides: &[PathSlide], input: Input) -> LabeledSamples {
+    let names: Vec<_> = (0..10).map(|k| format!("new {k}")).collect();
+    let is_it = |new: &Specimen, slide: &Specimen| Specimen { length_mm: slide.length_mm, ..*new } == *slide;
+    samples(slides, input, &names, |found| NEW.iter().position(|new| is_it(new, &found.slide.specimen)).unwrap())
 }
 
 /// Returns five samples of each label, and all others.
@@ -48,7 +57,7 @@ fn five(samples: &LabeledSamples) -> (LabeledSamples, LabeledSamples) {
 #[test]
 fn ten_new_textures_are_learned_from_five_slides_of_each() {
     let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
-    let (few, rest) = five(&slides(41, 300));
+    let (few, rest) = five(&of_new(&slides(41, 180), Input::Path));
     assert_eq!(few.labels.len(), 50);
     let learned = learn(file.words(), &few, "{}").unwrap();
     assert!(learned.is_calibrated && learned.slides == [5; 10] && learned.left_out.unwrap() > 0.9);
@@ -84,10 +93,11 @@ fn ten_new_textures_are_learned_from_five_slides_of_each() {
 /// the same, bit for bit.
 #[test]
 fn a_board_learns_what_a_host_learns() {
+    let slides = slides(45, 110);
     for base in ["builtin:embedding", "builtin:taxel-embedding"] {
         let file = ModelFile::open(base.as_ref()).unwrap();
         let base = file.model().unwrap();
-        let (few, rest) = five(&slides_for(base.input(), 45, 200));
+        let (few, rest) = five(&of_new(&slides, base.input()));
         let mut lessons = vec![Lesson::new(); few.names.len()];
         let mut centers: Vec<Option<Center>> = vec![None; few.names.len()];
         for (numbers, &label) in few.numbers.iter().zip(&few.labels) {
@@ -114,18 +124,8 @@ fn a_board_learns_what_a_host_learns() {
             assert_eq!(board, (host.known == Some(true)).then_some(usize::from(host.class)));
             *if board.is_some() { &mut known } else { &mut unknown } += 1;
         }
-        assert!(known > 100 && unknown > 20, "{known} {unknown}");
+        assert!(known > 50 && unknown > 10, "{known} {unknown}");
     }
-}
-
-#[test]
-fn what_cannot_be_learned_is_refused() {
-    let svm = ModelFile::open("builtin:svm".as_ref()).unwrap();
-    let error = learn(svm.words(), &LabeledSamples::default(), "").unwrap_err();
-    assert!(error.contains("has no projection, expected a calibrated model"), "{error}");
-    let file = ModelFile::open("builtin:embedding".as_ref()).unwrap();
-    let one = LabeledSamples { numbers: vec![[0; INPUTS]; 4], labels: vec![0; 4], names: vec!["a".into()] };
-    assert_eq!(learn(file.words(), &one, "").unwrap_err(), "slides of 1 texture (\"a\"), expected at least 2");
 }
 
 /// The slides of a flat block differ much in the projection. That is no reason to know more of other textures.
@@ -136,31 +136,24 @@ fn a_flat_texture_among_the_learned_ones_leaves_unknown_ones_unknown() {
         let wanted = RandomSlides { specimens, slides: count, seed, sensors: [710_000, 1], ..RandomSlides::default() };
         wanted.all().unwrap()
     };
+    let (learned, others) = (["Fla0", "Saw3", "Sin3"], ["Tri2", "Saw2", "Sin2"]);
+    let (of_learned, of_others) = (of(&learned, 47, 90), of(&others, 48, 60));
     for (base, input) in [("builtin:taxel-embedding", Input::TaxelPath), ("builtin:embedding", Input::Path)] {
         let file = ModelFile::open(base.as_ref()).unwrap();
-        let samples = |names: &[&str], seed, count| {
-            let mut samples = LabeledSamples {
-                names: names.iter().map(|name| (*name).into()).collect(),
-                ..LabeledSamples::default()
-            };
-            for slide in of(names, seed, count) {
+        let samples = |names: [&str; 3], slides: &[PathSlide]| {
+            let label = |slide: &PathSlide| {
                 let pattern = slide.slide.specimen.pattern.name();
-                let label = names.iter().position(|name| name.starts_with(pattern)).unwrap() as u16;
-                if let Some(path) = if input == Input::Path { slide.path } else { slide.taxel_path } {
-                    samples.numbers.push(*path.numbers());
-                    samples.labels.push(label);
-                }
-            }
-            samples
+                names.iter().position(|name| name.starts_with(pattern)).unwrap()
+            };
+            samples(slides, input, &names.map(str::to_owned), label)
         };
-        let learned = ["Fla0", "Saw3", "Sin3"];
-        let (few, rest) = five(&samples(&learned, 47, 90));
+        let (few, rest) = five(&samples(learned, &of_learned));
         assert_eq!(few.labels.len(), 15);
         let found = learn(file.words(), &few, "{}").unwrap();
         let model = Model::from_words(&found.words).unwrap();
         let known = Quality::of(&model, &rest);
         assert!(known.accuracy >= 0.85, "{base}: {known:?}");
-        let others = samples(&["Tri2", "Saw2", "Sin2"], 48, 60);
+        let others = samples(others, &of_others);
         let unknown = others.numbers.iter().filter(|numbers| model.classification(numbers).known == Some(false));
         let (unknown, all) = (unknown.count(), others.numbers.len());
         let least = if input == Input::TaxelPath { 85 } else { 40 };

@@ -28,9 +28,9 @@ impl Sent {
     }
 }
 
-/// Returns the first message of a board.
-pub(crate) fn hello() -> Message<'static> {
-    Message::Hello(Hello {
+/// Returns what a board's first message says.
+pub(crate) fn hello() -> Hello<'static> {
+    Hello {
         firmware: Text::new("test-board"),
         version: Text::new("1.2.3"),
         size: FrameSize::new(320, 240).unwrap(),
@@ -41,7 +41,7 @@ pub(crate) fn hello() -> Message<'static> {
         frame: 0,
         revision: Text::new("0123abc"),
         id: Some([1, 2, 0xA3]),
-    })
+    }
 }
 
 struct Board<'m> {
@@ -104,18 +104,8 @@ impl Board<'_> {
             let classes = model.labels().len() as u8;
             *place = Some(ModelFacts::new(model.task(), classes, model.frames()));
         }
-        self.sent.push(&Message::Hello(Hello {
-            firmware: Text::new("test-board"),
-            version: Text::new("1.2.3"),
-            size: info.size,
-            format: info.format,
-            rate: info.rate,
-            trigger: *trigger,
-            models,
-            frame: 0,
-            revision: Text::new(""),
-            id: None,
-        }));
+        let (size, format, rate, trigger) = (info.size, info.format, info.rate, *trigger);
+        self.sent.push(&Message::Hello(Hello { size, format, rate, trigger, models, ..hello() }));
     }
 
     fn take(&mut self, update: &Update<'_>) {

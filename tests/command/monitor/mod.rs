@@ -350,11 +350,11 @@ impl Unread {
         let (sender, said) = channel();
         std::thread::spawn(move || stderr.lines().map(Result::unwrap).try_for_each(|line| sender.send(line)));
         let mut unread = Self { monitor, said, board, sequence: 0 };
-        unread.send(&board::hello());
+        unread.send(&Message::Hello(board::hello()));
         assert!(unread.next_line().contains("test-board 1.2.3"));
         let expected = format!("wstac: {name} does not read requests; they are sent when it does");
         for _ in 0..MOST_STARTS {
-            unread.send(&board::hello());
+            unread.send(&Message::Hello(board::hello()));
             std::thread::yield_now();
             match unread.said.try_recv() {
                 Ok(line) if line == expected => return unread,

@@ -5,16 +5,14 @@ use std::path::Path;
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
-use wstac_core::paper::trigger::TriggerConfig;
-use wstac_core::rate::FrameRate;
-use wstac_core::wire::{Decoder, Fault, Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request, Text};
+use wstac_core::wire::{Decoder, Fault, Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::source::{Frame, SourceEvent};
 use wstac_scene::source::Scenes;
 use wstac_tests::command::{good, printed, refusal, run, said, start};
 use wstac_tests::folder::Folder;
 
-use super::board::Sent;
+use super::board::{Sent, hello};
 use super::{path, pty};
 
 const SCENE: &str = "specimen = \"Fla0\"\nspeed = 150\nlead_in = 45\n[sensor]\nsize = [320, 240]\n";
@@ -59,25 +57,6 @@ fn written(config: &Path) -> String {
     std::fs::read_to_string(config).unwrap().split_once('\n').unwrap().1.to_owned()
 }
 
-fn described() -> Hello<'static> {
-    Hello {
-        firmware: Text::new("test-board"),
-        version: Text::new("1.2.3"),
-        size: FrameSize::new(SIZE[0], SIZE[1]).unwrap(),
-        format: PixelFormat::Gray,
-        rate: FrameRate::NOMINAL,
-        trigger: TriggerConfig::default(),
-        models: [None; 3],
-        frame: 7,
-        revision: Text::new(""),
-        id: None,
-    }
-}
-
-fn hello(sent: &mut Sent) {
-    sent.push(&Message::Hello(described()));
-}
-
 /// Sends a picture: every stripe's first parts, then their second ones, as a board with a slow line does.
 fn picture(sent: &mut Sent, number: u8, frame: &[u8]) {
     let mut parts: Vec<_> = frame.chunks(PICTURE_PART).enumerate().collect();
@@ -97,7 +76,7 @@ fn a_recorded_board_is_calibrated_like_a_camera() {
     let frames = frames(&folder);
     let (expected, printed_of_camera) = of_camera(&folder, &frames);
     let mut sent = Sent { frames: Vec::new() };
-    hello(&mut sent);
+    sent.push(&Message::Hello(hello()));
     for (number, frame) in frames.iter().enumerate() {
         picture(&mut sent, number as u8, frame);
         if number % 2 == 0 {
@@ -143,7 +122,7 @@ fn a_board_on_a_line_is_asked_for_one_picture_after_another() {
             continue;
         };
         match decoder.push::<Request>(byte[0]).map(|received| received.unwrap().message) {
-            Some(Request::Hello) => hello(&mut sent),
+            Some(Request::Hello) => sent.push(&Message::Hello(hello())),
             Some(Request::Picture) => {
                 sent.push(&Message::Fault(Fault::SensorBack));
                 picture(&mut sent, next as u8, &frames[next]);
@@ -169,7 +148,7 @@ fn what_is_no_board_and_what_a_board_does_not_take_is_refused() {
     let file = format!("board:{}", path(&folder.file("noise.bin", [7; 999])));
     assert!(of(&[&file]).contains("has no description of a board, expected a board"));
     let mut sent = Sent { frames: Vec::new() };
-    hello(&mut sent);
+    sent.push(&Message::Hello(hello()));
     let file = format!("board:{}", path(&folder.file("hello.bin", sent.frames.concat())));
     assert!(of(&[&file]).contains("found 0 frames, expected 25 untouched ones"));
     assert!(of(&[&file, "--size", "320x240"]).contains("is a board, expected no options of a camera"));
@@ -177,7 +156,7 @@ fn what_is_no_board_and_what_a_board_does_not_take_is_refused() {
     // Frames of which no picture has a number of parts.
     let mut sent = Sent { frames: Vec::new() };
     let size = FrameSize::new(16_384, 16_384).unwrap();
-    sent.push(&Message::Hello(Hello { size, ..described() }));
+    sent.push(&Message::Hello(Hello { size, ..hello() }));
     let file = format!("board:{}", path(&folder.file("large.bin", sent.frames.concat())));
     assert!(of(&[&file]).contains("has pictures of 268435456 bytes, expected at most 10485600"));
     assert!(!config.exists());

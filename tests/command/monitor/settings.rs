@@ -1,22 +1,20 @@
 //! Tests `wstac board`: it asks a board for its settings, sets them, and reads them back.
 
-use std::fs::File;
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{JoinHandle, spawn};
+use std::time::Duration;
 
 use serde_json::Value;
 use wstac_core::features::Floor;
-use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::trigger::TriggerConfig;
-use wstac_core::rate::FrameRate;
-use wstac_core::wire::{Decoder, Hello, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse, Text};
+use wstac_core::wire::{Decoder, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse};
 use wstac_tests::command::{printed, run, said};
 use wstac_tests::folder::Folder;
 
-use super::board::Sent;
+use super::board::{Sent, hello};
 use super::{path, pty};
 
 const SIZE: [u32; 2] = [320, 240];
@@ -39,14 +37,29 @@ pub(super) struct Board {
 
 impl Board {
     fn new() -> Self {
-        Self::that(serve)
+        Self::that(serves())
     }
 
-    /// Creates a board that answers in this way.
-    pub(super) fn that(serve: impl FnOnce(File, &AtomicBool) + Send + 'static) -> Self {
-        let (end, line) = pty();
+    /// Creates a board that answers requests in this way.
+    pub(super) fn that(mut answer: impl FnMut(Request, &mut Sent) + Send + 'static) -> Self {
+        let (mut end, line) = pty();
         let over: &AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
-        Self { line, over, thread: Some(spawn(move || serve(end, over))) }
+        let thread = spawn(move || {
+            let (mut decoder, mut sent, mut done) = (Decoder::<LONGEST_REQUEST>::new(), Sent { frames: Vec::new() }, 0);
+            while !over.load(Ordering::Relaxed) {
+                let mut byte = [0];
+                // A hangup of the line shows as an error that does not end.
+                let Ok(1) = end.read(&mut byte) else {
+                    std::thread::sleep(Duration::from_millis(1));
+                    continue;
+                };
+                let Some(Ok(received)) = decoder.push::<Request>(byte[0]) else { continue };
+                answer(received.message, &mut sent);
+                end.write_all(&sent.frames[done..].concat()).unwrap();
+                done = sent.frames.len();
+            }
+        });
+        Self { line, over, thread: Some(thread) }
     }
 
     pub(super) fn run(&self, arguments: &[&str]) -> std::process::Output {
@@ -74,39 +87,27 @@ impl Drop for Board {
 }
 
 /// Answers requests as the firmware does. What is set is used after the next request, as after a restart.
-fn serve(mut line: File, over: &AtomicBool) {
-    let (mut decoder, mut sent, mut done) = (Decoder::<LONGEST_REQUEST>::new(), Sent { frames: Vec::new() }, 0);
+fn serves() -> impl FnMut(Request, &mut Sent) + Send + 'static {
     let (mut used, mut kept) = (None::<Settings>, None::<Settings>);
-    // A hangup of the line shows as an error that does not end.
-    while !over.load(Ordering::Relaxed) {
-        let mut byte = [0];
-        let Ok(1) = line.read(&mut byte) else {
-            std::thread::yield_now();
-            continue;
-        };
-        let Some(Ok(received)) = decoder.push::<Request>(byte[0]) else { continue };
-        match received.message {
-            Request::Hello => sent.push(&Message::Hello(hello())),
-            Request::Settings => {
-                let in_use = SettingsInUse::new(used.unwrap_or_else(compiled_in), used.is_some());
-                sent.push(&Message::Settings(in_use));
-                used = kept;
-            }
-            Request::Set(settings) => {
-                let answer = check(&settings);
-                kept = if answer.is_ok() { Some(settings) } else { kept };
-                sent.push(&Message::Set(answer));
-            }
-            Request::Forget => {
-                kept = None;
-                sent.push(&Message::Set(Ok(())));
-            }
-            // Its firmware does not learn, and takes no models.
-            Request::Textures | Request::Model => {}
-            other => panic!("{other:?}"),
+    move |request, sent| match request {
+        Request::Hello => sent.push(&Message::Hello(hello())),
+        Request::Settings => {
+            let in_use = SettingsInUse::new(used.unwrap_or_else(compiled_in), used.is_some());
+            sent.push(&Message::Settings(in_use));
+            used = kept;
         }
-        line.write_all(&sent.frames[done..].concat()).unwrap();
-        done = sent.frames.len();
+        Request::Set(settings) => {
+            let answer = check(&settings);
+            kept = if answer.is_ok() { Some(settings) } else { kept };
+            sent.push(&Message::Set(answer));
+        }
+        Request::Forget => {
+            kept = None;
+            sent.push(&Message::Set(Ok(())));
+        }
+        // Its firmware does not learn, and takes no models.
+        Request::Textures | Request::Model => {}
+        other => panic!("{other:?}"),
     }
 }
 
@@ -115,21 +116,6 @@ fn check(settings: &Settings) -> Result<(), Refusal> {
     match settings.exposure {
         Some(found) if found > 500 => Err(Refusal::Exposure { found, most: 500 }),
         _ => Ok(()),
-    }
-}
-
-fn hello() -> Hello<'static> {
-    Hello {
-        firmware: Text::new("test-board"),
-        version: Text::new("1.2.3"),
-        size: size(),
-        format: PixelFormat::Gray,
-        rate: FrameRate::NOMINAL,
-        trigger: compiled_in().trigger,
-        models: [None; 3],
-        frame: 7,
-        revision: Text::new(""),
-        id: None,
     }
 }
 

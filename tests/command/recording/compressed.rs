@@ -4,57 +4,10 @@ use std::fs;
 
 use wstac_tests::command::{good, program, run, run_script, said, wstac};
 use wstac_tests::folder::Folder;
-use wstac_tests::random::Random;
 
 use super::cuts::chunks;
-use super::flips::{Tally, check, ended, outcome, small};
-use super::{piped_to, scene};
-
-#[test]
-fn a_compressed_recording_is_the_same_stream() {
-    let folder = Folder::new("recording-compressed");
-    let scene = scene(&folder, "GREY");
-    let [plain, file, new] = ["plain.mcap", "a.mcap", "new.mcap"].map(|name| folder.0.join(name));
-    let [plain_name, name, new_name] = [&plain, &file, &new].map(|path| path.to_str().unwrap());
-    good(&["record", &scene, "-o", plain_name]);
-    let expected = good(&["run", plain_name, "--json", "--features"]);
-    for compression in ["zstd", "lz4"] {
-        good(&["record", &scene, "-o", name, "--force", "--compress", compression]);
-        assert!(good(&["run", name, "--json", "--features"]) == expected, "{compression}");
-        let sizes = [&plain, &file].map(|path| path.metadata().unwrap().len());
-        println!("{compression}: {sizes:?} bytes");
-        assert!(sizes[1] < sizes[0] * 9 / 10, "{compression}: {sizes:?}");
-        // A recovery of a whole recording is that recording.
-        good(&["recover", name, "-o", new_name, "--force"]);
-        assert!(fs::read(&file).unwrap() == fs::read(&new).unwrap(), "{compression}");
-    }
-    assert_eq!(run(&["record", &scene, "-o", name, "--force", "--compress", "zip"]).status.code(), Some(2));
-}
-
-/// Both rules of damaged recordings hold for bits anywhere in the file.
-#[test]
-fn damage_of_a_compressed_recording_is_accounted_for() {
-    let folder = Folder::new("recording-compressed-damage");
-    let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\ndropped = 0.03\n";
-    fs::write(folder.0.join("s.toml"), text).unwrap();
-    let (scene, file) = (format!("scene:{}", folder.0.join("s.toml").display()), folder.0.join("a.mcap"));
-    let name = file.to_str().unwrap();
-    let mut random = Random::new(3);
-    for compression in ["zstd", "lz4"] {
-        good(&["record", &scene, "-o", name, "--force", "--compress", compression]);
-        let bytes = fs::read(&file).unwrap();
-        let recorded = ended(good(&["run", name, "--json", "--features"]).as_bytes());
-        let tally = Tally::default();
-        for _ in 0..30 {
-            let (at, bit) = (random.below(bytes.len() as u64) as usize, random.below(8));
-            let mut damaged = bytes.clone();
-            damaged[at] ^= 1 << bit;
-            check(&folder.0, &damaged, recorded, &tally)
-                .unwrap_or_else(|why| panic!("{compression}, bit {bit} of byte {at}: {why}"));
-        }
-        assert!(tally.recovered.into_inner() >= 28, "{compression}");
-    }
-}
+use super::flips::{ended, outcome, small};
+use super::piped_to;
 
 /// A recording that was killed has all chunks that were finished, and a recovery of it can be read.
 #[test]

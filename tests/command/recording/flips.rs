@@ -109,11 +109,6 @@ pub(super) fn check(folder: &Path, damaged: &[u8], recorded: (u64, u64), tally: 
     Ok(())
 }
 
-/// Makes a small recording with an event and lost frames.
-fn recording(folder: &Folder) -> Vec<u8> {
-    small(folder, &[]).0
-}
-
 /// Makes a small recording with an event and lost frames with these options, and returns its frames and lost frames,
 /// too.
 pub(super) fn small(folder: &Folder, options: &[&str]) -> (Vec<u8>, (u64, u64)) {
@@ -154,11 +149,9 @@ pub(super) fn outcome(folder: &Folder, bytes: &[u8]) -> Outcome {
 /// Flips some of the bits, by chance but always the same ones. `ci/long flips` flips 10,000.
 #[test]
 fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
-    let count = std::env::var("WSTAC_LONG_FLIPS").map_or(200, |count| count.parse().unwrap());
+    let count = std::env::var("WSTAC_LONG_FLIPS").map_or(80, |count| count.parse().unwrap());
     let folder = Folder::new("recording-flips");
-    let bytes = recording(&folder);
-    let recorded = ended(good(&["run", folder.0.join("a.mcap").to_str().unwrap(), "--json", "--features"]).as_bytes());
-    assert!(recorded.0 > 120 && recorded.1 > 2, "{recorded:?}");
+    let (bytes, recorded) = small(&folder, &[]);
     let headers = header_bytes(&bytes);
     let truth = stream(&folder.0.join("a.mcap"), None).unwrap();
     let mut random = Random::new(18);
@@ -203,6 +196,47 @@ fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
     assert!(recovered * 100 >= count * 98, "{recovered} of {count} flips recovered");
     let (frames, missing) = (tally.frames.into_inner(), tally.missing.into_inner());
     assert!(missing <= recovered, "{missing} frames of {frames} missing: at most one a flip");
+}
+
+/// Recordings of every kind are the same stream. Both rules hold for bits and cuts anywhere in them, and no frame is
+/// another one.
+#[test]
+fn damage_anywhere_is_accounted_for() {
+    let folder = Folder::new("recording-flips-anywhere");
+    let [whole, cut, new] = ["a.mcap", "cut.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let (mut random, mut plain) = (Random::new(7), None);
+    for options in [&[][..], &["--crop=0"], &["--features-only"], &["--compress=zstd"], &["--compress=lz4"]] {
+        let (bytes, recorded) = small(&folder, options);
+        let (truth, lines) =
+            (stream(&whole, None).unwrap(), good(&["run", whole.to_str().unwrap(), "--json", "--features"]));
+        let (size, expected) = plain.get_or_insert((bytes.len(), lines.clone()));
+        let is_small = !options.concat().contains("compress") || bytes.len() < *size * 9 / 10;
+        assert!(lines == *expected && is_small, "{options:?}: {} bytes", bytes.len());
+        let recover = |old: &Path| run(&["recover", old.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+        assert!(recover(&whole).status.success() && fs::read(&new).unwrap() == bytes, "{options:?}: another file");
+        let tally = Tally::default();
+        for number in 0..16 {
+            // Bits of the description and of the first moments, and bits anywhere.
+            let most = if number % 3 == 0 { 6000.min(bytes.len()) } else { bytes.len() };
+            let (at, bit) = (random.below(most as u64) as usize, random.below(8));
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 1 << bit;
+            let checked = check(&folder.0, &damaged, recorded, &tally);
+            let checked =
+                checked.and_then(|()| stream(&new, None).map_or(Ok(()), |found| check_frames(&found, &truth)));
+            checked.unwrap_or_else(|why| panic!("{options:?}, bit {bit} of {at}: {why}"));
+        }
+        assert!(tally.recovered.into_inner() >= 14, "{options:?}");
+        for cut_off in (1..20).step_by(4) {
+            // What was written before a power cut comes back.
+            let length = bytes.len() * cut_off / 20;
+            fs::write(&cut, &bytes[..length]).unwrap();
+            let Some(0) = recover(&cut).status.code() else { continue };
+            let found = ended(good(&["run", new.to_str().unwrap(), "--json", "--features"]).as_bytes());
+            let expected = (recorded.0 * length as u64 / bytes.len() as u64).saturating_sub(40);
+            assert!(found.0 >= expected, "{options:?}: {found:?} of {recorded:?} after {cut_off} twentieths");
+        }
+    }
 }
 
 /// Returns a finished recording whose index has another length of the first chunk, and a right checksum.

@@ -11,7 +11,7 @@ use wstac_tests::folder::Folder;
 #[test]
 fn what_the_plan_gives_is_no_label() {
     let folder = folder("recording-guide-labels");
-    let plan = folder.0.join("plan.toml").display().to_string();
+    let plan = folder.path("plan.toml");
     let files = folder.0.join("files");
     for label in ["specimen=Fla0", "speed=100"] {
         let files = files.to_str().unwrap();

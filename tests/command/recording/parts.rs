@@ -8,10 +8,9 @@ use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Source, SourceEvent, config_of};
 use wstac_tests::command::{good, run, said};
 use wstac_tests::folder::Folder;
-use wstac_tests::random::Random;
 
 use super::cuts::{built, parts_of};
-use super::flips::{Tally, check, ended, outcome, small};
+use super::flips::{outcome, small};
 use super::scene;
 
 /// Makes a recording with these options, and returns its path.
@@ -43,7 +42,7 @@ fn sums(file: &str) -> Vec<[u32; 25]> {
 #[test]
 fn a_part_and_sums_give_the_same_to_the_byte() {
     let folder = Folder::new("recording-parts");
-    let new = |name: &str| folder.0.join(name).to_str().unwrap().to_owned();
+    let new = |name: &str| folder.path(name);
     for format in ["GREY", "YUYV", "NV12", "Y10", "RGGB", "MJPG"] {
         let scene = scene(&folder, format);
         let whole = recorded(&folder, &scene, "whole.mcap", &["--label", "specimen=Saw3"]);
@@ -66,14 +65,16 @@ fn a_part_and_sums_give_the_same_to_the_byte() {
             assert!(lines(file) == expected, "{format} {file}: the events differ");
             assert!(sums(file) == of_frames, "{format} {file}: the sums differ");
         }
+        let size = |file: &str| fs::metadata(file).unwrap().len();
+        assert!(size(&without) < size(&part) / 5, "{format}");
+        assert!(format == "MJPG" || size(&part) < size(&whole), "{format}: {}", size(&part));
+        if !["GREY", "MJPG"].contains(&format) {
+            continue;
+        }
         let set = arrays(&whole);
         assert!(arrays(&part) == set && arrays(&without) == set, "{format}: the data sets differ");
         let drawn = figure(&whole);
         assert!(figure(&part) == drawn && figure(&without) == drawn, "{format}: the figures differ");
-        let size = |file: &str| fs::metadata(file).unwrap().len();
-        assert!(size(&without) < size(&part) / 5, "{format}");
-        println!("{format}: {} bytes, of the part {}, of sums {}", size(&whole), size(&part), size(&without));
-        assert!(format == "MJPG" || size(&part) < size(&whole), "{format}: {}", size(&part));
         // A recording of such a recording is equal to it.
         let again = recorded(&folder, &part, "again.mcap", &["--label", "specimen=Saw3"]);
         assert!(lines(&again) == expected && size(&again) < size(&part) + 1000, "{format}");
@@ -81,8 +82,6 @@ fn a_part_and_sums_give_the_same_to_the_byte() {
         assert!(lines(&again) == expected, "{format}");
         let narrower = recorded(&folder, &part, "again.mcap", &["--crop=2"]);
         assert!(lines(&narrower) == expected && size(&narrower) < size(&part), "{format}");
-        let wider = recorded(&folder, &part, "again.mcap", &["--crop=40"]);
-        assert!(lines(&wider) == expected && size(&wider) < size(&part) + 1000, "{format}");
     }
 }
 
@@ -90,7 +89,7 @@ fn a_part_and_sums_give_the_same_to_the_byte() {
 #[test]
 fn a_calibration_of_a_part_is_one_of_the_camera() {
     let folder = Folder::new("recording-parts-calibrate");
-    let text = "specimen = \"Fla0\"\nspeed = 150\n[sensor]\nsize = [640, 360]\n";
+    let text = "specimen = \"Fla0\"\nspeed = 150\n[sensor]\nsize = [320, 180]\n";
     fs::write(folder.0.join("s.toml"), text).unwrap();
     let scene = format!("scene:{}", folder.0.join("s.toml").display());
     let whole = recorded(&folder, &scene, "whole.mcap", &[]);
@@ -102,7 +101,7 @@ fn a_calibration_of_a_part_is_one_of_the_camera() {
     };
     let (of_whole, of_part) = (calibrated(&whole, "whole.toml"), calibrated(&part, "part.toml"));
     let keys = |text: &str| text.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n");
-    assert!(keys(&of_whole).contains("frame = [640, 360]"), "{of_whole}");
+    assert!(keys(&of_whole).contains("frame = [320, 180]"), "{of_whole}");
     assert_eq!(keys(&of_whole), keys(&of_part));
     // It fits the recording, too, and gives the same events there.
     let config = folder.0.join("part.toml");
@@ -126,8 +125,7 @@ fn what_needs_other_pixels_is_refused() {
     let stride = config("s.toml", "[green]\nstride = 2\n");
     let linear = config("y.toml", "[green]\nyuv = \"linear\"\n");
     let trigger = config("t.toml", "[trigger]\nwindow = 6\n[features]\nln = \"libm\"\nfloor_levels = 1\n");
-    let new = folder.0.join("new");
-    let new = new.to_str().unwrap();
+    let new = &*folder.path("new");
     for (arguments, parts) in [
         (
             &["run", &part, "--config", &layout][..],
@@ -167,46 +165,6 @@ fn what_needs_other_pixels_is_refused() {
     let file = recorded(&folder, &taxels, "taxels.mcap", &["--features-only"]);
     let live = good(&["run", &taxels, "--json", "--features"]);
     assert!(live.contains(r#""kind":"event""#) && good(&["run", &file, "--json", "--features"]) == live);
-}
-
-/// Both rules of damaged recordings hold for parts and for sums, and a recovery of a whole one is that recording.
-#[test]
-fn damage_of_parts_and_sums_is_accounted_for() {
-    let folder = Folder::new("recording-parts-damage");
-    let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [60, 40]\ndropped = 0.03\n";
-    fs::write(folder.0.join("s.toml"), text).unwrap();
-    let scene = format!("scene:{}", folder.0.join("s.toml").display());
-    let mut random = Random::new(7);
-    for option in ["--crop=0", "--features-only"] {
-        let name = recorded(&folder, &scene, "a.mcap", &[option]);
-        let (bytes, new) = (fs::read(&name).unwrap(), folder.0.join("new.mcap"));
-        good(&["recover", &name, "-o", new.to_str().unwrap(), "--force"]);
-        assert!(fs::read(&new).unwrap() == bytes, "{option}: a recovery is another file");
-        let recorded = ended(good(&["run", &name, "--json", "--features"]).as_bytes());
-        assert!(recorded.0 > 120 && recorded.1 > 2, "{option}: {recorded:?}");
-        let tally = Tally::default();
-        for number in 0..60 {
-            // Bits of the description and of the first moments, and bits anywhere.
-            let most = if number % 3 == 0 { 6000 } else { bytes.len() };
-            let (at, bit) = (random.below(most as u64) as usize, random.below(8));
-            let mut damaged = bytes.clone();
-            damaged[at] ^= 1 << bit;
-            check(&folder.0, &damaged, recorded, &tally)
-                .unwrap_or_else(|why| panic!("{option}, bit {bit} of {at}: {why}"));
-        }
-        assert!(tally.recovered.into_inner() >= 57, "{option}");
-        for cut in 1..20 {
-            // What was written before a power cut comes back.
-            let length = bytes.len() * cut / 20;
-            fs::write(folder.0.join("cut.mcap"), &bytes[..length]).unwrap();
-            let done =
-                run(&["recover", folder.0.join("cut.mcap").to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
-            let Some(0) = done.status.code() else { continue };
-            let found = ended(good(&["run", new.to_str().unwrap(), "--json", "--features"]).as_bytes());
-            let expected = (recorded.0 * length as u64 / bytes.len() as u64).saturating_sub(40);
-            assert!(found.0 >= expected, "{option}: {found:?} of {recorded:?} after {cut} twentieths");
-        }
-    }
 }
 
 /// Every checksum has its place in the stream, and the record at the end the number of frames. So nothing of a recording

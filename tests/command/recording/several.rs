@@ -27,12 +27,12 @@ fn recorded(folder: &Folder) -> (Vec<String>, String) {
     for ((name, rate), slide) in SCENES.iter().zip([("Saw3", 150, 90), ("Tri3", 120, 0)]) {
         let (specimen, speed, direction) = slide;
         let file = folder.0.join(format!("{name}.toml"));
-        let sensor = format!("[sensor]\nsize = [80, 80]\n{rate}\n");
+        let sensor = format!("[sensor]\nsize = [40, 40]\n{rate}\n");
         let slide = format!("specimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n");
         fs::write(&file, slide + &sensor).unwrap();
         sources.push(format!("cam:{name}=scene:{}", file.display()));
     }
-    let file = folder.0.join("both.mcap").display().to_string();
+    let file = folder.path("both.mcap");
     good(&["record", &sources[0], &sources[1], "-o", &file, "--label", "specimen=Saw3"]);
     (sources, file)
 }
@@ -110,11 +110,11 @@ fn records_are_in_the_order_of_their_times_if_one_sensor_loses_frames() {
     let sources = [("left", "dropped = 0.75\nseed = 3"), ("right", "dropped = 0\nseed = 4")].map(|(name, lines)| {
         let (file, [drops, seed]) =
             (folder.0.join(format!("{name}.toml")), lines.split_once('\n').map(<[_; 2]>::from).unwrap());
-        let text = format!("specimen = \"Saw3\"\nspeed = 150\n{seed}\n[sensor]\nsize = [80, 80]\n{drops}\n");
+        let text = format!("specimen = \"Saw3\"\nspeed = 150\n{seed}\n[sensor]\nsize = [40, 40]\n{drops}\n");
         fs::write(&file, text).unwrap();
         format!("cam:{name}=scene:{}", file.display())
     });
-    let file = folder.0.join("both.mcap").display().to_string();
+    let file = folder.path("both.mcap");
     good(&["record", &sources[0], &sources[1], "-o", &file]);
     let asked = ["--json", "--features", "--motion"];
     let printed = good(&[&["run", &file], &asked[..]].concat());
@@ -131,31 +131,11 @@ fn records_are_in_the_order_of_their_times_if_one_sensor_loses_frames() {
     }
 }
 
-/// A recording that was cut off keeps every frame that was written, of all sensors.
-#[test]
-fn a_recording_that_was_cut_off_is_recovered() {
-    let folder = Folder::new("recording-several-cut");
-    let (_, file) = recorded(&folder);
-    let bytes = fs::read(&file).unwrap();
-    fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
-    let cut = run(&["run", &file]);
-    assert_eq!(cut.status.code(), Some(1));
-    assert!(String::from_utf8(cut.stderr).unwrap().contains("was not finished"));
-    let whole = folder.0.join("whole.mcap");
-    let whole = whole.to_str().unwrap();
-    good(&["recover", &file, "-o", whole]);
-    let lines = good(&["run", whole, "--json"]);
-    let frames = SCENES.map(|(name, _)| of(&lines, name).last().unwrap()["frames"].as_u64().unwrap());
-    assert!(frames.iter().all(|frames| (40..100).contains(frames)), "{frames:?}");
-    // The same time has passed.
-    assert!((frames[0] as f64 / 30.0 - frames[1] as f64 / 25.0).abs() < 0.05, "{frames:?}");
-}
-
 #[test]
 fn where_one_sensor_is_needed_the_error_names_the_option() {
     let folder = Folder::new("recording-several-errors");
     let (sources, file) = recorded(&folder);
-    let figure = folder.0.join("a.svg").display().to_string();
+    let figure = folder.path("a.svg");
     let plot = ["plot", &file, "-o", &figure];
     let expected = "has the sensors left, right, expected one of them: --sensor left";
     assert!(said(&plot).contains(expected), "{}", said(&plot));
@@ -170,36 +150,28 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
     let missing = run(&["run", "missing.mcap", "--sensor", "left"]);
     assert_eq!(missing.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&missing.stderr).contains("no such file"), "{missing:?}");
-    let again = folder.0.join("b.mcap").display().to_string();
+    let again = folder.path("b.mcap");
     let unnamed = said(&["record", &sources[0], "scene:Saw3@150", "-o", &again]);
     assert!(unnamed.contains("expected a name for each"), "{unnamed}");
     assert!(!Path::new(&again).exists());
-    let picture = folder.0.join("both.png").display().to_string();
+    let picture = folder.path("both.png");
     let ending = said(&["record", &sources[0], &sources[1], "-o", &picture]);
     assert!(ending.contains("both.png: its name ends in .png, expected .mcap"), "{ending}");
     assert!(!Path::new(&picture).exists());
 }
 
 #[test]
-fn a_data_set_has_the_samples_of_all_sensors() {
+fn sensors_are_a_data_set_if_their_rates_are_equal() {
     let folder = Folder::new("recording-several-set");
-    let both = folder.0.join("both.mcap").display().to_string();
-    let set = folder.0.join("set.npz").display().to_string();
-    let sources = ["cam:left=scene:Saw3@150", "cam:right=scene:Saw3@120"];
-    good(&[&["record"], &sources[..], &["-o", &both, "--label", "specimen=Saw3"]].concat());
-    let done = run(&["dataset", &both, "-o", &set]);
-    let said = String::from_utf8(done.stderr).unwrap();
-    assert!(said.contains("set.npz: 2 samples of 2 recordings"), "{said}");
-}
-
-#[test]
-fn sensors_whose_rates_differ_are_no_data_set() {
-    let folder = Folder::new("recording-several-rates");
     let (_, file) = recorded(&folder);
-    let set = folder.0.join("set.npz").display().to_string();
+    let [both, set] = ["same.mcap", "set.npz"].map(|name| folder.0.join(name).display().to_string());
     let done = run(&["dataset", &file, "-o", &set]);
     let said = String::from_utf8(done.stderr).unwrap();
     assert!(said.contains("both.mcap:right: its rate of frames differs from that of"), "{said}");
+    let sources = ["cam:left=scene:Saw3@150", "cam:right=scene:Saw3@120", "--features-only", "--size", "40x40"];
+    good(&[&["record"], &sources[..], &["-o", &both, "--label", "specimen=Saw3"]].concat());
+    let said = String::from_utf8(run(&["dataset", &both, "-o", &set]).stderr).unwrap();
+    assert!(said.contains("set.npz: 2 samples of 2 recordings"), "{said}");
 }
 
 /// Makes recordings of a camera that begin at these seconds of its driver's clock.
@@ -221,7 +193,7 @@ fn recordings_of_different_starts_of_a_machine_share_no_file() {
     let folder = Folder::new("recording-several-starts");
     // Somebody sets the wall clock by 10 s between the first two.
     let [first, later, other] = of_camera(&folder, [8000, 8010, 100_000]);
-    let both = folder.0.join("both.mcap").display().to_string();
+    let both = folder.path("both.mcap");
     let record = |right: &str| {
         ["record", &format!("cam:left={first}"), &format!("cam:right={right}"), "-o", &both].map(str::to_owned)
     };

@@ -158,9 +158,9 @@ pub(super) fn message_moved(bytes: &mut Vec<u8>, random: &mut Random) {
 
 #[test]
 fn every_answer_of_every_sensor_is_right_or_absent() {
-    let count = std::env::var("WSTAC_LONG_DAMAGE").map_or(60, |count| count.parse().unwrap());
+    let count = std::env::var("WSTAC_LONG_DAMAGE").map_or(15, |count| count.parse().unwrap());
     let folder = Folder::new("recording-several-damage");
-    let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.0.join(name));
     let (mut random, mut whole_ones, mut lost_ones, mut events) = (Random::new(31), 0, 0, 0);
     for options in [&[][..], &["--features-only"], &["--compress", "zstd"]] {
         let bytes = recorded(&folder, options);
@@ -186,30 +186,16 @@ fn every_answer_of_every_sensor_is_right_or_absent() {
                 lost_ones += usize::from(found.frames != truth.frames);
                 events += found.events.len();
             }
+            // A recovery of a recovery changes nothing.
+            if number == 0 && code == Some(0) {
+                good(&["recover", new.to_str().unwrap(), "-o", again.to_str().unwrap(), "--force"]);
+                assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "{options:?}");
+            }
             let _ = fs::remove_file(&new);
         }
     }
     println!("{whole_ones} streams whole, {lost_ones} with losses, {events} events");
     assert!(whole_ones > 3 * count && lost_ones > count && events > 3 * count, "{whole_ones} {lost_ones} {events}");
-}
-
-#[test]
-fn a_recovery_of_a_recovery_changes_nothing() {
-    let folder = Folder::new("recording-several-again");
-    let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.0.join(name));
-    let mut bytes = recorded(&folder, &[]);
-    let middle = bytes.len() / 2;
-    bytes[middle..middle + 20_000].fill(7);
-    fs::write(&old, bytes).unwrap();
-    let [old, new, again] = [&old, &new, &again].map(|path| path.to_str().unwrap());
-    good(&["recover", old, "-o", new]);
-    good(&["recover", new, "-o", again]);
-    assert!(fs::read(new).unwrap() == fs::read(again).unwrap());
-    for (name, ..) in SENSORS {
-        // Each has lost frames of its own.
-        let lines = run(&["run", new, "--sensor", name]);
-        assert!(said(&lines).contains("lost: damaged in the recording"), "{name}: {}", said(&lines));
-    }
 }
 
 /// A file that does not tell the sensors apart is read, and recovered as far as nothing is missing.
@@ -228,7 +214,7 @@ fn a_file_of_before_is_recovered_up_to_the_first_damage() {
         assert!(found.frames == truth.frames && found.events == truth.events, "{name}");
     }
     let (mut random, mut is_cut) = (Random::new(5), 0);
-    for number in 0..40 {
+    for number in 0..20 {
         fs::write(&old, damaged(&bytes, &mut random)).unwrap();
         let done = run(&["recover", old_name, "-o", new_name, "--force"]);
         for (name, truth) in ["left", "right"].iter().zip(&truth) {
@@ -238,5 +224,5 @@ fn a_file_of_before_is_recovered_up_to_the_first_damage() {
         is_cut += u32::from(said(&done).contains("nothing says of which sensor"));
         let _ = fs::remove_file(&new);
     }
-    assert!(is_cut > 10, "{is_cut}");
+    assert!(is_cut > 5, "{is_cut}");
 }

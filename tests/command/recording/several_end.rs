@@ -15,7 +15,7 @@ fn same_every_time(folder: &Folder, sources: &[&str], options: &[&str]) -> (Outp
         (fs::read(&file).unwrap(), done)
     };
     let (bytes, first) = record();
-    for time in 0..8 {
+    for time in 0..3 {
         let (again, done) = record();
         assert_eq!((done.status.code(), &done.stdout), (first.status.code(), &first.stdout), "{time}");
         assert!(again == bytes, "recording {time} is another file: {}", said(&done));
@@ -82,8 +82,7 @@ fn sensors_of_very_different_rates_are_recorded() {
         format!("cam:{name}=scene:{}", folder.file(&format!("{name}.toml"), text).display())
     };
     let sources = [("fast", "1000"), ("slow", "1")].map(sensor);
-    let file = folder.0.join("a.mcap");
-    let name = file.to_str().unwrap();
+    let name = &*folder.path("a.mcap");
     let done = run(&["record", &sources[0], &sources[1], "-o", name, "--features-only", "--frames", "2000"]);
     assert!(done.status.success() && said(&done).contains("a.mcap: 2117 frames, 1 event"), "{}", said(&done));
     good(&["run", name]);

@@ -127,7 +127,7 @@ fn messages_have_the_times_of_what_they_are_about() {
     for times in [true, false] {
         let mut info = info(PixelFormat::Gray, 64);
         info.clock = if times { StreamClock::Driver } else { StreamClock::Frames };
-        let (_, _, messages) = messages(&folder, &info, times);
+        let (outputs, path, messages) = messages(&folder, &info, times);
         let expected = |frame: u64| if times { taken(frame) } else { frame * 1_001_000_000 / 30 };
         for topic in ["/camera", "/taxels", "/features"] {
             let found = messages.iter().filter(|message| message.topic == topic).map(|message| message.log_ns);
@@ -148,34 +148,17 @@ fn messages_have_the_times_of_what_they_are_about() {
         // The wall clock is there once, and again after it was set.
         let clock = messages.iter().filter(|message| message.topic == "/clock/json").count();
         assert_eq!(clock, if times { 2 } else { 0 });
+        // It replays as it was, stamps included.
+        let replayed = good(&["run", &path, "--json", "--features"]);
+        assert_eq!(replayed.lines().collect::<Vec<_>>(), lines(&outputs));
+        let Some(Output::End(end)) = outputs.last() else { panic!("an end") };
+        assert_eq!((end.clock, end.time_ns, end.stamp.is_some()), (info.clock, Some(expected(149)), times));
+        let stamp = |frame: u64| times.then(|| wall(Duration::from_nanos(taken(frame))));
+        for output in &outputs {
+            assert!(!matches!(output, Output::Features(found) if found.stamp != stamp(found.frame)), "{output:?}");
+        }
+        let first: Value = serde_json::from_str(replayed.lines().next().unwrap()).unwrap();
+        let (time, within) = (stamp(0).map_or(Value::Null, |stamp| in_utc(stamp.time).into()), times.then_some(0.5));
+        assert_eq!((&first["stamp"], first["stamp_within_ms"].as_f64()), (&time, within));
     }
-}
-
-#[test]
-fn a_camera_without_times_replays_as_one() {
-    let folder = Folder::new("recording-no-times");
-    let mut info = info(PixelFormat::Gray, 64);
-    info.clock = StreamClock::Frames;
-    let (outputs, path, _) = messages(&folder, &info, false);
-    let Some(Output::End(end)) = outputs.last() else { panic!("an end") };
-    assert_eq!((end.clock, end.time_ns, end.stamp), (StreamClock::Frames, Some(149 * 1_001_000_000 / 30), None));
-    assert_eq!(good(&["run", &path, "--json", "--features"]).lines().collect::<Vec<_>>(), lines(&outputs));
-}
-
-#[test]
-fn wall_clock_times_replay_as_they_were() {
-    let folder = Folder::new("recording-stamps");
-    let (outputs, path, _) = messages(&folder, &info(PixelFormat::Gray, 64), true);
-    let stamps = outputs.iter().filter_map(|output| match output {
-        Output::Features(features) => Some((features.frame, features.stamp)),
-        _ => None,
-    });
-    for (frame, stamp) in stamps {
-        assert_eq!(stamp, Some(wall(Duration::from_nanos(taken(frame)))));
-    }
-    let replayed = good(&["run", &path, "--json", "--features"]);
-    assert_eq!(replayed.lines().collect::<Vec<_>>(), lines(&outputs));
-    let first: Value = serde_json::from_str(replayed.lines().next().unwrap()).unwrap();
-    assert_eq!(first["stamp"], in_utc(wall(Duration::from_nanos(taken(0))).time));
-    assert_eq!(first["stamp_within_ms"], 0.5);
 }

@@ -48,7 +48,7 @@ fn flickering(frames: usize, random: &mut Random) -> Vec<Features> {
 }
 
 proptest! {
-    #![proptest_config(config(1500))]
+    #![proptest_config(config(600))]
 
     #[test]
     fn events_are_those_of_the_plain_model(

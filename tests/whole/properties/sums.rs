@@ -12,7 +12,7 @@ use wstac_tests::{formats, with_green_type};
 use super::choice::{any_color, any_method, any_of, any_picture, camera_of, config};
 
 proptest! {
-    #![proptest_config(config(3000))]
+    #![proptest_config(config(1200))]
 
     #[test]
     fn sums_are_those_of_the_plain_model(picture in any_picture(), seed in any::<u64>()) {
@@ -74,7 +74,7 @@ proptest! {
 }
 
 /// Returns the bytes of one gray picture in another format, without padding. `levels` has its pixels row by row.
-pub(super) fn in_format(format: PixelFormat, levels: &[u8], width: usize, random: &mut Random) -> Vec<u8> {
+fn in_format(format: PixelFormat, levels: &[u8], width: usize, random: &mut Random) -> Vec<u8> {
     use PixelFormat as F;
     let words = |factor: u16| levels.iter().flat_map(|&v| (u16::from(v) * factor).to_le_bytes()).collect();
     let pairs = || levels.chunks(width).flat_map(|row| row.chunks(2));
@@ -108,7 +108,7 @@ pub(super) fn in_format(format: PixelFormat, levels: &[u8], width: usize, random
 }
 
 proptest! {
-    #![proptest_config(config(600))]
+    #![proptest_config(config(250))]
 
     #[test]
     fn formats_agree_on_one_gray_picture(picture in any_picture(), method in any_method(), seed in any::<u64>()) {
