@@ -64,6 +64,18 @@ class DatasetTest(unittest.TestCase):
         said = f"scene: Saw3.5 at 150.5 mm/s, 0 degrees, seed {arrays['seed'][1]}"
         self.assertEqual(arrays["source"][1], said)
 
+    def test_features(self) -> None:
+        arrays = self.arrays('slides = 2\nspeeds = [120, 180]\ndirections = [180]\n')
+        self.assertEqual(arrays["X"].shape, (20, 10, 70))
+        self.assertEqual(arrays["y_depth"].dtype.str, "<i8")
+        features = arrays["X"].reshape(20, -1) * arrays["scale"]
+        # Logarithms of fractions of full scale, from half a level on.
+        self.assertLessEqual(features.max(), np.log(5.0))
+        self.assertGreaterEqual(features.min(), np.log(0.5 / 255) - 1e-3)
+        # The event starts in the dark, and lights up well above the trigger's margin.
+        bright = (arrays["X"] * arrays["scale"]).max(axis=2) - arrays["X"][:, :, 0] * arrays["scale"]
+        self.assertGreater(bright.min(), 0.2)
+
 
 if __name__ == "__main__":
     unittest.main()

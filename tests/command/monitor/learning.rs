@@ -95,6 +95,9 @@ fn a_texture_is_learned_shown_and_forgotten() {
     let message = board.refused(&["--unlearn", "wood"]);
     assert!(message.contains("has learned no texture wood"), "{message}");
     assert_eq!(board.json(&["--unlearn", "carpet"])["textures"], json!([]));
+    // With the settings, all textures are forgotten.
+    printed(&board.run(&["--learn", "wood"]));
+    assert_eq!(board.json(&["--forget"])["textures"], json!([]));
 }
 
 #[test]
