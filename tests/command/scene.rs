@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use serde_json::Value;
-use wstac_tests::command::{good, refusal, run};
+use wstac_tests::command::{Signal, good, refusal, run, send, start};
+use wstac_tests::folder::Folder;
 
 /// Writes a file in a folder of its own.
 fn file(name: &str, content: &str) -> PathBuf {
@@ -15,7 +16,7 @@ fn file(name: &str, content: &str) -> PathBuf {
 }
 
 /// Tests every published specimen: each slide is an event of its own, its direction within 5° and its speed within 5 %.
-/// `ci/answers` tests many more.
+/// `ci/long answers` tests many more.
 #[test]
 fn every_direction_is_right() {
     let specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"];
@@ -54,6 +55,24 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
     assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m or .raw"));
     let yuyv = file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
     assert!(refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"]).contains("expected GREY, Y10"));
+}
+
+/// An interrupted command leaves what was there, and nothing else.
+#[test]
+fn an_interrupted_rendering_keeps_the_old_file() {
+    let folder = Folder::new("scene-interrupted");
+    let path = folder.file("a.y4m", "mine");
+    let arguments = ["scene", "render", "Saw3@1", "-o", path.to_str().unwrap(), "--force"];
+    let mut child = start(&arguments);
+    while folder.names().len() < 2 {
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    // The signal is handled from the first frame on.
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    send(&child, Signal::INT);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!((folder.names(), std::fs::read(&path).unwrap()), (vec!["a.y4m".to_owned()], b"mine".to_vec()));
 }
 
 #[test]

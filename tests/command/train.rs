@@ -1,4 +1,4 @@
-//! Tests `wstac train`: from nothing, from data sets and from recordings to a model that names textures.
+//! Tests `wstac train`: from nothing and from data sets to a model that names textures.
 
 use std::fs;
 

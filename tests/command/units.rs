@@ -138,6 +138,15 @@ fn parts_of_a_sweep_are_the_whole_set() {
     // A part without a sample has empty arrays.
     let none = folder.file("n.toml", "specimens = [\"Fla0\"]\nslides = 12\n[scene.sensor]\ndropped = 0.5\n");
     parts_are_whole(&folder, &["dataset", text(&none)], "slides", &(1..=12).collect::<Vec<_>>());
+    assert!(read(&folder.0.join("whole.npz"))["X"].shape[0] < 12, "all slides have a sample");
+}
+
+#[test]
+fn parts_of_random_slides_are_the_whole_set() {
+    let folder = Folder::new("units random");
+    // Of short slides at an end of the range some have no sample.
+    let sweep = folder.file("s.toml", "slides = 5\nsensors = 3\nspeeds = [10, 600]\nlengths = [20, 60]\n");
+    parts_are_whole(&folder, &["dataset", text(&sweep), "--input", "taxel-path"], "slides", &[1, 5]);
 }
 
 #[test]

@@ -2,11 +2,11 @@
 """Checks the programs of boards with an STM32H743 on modeled ones: its events and features are those of `wstac run` on the same
 frames, whatever happens to the camera.
 
-    check.py WSTAC ELF OPENMV CONFIG MODEL OTHER…
+    check.py WSTAC ELF OPENMV TAKING SENT CONFIG MODEL OTHER…
 
-WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7. Each OTHER is
-ELF with this configuration ("-" for the default) and this texture model compiled in. Needs the packages of requirements.txt
-(`ci/boards emulator`). Models and textures over the link are shown on the Pico and the Pico 2 (tests/pico).
+WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7. TAKING
+takes linear models of the path over the link (feature `models`), and SENT is such a model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. The last OTHER
+learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -28,11 +28,23 @@ from model.ports import NUCLEO, OPENMV
 from model.sensor import Ov7690, Ov7692, Ov7725
 
 SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
+# A press, five slides of a texture that no model knows by its name, and then one more of it and one of a specimen.
+NEW = "specimen = \"Saw3\"\nperiod = 12"
+LESSON = "kind = \"press\"", *(
+    f'kind = "slide"\n{NEW}\nspeed = {speed}\ndirection = {direction}'
+    for speed, direction in ((150, 90), (120, 200), (200, 315), (170, 20), (135, 260))
+)
+AFTERWARDS = (
+    f'kind = "slide"\n{NEW}\nspeed = 160\ndirection = 140',
+    'kind = "slide"\nspecimen = "Sin2"\nspeed = 150\ndirection = 180',
+)
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
-HELLO, FEATURES, PICTURE, TIME, SETTINGS, SET, FORGET = 0, 1, 6, 7, 8, 9, 10
+HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, TIME, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9, 10
+TEXTURES, LEARN, STOP_LEARNING, FORGET_TEXTURE = 11, 12, 13, 14
+MODEL, SEND_MODEL, MODEL_PIECE, FORGET_MODEL = 15, 16, 17, 18
 # Messages from the board, by their numbers.
-PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER = 13, 14, 15, 16, 17
+EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER, LEARNING, LEARNED, BOARD_MODEL = 3, 13, 14, 15, 16, 17, 18, 19, 20
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
 # Limits of the whole program without a model: 96 kB of flash, and 16 KiB of RAM with the ring and the stack. Instructions of
@@ -57,13 +69,23 @@ class Host:
 
     def of_clip(self, *options):
         """Returns the lines of `wstac run`."""
-        return self._says("run", self.clip, "--json", *options).splitlines()
+        return self.of_file(self.clip, *options)
+
+    def of_file(self, clip, *options):
+        """Returns the lines of `wstac run` on another clip."""
+        return self._says("run", clip, "--json", *options).splitlines()
 
     def of_line(self, data, *options):
         """Returns the lines of `wstac monitor` on bytes that a board sent. Its messages are in `notes`."""
         file = self.folder / "serial"
         file.write_bytes(data)
         return self._says("monitor", file, "--json", *options).splitlines()
+
+    def calibrated(self, source):
+        """Returns the configuration that `wstac calibrate` writes, without its first line, which names the source."""
+        config = self.folder / "found.toml"
+        self._says("calibrate", source, "-o", config, "--force")
+        return config.read_text().split("\n", 1)[1]
 
     def _says(self, *arguments):
         done = subprocess.run([self.wstac, *arguments], capture_output=True, text=True, check=False)
@@ -202,6 +224,39 @@ class Check:
             problems.append("configuration and model change nothing: this shows less than it should")
         self.say(f"{Path(config).name}, {Path(model).name}", problems)
 
+    def samples(self):
+        """A host that requests samples gets them."""
+        board = self.board(self.host.frames)
+        board.line.receive(request(SAMPLES, 1))
+        events = of_kind(self.host.of_line(board.run(), "--samples"), "event")
+        expected = of_kind(self.host.of_clip("--samples"), "event")
+        self.say("samples", [] if events == expected else ["events with samples are not the host's"])
+
+    def again(self, name, acknowledged):
+        """A host that acknowledges events gets them again until it does so, and prints each once."""
+        board = self.board(self.host.frames)
+        board.line.receive(request(KEEP_EVENTS, 1))
+        for number, event in enumerate(map(json.loads, self.events)):
+            if acknowledged:
+                # The event is complete 70 frames after its first one.
+                acknowledge = lambda number=number: board.line.receive(request(ACKNOWLEDGE, number))
+                board.camera.faults[event["frame"] + 80] = acknowledge
+        sent = bytes(board.run())
+        events = of_kind(self.host.of_line(sent), "event")
+        problems = [] if events == self.events else [f"events are {events}, expected {self.events}"]
+        tries = {}
+        for content in contents(sent):
+            if content[0] == EVENT:
+                # An event's first field is its frame.
+                tries[content[1:3]] = tries.get(content[1:3], 0) + 1
+        first, *_ = tries.values()
+        # Ten frames are a third of a second. The line is still read 4 seconds after the first event.
+        if first != 2 if acknowledged else not 5 <= first <= 16:
+            problems.append(f"the first event is sent {first} times")
+        if len(tries) != len(self.events):
+            problems.append(f"{len(tries)} events are sent, expected {len(self.events)}")
+        self.say(name, problems)
+
     def status(self, name):
         """The board reports its chip, its revision and its state to the host."""
         board = self.board(self.host.frames, faults={40: "overrun"})
@@ -274,6 +329,40 @@ class Check:
             problems.append(f"the picture is over before the core is late: frames {sorted(frames)}")
         self.say(name, problems[:5])
 
+    def calibrate(self, name):
+        """A host that asks for pictures, untouched and then pressed on, calibrates the board as it calibrates a camera."""
+        # A picture takes the board most of a second. So the host gets the bytes of these three over and over.
+        dark, lit = self.host.frames[:2], bytes(map(max, zip(*self.host.frames[30:100], strict=True)))
+        shown = [*dark, lit]
+        board = self.board([dark[0]] * 4000)
+        board.line.speed = 16
+        board.line.receive(request(HELLO))
+        problems, hello, bytes_of = [], b"", []
+        for number, frame in enumerate(shown):
+            board.machine.run(lambda: board.camera.frame is not None)
+            board.camera.clip = [frame] * 4000
+            # The frame under way is still the last one.
+            begun = board.camera.frame
+            board.machine.run(lambda: board.camera.frame > begun + 1)
+            from_here = len(board.line.sent)
+            hello = hello or bytes(board.line.sent)
+            board.line.receive(request(PICTURE))
+            board.machine.run(lambda: board.camera.frame > begun + 45)
+            bytes_of.append(bytes(board.line.sent[from_here:]))
+            found = pictures(bytes_of[-1])
+            if len(found) != 1 or together(found[0]) != frame:
+                problems.append(f"picture {number} is not the frame, byte for byte")
+        order = [0, 1] * 13 + [2] * 6
+        raw = self.host.folder / "press.y4m"
+        header = f"YUV4MPEG2 W{WIDTH} H{HEIGHT} F30:1 Cmono\n".encode()
+        raw.write_bytes(header + b"".join(b"FRAME\n" + shown[number] for number in order))
+        sent = self.host.folder / "pictures.bin"
+        sent.write_bytes(hello + b"".join(bytes_of[number] for number in order))
+        found, expected = self.host.calibrated(f"board:{sent}"), self.host.calibrated(raw)
+        if found != expected or "corners" not in found:
+            problems.append(f"the board's calibration is {found}, expected {expected}")
+        self.say(name, problems[:5])
+
     def settings(self, name):
         """A layout that is set over the link is kept: after a reset and without power, the answers are the host's with it.
         A bad one is refused, and changes nothing. A reset in the middle leaves the old layout or the new one.
@@ -343,6 +432,179 @@ class Check:
         if in_use(board) != (compiled_in, 0):
             problems.append("settings are not forgotten")
         self.say(name, problems[:5])
+
+    def learn(self, name, elf, model):
+        """A texture is learned from five slides while a host watches. After that, and after a reset, a slide of it has
+        its name, and a slide of another texture is what the host says. A reset in the middle leaves it learned or not.
+        """
+        problems, texture = [], b"carpet"
+        scene = lambda touches, seed: f"lead_in = 30\ngap = 64\nseed = {seed}\n[sensor]\nsize = [{WIDTH}, {HEIGHT}]\n" + "".join(
+            f"[[touch]]\n{touch}\n" for touch in touches
+        )
+        named = bytes([len(texture)]) + texture
+        _, lesson = self.host.rendered(scene(LESSON, 0), "lesson")
+        clip, afterwards = self.host.rendered(scene(AFTERWARDS, 7), "afterwards")
+        dark = afterwards[:25]
+
+        def after_power(board, frames):
+            """Returns the board with its flash after it was without power."""
+            again = self.board(frames, elf=elf)
+            self.carry(board, again)
+            return again
+
+        def taught(cut_after=None):
+            """Returns the board after the lesson, in which the board may be reset at a write of four bytes."""
+            board = self.board(lesson, elf=elf)
+            board.flash.cut_after = cut_after
+            board.camera.faults[5] = lambda: board.line.receive(request(LEARN, *named))
+            # A host that watches asks for the state.
+            for frame in range(100, len(lesson), 100):
+                board.camera.faults[frame] = lambda: board.line.receive(request(TEXTURES))
+            board.run()
+            return board
+
+        def events_of(board):
+            """Returns the events of the clip afterwards, and the names of the learned textures."""
+            board.camera.faults[20] = lambda: board.line.receive(request(TEXTURES))
+            sent = bytes(board.run())
+            (told,) = [content[1:] for content in contents(sent) if content[0] == LEARNED]
+            return of_kind(self.host.of_line(sent), "event"), told
+
+        board = taught()
+        told = [content[1:] for content in contents(bytes(board.line.sent)) if content[0] == LEARNING]
+        # Begun, not taken because it is no slide, four slides taken, and learned.
+        steps = [b"\0\5\0", b"\0\5\2\0", *(bytes([number, 5, 1]) for number in range(1, 5)), b"\5\5\3"]
+        if told != [named + step for step in steps]:
+            problems.append(f"the board tells {told}")
+        words = board.flash.words
+        plain = of_kind(self.host.of_file(clip, "--model", model), "event")
+        first = json.loads(plain[0])
+        first["texture"] = {
+            "specimen": None, "pattern": None, "depth_mm": None, "class": texture.decode(), "confidence": None, "known": True
+        }  # fmt: skip
+        expected = [json.dumps(first, separators=(",", ":")), plain[1]]
+        all_of = lambda *names: b"".join(b"\1" + name for name in names) + bytes(9 - len(names))
+        events, names = events_of(after_power(board, afterwards))
+        if [json.loads(event) for event in events] != [json.loads(event) for event in expected] or len(events) != 2:
+            problems.append(f"events are {events}, expected {expected}")
+        if names != all_of(named):
+            problems.append(f"the learned textures are {names}")
+        # In the middle of the writes.
+        _, names = events_of(after_power(taught(4 * words), dark))
+        if names not in (all_of(named), all_of()):
+            problems.append(f"after a reset in the middle, {names} are learned")
+        # It can be forgotten, which takes a new start.
+        forgets = after_power(board, [])
+        forgets.machine.run(lambda: forgets.camera.frame is not None)
+        forgets.line.receive(request(FORGET_TEXTURE, *named))
+        until = forgets.machine.now + 30 * FRAME
+        forgets.machine.run(lambda: forgets.machine.now > until)
+        starts = [content for content in contents(bytes(forgets.line.sent)) if content[0] == 0]
+        _, names = events_of(after_power(forgets, dark))
+        if names != all_of() or len(starts) != 2:
+            problems.append(f"after it was forgotten, {names} are learned, and {len(starts)} starts are told")
+        self.say(name, problems)
+
+    def models(self, name, elf, model):
+        """A model that is sent while events are answered is used after the start that follows, and the answers are then
+        those of the host with it. A reset in the middle leaves none. A model of another kind is refused.
+        """
+        problems, file = [], Path(model).read_bytes()
+        sent_model = [*as_varint(len(file)), *as_varint(int.from_bytes(file[4:8], "little"))]
+        wants = bytes([1, *sent_model])
+        clip = self.host.frames
+
+        def states(board):
+            """Returns what the board says of its model: the checksum in use, whether it was sent, and what happened last,
+            without what the board takes.
+            """
+            found = []
+            for content in contents(bytes(board.line.sent)):
+                if content[0] == BOARD_MODEL:
+                    in_use, rest = varint(content, 2) if content[1] else (None, content[2:])
+                    # Behind kind and sample is the size.
+                    found.append((in_use, rest[0], varint(rest, 3)[1]))
+            return found
+
+        def sending(frames, cut_after=None, data=file, begin=sent_model, old=None):
+            """Returns the board after a model was sent while these frames came. The board may be reset at a write of four
+            bytes. Every tenth piece is sent twice, and every eleventh is lost at first.
+            """
+            board = self.board(frames, elf=elf)
+            if old:
+                self.carry(old, board)
+            board.flash.cut_after = cut_after
+            tries = {}
+
+            def go_on():
+                step = (states(board) or [(0, 0, b"")])[-1][2]
+                if step[:1] != b"\1":
+                    if not step or step == b"\0":
+                        board.line.receive(request(SEND_MODEL, *begin))
+                    return
+                at = varint(step, 1 + len(begin))[0]
+                tries[at] = tries.get(at, 0) + 1
+                piece = data[at : at + 160]
+                frame = request(MODEL_PIECE, *as_varint(at), *as_varint(len(piece)), *piece)
+                if at // 160 % 11 == 10 and tries[at] == 1:
+                    frame = frame[:20] + b"\x55" + frame[21:]
+                board.line.receive(frame)
+                if at // 160 % 10 == 9 and tries[at] == 1:
+                    board.machine.at(board.machine.now + FRAME // 2, lambda: board.line.receive(frame))
+
+            for frame in range(5, len(frames)):
+                board.camera.faults[frame] = go_on
+            board.run()
+            return board
+
+        def after_power(board, frames=clip):
+            again = self.board(frames, elf=elf)
+            self.carry(board, again)
+            again.line.receive(request(MODEL))
+            sent = bytes(again.run())
+            return of_kind(self.host.of_line(sent), "event"), states(again)[0][:2]
+
+        checksum = int.from_bytes(file[4:8], "little")
+        board = sending(clip * 3)
+        kept = [step for _, _, step in states(board) if step == bytes([2, *sent_model])]
+        if not kept:
+            problems.append(f"the model is not kept: {states(board)[-3:]}")
+        starts = [content for content in contents(bytes(board.line.sent)) if content[0] == 0]
+        if len(starts) != 2:
+            problems.append(f"{len(starts)} starts are told, expected that of the power and that with the model")
+        until = bytes(board.line.sent)
+        events = of_kind(self.host.of_line(until), "event")
+        if events[:2] != self.events[:2]:
+            problems.append(f"events while the model is sent are {events}, expected {self.events}")
+        expected = of_kind(self.host.of_clip("--model", model), "event")
+        events, state = after_power(board)
+        if events != expected or expected == self.events:
+            problems.append(f"events are {events}, expected {expected}")
+        if state != (checksum, 1):
+            problems.append(f"the model in use is {state}, expected that of {checksum}")
+        # A word is eight writes. The last one is that of the head.
+        words = board.flash.words
+        for cut in (8 * words // 2, 8 * words - 3, 8 * words):
+            _, state = after_power(sending(clip[:40] * 6, cut), clip[:12])
+            if state not in ((None, 0), (checksum, 1)):
+                problems.append(f"after a reset at write {cut} of {8 * words}, {state} is used")
+        # Of another kind: refused at its end, and the one before stays.
+        other = bytearray(file)
+        other[12] = 3
+        other[4:8] = zlib.crc32(other[8:]).to_bytes(4, "little")
+        foreign = [*as_varint(len(other)), *as_varint(int.from_bytes(other[4:8], "little"))]
+        refused = sending(clip[:40] * 6, None, bytes(other), foreign, board)
+        if states(refused)[-1] != (checksum, 1, bytes([4, 2, 0])):
+            problems.append(f"a model of another kind is answered by {states(refused)[-1]}")
+        # It can be forgotten.
+        forgets = self.board(clip[:60], elf=elf)
+        self.carry(refused, forgets)
+        forgets.camera.faults[20] = lambda: forgets.line.receive(request(FORGET_MODEL))
+        forgets.run()
+        events, state = after_power(forgets)
+        if (events, state) != (self.events, (None, 0)):
+            problems.append(f"after it was forgotten, {state} is used, and events are {events}")
+        self.say(name, problems)
 
     @staticmethod
     def carry(board, again):
@@ -535,6 +797,7 @@ class Check:
         self.say(name, [] if used > 1000 else [f"{used} bytes of the program's stack are used"])
 
 
+
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
@@ -607,9 +870,9 @@ def halt_at_end(board, cycles):
 
 def main():
     """Runs all cases."""
-    if len(sys.argv) < 7 or len(sys.argv) % 3 != 1:
+    if len(sys.argv) < 9 or len(sys.argv) % 3 != 0:
         sys.exit(__doc__)
-    _, wstac, elf, openmv, *other = sys.argv
+    _, wstac, elf, openmv, taking, to_send, *other = sys.argv
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         host = Host(wstac, folder)
@@ -620,12 +883,18 @@ def main():
         for at in range(0, len(other), 3):
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
+        check.learn("learning", other_elf, model)
+        check.models("models over the link", taking, to_send)
+        check.samples()
         check.status("state of the board")
         check.clock("the board's clock")
+        check.again("events that are acknowledged", acknowledged=True)
+        check.again("events that are not acknowledged", acknowledged=False)
         check.picture("a picture at twice the speed of the line", 2)
         check.picture("a picture at 921,600 bits per second", 8)
         late = {frame: 150 * (frame - 20) for frame in range(24, 48, 2)}
         check.picture("a picture while the core is late", 4, late)
+        check.calibrate("wstac calibrate")
         check.settings("settings")
         check.faulty("features", {}, (), [])
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])

@@ -1,21 +1,21 @@
 // Checks the program of the Raspberry Pi Pico in rp2040js: its events and features are those of `wstac run` on the same
 // frames, whatever happens to the camera.
 //
-//     node check.mjs WSTAC ONE FOUR EIGHT [LEARNING COMPILED]
+//     node check.mjs WSTAC ONE FOUR EIGHT [TAKING COMPILED SENT]
 //
-// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. LEARNING, for 8 of them, has
-// the model COMPILED compiled in, and learns textures. `ci/boards pico` installs what it needs and builds the programs. The
-// Pico 2 takes a model over the link (check2.mjs).
+// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. TAKING, for 8 of them, has
+// the model COMPILED compiled in, learns textures, and takes models over the link: SENT is one. `ci/boards pico` installs what it
+// needs and builds the programs.
 
-import { learning } from './learning.mjs';
+import { learning, models } from './models.mjs';
 import { Board } from './machine.mjs';
 import { BACK, FORGETS, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, same } from './host.mjs';
-import { settings } from './settings.mjs';
+import { exposure, settings } from './settings.mjs';
 import { FEATURES, HELLO, request } from './wire.mjs';
 
-const [, , wstac, one, four, eight, learns, compiled, ...more] = process.argv;
-if (!eight || Boolean(learns) !== Boolean(compiled) || more.length > 0) {
-  console.error('usage: node check.mjs WSTAC ONE FOUR EIGHT [LEARNING COMPILED]');
+const [, , wstac, one, four, eight, taking, compiled, sent, ...more] = process.argv;
+if (!eight || Boolean(taking) !== Boolean(sent) || more.length > 0) {
+  console.error('usage: node check.mjs WSTAC ONE FOUR EIGHT [TAKING COMPILED SENT]');
   process.exit(2);
 }
 const host = new Host(wstac);
@@ -257,6 +257,10 @@ crash(
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);
 settings('settings', host, eight);
-if (learns) learning('learning', host, learns, compiled);
+exposure('an exposure that does not fit in a frame', host, eight);
+if (taking) {
+  models('models over the link', host, taking, sent);
+  learning('learning', host, taking, compiled);
+}
 console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 process.exit(host.failures ? 1 : 0);

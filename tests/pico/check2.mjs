@@ -9,7 +9,20 @@
 import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import { BACK, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, same } from './host.mjs';
-import { BOARD_MODEL, FEATURES, MODEL, contents, modelPieces, modelState, request } from './wire.mjs';
+import { IS_OUTSIDE, IS_SET, LAYOUT, LAYOUT_OUTSIDE, withLayout } from './layout.mjs';
+import {
+  ANSWER,
+  BOARD_MODEL,
+  FEATURES,
+  IN_USE,
+  MODEL,
+  SET,
+  SETTINGS,
+  contents,
+  modelPieces,
+  modelState,
+  request,
+} from './wire.mjs';
 
 // An emulated run takes a minute or two.
 const LIMIT_MS = 20 * 60_000;
@@ -59,6 +72,32 @@ function faulty(name, program, count, faults, missing, expected, restarts = 0) {
   if (resets !== restarts) problems.push(`the chip restarted ${resets} times`);
   if (!uses) problems.push('no frames are used at the end');
   if (floating.length > 0) problems.push(`pins ${floating} are not pulled down`);
+  host.say(name, problems);
+}
+
+/** A layout that is set over the link is kept, and a bad one refused: the events are the host's with it. */
+function settings(name, program) {
+  const flash = host.file('flash');
+  const problems = [];
+  const asked = (wanted) => {
+    const { sent, problems: found } = play(program, 8, hex(wanted), {}, flash);
+    problems.push(...found);
+    return contents(sent);
+  };
+  const inUse = asked(request(SETTINGS)).find((content) => content[0] === IN_USE);
+  const compiledIn = inUse.subarray(1, -1);
+  if (inUse.at(-1) !== 0) problems.push('an empty flash has settings');
+  const answer = (layout) => {
+    const answers = asked(request(SET, ...withLayout(compiledIn, layout))).filter((content) => content[0] === ANSWER);
+    return answers.map((content) => [...content.subarray(1)]);
+  };
+  const refused = answer(LAYOUT_OUTSIDE), done = answer(LAYOUT);
+  if (refused.length !== 1 || !same(refused[0].slice(0, 4), IS_OUTSIDE)) problems.push(`a bad one is answered by ${refused}`);
+  if (done.length !== 1 || !same(done[0], IS_SET)) problems.push(`a layout is answered by ${done}`);
+  const { sent, problems: found } = play(program, host.frames.length, '-', {}, flash);
+  problems.push(...found);
+  const events = ofKind(host.ofLine(sent), 'event'), expected = host.eventsWith(LAYOUT);
+  if (!same(events, expected)) problems.push(`events are ${events}, expected ${expected}`);
   host.say(name, problems);
 }
 
@@ -117,6 +156,7 @@ faulty(
   [again('the program hung, and the watchdog ended it')],
   1,
 );
+settings('settings', eight);
 if (taking) models('models over the link', taking, model);
 console.log(`${host.failures} failed; ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 process.exit(host.failures ? 1 : 0);

@@ -4,7 +4,10 @@ import { Flash, PowerFailed } from './flash.mjs';
 import { ofKind, same } from './host.mjs';
 import { IS_OUTSIDE, IS_SET, LAYOUT, LAYOUT_OUTSIDE, withLayout } from './layout.mjs';
 import { Board } from './machine.mjs';
-import { ANSWER, BEGIN, FORGET, IN_USE, SET, SETTINGS, contents, request } from './wire.mjs';
+import { ANSWER, BEGIN, FORGET, IN_USE, SET, SETTINGS, asVarint, contents, request } from './wire.mjs';
+
+// The longest exposure of an HM01B0 in lines: those of a frame less two.
+const LONGEST = 264;
 
 /** Returns what a flash without power has, for another board. */
 export function carried(flash) {
@@ -93,4 +96,59 @@ export function settings(name, host, program) {
   expect(!forgotten.isSet && forgotten.settings.equals(compiledIn), 'settings are not forgotten');
   for (const flash of flashes) problems.push(...flash.problems);
   host.say(name, problems.slice(0, 5));
+}
+
+/** Returns the checksum of an item of sequential-storage: CRC-32C with another beginning, without ends of 0 and 0xff. */
+function itemChecksum(data) {
+  let rest = 0xeeee_eeee;
+  for (const byte of data) {
+    rest ^= byte;
+    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? 0x82f6_3b78 : 0);
+  }
+  const sum = ~rest >>> 0;
+  return [0, 0xff].includes(sum & 0xff) ? (sum ^ 1) >>> 0 : sum;
+}
+
+/** Returns a flash in which these settings stand in place of those that it keeps, which have as many bytes. */
+function withSettings(flash, kept, wanted) {
+  const again = carried(flash), bytes = Buffer.from(again.bytes.buffer);
+  // The key of settings, and that there are some. In front are the checksum of both, their length and its checksum.
+  const before = [1, 1], at = bytes.indexOf(Buffer.from([...before, ...kept]));
+  const item = (settings) => Buffer.from([...before, ...settings]);
+  if (at < 0 || bytes.readUInt32LE(at - 8) !== itemChecksum(item(kept)) || kept.length !== wanted.length) {
+    throw new Error('the settings are not kept as an item of sequential-storage');
+  }
+  item(wanted).copy(bytes, at);
+  bytes.writeUInt32LE(itemChecksum(item(wanted)), at - 8);
+  return again;
+}
+
+/** An exposure that does not fit in a frame is refused; one that is in the flash all the same does not stop the board. */
+export function exposure(name, host, program) {
+  const problems = [];
+  const expect = (isRight, problem) => isRight || problems.push(problem);
+  const used = (board) => {
+    for (let k = 0; k < 120 && !board.uses(); k++) board.frame(null);
+    expect(board.uses(), `with ${board.sensor.number(0x0202)} lines of exposure, no frame is used`);
+    return board.uses();
+  };
+  const board = new Board(program, []);
+  const { settings: compiledIn } = inUse(board);
+  const exposed = (lines) => Buffer.from([...compiledIn.subarray(0, -1), 1, ...asVarint(lines)]);
+  const answered = (lines, expected, ...kinds) => {
+    const found = asked(board, request(SET, ...exposed(lines)), ANSWER, ...kinds).filter(([kind]) => kind === ANSWER);
+    const bytes = found.map((content) => [...content.subarray(1)]);
+    expect(bytes.length === 1 && same(bytes[0], expected), `${lines} lines are answered by ${JSON.stringify(bytes)}`);
+    return used(board);
+  };
+  const refused = (lines) => answered(lines, [1, 2, ...asVarint(lines), ...asVarint(LONGEST)]);
+  if (refused(LONGEST + 1) && refused(500)) {
+    expect(board.flash.changed === 0, 'an exposure that is refused is kept');
+    if (answered(LONGEST, IS_SET, BEGIN)) expect(board.sensor.number(0x0202) === LONGEST, 'the longest exposure is not used');
+    const kept = withSettings(board.flash, exposed(LONGEST), exposed(LONGEST + 1));
+    const again = new Board(program, [], {}, kept);
+    if (used(again)) expect(inUse(again).settings.equals(compiledIn), 'an exposure that does not fit is in use');
+  }
+  problems.push(...board.flash.problems);
+  host.say(name, problems);
 }

@@ -200,7 +200,10 @@ def as_in_readme(stated_version: str) -> None:
     lines = re.findall(r"^- `(wstac[^`]*)` \(([0-9]+) to ([0-9]+) MB\)", readme, re.MULTILINE)
     # VERSION and MACHINE stand for these; an ellipsis is the rest.
     stated = [(name.replace("VERSION", stated_version).replace("MACHINE", "*").replace("…", "*"), int(low), int(high)) for name, low, high in lines]
-    for file in (*FILES.glob("*.tar.gz"), *FILES.glob("*.whl")):
+    files = [*FILES.glob("*.tar.gz"), *FILES.glob("*.whl")]
+    if not files:
+        sys.exit(f"{FILES}: no archive and no wheel, expected those of README.md")
+    for file in files:
         sizes = [(low, high) for name, low, high in stated if file.match(name)]
         if len(sizes) != 1 or not sizes[0][0] * 1_000_000 <= file.stat().st_size <= sizes[0][1] * 1_000_000:
             fail(f"{file.name} has {file.stat().st_size} bytes, README.md says {sizes} MB")

@@ -205,6 +205,7 @@ fn damage_anywhere_is_accounted_for() {
     let folder = Folder::new("recording-flips-anywhere");
     let [whole, cut, new] = ["a.mcap", "cut.mcap", "new.mcap"].map(|name| folder.0.join(name));
     let (mut random, mut plain) = (Random::new(7), None);
+    let anywhere = std::env::var("WSTAC_LONG_FLIPS").map_or(16, |count| count.parse::<usize>().unwrap() / 20);
     for options in [&[][..], &["--crop=0"], &["--features-only"], &["--compress=zstd"], &["--compress=lz4"]] {
         let (bytes, recorded) = small(&folder, options);
         let (truth, lines) =
@@ -215,7 +216,7 @@ fn damage_anywhere_is_accounted_for() {
         let recover = |old: &Path| run(&["recover", old.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
         assert!(recover(&whole).status.success() && fs::read(&new).unwrap() == bytes, "{options:?}: another file");
         let tally = Tally::default();
-        for number in 0..16 {
+        for number in 0..anywhere {
             // Bits of the description and of the first moments, and bits anywhere.
             let most = if number % 3 == 0 { 6000.min(bytes.len()) } else { bytes.len() };
             let (at, bit) = (random.below(most as u64) as usize, random.below(8));
@@ -226,7 +227,7 @@ fn damage_anywhere_is_accounted_for() {
                 checked.and_then(|()| stream(&new, None).map_or(Ok(()), |found| check_frames(&found, &truth)));
             checked.unwrap_or_else(|why| panic!("{options:?}, bit {bit} of {at}: {why}"));
         }
-        assert!(tally.recovered.into_inner() >= 14, "{options:?}");
+        assert!(tally.recovered.into_inner() >= anywhere * 7 / 8, "{options:?}");
         for cut_off in (1..20).step_by(4) {
             // What was written before a power cut comes back.
             let length = bytes.len() * cut_off / 20;

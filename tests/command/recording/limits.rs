@@ -177,9 +177,17 @@ fn texts_and_models_without_an_end_take_little_memory() {
         };
         assert!((most / 2..=most).contains(&text.len()), "{}", text.len());
         fs::write(folder.0.join("full.toml"), text).unwrap();
-        // Every text is read by the same reader.
-        let done = limited(&folder, &["run", scene, "--config", "full.toml"]);
-        assert_eq!(done.status.code(), Some(1), "{name}: {}", said(&done));
+        // Each of these is parsed into another type.
+        for arguments in [
+            &["run", scene, "--config", "full.toml"][..],
+            &["run", "scene:full.toml"],
+            &["dataset", "full.toml", "-o", "new.npz"],
+            &["record", scene, "--guide", "full.toml", "-o", "new"],
+            &["trade", "--prices", "full.toml"],
+        ] {
+            let done = limited(&folder, arguments);
+            assert_eq!(done.status.code(), Some(1), "{name} {arguments:?}: {}", said(&done));
+        }
     }
 }
 

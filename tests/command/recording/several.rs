@@ -131,6 +131,26 @@ fn records_are_in_the_order_of_their_times_if_one_sensor_loses_frames() {
     }
 }
 
+/// A recording that was cut off keeps every frame that was written, of all sensors.
+#[test]
+fn a_recording_that_was_cut_off_is_recovered() {
+    let folder = Folder::new("recording-several-cut");
+    let (_, file) = recorded(&folder);
+    let bytes = fs::read(&file).unwrap();
+    fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    let cut = run(&["run", &file]);
+    assert_eq!(cut.status.code(), Some(1));
+    assert!(String::from_utf8(cut.stderr).unwrap().contains("was not finished"));
+    let whole = folder.0.join("whole.mcap");
+    let whole = whole.to_str().unwrap();
+    good(&["recover", &file, "-o", whole]);
+    let lines = good(&["run", whole, "--json"]);
+    let frames = SCENES.map(|(name, _)| of(&lines, name).last().unwrap()["frames"].as_u64().unwrap());
+    assert!(frames.iter().all(|frames| (40..100).contains(frames)), "{frames:?}");
+    // The same time has passed.
+    assert!((frames[0] as f64 / 30.0 - frames[1] as f64 / 25.0).abs() < 0.05, "{frames:?}");
+}
+
 #[test]
 fn where_one_sensor_is_needed_the_error_names_the_option() {
     let folder = Folder::new("recording-several-errors");
