@@ -76,6 +76,13 @@ def test_a_file_of_the_command_gives_a_table_that_it_takes(data: dict[str, Any],
     assert abs(event["speed"]["mm_s"] - 150) < 15 and not event["speed"]["extrapolated"]
 
 
+def test_the_range_holds_every_speed() -> None:
+    speed = 80.1 + 13.3 * np.arange(9)
+    fit = wstac.fit_speed({"speed": speed, "duration": 150 - 50 * np.log10(speed)})
+    low, high = (np.float32(text) for text in fit.toml().split("[")[-1].split("]")[0].split(", "))
+    assert low <= speed[0] and high >= speed[-1] and high - low < np.ptp(speed) + 1e-4
+
+
 def test_slides_that_are_left_out_are_counted_by_their_reason() -> None:
     speed = [100.0, math.nan, 120, 130, 140, 150]
     fit = wstac.fit_speed({"speed": speed, "duration": [38, 37, -1, 35, 33, 30], "reliable": [1, 1, 1, 0, 1, 1]}, fps=25)
@@ -83,16 +90,33 @@ def test_slides_that_are_left_out_are_counted_by_their_reason() -> None:
     np.testing.assert_allclose(fit.frames, 1.2 * np.array([38, 33, 30]))
 
 
+def test_the_figure_has_the_slides_and_the_law(data: dict[str, Any]) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    fit = wstac.fit_speed(data)
+    slides, law = fit.plot().get_lines()
+    assert len(slides.get_xdata()) == len(fit.frames)  # type: ignore[arg-type]
+    np.testing.assert_allclose(law.get_ydata(), fit.duration(law.get_xdata()))  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("arrays", "part"),
     [
         ({"speed": SPEEDS}, "array duration: missing, found speed"),
+        ({"duration": SPEEDS}, "array speed: missing, found duration"),
         ({"speed": SPEEDS, "duration": np.arange(4)}, "4 slides at 2 different speeds (0 left out), expected at least 3"),
+        ({"speed": SPEEDS[:2], "duration": np.arange(2)}, "2 slides at 1 different speed ("),
+        ({"speed": SPEEDS, "duration": np.full(4, -1)}, "0 slides at 0 different speeds (4 left out)"),
+        ({"speed": np.full(4, np.nan), "duration": np.arange(4)}, "0 slides at 0 different speeds (4 left out)"),
         ({"speed": SPEEDS, "duration": np.arange(3)}, "array duration: has 3 elements, expected 4 as speed has"),
         ({"speed": np.array([1, 2, np.inf]), "duration": np.arange(3)}, "element 2 is inf, expected mm/s above 0"),
+        ({"speed": np.array([1.0, -2]), "duration": np.ones(2)}, "array speed: element 1 is -2"),
         ({"speed": SPEEDS, "duration": np.array([1, 2, 3, np.nan])}, "element 3 is nan, expected frames"),
+        ({"speed": SPEEDS, "duration": np.array([1, 2, 3, -2])}, "array duration: element 3 is -2"),
         ({"speed": np.arange(1, 5), "duration": np.full(4, 30)}, "all slides last equally long"),
         ({"speed": np.arange(1, 5), "duration": np.arange(4)}, "durations do not fall with speed"),
+        ({"speed": SPEEDS[:, None], "duration": SPEEDS}, "array speed: shape [4, 1], expected one dimension"),
         ({"speed": SPEEDS.astype(str), "duration": SPEEDS}, "array speed: type <U32, expected numbers"),
         ({"speed": SPEEDS, "duration": SPEEDS, "fps": np.array(0.0)}, "array fps: 0, expected frames per second above 0"),
     ],

@@ -33,6 +33,16 @@ class SpeedFit:
     """The law D = intercept − slope · log10 v, fitted to slides by least squares in D.
 
     D is the number of lit frames at 30 frames per second, and v the speed in mm/s.
+
+    >>> import wstac
+    >>> slides = {"speed": [100, 150, 200, 250], "duration": [38.5, 28.6, 21.5, 16.1]}
+    >>> fit = wstac.fit_speed(slides)
+    >>> round(float(fit.duration(150))), round(float(fit.speed(28.6)))
+    (29, 150)
+    >>> print(fit.toml().splitlines()[:2])
+    ['[speed]', 'law = "published"']
+    >>> fit.plot().get_xlabel()
+    'speed (mm/s)'
     """
 
     intercept: float
