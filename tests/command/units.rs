@@ -136,7 +136,7 @@ fn parts_of_a_sweep_are_the_whole_set() {
     let sweep = folder.file("s.toml", format!("{sweep}[scene.whisker]\noverlap_mm = 0.4\n"));
     parts_are_whole(&folder, &["dataset", text(&sweep)], "slides", &[1, 5, 6, 10]);
     // A part without a sample has empty arrays.
-    let none = folder.file("n.toml", "specimens = [\"Fla0\"]\nslides = 12\n[scene.sensor]\ndropped = 0.5\n");
+    let none = folder.file("n.toml", "specimens = [\"Fla0\"]\nslides = 12\n[scene.sensor]\ndropped = 0.7\n");
     parts_are_whole(&folder, &["dataset", text(&none)], "slides", &(1..=12).collect::<Vec<_>>());
     assert!(read(&folder.0.join("whole.npz"))["X.npy"].shape[0] < 12, "all slides have a sample");
 }
