@@ -229,7 +229,7 @@ fn damage_anywhere_is_accounted_for() {
         }
         assert!(tally.recovered.into_inner() >= anywhere * 7 / 8, "{options:?}");
         for cut_off in (1..20).step_by(4) {
-            // What was written before a power cut comes back.
+            // A file that ends early is recovered up to its end, but for the last frames.
             let length = bytes.len() * cut_off / 20;
             fs::write(&cut, &bytes[..length]).unwrap();
             let Some(0) = recover(&cut).status.code() else { continue };
