@@ -1,8 +1,8 @@
-"""A USB camera that gives MJPEG, for the kernel's uvcvideo: usb_camera.py SOCKET PLAYED.grey LOG.
+"""A USB camera with gray frames and MJPEG, for the kernel's uvcvideo: usb_camera.py SOCKET FOLDER.
 
-It speaks the protocol of usbredir to the virtual machine, and to the guest USB Video Class 1.0 with one bulk endpoint. Its pictures
-have the faults of cameras that are sold: each of ODD changes every fifth picture. LOG has a line for each picture, and for each
-control that the guest sets.
+It speaks the protocol of usbredir to the virtual machine, and to the guest USB Video Class 1.0 with one bulk endpoint. Its JPEG
+pictures have the faults of cameras that are sold: each of ODD changes every fifth picture. FOLDER/log has a line for each picture,
+and for each control that the guest sets; FOLDER/clean has the pictures without faults.
 """
 
 from __future__ import annotations
@@ -17,12 +17,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from make_sequence import HEIGHT, WIDTH
+from slide_frames import HEIGHT, WIDTH, frames
 
-SIZE = 320, 240
-RATE = 10
-"""The emulated processor decodes a picture in up to 80 ms."""
-TRUNCATED = 150
+RATE = 5
+"""A slow machine needs up to 80 ms for a picture, and may stall for as long."""
+TRUNCATED = 120
 """The number of a picture that ends in its middle."""
 ENDPOINT, PACKET, PAYLOAD = 0x81, 512, 16384
 
@@ -51,13 +50,16 @@ ODD: list[Callable[[bytes], bytes]] = [
 ]
 
 
-def pictures(played: Path, folder: Path) -> list[bytes]:
-    """Returns the played frames as JPEG with restart markers, and leaves them in the folder as they were encoded."""
-    frames = np.memmap(played, np.uint8, "r").reshape(-1, HEIGHT, WIDTH)[:, ::3, ::4]
+def encode(folder: Path) -> None:
+    """Writes the frames as JPEG with restart markers."""
     folder.mkdir(parents=True)
-    command = ["ffmpeg", "-v", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", "{}x{}".format(*SIZE), "-r", str(RATE), "-i", "-"]
+    command = ["ffmpeg", "-v", "error", "-f", "rawvideo", "-pix_fmt", "gray", "-s", f"{WIDTH}x{HEIGHT}", "-r", str(RATE), "-i", "-"]
     command += ["-pix_fmt", "yuvj422p", "-c:v", "mjpeg", "-huffman", "default", "-q:v", "2", "-threads", "4", "-thread_type", "slice"]
-    subprocess.run([*command, folder / "%03d.jpg"], check=True, input=np.ascontiguousarray(frames).tobytes())
+    subprocess.run([*command, folder / "%03d.jpg"], check=True, input=np.stack(list(frames())).tobytes())
+
+
+def clean_pictures(folder: Path) -> list[bytes]:
+    """Returns the encoded pictures."""
     return [path.read_bytes() for path in sorted(folder.iterdir())]
 
 
@@ -85,7 +87,7 @@ def word(*values: int) -> bytes:
 
 
 INTERVAL = 10_000_000 // RATE
-BUFFER = SIZE[0] * SIZE[1] * 2
+BUFFER = WIDTH * HEIGHT * 2
 DEVICE = descriptor(1, half(0x0200), 0xEF, 2, 1, 64, half(0x1209), half(0x0001), half(0x0100), 0, 0, 0, 1)
 # USB Device Class Definition for Video Devices 1.0: a camera (1), a processing unit (2), and what goes to the host (3).
 UNITS = (
@@ -94,12 +96,18 @@ UNITS = (
     + descriptor(0x24, 3, 3, half(0x0101), 0, 2, 0)
 )
 CONTROL = descriptor(0x24, 1, half(0x0100), half(13 + len(UNITS)), word(48_000_000), 1, 1) + UNITS
+# USB_Video_Payload_MJPEG and USB_Video_Payload_Uncompressed 1.0; the GUID is that of 8 bits of gray.
+GRAY = b"Y800" + bytes.fromhex("00001000800000aa00389b71")
+FRAME = 1, 0, half(WIDTH), half(HEIGHT), word(1_000_000, 40_000_000, BUFFER, INTERVAL), 1, word(INTERVAL)
 FORMATS = (
     descriptor(0x24, 6, 1, 1, 1, 1, 0, 0, 0, 0)
-    + descriptor(0x24, 7, 1, 0, half(SIZE[0]), half(SIZE[1]), word(1_000_000, 40_000_000, BUFFER, INTERVAL), 1, word(INTERVAL))
+    + descriptor(0x24, 7, *FRAME)
+    + descriptor(0x24, 0x0D, 1, 1, 4)
+    + descriptor(0x24, 4, 2, 1, GRAY, 8, 1, 0, 0, 0, 0)
+    + descriptor(0x24, 5, *FRAME)
     + descriptor(0x24, 0x0D, 1, 1, 4)
 )
-STREAM = descriptor(0x24, 1, 1, half(14 + len(FORMATS)), ENDPOINT, 0, 3, 0, 0, 0, 1, 0) + FORMATS
+STREAM = descriptor(0x24, 1, 2, half(15 + len(FORMATS)), ENDPOINT, 0, 3, 0, 0, 0, 1, 0, 0) + FORMATS
 INTERFACES = (
     descriptor(0x0B, 0, 2, 0x0E, 3, 0, 0)
     + descriptor(4, 0, 0, 0, 0x0E, 1, 0, 0)
@@ -128,8 +136,10 @@ DONE, CANCELLED, STALLED = 0, 1, 4
 class Camera:
     """The device at one end of the connection."""
 
-    def __init__(self, connection: socket.socket, sent: list[bytes], log: Path) -> None:
-        self.connection, self.sent, self.log = connection, sent, log.open("w", buffering=1)
+    def __init__(self, connection: socket.socket, folder: Path) -> None:
+        self.connection, self.log = connection, (folder / "log").open("w", buffering=1)
+        self.formats = {1: as_sent(clean_pictures(folder / "clean")), 2: [frame.tobytes() for frame in frames()]}
+        self.format = 1
         self.values = {key: row[3] for key, row in CONTROLS.items()}
         self.waiting: list[tuple[int, bytes]] = []
         self.number = self.offset = 0
@@ -205,7 +215,7 @@ class Camera:
             return b""  # such as the end of a stalled endpoint
         selector = value >> 8
         if index == 1:
-            return self.stream(selector, request)
+            return self.stream(selector, request, data)
         key = index >> 8, selector
         if key not in CONTROLS:
             return None
@@ -221,11 +231,12 @@ class Camera:
         order = {GET_CUR: self.values[key], GET_MIN: row[0], GET_MAX: row[1], GET_RES: row[2], GET_DEF: row[3]}
         return order[request].to_bytes(row[4], "little") if request in order else None
 
-    def stream(self, selector: int, request: int) -> bytes | None:
-        """Answers VS_PROBE_CONTROL and VS_COMMIT_CONTROL: there is one format."""
+    def stream(self, selector: int, request: int, data: bytes) -> bytes | None:
+        """Answers VS_PROBE_CONTROL and VS_COMMIT_CONTROL: only the format can be chosen."""
         if selector not in (1, 2):
             return None
         if request == SET_CUR:
+            self.format = data[2]
             if selector == 2:
                 self.number = self.offset = 0
                 self.next_time = time.monotonic()
@@ -235,15 +246,16 @@ class Camera:
             return b"\x03"
         if request == GET_LEN:
             return half(26)
-        return half(0) + bytes([1, 1]) + word(INTERVAL) + bytes(10) + word(BUFFER, PAYLOAD)
+        return half(0) + bytes([self.format, 1]) + word(INTERVAL) + bytes(10) + word(BUFFER, PAYLOAD)
 
     def deliver(self) -> float | None:
         """Sends what the guest waits for and is due. Returns the seconds until more is due, or None if it waits for nothing."""
-        while self.waiting and self.number < len(self.sent):
+        sent = self.formats[self.format]
+        while self.waiting and self.number < len(sent):
             wait = self.next_time - time.monotonic()
             if self.offset == 0 and wait > 0:
                 return wait
-            picture = self.sent[self.number]
+            picture = sent[self.number]
             number, header = self.waiting.pop(0)
             room = min(PAYLOAD, struct.unpack("<H", header[2:4])[0]) - 2
             part = picture[self.offset : self.offset + room]
@@ -259,18 +271,17 @@ class Camera:
         return None
 
 
-def main(path: str, played: str, log: str) -> None:
+def main(path: str, folder: Path) -> None:
     """Serves one virtual machine."""
-    sent = as_sent(pictures(Path(played), Path(log).parent / "clean"))
+    encode(folder / "clean")
     listening = socket.socket(socket.AF_UNIX)
     listening.bind(path)
     listening.listen(1)
     print("ready", flush=True)
-    connection, _ = listening.accept()
-    camera = Camera(connection, sent, Path(log))
+    camera = Camera(listening.accept()[0], folder)
     camera.connect()
     camera.run()
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main(sys.argv[1], Path(sys.argv[2]))

@@ -1,25 +1,19 @@
-"""Makes the frames that the loop test plays: make_sequence.py OUT.gray."""
+"""The frames of a slide that the USB camera plays."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 
-WIDTH, HEIGHT, FRAMES = 1280, 720, 220
-FIRST_LIT = 90
-"""Long dark before: three seconds for the program to start in, and 25 frames of baseline."""
+WIDTH, HEIGHT, FRAMES = 320, 240, 150
+FIRST_LIT = 40
+"""Long dark before: 25 frames of baseline."""
 FRAMES_PER_COLUMN = 8
 """Five columns in 40 frames: a slide inside the 70 frames of a sample."""
-TAXEL, PITCH, LEFT, TOP = 90, 144, 280 + 27, 27
-BITS, CELL = 8, 64
+TAXEL, PITCH, LEFT, TOP = 30, 48, 40 + 9, 9
+BITS, CELL = 8, 30
 """The frame's number: one black or white cell a bit, down the left edge, where there is no taxel."""
-
-
-def number(frame: np.ndarray) -> int:
-    """Returns the number that a frame carries."""
-    return sum(int(frame[CELL * bit + CELL // 2, CELL // 2] > 127) << bit for bit in range(BITS))
 
 
 def light(t: int, column: int) -> float:
@@ -28,7 +22,7 @@ def light(t: int, column: int) -> float:
     return max(0.0, 1.0 - abs(t - middle) / FRAMES_PER_COLUMN)
 
 
-def frames():
+def frames() -> Iterator[np.ndarray]:
     """Yields the frames, which are the same in every run."""
     rng = np.random.default_rng(20240501)
     # Outside the taxels the picture is bright and random, so that a wrong corner or size is noticed at once.
@@ -46,9 +40,3 @@ def frames():
                 y, x = TOP + PITCH * i, LEFT + PITCH * j
                 frame[y : y + TAXEL, x : x + TAXEL] = np.where(lit > 0, lit, dark).astype(np.uint8)
         yield frame
-
-
-if __name__ == "__main__":
-    with Path(sys.argv[1]).open("wb") as out:
-        for each in frames():
-            out.write(each.tobytes())
