@@ -19,6 +19,7 @@ use wstac_core::params;
 use wstac_core::rate::FrameRate;
 use wstac_core::touch::motion::MotionConfig;
 
+pub(crate) use self::speed::MOST_READOUT_MS;
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
 use crate::text_file::{toml_error, whole_if_any};
@@ -197,6 +198,7 @@ impl Config {
         })?;
         config.layout.check().map_err(wrong)?;
         config.speed.check().map_err(wrong)?;
+        config.sensor.check().map_err(wrong)?;
         config.trigger().map_err(|error| in_table("[trigger]", error))?;
         config.following().map_err(|error| in_table("[trigger]", error))?;
         config.law(FrameRate::NOMINAL).map_err(|error| match error {
@@ -419,6 +421,10 @@ follow = 0              # time constant with which the baseline
                         # a power of two; 0: it is fixed
 [sensor]
 pitch_mm = 4            # distance between neighboring whiskers
+#readout_ms = 20        # time from the first to the last row of the
+                        # unturned picture: 0 for a global shutter,
+                        # negative if the bottom comes first; without
+                        # it, what the source states
 [speed]
 law = "arrival"         # arrival times: any speed, length, direction
                         # "published": the duration, as published;
@@ -555,6 +561,8 @@ mod tests {
             ("[speed]\nestimator = \"fast\"", vec!["fast", "coherence"]),
             ("[speed]\nlaw = \"fast\"", vec!["fast", "arrival", "published"]),
             ("[sensor]\npitch_mm = 0", vec!["[sensor]", "0", "above 0"]),
+            ("[sensor]\nreadout_ms = -1001", vec!["[sensor] readout_ms is -1001", "-1000 to 1000"]),
+            ("[sensor]\nreadout_ms = nan", vec!["[sensor] readout_ms is NaN", "-1000 to 1000"]),
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),

@@ -11,6 +11,7 @@ mod axis;
 mod contact;
 mod edges;
 mod live;
+mod readout;
 mod shape;
 mod shift;
 mod sqrt;
@@ -23,6 +24,7 @@ use crate::reason::Reason;
 use axis::Axis;
 pub use contact::Contact;
 pub use live::{LiveContact, LiveMotion};
+pub use readout::RowOrder;
 use sqrt::sqrt;
 
 /// A speed and a direction, each with its standard deviation.
