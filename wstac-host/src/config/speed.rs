@@ -153,8 +153,7 @@ impl SpeedKeys {
         SpeedConfig::new(law, self.threshold, self.threshold_on, rate)?.fitted_on(slowest, fastest)
     }
 
-    pub(super) fn in_force(&self, sensor: SensorKeys, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
-        let motion = MotionConfig::new(sensor.pitch_mm, rate)?;
+    pub(super) fn in_force(&self, motion: MotionConfig, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
         let durations = self.of_durations(rate)?;
         Ok(match self.estimator() {
             Some(Estimator::Coherence) => AnyLaw::Coherence(ByCoherence(motion)),
