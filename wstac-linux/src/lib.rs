@@ -17,6 +17,7 @@ pub mod controls;
 mod device;
 pub mod devices;
 mod negotiate;
+mod readout;
 pub mod rpicam;
 pub(crate) mod same;
 pub mod source;

@@ -24,6 +24,7 @@ use wstac_host::source::{
 };
 
 use self::program::{Metadata, Program};
+use crate::readout;
 use crate::timeline::Timeline;
 use crate::told::{Told, WAIT, longest_silence};
 use crate::wall_clock::{WallClock, monotonic};
@@ -281,6 +282,9 @@ impl PiSettings {
         if info.bytes_per_row < width || info.frame_bytes() != bytes {
             return Err(wrong(format!("a frame of rpicam-vid has {bytes} bytes, expected {width}x{height} in YUV420")));
         }
+        if let (Some(mode), Some(period)) = (program.log.mode, metadata.period) {
+            info.readout_ms = readout::of_sensor(&state.card, mode, (width, height), f64::from(period) / 1000.0);
+        }
         (info.clock, info.camera) = (StreamClock::Driver, Some(Box::new(state)));
         Ok(info)
     }
@@ -290,7 +294,8 @@ impl PiSettings {
         let controls = CONTROLS.iter().zip(self.values).zip(read).filter_map(|(((name, ..), value), read)| {
             let read = read?;
             // The sensor has steps: a row for the exposure.
-            let is_near = (read - f64::from(value)).abs() <= 1.0 + NEAR * f64::from(value).max(1000.0);
+            let step = if *name == CONTROLS[0].0 { 70.0 } else { 1.0 };
+            let is_near = (read - f64::from(value)).abs() <= step + NEAR * f64::from(value);
             let why = match (self.kept, is_near || value < 0) {
                 (true, _) => Some(UnlockedReason::Kept),
                 (_, true) => None,

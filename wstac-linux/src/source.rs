@@ -14,6 +14,7 @@ use wstac_core::green::any::PixelFormat;
 
 use self::reconnect::Away;
 use crate::buffers::{Filled, Wait};
+use crate::readout;
 use crate::rpicam::{self, RpicamSource};
 use crate::same::KnownCamera;
 use crate::timeline::Timeline;
@@ -94,6 +95,8 @@ impl CameraSource {
         info.color = negotiated.color;
         info.bytes_per_row = negotiated.bytes_per_row;
         info.camera = Some(Box::new(camera.state.clone()));
+        let pixels = (size.width().into(), size.height().into());
+        info.readout_ms = readout::of_camera(camera.buffers.device(), pixels, rate, Path::new(readout::PARTS));
         if camera.buffers.has_times() {
             info.clock = StreamClock::Driver;
         }

@@ -63,6 +63,8 @@ pub(super) struct Log {
     /// The sensor's name, such as `imx219`, and the place where it is connected.
     pub(super) sensor: Option<String>,
     pub(super) place: Option<String>,
+    /// The size of the sensor's own frames.
+    pub(super) mode: Option<(u32, u32)>,
     frame_bytes: usize,
     /// The first error, the last one, and those that wait to be reported.
     first: Option<String>,
@@ -289,6 +291,12 @@ impl Metadata {
     }
 }
 
+/// Reads the size of `1640x1232-SBGGR10_1X10`.
+fn size_of(format: &str) -> Option<(u32, u32)> {
+    let (width, height) = format.split_once('-')?.0.split_once('x')?;
+    Some((width.parse().ok()?, height.parse().ok()?))
+}
+
 impl Log {
     /// Notes a line of the program or of libcamera.
     fn note(&mut self, line: &str) {
@@ -296,15 +304,17 @@ impl Log {
         let after = |mark: &str| line.split_once(mark).map(|(_, rest)| rest.trim());
         if let Some(stream) = after("configuring streams: (0) ").and_then(|rest| rest.split(' ').next()) {
             // 640x480-YUV420/sYCC; older versions state no color space.
-            let (size, format) = stream.split_once('-').unwrap_or_default();
-            self.size = size.split_once('x').and_then(|(x, y)| Some((x.parse().ok()?, y.parse().ok()?)));
+            let format = stream.split_once('-').unwrap_or_default().1;
+            self.size = size_of(stream);
             self.color = match format.split_once('/') {
                 Some(("YUV420", color)) => Some(color.to_owned()),
                 _ if format == "YUV420" => None,
                 _ => Some(format.to_owned()),
             };
-        } else if let Some((place, _)) = after("Sensor: ").and_then(|rest| rest.split_once(" - Selected sensor format"))
+        } else if let Some((place, mode)) =
+            after("Sensor: ").and_then(|rest| rest.split_once(" - Selected sensor format: "))
         {
+            self.mode = size_of(mode);
             let name = place.rsplit('/').next().unwrap_or(place);
             self.sensor = Some(name.split('@').next().unwrap_or(name).to_owned());
             self.place = Some(place.to_owned());
@@ -345,7 +355,8 @@ mod tests {
             log.note(line);
         }
         assert_eq!((log.size, log.color.as_deref()), (Some((1296, 972)), Some("sYCC")));
-        assert_eq!((log.sensor.as_deref(), log.frame_bytes), (Some("ov5647"), 2_052_864));
+        assert_eq!((log.sensor.as_deref(), log.mode), (Some("ov5647"), Some((1296, 972))));
+        assert_eq!(log.frame_bytes, 2_052_864);
         assert_eq!(log.first.as_deref(), Some("ERROR RPI pipeline_base.cpp:1367 Camera frontend has timed out!"));
         assert_eq!(log.last.as_deref(), Some("no cameras available"));
         let mut log = Log::default();
