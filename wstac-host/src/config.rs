@@ -249,6 +249,7 @@ impl Config {
         own.trigger.margin = calibration.trigger.margin;
         own.speed.threshold = calibration.speed.threshold;
         own.speed.threshold_on = calibration.speed.threshold_on;
+        own.sensor.readout_ms = calibration.sensor.readout_ms.or(own.sensor.readout_ms);
         own
     }
 
