@@ -7,7 +7,7 @@ use wstac_core::layout::Layout;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig, Velocity};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, Velocity};
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, SimulatedFrame, Slide};
 
@@ -79,7 +79,7 @@ fn follow(kind: Kind, number: u64) -> Followed {
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
     let mut pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
-    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let truth = scene.truth()[0];
     let mut velocities = Vec::new();

@@ -6,7 +6,7 @@ use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Motion, MotionConfig};
+use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout};
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
@@ -197,7 +197,7 @@ fn answer(kind: Kind, number: u64) -> Answered {
     let trigger = TriggerConfig::default();
     let trigger = if kind == Kind::Lost { trigger.one_event_per_touch() } else { trigger };
     let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().expect("all parameters are defaults");
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let (mut events, mut motions) = (0, None);
     let mut lost = Rng::new(SEED, (kind as u64) << 48 | number);

@@ -22,6 +22,7 @@ mod recording;
 mod records;
 mod removed;
 mod report;
+mod rpicam;
 mod scene;
 mod serve;
 mod sets;

@@ -150,7 +150,11 @@ def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) 
 
 
 # Sentences of other software that have to be recognized by their words, by file, with the reason.
-FOREIGN: dict[tuple[str, str], str] = {}
+LOG = "rpicam-vid states the sensor and errors in its log alone"
+FOREIGN: dict[tuple[str, str], str] = {
+    ("wstac-linux/src/rpicam/program.rs", " - Selected sensor format: "): LOG,
+    ("wstac-linux/src/rpicam/program.rs", "ERROR: *** "): LOG,
+}
 TESTS = re.compile(r"^#\[cfg\(test\)\]\s*mod \w+ \{.*?^\}", re.MULTILINE | re.DOTALL)
 # Applies to code whose sentences are numbers between @ and whose other literals are empty.
 ALONE = r"@(\d+)@"

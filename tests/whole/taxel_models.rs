@@ -30,7 +30,7 @@ fn on_host(info: &StreamInfo, frames: &[Sums], models: &[&str], lost: &[usize]) 
 fn directly(info: &StreamInfo, frames: &[Sums], model: &str) -> String {
     let config = Config::default();
     let mut pipeline = config.pipeline(info).unwrap();
-    let (law, motion) = (config.law(info.rate).unwrap(), config.motion(info.rate).unwrap());
+    let (law, motion) = (config.law_of(info).unwrap(), config.motion_of(info).unwrap());
     let mut ring = TaxelRing::of(pipeline.geometry());
     let file = ModelFile::open(model.as_ref()).unwrap();
     let model = file.owned().unwrap();

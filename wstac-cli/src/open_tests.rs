@@ -32,7 +32,8 @@ fn every_kind_of_source_opens() {
     let scene = open(format!("scene:{}", path("s.toml")), &OpenOptions::default()).unwrap();
     assert!(scene.info().about.contains("Saw3 at 150 mm/s"), "{}", scene.info().about);
     let none = OpenOptions::default();
-    let expected = "expected /dev/videoN, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -";
+    let expected =
+        "expected /dev/videoN, rpicam:, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -";
     let error = message(&path("other.dat"), &none);
     assert!(error.starts_with("SOURCE is \"") && error.contains(expected), "{error}");
     assert!(message(&path("empty.y4m"), &none).contains("is empty"));

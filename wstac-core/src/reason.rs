@@ -55,6 +55,8 @@ pub enum Reason {
     OutOfLine,
     /// Not reliable: the standard deviation is too large.
     Uncertain,
+    /// Unclear or not reliable: it depends on when the camera reads its rows, which nobody has stated.
+    ReadoutUnknown,
 }
 
 impl Reason {
@@ -87,6 +89,7 @@ impl Reason {
             }
             Self::OutOfLine => "a row or a column lights up too early or too late, as by a weak whisker",
             Self::Uncertain => "the standard deviation of the speed is too large",
+            Self::ReadoutUnknown => "readout unknown: it depends on [sensor] readout_ms, which is not stated",
         }
     }
 }

@@ -17,10 +17,12 @@ use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
 
+pub(crate) use self::speed::MOST_READOUT_MS;
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
+use crate::source::StreamInfo;
 use crate::text_file::{toml_error, whole_if_any};
 
 /// Everything that a configuration file can say.
@@ -197,6 +199,7 @@ impl Config {
         })?;
         config.layout.check().map_err(wrong)?;
         config.speed.check().map_err(wrong)?;
+        config.sensor.check().map_err(wrong)?;
         config.trigger().map_err(|error| in_table("[trigger]", error))?;
         config.following().map_err(|error| in_table("[trigger]", error))?;
         config.law(FrameRate::NOMINAL).map_err(|error| match error {
@@ -246,6 +249,7 @@ impl Config {
         own.trigger.margin = calibration.trigger.margin;
         own.speed.threshold = calibration.speed.threshold;
         own.speed.threshold_on = calibration.speed.threshold_on;
+        own.sensor.readout_ms = calibration.sensor.readout_ms.or(own.sensor.readout_ms);
         own
     }
 
@@ -277,15 +281,42 @@ impl Config {
     /// The errors of [`MotionConfig::new`], [`SpeedConfig::new`] and
     /// [`SpeedConfig::fitted_on`].
     pub fn law(&self, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
-        self.speed.in_force(self.sensor, rate)
+        self.speed.in_force(self.motion(rate)?, rate)
     }
 
-    /// Returns the parameters of motion by arrival times, for a camera of this rate, whatever the law is.
+    /// Returns the parameters of motion by arrival times, for a camera of this rate, whatever the law is. The readout is
+    /// that of the paper's layout, over the full height of the picture.
     ///
     /// # Errors
     /// The errors of [`MotionConfig::new`].
     pub fn motion(&self, rate: FrameRate) -> Result<MotionConfig, ConfigError> {
-        MotionConfig::new(self.sensor.pitch_mm, rate)
+        let motion = MotionConfig::new(self.sensor.pitch_mm, rate)?;
+        let square = Layout::paper(FrameSize::new(400, 400)?)?;
+        Ok(motion.with_readout(Readout::of_layout(self.sensor.readout_ms, RowOrder::Down, &square, rate)))
+    }
+
+    /// Returns the readout in milliseconds that holds for a source: the configuration's, else the source's own. `None` is
+    /// unknown.
+    pub fn readout_ms(&self, info: &StreamInfo) -> Option<f32> {
+        self.sensor.readout_ms.or(info.readout_ms)
+    }
+
+    /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.
+    ///
+    /// # Errors
+    /// The errors of [`Config::layout`] and of [`MotionConfig::new`].
+    pub fn motion_of(&self, info: &StreamInfo) -> Result<MotionConfig, ConfigError> {
+        let layout = self.layout(info.size)?;
+        let readout = Readout::of_layout(self.readout_ms(info), info.row_order, &layout, info.rate);
+        Ok(MotionConfig::new(self.sensor.pitch_mm, info.rate)?.with_readout(readout))
+    }
+
+    /// Returns the law from an event to its answers for the frames of a source.
+    ///
+    /// # Errors
+    /// The errors of [`Config::motion_of`] and [`Config::law`].
+    pub fn law_of(&self, info: &StreamInfo) -> Result<AnyLaw, ConfigError> {
+        self.speed.in_force(self.motion_of(info)?, info.rate)
     }
 
     /// Returns the law of durations for a camera of this rate: the one in force, or else the published one.
@@ -419,6 +450,10 @@ follow = 0              # time constant with which the baseline
                         # a power of two; 0: it is fixed
 [sensor]
 pitch_mm = 4            # distance between neighboring whiskers
+#readout_ms = 20        # time from the first to the last row of the
+                        # unturned picture: 0 for a global shutter,
+                        # negative if the bottom comes first; without
+                        # it, what the source states
 [speed]
 law = "arrival"         # arrival times: any speed, length, direction
                         # "published": the duration, as published;
@@ -555,6 +590,8 @@ mod tests {
             ("[speed]\nestimator = \"fast\"", vec!["fast", "coherence"]),
             ("[speed]\nlaw = \"fast\"", vec!["fast", "arrival", "published"]),
             ("[sensor]\npitch_mm = 0", vec!["[sensor]", "0", "above 0"]),
+            ("[sensor]\nreadout_ms = -1001", vec!["[sensor] readout_ms is -1001", "-1000 to 1000"]),
+            ("[sensor]\nreadout_ms = nan", vec!["[sensor] readout_ms is NaN", "-1000 to 1000"]),
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),

@@ -310,6 +310,7 @@ requests! {
     STREAMON: std::ffi::c_int = vidioc::VIDIOC_STREAMON;
     STREAMOFF: std::ffi::c_int = vidioc::VIDIOC_STREAMOFF;
     QUERYCTRL: sys::v4l2_queryctrl = vidioc::VIDIOC_QUERYCTRL;
+    QUERY_EXT_CTRL: sys::v4l2_query_ext_ctrl = vidioc::VIDIOC_QUERY_EXT_CTRL;
     G_CTRL: sys::v4l2_control = vidioc::VIDIOC_G_CTRL;
     S_CTRL: sys::v4l2_control = vidioc::VIDIOC_S_CTRL;
 }
@@ -335,7 +336,7 @@ macro_rules! kernel {
 
 kernel! {
     v4l2_capability v4l2_fmtdesc v4l2_frmsizeenum v4l2_frmivalenum v4l2_pix_format v4l2_format v4l2_captureparm
-    v4l2_streamparm v4l2_dv_timings v4l2_input v4l2_requestbuffers v4l2_buffer v4l2_queryctrl v4l2_control
+    v4l2_streamparm v4l2_dv_timings v4l2_input v4l2_requestbuffers v4l2_buffer v4l2_queryctrl v4l2_query_ext_ctrl v4l2_control
 }
 
 /// Returns the text before the first 0.

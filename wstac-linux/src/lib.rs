@@ -3,6 +3,7 @@
 //! | module | what it has |
 //! | --- | --- |
 //! | [`source`] | a camera as a source, which reconnects |
+//! | [`rpicam`] | a camera of a Raspberry Pi as a source |
 //! | [`devices`](mod@devices) | the cameras of this machine |
 //! | [`controls`] | exposure, gain, white balance and focus: locked, and reapplied |
 //!
@@ -16,9 +17,12 @@ pub mod controls;
 mod device;
 pub mod devices;
 mod negotiate;
+mod readout;
+pub mod rpicam;
 pub(crate) mod same;
 pub mod source;
 mod timeline;
+mod told;
 mod wall_clock;
 
 use std::path::Path;

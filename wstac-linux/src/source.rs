@@ -10,15 +10,16 @@ use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rustix::time::{ClockId, clock_gettime};
 use wstac_core::green::any::PixelFormat;
-use wstac_core::rate::FrameRate;
 
 use self::reconnect::Away;
 use crate::buffers::{Filled, Wait};
+use crate::readout;
+use crate::rpicam::{self, RpicamSource};
 use crate::same::KnownCamera;
 use crate::timeline::Timeline;
-use crate::wall_clock::WallClock;
+use crate::told::{Told, WAIT, longest_silence};
+use crate::wall_clock::{WallClock, monotonic};
 use crate::{Camera, Negotiated};
 use wstac_host::camera::formats::{self, Coding};
 use wstac_host::camera::mjpeg::Decoder;
@@ -30,12 +31,6 @@ use wstac_host::source::{
     Fault, FaultKind, Frame, FramePolicy, Lag, LossReason, Remedy, Source, SourceEvent, StreamClock, StreamInfo,
 };
 
-/// Longest wait for a frame before the caller may look for signals.
-const WAIT: Duration = Duration::from_millis(500);
-/// The longest time without a frame before the stream is started again; for a very slow camera, it is this many
-/// periods.
-const LONGEST_SILENCE: Duration = Duration::from_secs(5);
-const SILENT_PERIODS: f64 = 3.0;
 /// Read errors in a row before the stream is started again.
 const MOST_ERRORS: u32 = 10;
 /// Buffers that are taken at a time: no driver has more.
@@ -82,13 +77,6 @@ pub struct CameraSource {
     errors: u32,
 }
 
-/// An event that borrows nothing.
-#[derive(Debug)]
-enum Told {
-    Lost(u64, LossReason),
-    Fault(Fault),
-}
-
 impl CameraSource {
     /// Opens a camera and starts it.
     ///
@@ -107,6 +95,8 @@ impl CameraSource {
         info.color = negotiated.color;
         info.bytes_per_row = negotiated.bytes_per_row;
         info.camera = Some(Box::new(camera.state.clone()));
+        let pixels = (size.width().into(), size.height().into());
+        info.readout_ms = readout::of_camera(camera.buffers.device(), pixels, rate, Path::new(readout::PARTS));
         if camera.buffers.has_times() {
             info.clock = StreamClock::Driver;
         }
@@ -137,7 +127,7 @@ impl CameraSource {
             away: None,
             signal: true,
             lag: Lag::default(),
-            arrived: now(),
+            arrived: monotonic(),
             wall: WallClock::default(),
             waits: 0,
             errors: 0,
@@ -200,7 +190,7 @@ impl CameraSource {
 
     /// Notes a buffer, good or not, and returns how many frames were lost before it.
     fn arrive(&mut self, filled: &Filled) -> u64 {
-        let between = std::mem::replace(&mut self.arrived, now());
+        let between = std::mem::replace(&mut self.arrived, monotonic());
         let between = self.arrived.saturating_sub(between);
         if let Some(away) = self.away.take() {
             let lost = self.timeline.resume(filled.sequence, filled.timestamp, between);
@@ -275,17 +265,6 @@ impl CameraSource {
     }
 }
 
-/// Returns how long a camera of this rate may be silent before it counts as stuck.
-fn longest_silence(rate: FrameRate) -> Duration {
-    let periods = SILENT_PERIODS * f64::from(rate.denominator()) / f64::from(rate.numerator());
-    Duration::try_from_secs_f64(periods).map_or(Duration::MAX, |periods| periods.max(LONGEST_SILENCE))
-}
-
-/// Returns the time on the clock of the drivers' timestamps.
-fn now() -> Duration {
-    Duration::try_from(clock_gettime(ClockId::Monotonic)).unwrap_or_default()
-}
-
 impl Source for CameraSource {
     fn info(&self) -> &StreamInfo {
         &self.info
@@ -301,10 +280,8 @@ impl Source for CameraSource {
                 self.look_for_signal();
             }
         }
-        match self.told.pop_front() {
-            Some(Told::Lost(frames, reason)) => return Ok(SourceEvent::Lost { frames, reason }),
-            Some(Told::Fault(fault)) => return Ok(SourceEvent::Fault(fault)),
-            None => {}
+        if let Some(told) = self.told.pop_front() {
+            return Ok(told.into_event());
         }
         let (Some(filled), Some(camera)) = (self.next.take(), &self.camera) else { return Ok(SourceEvent::Waiting) };
         // The next call gives it back in every case.
@@ -320,7 +297,7 @@ impl Source for CameraSource {
         if bytes.len() < self.negotiated.frame_bytes {
             return Ok(SourceEvent::Lost { frames: 1, reason: LossReason::Short });
         }
-        self.lag.latency = timestamp.and_then(|timestamp| now().checked_sub(timestamp));
+        self.lag.latency = timestamp.and_then(|timestamp| monotonic().checked_sub(timestamp));
         let lag = self.lag;
         let stamp = timestamp.and_then(|timestamp| self.wall.stamp(timestamp));
         let Some(decoder) = &mut self.decoder else {
@@ -359,17 +336,21 @@ fn stream(negotiated: &Negotiated) -> String {
     format!("{name} {}x{}, {} fps", size.width(), size.height(), fps(negotiated.rate))
 }
 
-/// Cameras as sources by name: `/dev/videoN`, or any character device.
+/// Cameras as sources by name: `/dev/videoN` or any character device, and `rpicam:` for a Raspberry Pi's.
 #[derive(Clone, Copy, Debug)]
 pub struct Cameras;
 
 impl SourceKind for Cameras {
     fn expected(&self) -> &'static str {
-        "/dev/videoN"
+        "/dev/videoN, rpicam:"
     }
 
     fn open(&self, name: &OsStr, options: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
-        if is_camera(name) {
+        if is_rpicam(name) {
+            let opened = RpicamSource::open(name, options);
+            return Some(opened.map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>));
+        }
+        if is_device(name) {
             let opened = CameraSource::open(name, options);
             return Some(opened.map(|source| Box::new(RateWatch::new(source)) as Box<dyn Source>));
         }
@@ -388,19 +369,15 @@ impl SourceKind for Cameras {
 /// Returns whether a source's name stands for a camera, which makes its frames now and at its own pace.
 #[must_use]
 pub fn is_camera(name: impl AsRef<OsStr>) -> bool {
-    Path::new(name.as_ref()).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+    is_rpicam(name.as_ref()) || is_device(name.as_ref())
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+fn is_rpicam(name: &OsStr) -> bool {
+    name.as_encoded_bytes().starts_with(rpicam::START.as_bytes())
+}
 
-    #[test]
-    fn slow_cameras_may_be_silent_for_longer() {
-        let silence = |numerator, denominator| longest_silence(FrameRate::new(numerator, denominator).unwrap());
-        assert_eq!(silence(30, 1), Duration::from_secs(5));
-        assert_eq!(silence(1, 1), Duration::from_secs(5));
-        assert_eq!(silence(1, 60), Duration::from_mins(3));
-        assert!(silence(1, u32::MAX) > Duration::from_secs(u32::MAX.into()));
-    }
+/// Returns whether a name stands for a camera that has a device node, whose driver can be asked.
+#[must_use]
+pub fn is_device(name: impl AsRef<OsStr>) -> bool {
+    Path::new(name.as_ref()).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
 }

@@ -53,7 +53,8 @@ fn read() -> Option<SystemTime> {
     })
 }
 
-fn monotonic() -> Duration {
+/// Returns the time on the monotonic clock.
+pub(crate) fn monotonic() -> Duration {
     Duration::try_from(clock_gettime(ClockId::Monotonic)).unwrap_or_default()
 }
 

@@ -285,7 +285,7 @@ def open(
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
-    `source` is a camera (/dev/videoN), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
+    `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
     `models` is one or several of "builtin:svm", paths and `Model`s; without it, events have no texture.
 
     The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
@@ -301,7 +301,7 @@ def open(
     180.5 Saw
     >>> wstac.open("nothing.mcap")
     Traceback (most recent call last):
-    wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -
+    wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, rpicam:, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -
     """
     options = source_options(
         config,

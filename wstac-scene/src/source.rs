@@ -41,6 +41,8 @@ impl SceneSource {
         let mut info = StreamInfo::new(about, script.sensor.size, sensor.format(), script.sensor.rate);
         info.color = sensor.color();
         info.bytes_per_row = sensor.bytes_per_row() as u32;
+        // A driver that knows its sensor says so, too.
+        info.readout_ms = Some(0.0);
         info.taxels_only = script.fidelity == Fidelity::Taxel;
         Ok(Self { info, scene })
     }

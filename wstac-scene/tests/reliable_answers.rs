@@ -7,7 +7,7 @@ use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, Readout};
 use wstac_scene::{Scene, SceneConfig, SimulatedFrame, Touch};
 
 /// Returns the answers to all events of a scene.
@@ -16,7 +16,7 @@ fn answers(script: &SceneConfig) -> Vec<Answer> {
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
     let trigger = TriggerConfig::default().one_event_per_touch();
     let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().unwrap();
-    let law = ByCoherence(MotionConfig::published(FrameRate::NOMINAL));
+    let law = ByCoherence(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
     let mut scene = Scene::new(script).unwrap();
     let mut answers = Vec::new();
     while let Some(shot) = scene.next_shot() {

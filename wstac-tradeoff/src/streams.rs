@@ -203,7 +203,9 @@ fn stream(
     geometry: &FrameGeometry<Any>,
     config: &Config,
 ) -> Result<SettingStream, Error> {
-    let config = setting.configured(config);
+    let mut config = setting.configured(config);
+    // A simulated camera has a global shutter.
+    config.sensor.readout_ms = config.sensor.readout_ms.or(Some(0.0));
     let about = "simulated frames";
     let in_speed = |error| config.does_not_fit(about, "[speed]", error);
     let mut pipeline = config.pipeline_of(*geometry, about)?;

@@ -9,7 +9,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout};
 use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, encode, sample_parts};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::{OpenOptions, open};
@@ -66,10 +66,10 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     let trigger = TriggerConfig::default().one_event_per_touch();
     let mut pipeline = Pipeline::builder(camera).trigger(trigger).build().unwrap();
     let mut board = Board {
-        law: ByCoherence(MotionConfig::published(info.rate)),
+        law: ByCoherence(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
         models: models.iter().map(|file| file.model().unwrap()).collect(),
         dropped: 0,
-        live: LiveMotion::new(MotionConfig::published(info.rate)),
+        live: LiveMotion::new(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
         events: 0,
         all,
         sent: Sent { frames: Vec::new() },

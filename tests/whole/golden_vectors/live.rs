@@ -6,7 +6,7 @@ use wstac_core::paper::baseline::Baseline;
 use wstac_core::paper::sample::Sample;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout};
 
 use super::case::{directory, read};
 use super::motion_of::{MotionOf, Tolerance};
@@ -40,7 +40,7 @@ fn every_live_answer_is_that_of_the_reference() {
     let (mut worst, mut velocities) = (0.0_f64, 0);
     for case in &cases {
         let baseline = Baseline::new([i32::from(case.frames) * i32::from(case.dark); FEATURES], case.frames);
-        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
         let mut all = vec![[case.dark; FEATURES]; SAMPLE_FRAMES];
         assert_eq!(case.features.len(), case.said.len(), "{}", case.name);
         for (frame, (features, expected)) in case.features.iter().zip(&case.said).enumerate() {

@@ -8,7 +8,7 @@ use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{MotionConfig, Velocity};
+use wstac_core::touch::motion::{MotionConfig, Readout, Velocity};
 use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::case::{directory, read};
@@ -61,7 +61,7 @@ fn worst(name: &str, found: &PathSample, expected: &[i16], input: Input) -> [u16
 fn every_path_is_that_of_the_reference() {
     let Cases { cases } = read(&directory().join("path.json"));
     assert!(cases.len() >= 13, "{} cases", cases.len());
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut most = [[0; 2]; 2];
     for case in &cases {
         let name = &case.name;

@@ -21,7 +21,7 @@ use wstac_setup::calibrate::{Calibration, DIM, UNTOUCHED, Watch};
 /// Find the 25 whiskers in the picture and write a configuration
 ///
 /// Do not touch the sensor for the first 25 frames (0.8 s). Then press on all whiskers, or slide something over all of
-/// them. Each base that glows becomes a taxel. Ctrl-C ends a camera earlier.
+/// them. Each base that glows becomes a taxel. Presses also tell the readout. Ctrl-C ends a camera earlier.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -76,6 +76,13 @@ Refusals:
   A picture shows the reason: FILE.refused.png, which the next try
   replaces, or the file that --overlay names.
 
+The readout of a rolling shutter:
+  Press a flat plate on all whiskers, hold it for half a second, and let
+  go; do so three times. A press and its release tell the time from the
+  first to the last row of the picture, which is written as [sensor]
+  readout_ms. It is left out if presses are too weak or disagree by more
+  than 1 ms. A slide does not tell it.
+
 Boards:
   A board sends a picture in parts while it goes on finding events. One
   picture of 320 x 240 takes 8 s at 115200 bits per second, so the 25
@@ -99,9 +106,11 @@ Output with --json, one object (wrapped here):
   {"kind":"calibration","found":25,"dead":null,"off_px":0.21,
    "pitch_px":[144.0,143.9],"rotation_degrees":0.1,"taxel":[90,90],
    "centres":[[351.4,71.5], … 25 in all, row by row],
-   "saturated":0,"noise_levels":0.005,"dark_levels":1.0}
+   "saturated":0,"noise_levels":0.005,"dark_levels":1.0,
+   "readout_ms":20.1,"readout_sd_ms":0.3}
   dead is null or [row, column]. off_px is the root mean square distance
-  of the bases from a smooth lattice.
+  of the bases from a smooth lattice. The readout is null if it is not
+  known.
 
 Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml
@@ -128,6 +137,8 @@ struct Record<'a> {
     saturated: usize,
     noise_levels: f64,
     dark_levels: f64,
+    readout_ms: Option<f64>,
+    readout_sd_ms: Option<f64>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -195,7 +206,10 @@ fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, progress: Calibr
                 frames += 1;
                 progress.say(watch, frames);
             }
-            SourceEvent::Lost { frames: more, .. } => lost = more.saturating_add(lost),
+            SourceEvent::Lost { frames: more, .. } => {
+                watch.lose(more);
+                lost = more.saturating_add(lost);
+            }
             SourceEvent::Fault(fault) => note(format_args!("{}: {fault}", fault.kind)),
             SourceEvent::End => break,
             _ => {}
@@ -264,6 +278,8 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
             saturated: calibration.saturated,
             noise_levels: calibration.noise.levels,
             dark_levels: calibration.noise.dark_levels,
+            readout_ms: calibration.readout.map(|readout| rounded(readout.ms)),
+            readout_sd_ms: calibration.readout.map(|readout| rounded(readout.sd_ms)),
         };
         let line = serde_json::to_string(&record)
             .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;

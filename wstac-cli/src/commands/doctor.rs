@@ -21,7 +21,7 @@ use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::text_file::file_text;
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
-use wstac_linux::source::is_camera;
+use wstac_linux::source::{is_camera, is_device};
 use wstac_setup::doctor::controls::{ControlReport, compare};
 use wstac_setup::doctor::measure::{Limit, Measured, SETTLING, measure};
 use wstac_setup::doctor::mjpeg::{self, MjpegReport, counterpart};
@@ -189,7 +189,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     // A recording may name its camera, which need not be connected now.
     let live = is_camera(&arguments.source);
     let limit = Limit { settling: if live { SETTLING } else { 0 }, seconds: arguments.seconds, frames };
-    let path = info.camera.as_ref().filter(|_| live).map(|camera| camera.path.clone());
+    let path = info.camera.as_ref().map(|camera| camera.path.clone()).filter(|path| live && is_device(path));
     let before = path.as_deref().map(controls).transpose()?;
     let measured = whole(source.as_mut(), &info, &config, limit, &signal)?;
     // The camera is still open, so changes that it makes when it is closed do not count.

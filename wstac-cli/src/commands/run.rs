@@ -34,7 +34,7 @@ use wstac_host::source::names::{SensorSpec, sensors};
 pub(super) struct Arguments {
     /// Camera, recording, scene or board, or several as NAME=SOURCE
     ///
-    /// Sources are /dev/videoN, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
+    /// Sources are /dev/videoN, rpicam:, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
     /// FILE.mcap, a video such as FILE.mp4, a folder of pictures, and a board such as /dev/ttyACM0; see Sources below.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
@@ -140,6 +140,10 @@ impl Arguments {
 const HELP: &str = r#"Sources:
   /dev/videoN      a V4L2 camera (wstac devices lists them); --format,
                    --size and --fps choose one of its modes
+  rpicam:          a Raspberry Pi's camera, which rpicam-vid reads;
+                   rpicam:1 is the second. Controls are shutter in µs;
+                   gain, red_gain and blue_gain in hundredths; and
+                   lens_position in hundredths of a diopter.
   scene:Saw3@150   a simulated slide: Fla0, or Sin, Saw or Tri with a
                    depth of 2, 3 or 4 mm; then @ and 1 to 1000 mm/s;
                    then any of ,90deg ,60mm ,seed=N

@@ -24,7 +24,7 @@ use wstac_host::text_file;
 use wstac_host::texture::Textures;
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
-use wstac_linux::source::is_camera;
+use wstac_linux::source::{is_camera, is_device};
 use wstac_serve::{CalibrationFile, ExaminedCamera, Server, Token, Tools};
 
 /// The address without --listen.
@@ -229,7 +229,7 @@ fn open(
     let (source, info, config) = options.open_configured(&sensor.source, policy, config.as_deref())?;
     let notes = [info.about.clone()].into_iter().chain(doubts_of_textures(&info, files)).collect();
     let is_live = is_camera(&sensor.source);
-    let camera = info.camera.as_ref().filter(|_| is_live);
+    let camera = info.camera.as_ref().filter(|camera| is_live && is_device(&camera.path));
     let tools = Tools {
         record_to: record_to.clone(),
         calibrate_to: calibration_file(sensor, all, arguments)?,

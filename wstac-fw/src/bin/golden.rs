@@ -24,7 +24,7 @@ use wstac_core::params::{COLUMNS, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig};
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout};
 use wstac_fw::emulated::host::{self, File};
 
 /// The size of the largest whole frame. Larger frames come in stripes.
@@ -129,7 +129,7 @@ fn sums_by_chance(room: &mut [u8; ROOM]) -> Result<(), Error> {
 #[inline(never)]
 fn motions() {
     let (samples, motions) = (File::open(b"touches\0"), File::create(b"motions\0"));
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut bytes = [0; SAMPLE];
     while samples.read(&mut bytes) {
         let mut words = WordReader(&bytes);

@@ -57,11 +57,28 @@ pub enum Estimator {
 pub struct SensorKeys {
     /// The distance between neighboring whiskers, in mm.
     pub pitch_mm: f32,
+    /// Milliseconds from the first to the last row of the unrotated picture: negative if the bottom comes first, 0 for a
+    /// global shutter. `None` if the source's own counts.
+    pub readout_ms: Option<f32>,
 }
+
+/// The longest readout, in ms.
+pub(crate) const MOST_READOUT_MS: f32 = 1000.0;
 
 impl Default for SensorKeys {
     fn default() -> Self {
-        Self { pitch_mm: params::PITCH_MM }
+        Self { pitch_mm: params::PITCH_MM, readout_ms: None }
+    }
+}
+
+impl SensorKeys {
+    pub(super) fn check(&self) -> Result<(), String> {
+        match self.readout_ms {
+            Some(found) if !(-MOST_READOUT_MS..=MOST_READOUT_MS).contains(&found) => {
+                Err(format!("[sensor] readout_ms is {found}, expected -1000 to 1000; 0 is a global shutter"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -136,8 +153,7 @@ impl SpeedKeys {
         SpeedConfig::new(law, self.threshold, self.threshold_on, rate)?.fitted_on(slowest, fastest)
     }
 
-    pub(super) fn in_force(&self, sensor: SensorKeys, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
-        let motion = MotionConfig::new(sensor.pitch_mm, rate)?;
+    pub(super) fn in_force(&self, motion: MotionConfig, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
         let durations = self.of_durations(rate)?;
         Ok(match self.estimator() {
             Some(Estimator::Coherence) => AnyLaw::Coherence(ByCoherence(motion)),

@@ -10,9 +10,9 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 
 use crate::camera::CameraState;
-use crate::config::Config;
+use crate::config::{Config, MOST_READOUT_MS};
 use crate::error::{Error, ErrorKind};
-use crate::source::{Crop, Labels, StreamClock, StreamInfo};
+use crate::source::{Crop, Labels, RowOrder, StreamClock, StreamInfo};
 
 /// The names of the records of metadata.
 const STREAM: &str = "wstac.stream";
@@ -84,6 +84,11 @@ struct Stream {
     /// Whether it has taxel sums in place of pictures.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     taxels_only: bool,
+    /// The readout that was in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    readout_ms: Option<f32>,
+    #[serde(default, skip_serializing_if = "is_down")]
+    row_order: RowOrder,
 }
 
 /// The description of a recording.
@@ -114,7 +119,8 @@ impl About {
         let driver_times = info.clock == StreamClock::Driver;
         let configuration =
             config.to_toml().map_err(|error| Error::with_cause(ErrorKind::Config, "configuration", error))?;
-        Ok(Self { info: info.clone(), driver_times, configuration, labels, models })
+        let readout_ms = config.sensor.readout_ms.or(info.readout_ms);
+        Ok(Self { info: StreamInfo { readout_ms, ..info.clone() }, driver_times, configuration, labels, models })
     }
 
     /// Returns the description as records of an MCAP file.
@@ -169,6 +175,8 @@ impl About {
             models: models.clone(),
             crop: info.crop,
             taxels_only: info.taxels_only,
+            readout_ms: info.readout_ms,
+            row_order: info.row_order,
         };
         let one = |name: &str, key: &str, text: String| one(of_sensor(name, sensor), key, text);
         let mut all = vec![
@@ -206,6 +214,8 @@ impl About {
             clock: if stream.driver_times { StreamClock::Driver } else { StreamClock::Frames },
             crop: stream.crop,
             taxels_only: stream.taxels_only,
+            readout_ms: stream.readout_ms.filter(|ms| ms.abs() <= MOST_READOUT_MS),
+            row_order: stream.row_order,
             color: stream.color,
             bytes_per_row: stream.bytes_per_row,
             camera: camera.map(Box::new),
@@ -219,6 +229,11 @@ impl About {
             models: stream.models,
         }))
     }
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
+fn is_down(order: &RowOrder) -> bool {
+    *order == RowOrder::Down
 }
 
 /// Returns a record that holds a single text.

@@ -220,7 +220,7 @@ impl Processor {
     /// Creates a processor whose feature frames are counted from `first` on.
     fn starting_at(info: &StreamInfo, config: &Config, options: OutputOptions, first: u64) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
-        let motion = config.motion(info.rate).map_err(in_table)?;
+        let motion = config.motion_of(info).map_err(in_table)?;
         let mut pipeline = config.pipeline_at(info, first)?;
         if options.paths {
             pipeline.keep_taxels();
@@ -228,7 +228,7 @@ impl Processor {
         Ok(Self {
             pipeline,
             taxels: None,
-            law: config.law(info.rate).map_err(in_table)?,
+            law: config.law_of(info).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
             motion,
             clock: FrameClock::new(info.rate, info.clock),

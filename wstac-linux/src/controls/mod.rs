@@ -8,7 +8,7 @@ use std::path::Path;
 
 use v4l::v4l_sys as sys;
 
-use super::device::{Device, G_CTRL, QUERYCTRL, S_CTRL, text, zeroed};
+use super::device::{Device, G_CTRL, QUERY_EXT_CTRL, QUERYCTRL, S_CTRL, text, zeroed};
 pub(super) use lock::{hold, lock};
 use wstac_host::camera::{ControlSetting, ControlValue};
 use wstac_host::error::Error;
@@ -54,6 +54,9 @@ pub(crate) trait Controls {
     /// # Errors
     /// The driver's error.
     fn set(&self, id: u32, value: i32) -> io::Result<()>;
+
+    /// Returns the value of a control of 64 bits that has only one; `None` if it has others.
+    fn fixed(&self, id: u32) -> Option<i64>;
 }
 
 impl Controls for Device {
@@ -86,6 +89,13 @@ impl Controls for Device {
 
     fn set(&self, id: u32, value: i32) -> io::Result<()> {
         self.call(&S_CTRL, &mut sys::v4l2_control { id, value })
+    }
+
+    fn fixed(&self, id: u32) -> Option<i64> {
+        let mut raw: sys::v4l2_query_ext_ctrl = zeroed();
+        raw.id = id;
+        self.call(&QUERY_EXT_CTRL, &mut raw).ok()?;
+        (raw.minimum == raw.maximum && raw.nr_of_dims == 0).then_some(raw.maximum)
     }
 }
 

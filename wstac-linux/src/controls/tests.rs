@@ -98,6 +98,10 @@ impl Controls for Fake {
         }
         Ok(())
     }
+
+    fn fixed(&self, _: u32) -> Option<i64> {
+        None
+    }
 }
 
 fn named(settings: &[(&str, i32)]) -> Vec<ControlSetting> {

@@ -84,6 +84,9 @@ impl Calibrating {
 
     /// Takes an event of the source. Returns whether it was the last one for this calibration.
     pub(super) fn take(&mut self, event: &SourceEvent<'_>) -> bool {
+        if let SourceEvent::Lost { frames, .. } = event {
+            self.watch.lose(*frames);
+        }
         if self.found.is_some() {
             return false;
         }

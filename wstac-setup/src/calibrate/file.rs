@@ -100,6 +100,10 @@ impl Calibration {
         )?;
         writeln!(text, "# would be {:.3}; the default is {DEFAULT_MARGIN}.", 6.0 * noise.feature / 5.0_f64.sqrt())?;
         writeln!(text, "margin = {:.2}\n", noise.margin)?;
+        if let Some(readout) = &self.readout {
+            writeln!(text, "[sensor]\n# The camera's readout, {readout}.")?;
+            writeln!(text, "readout_ms = {:.1}\n", readout.ms + 0.0)?;
+        }
         writeln!(text, "[speed]")?;
         writeln!(
             text,

@@ -14,6 +14,7 @@ mod layout;
 mod noise;
 mod picture;
 mod plane;
+mod readout;
 mod spots;
 mod text;
 mod watch;
@@ -21,9 +22,12 @@ mod watch;
 use wstac_core::layout::Layout;
 use wstac_core::params::{COLUMNS, TAXELS};
 
+use wstac_host::source::RowOrder;
+
 use self::cells::Cells;
 use self::lattice::{Lattice, lattice};
 pub use self::noise::Noise;
+pub use self::readout::PressedReadout;
 use self::spots::{Spot, spots};
 pub use self::text::DIM;
 use self::watch::Seen;
@@ -64,6 +68,8 @@ pub struct Calibration {
     pub brightest: f64,
     /// The noise of the untouched sensor, and the settings that follow from it.
     pub noise: Noise,
+    /// The readout of the camera; `None` if no press and its release told it.
+    pub readout: Option<PressedReadout>,
 }
 
 impl Calibration {
@@ -189,6 +195,10 @@ impl Watch {
         let pitch = lattice.pitch.map(|pitch| pitch * side);
         let layout = layout::layout(&self.info, &centers, pitch)?;
         let noise = Noise::measured(&self.info, layout, &self.untouched)?;
+        // Of a picture that its source turns, rows are not the sensor's.
+        let is_upright = self.info.row_order == RowOrder::Down;
+        let (height, rate) = (self.info.size.height(), self.info.rate.per_second());
+        let readout = is_upright.then(|| readout::readout(&self.taxels(&layout), &centers, height, rate)).flatten();
         Ok(Calibration {
             layout,
             centers,
@@ -199,6 +209,7 @@ impl Watch {
             saturated,
             brightest: self.brightest(seen, &layout),
             noise,
+            readout,
         })
     }
 

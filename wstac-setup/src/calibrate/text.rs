@@ -2,11 +2,22 @@
 
 use std::fmt;
 
-use super::Calibration;
+use super::{Calibration, PressedReadout};
 
 /// The advice about a calibration whose light is too weak ([`Calibration::is_dim`]).
 pub const DIM: &str = "no row or column reached [speed] threshold, so law = \"published\" would give no speeds: use a \
                        longer exposure or press harder";
+
+impl fmt::Display for PressedReadout {
+    /// Writes `20.1 ± 0.3 ms by 2 presses and their releases`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let releases = if self.presses == 1 { "its release" } else { "their releases" };
+        let presses = if self.presses == 1 { "1 press".to_owned() } else { format!("{} presses", self.presses) };
+        // Avoids "-0.0".
+        let ms = (10.0 * self.ms).round() / 10.0 + 0.0;
+        write!(f, "{ms:.1} ± {:.1} ms by {presses} and {releases}", self.sd_ms)
+    }
+}
 
 impl fmt::Display for Calibration {
     /// Writes three or four lines: the whiskers, their lattice, those at full scale, the taxels.
@@ -36,6 +47,7 @@ impl fmt::Display for Calibration {
             f,
             "taxels of {width} x {height} pixels; untouched {:.2} gray levels, noise {:.4}",
             noise.dark_levels, noise.levels
-        )
+        )?;
+        self.readout.map_or(Ok(()), |readout| write!(f, "\nthe readout is {readout}"))
     }
 }

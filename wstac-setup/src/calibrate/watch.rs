@@ -2,6 +2,8 @@
 
 use super::cells::Cells;
 use super::plane::Plane;
+use wstac_core::layout::Layout;
+use wstac_core::params::TAXELS;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::StreamInfo;
 use wstac_host::statistics::median;
@@ -16,6 +18,9 @@ const BLOCKS: usize = 8;
 const MOST_RANGE: f64 = 10.0;
 /// Smallest change of a block that counts, as a fraction of full scale: half a level of 255.
 const LEAST_RANGE: f64 = 0.002;
+/// Blocks along each side of the pictures that are kept of all frames, and the most frames.
+const KEPT_BLOCKS: usize = 48;
+const MOST_KEPT: usize = 2000;
 /// Standard deviation of normal numbers, in medians of the distance between two of them.
 const STEP_DEVIATION: f64 = 1.048;
 /// Fraction of full scale from which a cell is saturated.
@@ -31,7 +36,9 @@ pub struct Watch {
     /// The bytes of the untouched frames.
     pub(super) untouched: Vec<Vec<u8>>,
     /// The means of the untouched frames' blocks.
-    blocks: Vec<[f64; BLOCKS * BLOCKS]>,
+    blocks: Vec<Vec<f64>>,
+    /// Every frame's means of smaller blocks; `None` for a lost frame.
+    kept: Vec<Option<Vec<f32>>>,
     /// Mean of the untouched frames, in fractions of full scale, and the sum of squared deviations.
     mean: Vec<f32>,
     squares: Vec<f32>,
@@ -85,6 +92,7 @@ impl Watch {
             known: cells.known(info),
             untouched: Vec::with_capacity(UNTOUCHED),
             blocks: Vec::with_capacity(UNTOUCHED),
+            kept: Vec::new(),
             mean: empty.clone(),
             squares: empty.clone(),
             light: empty.clone(),
@@ -117,6 +125,10 @@ impl Watch {
             return;
         }
         self.cells.read(bytes, &mut self.shares);
+        if self.kept.len() < MOST_KEPT {
+            let blocks = blocks(&self.shares, self.cells.size, KEPT_BLOCKS);
+            self.kept.push(Some(blocks.into_iter().map(|mean| mean as f32).collect()));
+        }
         for (most, share) in self.most.iter_mut().zip(&self.shares) {
             *most = most.max(*share);
         }
@@ -127,9 +139,32 @@ impl Watch {
         }
     }
 
+    /// Notes frames that were lost: a press during them tells no times.
+    pub fn lose(&mut self, frames: u64) {
+        let room = MOST_KEPT.saturating_sub(self.kept.len());
+        self.kept.extend((0..frames).take(room).map(|_| None));
+    }
+
+    /// Returns the light in each taxel of a layout, in every frame that is kept; `None` for a lost frame.
+    pub(super) fn taxels(&self, layout: &Layout) -> Vec<Option<[f64; TAXELS]>> {
+        let sides = self.cells.size.map(|cells| cells as f64 * f64::from(self.cells.side) / KEPT_BLOCKS as f64);
+        let size = layout.taxel();
+        let inside = layout.corners().map(|corner| -> Vec<usize> {
+            let range = |axis: usize| {
+                let [from, length] = [corner[axis], size[axis]].map(|pixels| f64::from(pixels) / sides[axis]);
+                from.round() as usize..((from + length).round() as usize).min(KEPT_BLOCKS)
+            };
+            range(1).flat_map(|y| range(0).map(move |x| y * KEPT_BLOCKS + x)).collect()
+        });
+        let sums = |blocks: &Vec<f32>| {
+            core::array::from_fn(|taxel| inside[taxel].iter().map(|block| f64::from(blocks[*block])).sum())
+        };
+        self.kept.iter().map(|blocks| blocks.as_ref().map(sums)).collect()
+    }
+
     fn add_untouched(&mut self, bytes: &[u8]) {
         self.untouched.push(bytes.to_vec());
-        self.blocks.push(blocks(&self.shares, self.cells.size));
+        self.blocks.push(blocks(&self.shares, self.cells.size, BLOCKS));
         let count = self.untouched.len() as f32;
         for ((mean, squares), share) in self.mean.iter_mut().zip(&mut self.squares).zip(&self.shares) {
             let off = share - *mean;
@@ -184,15 +219,15 @@ impl Watch {
     }
 }
 
-/// Returns the means of a picture's blocks.
-fn blocks(shares: &[f32], [columns, rows]: [usize; 2]) -> [f64; BLOCKS * BLOCKS] {
-    let (mut sums, mut counts) = ([0.0; BLOCKS * BLOCKS], [0_u32; BLOCKS * BLOCKS]);
+/// Returns the means of a picture's blocks, so many along each side.
+fn blocks(shares: &[f32], [columns, rows]: [usize; 2], blocks: usize) -> Vec<f64> {
+    let (mut sums, mut counts) = (vec![0.0; blocks * blocks], vec![0_u32; blocks * blocks]);
     for (y, row) in shares.chunks_exact(columns.max(1)).enumerate() {
         for (x, &share) in row.iter().enumerate() {
-            let block = y * BLOCKS / rows * BLOCKS + x * BLOCKS / columns;
+            let block = y * blocks / rows * blocks + x * blocks / columns;
             sums[block] += f64::from(share);
             counts[block] += 1;
         }
     }
-    core::array::from_fn(|block| sums[block] / f64::from(counts[block].max(1)))
+    sums.into_iter().zip(counts).map(|(sum, count): (f64, u32)| sum / f64::from(count.max(1))).collect()
 }

@@ -14,7 +14,7 @@ use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, MotionConfig};
+use wstac_core::touch::motion::{self, MotionConfig, Readout};
 use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::Paths;
@@ -152,7 +152,7 @@ impl RandomSlides {
             Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
         pipeline.keep_taxels();
         let mut ring = TaxelRing::of(&geometry);
-        let config = MotionConfig::published(rate);
+        let config = MotionConfig::published(rate).with_readout(Readout::GLOBAL);
         let nothing = PathSlide {
             slide,
             sensor,

@@ -11,6 +11,7 @@ mod axis;
 mod contact;
 mod edges;
 mod live;
+mod readout;
 mod shape;
 mod shift;
 mod sqrt;
@@ -23,6 +24,7 @@ use crate::reason::Reason;
 use axis::Axis;
 pub use contact::Contact;
 pub use live::{LiveContact, LiveMotion};
+pub use readout::{Readout, RowOrder};
 use sqrt::sqrt;
 
 /// A speed and a direction, each with its standard deviation.
@@ -71,11 +73,14 @@ pub struct MotionConfig {
     pitch_mm: f32,
     /// Speed in mm/s of a slowness of one frame per pitch.
     pitch_per_frame: f32,
+    readout: Readout,
 }
 
 /// Slowness in frames per pitch below which a touch is a press: all whiskers are reached at once. From the second number
 /// on it is a slide. At a pitch of 4 mm and 30 frames per second they are 1,200 and 706 mm/s.
 const LEAST_SLIDE: [f32; 2] = [0.1, 0.17];
+/// Most slowness that a press may have by some readout, if that is unknown: 545 mm/s.
+const MOST_PRESS: f32 = 0.22;
 /// Slowness in frames per pitch above which a sample does not show all whiskers.
 const MOST_SLOWNESS: f32 = 13.0;
 /// Coherence from which a touch has one shape, and from which its velocity is reliable.
@@ -116,22 +121,43 @@ const CHANGE: [f32; 2] = [0.04, 0.004];
 impl MotionConfig {
     /// Creates the parameters from the distance between neighboring whiskers in mm and the camera's frame rate.
     ///
+    /// The readout is unknown, since most cameras have a rolling shutter: see [`MotionConfig::with_readout`].
+    ///
     /// # Errors
     /// Returns [`ConfigError::Pitch`] unless the pitch is above 0 and at most 1000 mm.
     pub const fn new(pitch_mm: f32, rate: FrameRate) -> Result<Self, ConfigError> {
         if !(pitch_mm > 0.0 && pitch_mm <= 1000.0) {
             return Err(ConfigError::Pitch(pitch_mm));
         }
-        Ok(Self { pitch_mm, pitch_per_frame: pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames() })
+        let pitch_per_frame = pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames();
+        Ok(Self { pitch_mm, pitch_per_frame, readout: Readout::unknown(rate) })
     }
 
-    /// Creates the parameters for the paper's sensor: a pitch of 4 mm.
+    /// Creates the parameters for the paper's sensor: a pitch of 4 mm, and an unknown readout.
     pub const fn published(rate: FrameRate) -> Self {
         match Self::new(PITCH_MM, rate) {
             Ok(config) => config,
             // Not reached: the pitch is in range.
-            Err(_) => Self { pitch_mm: PITCH_MM, pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32 },
+            Err(_) => Self {
+                pitch_mm: PITCH_MM,
+                pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32,
+                readout: Readout::GLOBAL,
+            },
         }
+    }
+
+    /// Returns these parameters with another readout.
+    ///
+    /// With a known one, slides on a rolling shutter have the velocity of the light. With an unknown one, standard
+    /// deviations cover what is possible, and a velocity that depends on it by more than 9 % or 9° is not reliable.
+    #[must_use]
+    pub const fn with_readout(self, readout: Readout) -> Self {
+        Self { readout, ..self }
+    }
+
+    /// Returns the readout.
+    pub const fn readout(self) -> Readout {
+        self.readout
     }
 
     pub(crate) const fn pitch_mm(self) -> f32 {
@@ -202,9 +228,36 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
     factor
 }
 
+/// Returns what a slowness of rows and columns is, as far as the readout tells; or why that is unclear.
+fn contact_at(each: [f32; 2], readout: Readout) -> Result<Contact, Reason> {
+    let [least, most] = readout.bounds(each);
+    if least > MOST_SLOWNESS {
+        Err(Reason::TooSlow)
+    } else if least >= LEAST_SLIDE[1] {
+        Ok(Contact::Slide)
+    } else if most >= MOST_PRESS && !readout.is_known() {
+        Err(Reason::ReadoutUnknown)
+    } else if least < LEAST_SLIDE[0] {
+        Ok(Contact::Press)
+    } else {
+        Err(Reason::TooFast)
+    }
+}
+
 /// Puts both axes together.
-fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, deviations: &Deviations) -> Motion {
+fn motion(
+    mut rows: Axis,
+    mut columns: Axis,
+    event: &Event<'_>,
+    config: MotionConfig,
+    deviations: &Deviations,
+) -> Motion {
     let coherence = rows.coherence.min(columns.coherence);
+    let readout = config.readout;
+    let [of_rows, of_columns] = readout.delays();
+    rows.slowness += of_rows;
+    columns.slowness += of_columns;
+    let each = [rows.slowness, columns.slowness];
     let slowness = length(rows.slowness, columns.slowness);
     // An event per touch says whether the light has left.
     let is_over = event.touch_frame.is_none() || event.end_frame.is_some();
@@ -222,14 +275,8 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
         } else {
             Reason::NotOver
         })
-    } else if slowness > MOST_SLOWNESS {
-        Err(Reason::TooSlow)
-    } else if slowness < LEAST_SLIDE[0] {
-        Ok(Contact::Press)
-    } else if slowness < LEAST_SLIDE[1] {
-        Err(Reason::TooFast)
     } else {
-        Ok(Contact::Slide)
+        contact_at(each, readout)
     };
     let doubt = doubt_of_event(event).or(contact.err());
     let contact = contact.unwrap_or(Contact::Unclear);
@@ -238,7 +285,7 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
     }
     // Each filled frame repeats the one before it, which moves edges.
     let least = length(deviations.least, FILLED * sqrt(f32::from(event.touch_filled)));
-    let velocity = velocity(rows, columns, slowness, config, &Deviations { least, ..*deviations });
+    let (velocity, reach) = velocity(rows, columns, slowness, config, &Deviations { least, ..*deviations });
     let of_slide = if !is_steady(rows, columns, slowness) {
         Some(Reason::SpeedChanges)
     } else if !(rows.is_crossed && columns.is_crossed) {
@@ -247,6 +294,8 @@ fn motion(rows: Axis, columns: Axis, event: &Event<'_>, config: MotionConfig, de
         Some(Reason::OutOfLine)
     } else if coherence < RELIABLE {
         Some(Reason::NotAlike)
+    } else if readout::is_too_far(reach) {
+        Some(Reason::ReadoutUnknown)
     } else if velocity.mm_s_sd < deviations.most * velocity.mm_s {
         None
     } else {
@@ -278,22 +327,29 @@ fn is_steady(rows: Axis, columns: Axis, slowness: f32) -> bool {
     rows.change.max(columns.change) <= CHANGE[0] * slowness + CHANGE[1]
 }
 
-/// Returns speed and direction of a slowness above 0, in frames per pitch.
-fn velocity(rows: Axis, columns: Axis, slowness: f32, config: MotionConfig, deviations: &Deviations) -> Velocity {
+/// Returns speed and direction of a slowness above 0, in frames per pitch, and how far an unknown readout may move them.
+fn velocity(
+    rows: Axis,
+    columns: Axis,
+    slowness: f32,
+    config: MotionConfig,
+    deviations: &Deviations,
+) -> (Velocity, [f32; 2]) {
     // A difference, because the negative of 0 would give an angle of -0.
     let (right, up) = (columns.slowness / slowness, 0.0 - rows.slowness / slowness);
     let factor = between(deviations.factors, slowness);
     let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));
     let mm_s = config.pitch_per_frame / slowness;
-    Velocity {
+    let reach = config.readout.reach(slowness, right, up);
+    let across = length(up * right_sd, right * up_sd) * between(deviations.across, slowness);
+    let velocity = Velocity {
         mm_s,
-        mm_s_sd: mm_s * length(right * right_sd, up * up_sd),
+        mm_s_sd: mm_s * readout::widened(length(right * right_sd, up * up_sd), reach[0]),
         degrees: degrees(right, up),
-        degrees_sd: length(up * right_sd, right * up_sd)
-            * between(deviations.across, slowness)
-            * (180.0 / core::f32::consts::PI),
-    }
+        degrees_sd: readout::widened(across, reach[1]) * (180.0 / core::f32::consts::PI),
+    };
+    (velocity, reach)
 }
 
 /// Returns the angle of a vector in degrees, counterclockwise from the right: 0 ≤ degrees < 360.

@@ -2,6 +2,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::features::Features;
+use crate::layout::{FrameSize, Layout};
 use crate::paper::baseline::Baseline;
 use crate::paper::sample::Sample;
 use crate::params::{FEATURES, SAMPLE_FRAMES};
@@ -40,7 +41,7 @@ fn sample(row: f64, column: f64, gains: [f64; 5]) -> [Features; SAMPLE_FRAMES] {
 
 #[test]
 fn a_velocity_is_that_of_the_light() {
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let baseline = baseline();
     for gains in [[1.0; 5], [0.7, 1.2, 1.0, 0.9, 1.3]] {
         for (row, column) in [(0.8, 0.0), (-0.3, 0.4), (0.0, -2.0), (3.0, 4.0), (0.0, 0.25), (-6.5, 0.0)] {
@@ -65,7 +66,7 @@ fn a_velocity_is_that_of_the_light() {
 fn speeds_follow_pitch_and_frame_rate() {
     let (frames, baseline) = (sample(0.0, 1.0, [1.0; 5]), baseline());
     for (pitch, rate, expected) in [(4.0, 30, 120.0), (2.0, 30, 60.0), (4.0, 25, 100.0), (4.0, 120, 120.0)] {
-        let config = MotionConfig::new(pitch, FrameRate::new(rate, 1).unwrap()).unwrap();
+        let config = MotionConfig::new(pitch, FrameRate::new(rate, 1).unwrap()).unwrap().with_readout(Readout::GLOBAL);
         let velocity = by_coherence(&event_of(&frames, &baseline), config).velocity.unwrap();
         assert!((velocity.mm_s / expected - 1.0).abs() < 0.004, "{pitch} {rate}: {velocity:?}");
         // Straight to the right is 0, and not -0.0.
@@ -78,7 +79,7 @@ fn speeds_follow_pitch_and_frame_rate() {
 
 #[test]
 fn touches_that_do_not_slide_have_no_velocity() {
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let baseline = baseline();
     let of = |frames: &[Features; SAMPLE_FRAMES]| {
         let event = event_of(frames, &baseline);
@@ -101,7 +102,7 @@ fn touches_that_do_not_slide_have_no_velocity() {
 
 #[test]
 fn an_event_that_is_not_reliable_has_no_reliable_velocity() {
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let (frames, baseline) = (sample(0.0, 1.0, [1.0; 5]), baseline());
     let event = Event { reliable: false, ..event_of(&frames, &baseline) };
     let motion = by_coherence(&event, config);
@@ -111,7 +112,7 @@ fn an_event_that_is_not_reliable_has_no_reliable_velocity() {
 /// Checks that lost frames widen the deviations, and that a speed that they leave in doubt is not reliable.
 #[test]
 fn filled_frames_widen_deviations() {
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let (frames, baseline) = (sample(0.0, 0.8, [1.0; 5]), baseline());
     let of = |touch_filled| by_coherence(&Event { touch_filled, ..event_of(&frames, &baseline) }, config);
     let velocity = of(0).velocity.unwrap();
@@ -130,7 +131,7 @@ fn filled_frames_widen_deviations() {
 /// Checks that a motion which does not hold throughout the sample, or over all lines, is not reliable.
 #[test]
 fn a_motion_of_a_part_is_not_reliable() {
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let baseline = baseline();
     let whole = sample(0.6, 0.8, [1.0, 0.8, 1.1, 0.9, 1.0]);
     assert!(by_coherence(&event_of(&whole, &baseline), config).reliable);
@@ -153,7 +154,7 @@ fn a_motion_of_a_part_is_not_reliable() {
 /// Checks that a row whose whiskers are not where the others are is not trusted.
 #[test]
 fn a_line_out_of_order_is_not_reliable() {
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let baseline = baseline();
     let mut frames = sample(0.6, 0.8, [1.0; 5]);
     for (t, frame) in frames.iter_mut().enumerate() {
@@ -166,7 +167,7 @@ fn a_line_out_of_order_is_not_reliable() {
 /// Checks that whatever a sample and a baseline hold, numbers are finite and in range.
 #[test]
 fn any_sample_has_an_answer_in_range() {
-    let config = MotionConfig::published(FrameRate::NOMINAL);
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut state = 1_u64;
     let mut random = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -196,4 +197,108 @@ fn any_sample_has_an_answer_in_range() {
             assert!(all.iter().all(|number| number.is_finite() && *number >= 0.0), "{motion:?}");
         }
     }
+}
+
+/// Returns the readout of the paper's layout.
+fn readout(ms: Option<f32>, order: RowOrder) -> Readout {
+    let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
+    Readout::of_layout(ms, order, &layout, FrameRate::NOMINAL)
+}
+
+/// Checks that a wave has its own velocity whatever the time in which the camera reads its rows.
+#[test]
+fn a_known_readout_leaves_the_velocity_of_the_light() {
+    let (baseline, orders) = (baseline(), [RowOrder::Down, RowOrder::Up, RowOrder::Right, RowOrder::Left]);
+    for (order, ms) in orders.into_iter().zip([33.0, -20.0, 33.0, 10.0]).chain([(RowOrder::Up, 33.0)]) {
+        let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(readout(Some(ms), order));
+        // A fifth of the time from the first row to the last, in frames, to the line that the camera reads next.
+        let delay = f64::from(ms) * 0.03 / 5.0;
+        let [of_rows, of_columns] = match order {
+            RowOrder::Down => [delay, 0.0],
+            RowOrder::Up => [-delay, 0.0],
+            RowOrder::Right => [0.0, delay],
+            RowOrder::Left => [0.0, -delay],
+        };
+        for (row, column) in [(0.8, 0.0), (-0.3, 0.4), (0.0, -2.0), (3.0, 4.0), (0.2, 0.25)] {
+            let frames = sample(row - of_rows, column - of_columns, [1.0; 5]);
+            for motion in [by_coherence, by_edges].map(|by| by(&event_of(&frames, &baseline), config)) {
+                let velocity = motion.velocity.unwrap();
+                let speed = 120.0 / f64::hypot(row, column);
+                let degrees = f64::atan2(-row, column).to_degrees().rem_euclid(360.0);
+                let off = (f64::from(velocity.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
+                assert!((f64::from(velocity.mm_s) / speed - 1.0).abs() < 0.05, "{order:?} {row} {column}: {motion:?}");
+                assert!(off.abs() < 3.0, "{order:?} {row} {column}: {motion:?}");
+            }
+        }
+        // All whiskers at once.
+        let press = by_coherence(&event_of(&sample(-of_rows, -of_columns, [1.0; 5]), &baseline), config);
+        assert_eq!((press.contact, press.doubt), (Contact::Press, None));
+    }
+}
+
+/// Checks that deviations cover what an unknown readout may change, and that no velocity is reliable which it could make
+/// wrong.
+#[test]
+fn an_unknown_readout_widens_deviations_or_refuses() {
+    let baseline = baseline();
+    let of = |row: f64, column: f64, readout: Readout| {
+        let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(readout);
+        by_coherence(&event_of(&sample(row, column, [1.0; 5]), &baseline), config)
+    };
+    let unknown = readout(None, RowOrder::Down);
+    assert_eq!(unknown, Readout::unknown(FrameRate::NOMINAL));
+    assert!(!unknown.is_known() && Readout::GLOBAL.is_known());
+    for (row, column) in [(0.0, 1.2), (1.5, 0.0), (-1.4, 1.4), (6.0, 2.0)] {
+        // The rows are read within half a frame, as is assumed.
+        let [found, known] = [unknown, readout(Some(50.0 / 3.0), RowOrder::Down)].map(|of_it| of(row, column, of_it));
+        let [found, known] = [found, known].map(|motion| {
+            assert!(motion.reliable, "{row} {column}: {motion:?}");
+            motion.velocity.unwrap()
+        });
+        assert!((found.mm_s / known.mm_s - 1.0).abs() < 1e-6 && (found.degrees - known.degrees).abs() < 1e-4);
+        let slowness = 120.0 / found.mm_s;
+        let (sine, cosine) = found.degrees.to_radians().sin_cos();
+        let part = |wide: f32, narrow: f32| (wide * wide - narrow * narrow).max(0.0).sqrt();
+        let speed = part(found.mm_s_sd / found.mm_s, known.mm_s_sd / known.mm_s);
+        let degrees = part(found.degrees_sd, known.degrees_sd).to_radians();
+        assert!((speed - 0.0577 / slowness * sine.abs()).abs() < 1e-3, "{row} {column}: {found:?} {known:?}");
+        assert!((degrees - 0.0577 / slowness * cosine.abs()).abs() < 1e-3, "{row} {column}: {found:?} {known:?}");
+    }
+    for (row, column) in [(0.7, 0.0), (0.0, 0.5), (-0.6, 0.5), (-0.35, 0.0)] {
+        let motion = of(row, column, unknown);
+        assert_eq!(
+            (motion.reliable, motion.doubt),
+            (false, Some(Reason::ReadoutUnknown)),
+            "{row} {column}: {motion:?}"
+        );
+    }
+    // A press on a global shutter, and one whose rows take a frame.
+    for row in [0.0, -0.2] {
+        assert_eq!(of(row, 0.0, unknown).contact, Contact::Press);
+    }
+}
+
+/// Checks the delays of layouts that fill a part of the picture or are turned, and of several camera frames per feature
+/// frame.
+#[test]
+fn delays_follow_the_layout_and_the_rate() {
+    let of = |layout: &Layout, ms, rate| Readout::of_layout(ms, RowOrder::Down, layout, rate).delays();
+    let near = |found: [f32; 2], expected: [f32; 2]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}, expected {expected:?}");
+    };
+    let paper = |width, height| Layout::paper(FrameSize::new(width, height).unwrap()).unwrap();
+    let wide = paper(1280, 720);
+    near(of(&wide, Some(20.0), FrameRate::NOMINAL), [0.12, 0.0]);
+    // The taxels are in the middle half of the height.
+    near(of(&paper(400, 800), Some(20.0), FrameRate::NOMINAL), [0.06, 0.0]);
+    // Four camera frames are one feature frame, and an unknown readout is within one of them.
+    let fast = FrameRate::new(120, 1).unwrap();
+    near(of(&wide, Some(8.0), fast), [0.048, 0.0]);
+    near(of(&wide, None, fast), [0.025, 0.0]);
+    near(Readout::unknown(fast).delays(), [0.025, 0.0]);
+    // The whole sensor is turned by a quarter: what counts as a row are the picture's columns.
+    let corners = core::array::from_fn(|taxel| [300 - 60 * (taxel / 5) as u16, 60 * (taxel % 5) as u16]);
+    let turned = Layout::new(FrameSize::new(400, 600).unwrap(), [50, 50], corners).unwrap();
+    near(of(&turned, Some(20.0), FrameRate::NOMINAL), [0.0, 0.06]);
+    near(Readout::of_layout(Some(20.0), RowOrder::Right, &turned, FrameRate::NOMINAL).delays(), [-0.09, 0.0]);
 }

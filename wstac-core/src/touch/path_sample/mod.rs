@@ -90,8 +90,9 @@ impl PathSample {
         light.fill(event);
         let by_rows = way.up.unsigned_abs() > way.right.unsigned_abs();
         let plan = if by_rows { &BY_ROWS } else { &BY_COLUMNS };
+        let [up, right] = way.recorded(config);
         let delays = core::array::from_fn(|line| {
-            if line < ROWS { way.up * (2 - line as i32) } else { way.right * (line as i32 - (ROWS + 2) as i32) }
+            if line < ROWS { up * (2 - line as i32) } else { right * (line as i32 - (ROWS + 2) as i32) }
         });
         let weights = core::array::from_fn(|line| if line < ROWS { way.rows } else { ONE - way.rows });
         way.sample(&light, plan, delays, weights, frames, self)
@@ -126,9 +127,10 @@ impl PathSample {
 
     fn try_taxels(&mut self, ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<()> {
         let way = Way::new(velocity, config)?;
+        let [up, right] = way.recorded(config);
         let delays = core::array::from_fn(|taxel| {
             let (row, column) = ((taxel / COLUMNS) as i32, (taxel % COLUMNS) as i32);
-            way.up * (2 - row) + way.right * (column - 2)
+            up * (2 - row) + right * (column - 2)
         });
         way.sample(&ring::TaxelLight::new(ring), &BY_TAXELS, delays, [1; TAXELS], frames, self)
     }
@@ -194,6 +196,13 @@ impl Way {
             rows: nearest(rows * ONE as f32).clamp(0, ONE),
             factors: Factors { speed, direction },
         })
+    }
+
+    /// Returns the delays from a row to the one above it and from a column to the next as the camera sees them: lines that
+    /// it reads later show the light sooner.
+    fn recorded(&self, config: MotionConfig) -> [i32; 2] {
+        let [rows, columns] = config.readout().delays().map(|delay| nearest(delay * (1 << FRAME_BITS) as f32));
+        [self.up + rows, self.right - columns]
     }
 
     fn sample<const LINES: usize>(

@@ -11,6 +11,7 @@ use crate::paper::sample::Sample;
 use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
 use crate::taxels::FrameGeometry;
+use crate::touch::motion::Readout;
 
 /// Light of a dark taxel, as a fraction of full scale.
 const DARK: f64 = 0.004;
@@ -18,7 +19,7 @@ const DARK: f64 = 0.004;
 const FULL: f64 = 637_500.0;
 
 fn config() -> MotionConfig {
-    MotionConfig::published(FrameRate::NOMINAL)
+    MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL)
 }
 
 fn velocity(mm_s: f32, degrees: f32) -> Velocity {

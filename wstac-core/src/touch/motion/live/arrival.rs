@@ -4,6 +4,7 @@ use super::light::light;
 use super::track::Track;
 use crate::paper::sample::Sample;
 use crate::params::FEATURES;
+use crate::touch::motion::Readout;
 use crate::touch::motion::edges::LINES;
 
 /// The level of an edge: 77 / 256, 30 % of the peak.
@@ -27,7 +28,12 @@ pub(super) struct Arrival {
 ///
 /// All lines are read at the same age, since brighter light comes later to the last ones than to the first ones.
 #[inline]
-pub(super) fn arrival(recent: Sample<'_>, ages: &[u8; FEATURES], base: &[i32; FEATURES]) -> Option<Arrival> {
+pub(super) fn arrival(
+    recent: Sample<'_>,
+    ages: &[u8; FEATURES],
+    base: &[i32; FEATURES],
+    readout: Readout,
+) -> Option<Arrival> {
     let mut tracks = [Track::at(0.0, 1.0, 0); 2];
     let mut farthest = 0.0_f32;
     for ((track, ages), (axis, base)) in
@@ -50,7 +56,7 @@ pub(super) fn arrival(recent: Sample<'_>, ages: &[u8; FEATURES], base: &[i32; FE
         }
         *track = Track::at(slowness / 65_536.0, squares / 30.0 + LEAST_VARIANCE, (sum / 5 - BEFORE) >> 16);
     }
-    let slowness = super::slowness(&tracks);
+    let slowness = super::slowness(&tracks, readout);
     Some(Arrival { tracks, excess: (farthest - (FARTHEST[0] * slowness + FARTHEST[1])).max(0.0) })
 }
 

@@ -12,7 +12,7 @@ use crate::paper::sample::Sample;
 use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
 
 use super::edges::LINES;
-use super::{Contact, LEAST_SLIDE, MOST_SLOWNESS, MotionConfig, Velocity, degrees};
+use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, degrees, readout};
 use alike::Alike;
 use arrival::arrival;
 use level::{Change, Level};
@@ -89,7 +89,7 @@ pub struct LiveMotion {
 struct Slide {
     /// Rows and columns.
     tracks: [Track; 2],
-    /// The slowness of both together, in frames per pitch.
+    /// The slowness of the light on both together, in frames per pitch. Tracks have what rows show in their own time.
     slowness: f32,
     /// Standard deviation of both slownesses by edges that are not on a straight line.
     excess: f32,
@@ -185,7 +185,7 @@ impl LiveMotion {
         self.faded = if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
         match &mut self.slide {
             Some(slide) => {
-                slide.follow(recent, newest, &self.base, frames);
+                slide.follow(recent, newest, &self.base, frames, self.config.readout);
                 // Not in the longest frames, which catch up.
                 if !slide.tracks.iter().any(|track| track.is_behind) {
                     slide.alike.look(recent, &self.ages, &self.base, 1);
@@ -193,7 +193,7 @@ impl LiveMotion {
             }
             None => match self.arrive(recent) {
                 Ok(slide) => {
-                    let contact = slide.contact();
+                    let contact = slide.contact(self.config);
                     self.slide = Some(slide);
                     return is_lit.then_some(LiveContact { contact, velocity: None });
                 }
@@ -217,8 +217,8 @@ impl LiveMotion {
         if youngest < AGE {
             return Err(Contact::Unclear);
         }
-        let arrival = arrival(recent, &self.ages, &self.base).ok_or(Contact::Unclear)?;
-        let slowness = slowness(&arrival.tracks);
+        let arrival = arrival(recent, &self.ages, &self.base, self.config.readout).ok_or(Contact::Unclear)?;
+        let slowness = slowness(&arrival.tracks, self.config.readout);
         let each = arrival.tracks.map(|track| track.slowness);
         let level = Level::new(each, slowness);
         let alike = Alike::new(each, recent, &self.ages, &self.base);
@@ -227,33 +227,28 @@ impl LiveMotion {
 }
 
 impl Slide {
-    fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8) {
+    fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8, readout: Readout) {
         let memory = Memory::of(self.slowness);
         let Change { number, large } = self.level.push(newest, self.slowness, frames);
         self.off = BY_LIGHT[1] * number;
         let factor = large.map(|large| light(large.saturating_neg()) as f32 / light::ONE as f32);
-        for ((track, base), first) in self.tracks.iter_mut().zip(base.chunks(LINES)).zip([0, ROWS]) {
+        let lines = self.tracks.iter_mut().zip(base.chunks(LINES)).zip([0, ROWS]);
+        for (((track, base), first), delay) in lines.zip(readout.delays()) {
             track.pass(frames);
             if let Some(factor) = factor {
-                track.scale(factor, BY_LIGHT[0] * number.abs());
+                track.scale(factor, BY_LIGHT[0] * number.abs(), delay);
             }
             track.compare(recent, first, base, memory);
         }
-        self.slowness = slowness(&self.tracks);
+        self.slowness = slowness(&self.tracks, readout);
     }
 
-    fn contact(&self) -> Contact {
-        if self.slowness < LEAST_SLIDE[0] {
-            Contact::Press
-        } else if self.slowness < LEAST_SLIDE[1] || self.slowness > MOST_SLOWNESS {
-            Contact::Unclear
-        } else {
-            Contact::Slide
-        }
+    fn contact(&self, config: MotionConfig) -> Contact {
+        contact_at(of_light(&self.tracks, config.readout), config.readout).unwrap_or(Contact::Unclear)
     }
 
     fn answer(&self, config: MotionConfig, has_faded: bool) -> LiveContact {
-        let contact = self.contact();
+        let contact = self.contact(config);
         let is_sliding = contact == Contact::Slide && !has_faded && self.alike.holds;
         LiveContact { contact, velocity: if is_sliding { self.velocity(self.slowness, config) } else { None } }
     }
@@ -262,18 +257,21 @@ impl Slide {
     fn velocity(&self, whole: f32, config: MotionConfig) -> Option<Velocity> {
         let least = LEAST[0] + LEAST[1] * whole.min(LEAST[2]);
         let always = least * least + self.excess * self.excess;
-        let part = |track: &Track| (track.slowness / whole, (track.variance + always) / (whole * whole));
-        let [(up, up_variance), (right, right_variance)] = self.tracks.each_ref().map(part);
+        let [up, right] = of_light(&self.tracks, config.readout).map(|slowness| slowness / whole);
+        let [up_variance, right_variance] =
+            self.tracks.each_ref().map(|track| (track.variance + always) / (whole * whole));
         let (upwards, rightwards) = (up * up, right * right);
         let mm_s = config.pitch_per_frame / whole;
         let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;
         let is_behind = whole < 0.6 && self.tracks.iter().any(|track| track.is_behind);
-        let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION;
+        let reach = config.readout.reach(whole, right, -up);
+        let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION && !readout::is_too_far(reach);
+        let across = root(upwards * right_variance + rightwards * up_variance);
         is_known.then(|| Velocity {
             mm_s,
-            mm_s_sd: mm_s * root(variance),
+            mm_s_sd: mm_s * readout::widened(root(variance), reach[0]),
             degrees: degrees(right, -up),
-            degrees_sd: root(upwards * right_variance + rightwards * up_variance) * (180.0 / core::f32::consts::PI),
+            degrees_sd: readout::widened(across, reach[1]) * (180.0 / core::f32::consts::PI),
         })
     }
 }
@@ -310,9 +308,16 @@ fn root(x: f32) -> f32 {
     0.5 * (better + x / better)
 }
 
-/// Returns the slowness of rows and columns together, in frames per pitch.
-fn slowness([rows, columns]: &[Track; 2]) -> f32 {
-    root(rows.slowness * rows.slowness + columns.slowness * columns.slowness)
+/// Returns the slowness of the light along rows and columns, in frames per pitch.
+fn of_light([rows, columns]: &[Track; 2], readout: Readout) -> [f32; 2] {
+    let [of_rows, of_columns] = readout.delays();
+    [rows.slowness + of_rows, columns.slowness + of_columns]
+}
+
+/// Returns that of both together.
+fn slowness(tracks: &[Track; 2], readout: Readout) -> f32 {
+    let [rows, columns] = of_light(tracks, readout);
+    root(rows * rows + columns * columns)
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ fn frames(rows: f64, columns: f64, gains: [f64; 5], length: f64) -> Vec<Features
 /// Returns what is said of each frame.
 fn said(frames: &[Features]) -> Vec<Option<LiveContact>> {
     let baseline = baseline();
-    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
     (SAMPLE_FRAMES..frames.len())
         .map(|end| {
             let recent: &[Features; SAMPLE_FRAMES] = frames[end - SAMPLE_FRAMES..end].try_into().unwrap();
@@ -149,7 +149,7 @@ fn a_short_gap_is_passed_and_a_long_one_begins_anew() {
     let frames = frames(0.0, 4.0, [1.0; 5], 60.0);
     let baseline = baseline();
     for (gap, goes_on) in [(3, true), (7, true), (8, false)] {
-        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
         let mut all = frames.clone();
         let filled = all[125];
         all[126..126 + gap].fill(filled);
@@ -193,7 +193,7 @@ fn any_features_have_an_answer_in_range() {
         let totals = core::array::from_fn(|_| if kind > 3 { 25 * i32::from(feature(DARK)) } else { random() as i32 });
         let baseline =
             Baseline::new(totals, [25, 1, 350, 0, u16::MAX][if kind > 3 { 0 } else { random() as usize % 5 }]);
-        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL));
+        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
         let mut end = SAMPLE_FRAMES;
         while end < all.len() {
             let from = end - [SAMPLE_FRAMES, 25, 1, 70][random() as usize & 3].min(end);

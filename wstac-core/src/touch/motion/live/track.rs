@@ -81,11 +81,12 @@ impl Track {
         self.frame -= i32::from(frames);
     }
 
-    /// Replaces the slowness by `factor` times itself, with a standard deviation of `sd` times itself more. Frames before
-    /// now are not compared any more.
-    pub(super) fn scale(&mut self, factor: f32, sd: f32) {
-        let slowness = self.slowness * factor;
-        let sd = super::root(self.variance) * factor + sd * slowness.abs();
+    /// Replaces the slowness of the light, which is later by `delay`, by `factor` times itself, with a standard deviation of
+    /// `sd` times itself more. Frames before now are not compared any more.
+    pub(super) fn scale(&mut self, factor: f32, sd: f32, delay: f32) {
+        let of_light = (self.slowness + delay) * factor;
+        let slowness = of_light - delay;
+        let sd = super::root(self.variance) * factor + sd * of_light.abs();
         *self = Self::at(slowness, kept(sd * sd), 1 + (2.0 * slowness.abs()) as i32);
     }
 

@@ -1,0 +1,174 @@
+//! Tests of a Raspberry Pi's camera, with a program in the place of `rpicam-vid` that speaks as it does.
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use wstac_tests::command::{good, program, said, wstac};
+use wstac_tests::folder::Folder;
+
+/// A folder with the stand-in and a slide.
+fn camera(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    let slide = "specimen = \"Saw3\"\nspeed = 150\ndirection = 30\nlength = 60\n[sensor]\nsize = [400, 400]\n";
+    good(&["scene", "render", &folder.scene("s.toml", slide), "-o", &folder.path("s.y4m")]);
+    std::fs::create_dir(folder.0.join("bin")).unwrap();
+    let stand_in = concat!(env!("CARGO_MANIFEST_DIR"), "/command/rpicam-vid");
+    std::os::unix::fs::symlink(stand_in, folder.0.join("bin/rpicam-vid")).unwrap();
+    folder
+}
+
+fn command(folder: &Folder, plan: &Value, arguments: &[&str]) -> Command {
+    let mut command = program(wstac());
+    command.args(arguments).current_dir(&folder.0);
+    command.env("PATH", format!("{}:/usr/local/bin:/usr/bin:/bin", folder.path("bin")));
+    command.env("PICTURES", folder.path("s.y4m")).env("CAMERA", plan.to_string());
+    command.env("ARGUMENTS", folder.path("arguments.json"));
+    command
+}
+
+fn with(folder: &Folder, plan: &Value, arguments: &[&str]) -> Output {
+    command(folder, plan, arguments).output().unwrap()
+}
+
+/// Records the camera until its program ends, and returns what was said.
+fn recorded(folder: &Folder, plan: &Value) -> String {
+    let done = with(folder, plan, &["record", "rpicam:", "--size", "400x400", "-o", "r.mcap", "--force"]);
+    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
+    said(&done)
+}
+
+fn first_event(source: &str) -> Value {
+    let text = good(&["run", source, "--json"]);
+    let line = text.lines().find(|line| line.starts_with(r#"{"kind":"event""#)).unwrap();
+    serde_json::from_str(line).unwrap()
+}
+
+#[test]
+fn frames_are_those_of_the_file_with_the_cameras_own_times() {
+    let folder = camera("rpicam-frames");
+    let expected = first_event(&folder.path("s.y4m"));
+    for plan in [json!({}), json!({"pad": 112, "start_s": 1.5}), json!({"lines": ["\u{fffd} noise", "=", "ERROR"]})] {
+        let text = recorded(&folder, &plan);
+        let event = first_event(&folder.path("r.mcap"));
+        for key in ["frame", "touch_frame", "end_frame", "speed", "direction", "reliable"] {
+            assert_eq!(event[key], expected[key], "{key} {plan}");
+        }
+        // The frames are 33,333 µs apart, from 5 s on.
+        let expected = 5_000_000_000_u64 + event["touch_frame"].as_u64().unwrap() * 33_333_000;
+        assert_eq!(event["time_ns"], expected, "{event}");
+        assert!(text.contains("rpicam: imx219, YUV420 400x400, 30 fps; 4 controls locked\n"), "{text}");
+        assert!(text.contains("rpicam: rpicam-vid has ended (exit status: 0)"), "{text}");
+    }
+    let text = recorded(&folder, &json!({"drop": [60, 61, 100]}));
+    assert!(text.contains("3 frames lost: dropped by the driver"), "{text}");
+    let text = recorded(&folder, &json!({"period_us": 50_000}));
+    assert!(text.contains("20 fps; 4 controls locked; asked for 30 fps"), "{text}");
+}
+
+#[test]
+fn the_color_space_is_the_one_that_the_program_states() {
+    let folder = camera("rpicam-color");
+    let features = |source: &str| good(&["run", source, "--features", "--json"]);
+    let values = |text: &str| -> Vec<String> {
+        text.lines().filter_map(|line| Some(line.split_once("\"f\":")?.1.to_owned())).collect()
+    };
+    let file = values(&features(&folder.path("s.y4m")));
+    assert!(file.len() > 60);
+    for (color, is_full) in [("sYCC", true), ("SMPTE170M", false), ("Rec709", false)] {
+        recorded(&folder, &json!({"color": color}));
+        assert_eq!(values(&features(&folder.path("r.mcap"))) == file, is_full, "{color}");
+    }
+    let done = with(&folder, &json!({"color": "sRGB/Linear"}), &["run", "rpicam:"]);
+    assert!(said(&done).contains("gives the color space \"sRGB/Linear\", expected sYCC"), "{}", said(&done));
+}
+
+#[test]
+fn controls_are_locked_and_can_be_set() {
+    let folder = camera("rpicam-controls");
+    let arguments = |options: &[&str]| -> Value {
+        let done = with(&folder, &json!({"frames": 3}), &[&["run", "rpicam:1"], options].concat());
+        assert!(said(&done).contains("rpicam-vid has ended"), "{}", said(&done));
+        serde_json::from_slice(&std::fs::read(folder.0.join("arguments.json")).unwrap()).unwrap()
+    };
+    let plain = arguments(&[]);
+    for (name, value) in [("camera", "1"), ("width", "1280"), ("height", "720"), ("framerate", "30.0000")] {
+        assert_eq!(plain[name], value);
+    }
+    for (name, value) in [("shutter", "20000"), ("gain", "1.00"), ("awbgains", "1.00,1.00"), ("denoise", "off")] {
+        assert_eq!(plain[name], value);
+    }
+    let settings = ["--control", "shutter=8000", "--control", "gain=250", "--control", "lens_position=1200"];
+    let set = arguments(&[&settings[..], &["--fps", "60", "--size", "640x480"]].concat());
+    assert_eq!([&set["shutter"], &set["gain"], &set["lens-position"], &set["width"]], ["8000", "2.50", "12.00", "640"]);
+    // The exposure fits into a frame.
+    assert_eq!(arguments(&["--fps", "100"])["shutter"], "6000");
+    let kept = arguments(&["--keep-controls"]);
+    assert!(kept.get("shutter").is_none() && kept.get("awbgains").is_none(), "{kept}");
+    for (options, expected) in [
+        (&["--control", "exposure=3"][..], "control exposure is 3, expected one of shutter 10 to 10000000 (µs), gain"),
+        (&["--control", "gain=99"], "control gain is 99, expected one of"),
+        (&["--size", "641x480"], "size is 641x480, expected even numbers"),
+        (&["--format", "YUYV"], "format is YUYV, expected YU12"),
+        (&["--keep-controls", "--control", "gain=100"], "expected none with --keep-controls"),
+    ] {
+        let done = with(&folder, &json!({}), &[&["run", "rpicam:"], options].concat());
+        assert!(said(&done).contains(expected), "{}", said(&done));
+    }
+    let done = with(&folder, &json!({}), &["run", "rpicam:-n"]);
+    assert!(said(&done).contains("camera is \"-n\", expected a number"), "{}", said(&done));
+}
+
+#[test]
+fn what_goes_wrong_is_said_with_its_reason() {
+    let folder = camera("rpicam-wrong");
+    let crash = json!({"frames": 40, "status": -6, "last_lines": ["[1:2] [3] ERROR V4L2 v4l2_device.cpp:9 lost"]});
+    for (plan, expected) in [
+        (json!({"fail": "no cameras available"}), "rpicam-vid has ended (exit status: 255): no cameras available"),
+        (json!({"fail": "\u{1b}[2Jgone\u{7}"}), "\\u001b[2Jgone\\u0007"),
+        (json!({"frames": 0}), "rpicam-vid has ended (exit status: 0): it reports no error"),
+        (crash, "has ended (signal: 6 (SIGABRT)"),
+        (json!({"frames": 40, "half": true, "status": 3}), "has ended (exit status: 3)"),
+        (json!({"stated": 240_002}), "a frame of rpicam-vid has 240002 bytes, expected 400x400 in YUV420"),
+        (json!({"without": ["time"]}), "the metadata of rpicam-vid have no SensorTimestamp"),
+        (json!({"size": [400, 410]}), "expected 400x410 in YUV420"),
+    ] {
+        let done = with(&folder, &plan, &["run", "rpicam:"]);
+        assert!(done.status.code() == Some(1) && said(&done).contains(expected), "{plan}: {}", said(&done));
+        assert!(!said(&done).contains('\u{1b}'));
+    }
+    let text = recorded(&folder, &json!({"last_lines": ["ERROR: *** \u{9b}lost ***"]}));
+    assert!(text.contains("(exit status: 0): \\u009blost"), "{text}");
+    std::fs::remove_file(folder.0.join("bin/rpicam-vid")).unwrap();
+    let done = with(&folder, &json!({}), &["run", "rpicam:"]);
+    assert!(said(&done).contains("not installed; help: sudo apt install rpicam-apps"), "{}", said(&done));
+}
+
+#[test]
+fn the_program_ends_with_ours() {
+    let folder = camera("rpicam-ends");
+    for killed in [false, true] {
+        let mut command = command(&folder, &json!({"loop": true}), &["run", "rpicam:"]);
+        let (notes, number) = (folder.0.join("notes"), folder.0.join("process"));
+        let mut child = command.stderr(std::fs::File::create(&notes).unwrap()).spawn().unwrap();
+        let started = Instant::now();
+        let waited = |condition: &dyn Fn() -> bool| {
+            while !condition() {
+                assert!(started.elapsed() < Duration::from_mins(1), "{killed}");
+                thread::sleep(Duration::from_millis(10));
+            }
+        };
+        waited(&|| std::fs::read_to_string(&notes).unwrap().contains("imx219"));
+        let stand_in = std::fs::read_to_string(&number).unwrap().trim().to_owned();
+        if killed {
+            child.kill().unwrap();
+        } else {
+            wstac_tests::command::send(&child, wstac_tests::command::Signal::INT);
+        }
+        let status = child.wait().unwrap();
+        assert_eq!(status.code(), if killed { None } else { Some(0) });
+        waited(&|| !Path::new(&format!("/proc/{stand_in}")).exists());
+    }
+}
