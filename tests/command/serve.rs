@@ -152,5 +152,5 @@ fn pages_that_read_nothing_take_little_memory() {
     send(&server, Signal::INT);
     assert_eq!(server.wait().unwrap().code(), Some(0));
     let said: Vec<String> = lines.collect();
-    assert!(said.last().is_some_and(|line| line.contains("wstac-1.mcap") && line.contains("recorded")), "{said:?}");
+    assert!(said.last().is_some_and(|line| line.contains("wstac-1.mcap: ") && line.contains(" frames, ")), "{said:?}");
 }
