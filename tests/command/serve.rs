@@ -1,10 +1,13 @@
-//! Tests what `wstac serve` refuses before it opens its address: folders and files that it could not write.
+//! Tests what `wstac serve` refuses before it opens its address: folders and files that it could not write. Then what
+//! many browsers cost.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
-use std::net::TcpListener;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
-use wstac_tests::command::{good, refusal, run, said, start};
+use wstac_tests::command::{Signal, good, refusal, run, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 const SCENE: &str = "scene:Saw3@150";
@@ -95,4 +98,59 @@ fn all_sensors_of_a_recording_are_shown() {
         }
         assert_eq!(notes.len(), expected.len());
     }
+}
+
+/// 60 browsers that acknowledge everything and read nothing: in 256 MB the page stays, for others too, and a recording goes
+/// on to its end.
+#[test]
+fn pages_that_read_nothing_take_little_memory() {
+    let folder = Folder::new("serve-memory");
+    let scene = folder.path("long.toml");
+    fs::write(&scene, "specimen = \"Saw3\"\nspeed = 150\nlead_in = 100000\n[sensor]\nsize = [320, 240]").unwrap();
+    let source = format!("scene:{scene}");
+    let wstac = wstac().display().to_string();
+    let limited = "ulimit -v 262144; exec \"$@\"";
+    let mut server = Command::new("sh")
+        .args(["-c", limited, "sh", &wstac, "serve", &source, "--listen", "127.0.0.1:0", "--record-to"])
+        .arg(&folder.0)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(server.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let address = lines.next().unwrap();
+    let host = address.trim_start_matches("http://").trim_end_matches('/');
+    let open = || {
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
+        let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+        write!(stream, "GET /socket HTTP/1.1\r\nHost: {host}\r\n{upgrade}\r\n\r\n").unwrap();
+        stream
+    };
+    // A frame of a text from a browser, whose mask is zero.
+    let frame = |text: &str| [&[0x81, 0x80 | text.len() as u8, 0, 0, 0, 0], text.as_bytes()].concat();
+    let mut stalled: Vec<TcpStream> = (0..60).map(|_| open()).collect();
+    stalled[0].write_all(&frame("order 0 {\"order\":\"record\"}")).unwrap();
+    let resident = || {
+        let status = fs::read_to_string(format!("/proc/{}/status", server.id())).unwrap();
+        let line = status.lines().find(|line| line.starts_with("VmRSS:")).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() / 1024
+    };
+    let orders = [frame("ok"), frame(&format!("order 0 {}", "x".repeat(100)))].concat().repeat(50);
+    for _ in 0..20 {
+        for stream in &mut stalled {
+            stream.set_nonblocking(true).unwrap();
+            // The server may not take it, because nobody takes its answers.
+            let _ = stream.write(&orders);
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        assert!(resident() < 150, "{} MB", resident());
+    }
+    let (mut reader, mut bytes) = (open(), [0; 20_000]);
+    reader.read_exact(&mut bytes).unwrap();
+    let greeting = String::from_utf8_lossy(&bytes);
+    assert!(greeting.contains("{\"sensors\":") && greeting.contains("{\"update\":0"), "{greeting}");
+    send(&server, Signal::INT);
+    assert_eq!(server.wait().unwrap().code(), Some(0));
+    let said: Vec<String> = lines.collect();
+    assert!(said.last().is_some_and(|line| line.contains("wstac-1.mcap: ") && line.contains(" frames, ")), "{said:?}");
 }

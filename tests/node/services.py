@@ -60,6 +60,8 @@ def check_services(programs):
     for name in ("pipe.toml", "pipe.wsm", "pipe.mcap"):
         os.mkfifo(folder / name)
     (folder / "device.toml").symlink_to("/dev/zero")
+    (folder / "link.toml").symlink_to(folder / "deaf.toml")
+    (folder / "link.wsm").symlink_to("/etc/passwd")
     shutil.copy(MODELS / "path-svm.wsm", folder / "path-svm.wsm")
     sensors = [f"{name}=scene:{scene}" for name in SENSORS]
     with programs.node(*sensors, "--ros", "--zenoh", "--domain", DOMAIN, "--files", folder, "--listen", endpoint) as node:
@@ -83,12 +85,14 @@ def check_services(programs):
         same((folder / "a.mcap").exists(), False, "a file of a recording that was refused")
         refused(client.call("/wstac/right/stop_recording"), "no recording", "the end of no recording")
         same((folder / "taken.mcap").read_bytes(), b"kept", "a file that was there")
-        refused(client.call("/wstac/right/load_configuration", file="wrong.toml"), "no_such", "a wrong configuration")
+        refused(client.call("/wstac/right/load_configuration", file="wrong.toml"), "the output of wstac-node says why", "a wrong configuration")
         refused(client.call("/wstac/right/load_model", file="none.wsm"), "none.wsm", "a file that is no model")
         refused(client.call("/wstac/right/load_model", file="/etc/passwd"), "without folders", "a file elsewhere")
         # What could be waited for forever is refused, and the sensor goes on.
-        for service, file in (("load_configuration", "pipe.toml"), ("load_model", "pipe.wsm"), ("load_configuration", "device.toml")):
+        for service, file in (("load_configuration", "pipe.toml"), ("load_model", "pipe.wsm")):
             refused(client.call(f"/wstac/right/{service}", file=file), "is a device or a pipe, expected a file", file)
+        for service, file in (("load_configuration", "device.toml"), ("load_configuration", "link.toml"), ("load_model", "link.wsm")):
+            refused(client.call(f"/wstac/right/{service}", file=file), "is a link, expected a file", file)
         refused(client.call("/wstac/right/start_recording", file="pipe.mcap", features_only=True), "File exists", "a recording to a pipe")
         before = len(listener.lines("wstac/right/features"))
         until(lambda: len(listener.lines("wstac/right/features")) > before + 10, "features after refusals")

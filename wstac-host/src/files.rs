@@ -27,7 +27,11 @@ pub fn has_name(file: &File, path: &Path) -> bool {
 /// # Errors
 /// It does not exist, may not be read, or is no file.
 pub fn open_seekable(path: &Path) -> io::Result<File> {
-    let file = open(path)?;
+    of_file(open(path)?)
+}
+
+/// Returns an open file, and an error instead of a folder, a device or a pipe.
+fn of_file(file: File) -> io::Result<File> {
     let kind = file.metadata()?.file_type();
     if kind.is_dir() {
         return Err(io::Error::new(io::ErrorKind::IsADirectory, "is a folder, expected a file"));
@@ -93,12 +97,19 @@ pub fn content(path: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
     all_of(Waiting(open(path)?), most)
 }
 
-/// Returns the content of a file; `None` if it has more than `most` bytes. It never waits for a writer.
+/// Returns the content of a file; `None` if it has more than `most` bytes. It never waits for a writer, and does not
+/// follow a link: others may choose the name.
 ///
 /// # Errors
 /// It cannot be read, or is no file.
 pub fn file_content(path: &Path, most: u64) -> io::Result<Option<Vec<u8>>> {
-    all_of(open_seekable(path)?, most)
+    let flags = libc::O_NOFOLLOW | libc::O_NONBLOCK | libc::O_NOCTTY;
+    let file =
+        File::options().read(true).custom_flags(flags).open(path).map_err(|error| match error.raw_os_error() {
+            Some(libc::ELOOP) => io::Error::new(io::ErrorKind::InvalidInput, "is a link, expected a file"),
+            _ => error,
+        })?;
+    all_of(of_file(file)?, most)
 }
 
 fn all_of(content: impl io::Read, most: u64) -> io::Result<Option<Vec<u8>>> {
@@ -160,6 +171,9 @@ mod tests {
         assert_eq!(content(&file, 3).unwrap(), None);
         assert_eq!(file_content(&file, 4).unwrap().unwrap(), b"1234");
         assert_eq!(file_content(&file, 3).unwrap(), None);
+        let link = folder.path().join("link");
+        symlink(&file, &link).unwrap();
+        assert_eq!(file_content(&link, 9).unwrap_err().to_string(), "is a link, expected a file");
     }
 
     #[test]

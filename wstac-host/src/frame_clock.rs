@@ -65,9 +65,9 @@ pub struct Elapsed {
 }
 
 impl Elapsed {
-    /// Returns a time in nanoseconds, counted from the stream's first frame.
-    pub(crate) fn nanoseconds(self, time_ns: u64) -> u64 {
-        self.time_ns.saturating_add(time_ns)
+    /// Returns a time in nanoseconds, counted from the stream's first frame; `None` from 2^63 on.
+    pub(crate) fn nanoseconds(self, time_ns: u64) -> Option<u64> {
+        self.time_ns.checked_add(time_ns).filter(|time_ns| i64::try_from(*time_ns).is_ok())
     }
 
     /// Returns a time in seconds, counted from the stream's first frame.
@@ -197,10 +197,11 @@ impl FrameClock {
         self.clock.is_some()
     }
 
-    /// Returns the time of a frame in nanoseconds on the [clock](Self::clock); `None` before the first frame.
+    /// Returns the time of a frame in nanoseconds on the [clock](Self::clock); `None` before the first frame, and from
+    /// 2^63 on, after 292 years.
     pub(crate) fn nanoseconds(&self, frame: u64) -> Option<u64> {
         let since = if self.clock? == StreamClock::Frames { self.zero } else { 0 };
-        Some(u64::try_from(self.time(frame).saturating_sub(since).max(0)).unwrap_or(u64::MAX))
+        Some(i64::try_from(self.time(frame).saturating_sub(since).max(0)).ok()?.cast_unsigned())
     }
 
     /// Returns the time of a frame in seconds from the first frame.
@@ -319,7 +320,7 @@ mod tests {
             assert_eq!(elapsed, Elapsed { time_ns: (seconds * 1e9) as u64, time_s: seconds });
             counted.frame_arrives(frame, None, None);
             assert_eq!(
-                counted.nanoseconds(frame + 30).map(|time| elapsed.nanoseconds(time)),
+                counted.nanoseconds(frame + 30).and_then(|time| elapsed.nanoseconds(time)),
                 Some(elapsed.time_ns + 1000 * MS)
             );
         }
@@ -370,8 +371,14 @@ mod tests {
         clock.frame_arrives(1003, Some(Duration::ZERO), None);
         assert_eq!(clock.nanoseconds(1003), Some(0));
         clock.frame_arrives(u64::MAX, Some(Duration::MAX), None);
-        assert_eq!(clock.nanoseconds(u64::MAX), Some(u64::MAX));
-        assert!(clock.nanoseconds(u64::MAX / 2).is_some() && clock.seconds(u64::MAX).is_finite());
+        assert_eq!(clock.nanoseconds(u64::MAX), None);
+        assert!(clock.seconds(u64::MAX / 2).is_finite() && clock.seconds(u64::MAX).is_finite());
+        let mut last = FrameClock::new(FrameRate::new(1, 1).unwrap(), StreamClock::Frames);
+        last.frame_arrives(0, None, None);
+        let frames = i64::MAX.cast_unsigned() / 1_000_000_000;
+        assert_eq!([frames, frames + 1].map(|frame| last.nanoseconds(frame)), [Some(frames * 1_000_000_000), None]);
+        let elapsed = Elapsed { time_ns: i64::MAX.cast_unsigned() - 1, time_s: 0.0 };
+        assert_eq!([1, 2, u64::MAX].map(|time| elapsed.nanoseconds(time).is_some()), [true, false, false]);
         clock.restart(u64::MAX);
         clock.frame_arrives(u64::MAX, Some(Duration::ZERO), Some(at(SystemTime::UNIX_EPOCH)));
         assert!(clock.nanoseconds(0) == Some(0) && clock.stamp(0).is_none());

@@ -154,7 +154,7 @@ impl Output {
     /// restarted: [`Processor::elapsed`](crate::session::Processor::elapsed) is the time up to there.
     #[must_use]
     pub fn after(mut self, elapsed: Elapsed) -> Self {
-        let count = |time: &mut Option<u64>| *time = time.map(|time| elapsed.nanoseconds(time));
+        let count = |time: &mut Option<u64>| *time = time.and_then(|time| elapsed.nanoseconds(time));
         let count_s = |time: &mut Option<f64>| *time = time.map(|time| elapsed.seconds(time));
         match &mut self {
             Self::Features(features) => count(&mut features.time_ns),

@@ -4,7 +4,7 @@
 //! sends what was found. Its handle makes messages between them, and `sums` those of taxels. A full queue makes it skip
 //! messages, so that a slow network never holds up a sensor. `orders` are what services ask of a sensor. `ending` ends
 //! all of it after a signal. `network` opens the session of Zenoh, and `refused`
-//! has in words what that refuses. `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes
+//! has in words what that refuses, and `threads` gives it enough threads. `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes
 //! of ROS 2.
 
 mod arguments;
@@ -20,6 +20,7 @@ mod refused;
 mod ros;
 mod sensor;
 mod sums;
+mod threads;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -40,6 +41,7 @@ use self::ros::services::Services;
 use self::sensor::ConnectedSensor;
 
 fn main() -> ExitCode {
+    threads::prepare();
     let arguments = match arguments::parse() {
         Ok(arguments) => arguments,
         Err(code) => return code,

@@ -119,8 +119,25 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
         // Without addresses, Zenoh would listen to the whole network.
         "listen": {"exit_on_failure": true, "endpoints": local(!arguments.ros)},
         // A subscriber that is late for half a second misses nothing of 100 sensors: 16 batches of 64 kB, the most there is.
-        // Of what arrives, only requests are read, and the longest of them has 64 kB.
-        "transport": {"link": {"tx": {"queue": {"size": {"data": 16}}}, "rx": {"max_message_size": 1 << 20}}},
+        // Of what arrives, only requests are read, and the longest of them has 64 kB. Whoever takes nothing for half a
+        // second, while what must not be lost waits for it, is cut off.
+        "transport": {
+            "unicast": {"accept_timeout": 2000, "accept_pending": 128, "max_sessions": 128},
+            "link": {
+                "tx": {"queue": {
+                    "size": {"data": 16, "interactive_high": 16},
+                    "congestion_control": {"block": {"wait_before_close": 500_000}},
+                }},
+                "rx": {"max_message_size": 1 << 20},
+            },
+        },
+        // Nobody waits for a client that does not take the answers of services: they are short, and go before all else.
+        "qos": {"network": [{
+            "messages": ["query"],
+            "flows": ["ingress"],
+            "key_exprs": [format!("{}/**", arguments.domain)],
+            "overwrite": {"congestion_control": "drop", "priority": "interactive_high"},
+        }]},
     });
     let wrong = |error| Error::with_cause(ErrorKind::Config, "the network's safe settings", error);
     let mut settings: Value = serde_json::from_str(&Config::default().to_string()).map_err(wrong)?;

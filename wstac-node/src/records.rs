@@ -1,7 +1,9 @@
 //! The records of a sensor, published as JSON or CDR under the keys of `docs/NETWORK.md`.
 
 use std::collections::VecDeque;
+use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 
 use wstac_host::error::{Error, ErrorKind};
 use zenoh::bytes::Encoding;
@@ -18,6 +20,8 @@ use crate::ros::names::Type;
 
 /// The events that are kept for those who ask.
 const MOST_EVENTS: usize = 1000;
+/// The requests for events of a sensor that wait at most. Further ones have no answer.
+const MOST_ASKED: usize = 16;
 
 /// The publishers of a sensor, one for each topic.
 pub(crate) struct RecordPublishers {
@@ -53,9 +57,14 @@ impl RecordPublishers {
         let events = Arc::new(Mutex::new(Events::default()));
         let (kept, prefix) = (Arc::clone(&events), format!("{sensor}/event"));
         let encoding = encoding_of(arguments.has_cdr_records().then_some(Type::Event));
+        // Who asks may be slow to take the answers, and Zenoh's own threads must not wait for it. The thread ends with the
+        // requests.
+        let (asks, asked) = sync_channel(MOST_ASKED);
+        let answers = move || asked.iter().for_each(|query| answer(&query, &prefix, &kept, &encoding));
+        thread::Builder::new().name("events".into()).spawn(answers).map_err(|error| Error::io("a thread", error))?;
         let answers = session
-            .declare_queryable(format!("{prefix}/*"))
-            .callback(move |query| answer(&query, &prefix, &kept, &encoding))
+            .declare_queryable(format!("{sensor}/event/*"))
+            .callback(move |query| drop(asks.try_send(query)))
             .wait()
             .map_err(refused)?;
         let alive = session.liveliness().declare_token(sensor.to_owned()).wait().map_err(refused)?;
@@ -107,8 +116,10 @@ fn answer(query: &Query, prefix: &str, events: &Mutex<Events>, encoding: &Encodi
     for (number, payload) in events {
         let Ok(key) = zenoh::key_expr::KeyExpr::try_from(format!("{prefix}/{number}")) else { continue };
         if query.key_expr().intersects(&key) {
-            // Whoever has asked may be gone.
-            let _ = query.reply(key, payload).encoding(encoding.clone()).wait();
+            if query.reply(key, payload).encoding(encoding.clone()).wait().is_err() {
+                // Whoever has asked is gone.
+                break;
+            }
         }
     }
 }

@@ -1,18 +1,10 @@
 //! The part of HTTP that the page needs: heads of requests, read up to a limit, and answers.
 
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::io::{self, ErrorKind};
 
 /// Most bytes of a request's head.
-const LONGEST_HEAD: usize = 8 * 1024;
+pub(crate) const LONGEST_HEAD: usize = 8 * 1024;
 const MOST_HEADERS: usize = 64;
-/// Time that a client has to send the head.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// The longest wait between two checks for the end of the server.
-const WAIT: Duration = Duration::from_millis(100);
-/// Time that a client has to take an answer.
-const ANSWERED: Duration = Duration::from_millis(500);
 
 /// The path of the WebSocket.
 pub(crate) const SOCKET: &str = "/socket";
@@ -40,8 +32,8 @@ impl HttpRefusal {
     }
 }
 
-/// A request, and the bytes that came behind it.
-pub(crate) type Received = (Request, Vec<u8>);
+/// An answer: its head, and its body.
+pub(crate) type Answer = (Vec<u8>, &'static [u8]);
 
 /// The head of a request.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -110,40 +102,11 @@ impl Request {
         Ok(Some((request, length)))
     }
 
-    /// Reads the head of a request, and returns it with the bytes that came behind it.
-    ///
-    /// It returns `None` if the client is gone or `is_over` says that the server ends.
-    pub(crate) fn read(
-        stream: &mut TcpStream,
-        is_over: impl Fn() -> bool,
-    ) -> io::Result<Option<Result<Received, HttpRefusal>>> {
-        stream.set_read_timeout(Some(WAIT))?;
-        stream.set_write_timeout(Some(ANSWERED))?;
-        let (start, mut bytes, mut part) = (Instant::now(), Vec::new(), [0; 2048]);
-        while !is_over() {
-            if start.elapsed() > PATIENCE {
-                return Ok(Some(Err(HttpRefusal::new(408, "the request did not end in time"))));
-            }
-            match stream.read(&mut part) {
-                Ok(0) => return Ok(None),
-                Ok(count) => bytes.extend_from_slice(&part[..count]),
-                Err(error) if is_wait(&error) => continue,
-                Err(error) => return Err(error),
-            }
-            match Self::parse(&bytes) {
-                Ok(None) => {}
-                Ok(Some((request, length))) => return Ok(Some(Ok((request, bytes.split_off(length))))),
-                Err(refusal) => return Ok(Some(Err(refusal))),
-            }
-        }
-        Ok(None)
-    }
-
-    pub(crate) fn answer(&self, stream: &mut TcpStream, kind: &str, body: &[u8]) -> io::Result<()> {
+    /// Returns the answer of a file of this media type.
+    pub(crate) fn answer(&self, kind: &str, body: &'static str) -> Answer {
         let length = body.len();
         let head = format!("HTTP/1.1 200 OK\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{HEADERS}\r\n");
-        stream.write_all(head.as_bytes())?;
-        if self.is_head { Ok(()) } else { stream.write_all(body) }
+        (head.into_bytes(), if self.is_head { &[] } else { body.as_bytes() })
     }
 }
 
@@ -152,7 +115,8 @@ pub(crate) fn is_wait(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }
 
-pub(crate) fn refuse(stream: &mut TcpStream, refusal: HttpRefusal) -> io::Result<()> {
+/// Returns the answer of a request that is refused.
+pub(crate) fn refuse(refusal: HttpRefusal) -> Answer {
     let HttpRefusal { status, why } = refusal;
     let reason = match status {
         400 => "Bad Request",
@@ -171,7 +135,7 @@ pub(crate) fn refuse(stream: &mut TcpStream, refusal: HttpRefusal) -> io::Result
     };
     let length = why.len() + 1;
     let head = format!("HTTP/1.1 {status} {reason}\r\nContent-Type: text/plain\r\nContent-Length: {length}\r\n");
-    stream.write_all(format!("{head}{more}{HEADERS}\r\n{why}\n").as_bytes())
+    (format!("{head}{more}{HEADERS}\r\n{why}\n").into_bytes(), &[])
 }
 
 #[cfg(test)]

@@ -2,8 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 use wstac_core::layout::Layout;
@@ -194,7 +193,6 @@ impl Update {
 #[derive(Debug)]
 pub(crate) struct Hub {
     channels: Mutex<Vec<Channel>>,
-    news: Condvar,
     clients: AtomicUsize,
     is_over: AtomicBool,
 }
@@ -215,7 +213,6 @@ impl Hub {
         };
         Self {
             channels: Mutex::new(sensors.map(channel).collect()),
-            news: Condvar::new(),
             clients: AtomicUsize::new(0),
             is_over: AtomicBool::new(false),
         }
@@ -245,8 +242,6 @@ impl Hub {
             channel.glow = (news.glow, channel.glow.1 + 1);
         }
         channel.steps += 1;
-        drop(channels);
-        self.news.notify_all();
     }
 
     /// Returns the facts of all sensors as JSON, the first message of a client.
@@ -255,42 +250,35 @@ impl Hub {
         Ok(format!(r#"{{"sensors":{}}}"#, serde_json::to_string(&about)?))
     }
 
-    /// Returns what a client has not seen, for each sensor with anything new. There is a cursor for each sensor.
-    pub(crate) fn updates(&self, cursors: &mut Vec<Cursor>) -> Vec<Update> {
+    /// Returns what a client has not seen of a sensor, if there is anything new.
+    pub(crate) fn update(&self, sensor: usize, cursor: &mut Cursor) -> Option<Update> {
         let channels = self.locked();
-        cursors.resize(channels.len(), Cursor::default());
-        let changed =
-            channels.iter().zip(cursors).enumerate().filter(|(_, (channel, cursor))| channel.steps != cursor.steps);
-        let update = |(sensor, (channel, cursor)): (usize, (&Channel, &mut Cursor))| {
-            // What was there before the client came was not skipped.
-            if cursor.steps > 0 {
-                cursor.skipped += channel.steps - cursor.steps - 1;
-            }
-            cursor.steps = channel.steps;
-            let (jobs, number) = &channel.jobs;
-            let jobs = (std::mem::replace(&mut cursor.jobs, *number) != *number).then(|| jobs.clone());
-            let (glow, number) = &channel.glow;
-            let is_new = std::mem::replace(&mut cursor.glow, *number) != *number;
-            Update {
-                glow: glow.clone().filter(|_| is_new),
-                jobs,
-                sensor,
-                features: channel.features.since(&mut cursor.features),
-                records: channel.records.since(&mut cursor.records),
-                motion: channel.motion.clone(),
-                status: channel.status.clone(),
-                skipped: cursor.skipped,
-                picture: channel.picture.clone(),
-            }
-        };
-        changed.map(update).collect()
+        let channel = channels.get(sensor).filter(|channel| channel.steps != cursor.steps)?;
+        // What was there before the client came was not skipped.
+        if cursor.steps > 0 {
+            cursor.skipped += channel.steps - cursor.steps - 1;
+        }
+        cursor.steps = channel.steps;
+        let (jobs, number) = &channel.jobs;
+        let jobs = (std::mem::replace(&mut cursor.jobs, *number) != *number).then(|| jobs.clone());
+        let (glow, number) = &channel.glow;
+        let is_new = std::mem::replace(&mut cursor.glow, *number) != *number;
+        Some(Update {
+            glow: glow.clone().filter(|_| is_new),
+            jobs,
+            sensor,
+            features: channel.features.since(&mut cursor.features),
+            records: channel.records.since(&mut cursor.records),
+            motion: channel.motion.clone(),
+            status: channel.status.clone(),
+            skipped: cursor.skipped,
+            picture: channel.picture.clone(),
+        })
     }
 
-    /// Waits for news, at most so long.
-    pub(crate) fn wait(&self, longest: Duration) {
-        let guard = self.locked();
-        // What woke it up does not matter: the caller looks.
-        drop(self.news.wait_timeout(guard, longest));
+    /// Returns the number of sensors.
+    pub(crate) fn sensors(&self) -> usize {
+        self.locked().len()
     }
 
     /// Gives a sensor's thread an order. It is refused if there is no such sensor, or if another one waits.
@@ -327,7 +315,6 @@ impl Hub {
 
     pub(crate) fn end(&self) {
         self.is_over.store(true, Ordering::Relaxed);
-        self.news.notify_all();
     }
 
     pub(crate) fn is_over(&self) -> bool {
@@ -362,27 +349,32 @@ mod tests {
         News { features: vec![number.to_string()], ..News::default() }
     }
 
+    fn updates_of(hub: &Hub, cursors: &mut Vec<Cursor>) -> Vec<Update> {
+        cursors.resize(hub.sensors(), Cursor::default());
+        cursors.iter_mut().enumerate().filter_map(|(sensor, cursor)| hub.update(sensor, cursor)).collect()
+    }
+
     #[test]
     fn clients_get_what_is_new_and_a_count_of_the_rest() {
         let hub = Hub::new([about(), about()].into_iter());
         let (mut fast, mut slow) = (Vec::new(), Vec::new());
-        assert!(hub.updates(&mut fast).is_empty());
+        assert!(updates_of(&hub, &mut fast).is_empty());
         for number in 0..FRAMES + 20 {
             hub.publish(1, of_features(number), Status::default());
-            let updates = hub.updates(&mut fast);
+            let updates = updates_of(&hub, &mut fast);
             assert_eq!((updates.len(), updates[0].sensor, updates[0].skipped), (1, 1, 0));
             assert_eq!(updates[0].features.join(","), number.to_string());
             if number == 0 {
-                assert_eq!(hub.updates(&mut slow).len(), 1);
+                assert_eq!(updates_of(&hub, &mut slow).len(), 1);
             }
         }
-        let late = &hub.updates(&mut slow)[0];
+        let late = &updates_of(&hub, &mut slow)[0];
         assert_eq!((late.skipped, late.features.len()), (FRAMES as u64 + 18, FRAMES));
         assert_eq!((&*late.features[0], &*late.features[FRAMES - 1]), ("20", "319"));
         let text = late.text().unwrap();
         assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok(), "{text}");
         // A client that comes now has skipped nothing, and gets all that is kept.
-        let new = &hub.updates(&mut Vec::new())[0];
+        let new = &updates_of(&hub, &mut Vec::new())[0];
         assert_eq!((new.skipped, new.features.len()), (0, FRAMES));
     }
 
@@ -409,9 +401,9 @@ mod tests {
         let mut cursors = Vec::new();
         let mut seen = |jobs: Option<&str>| {
             hub.publish(0, News { jobs: jobs.map(str::to_owned), ..News::default() }, Status::default());
-            hub.updates(&mut cursors)[0].jobs.clone()
+            updates_of(&hub, &mut cursors)[0].jobs.clone()
         };
         assert_eq!([seen(None), seen(Some("1")), seen(None)], [None, Some("1".into()), None]);
-        assert_eq!(hub.updates(&mut Vec::new())[0].jobs.as_deref(), Some("1"), "a new client gets them");
+        assert_eq!(updates_of(&hub, &mut Vec::new())[0].jobs.as_deref(), Some("1"), "a new client gets them");
     }
 }

@@ -2,6 +2,8 @@
 
 mod access;
 mod client;
+mod connections;
+mod guest;
 mod http;
 mod hub;
 mod jobs;

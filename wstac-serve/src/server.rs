@@ -1,29 +1,17 @@
-//! Listens for clients, each in a thread of its own.
+//! Listens for clients. One thread serves them all, and waits for none.
 
 use std::fmt::Write as _;
-use std::io::{self, Write as _};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::thread::{self, Scope};
-use std::time::Duration;
+use std::thread;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use tungstenite::handshake::derive_accept_key;
 use wstac_host::error::{Error, ErrorKind};
 
 use crate::access::{Access, Token};
-use crate::client;
-use crate::http::{HttpRefusal, Request, refuse};
+use crate::connections::Connections;
 use crate::hub::{About, Hub};
-use crate::page;
 use crate::sensor::ServedSensor;
-
-/// Most connections at once.
-const MOST: usize = 64;
-/// The longest wait between two checks for the end.
-const WAIT: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
-/// A pause after a failure to take a connection, such as too many open files.
-const PAUSE: Duration = Duration::from_millis(50);
 
 /// A server that shows sensors on a page.
 ///
@@ -105,8 +93,7 @@ impl Server {
         tell: &(dyn Fn(Option<&str>, &str) + Sync),
     ) -> usize {
         let hub = Hub::new(sensors.iter().map(|sensor| sensor.about().clone()));
-        let (hub, access, connections) = (&hub, &self.access, &AtomicUsize::new(0));
-        let failures = &AtomicUsize::new(0);
+        let (hub, failures) = (&hub, &AtomicUsize::new(0));
         thread::scope(|scope| {
             for (number, sensor) in sensors.into_iter().enumerate() {
                 scope.spawn(move || {
@@ -116,15 +103,11 @@ impl Server {
                     }
                 });
             }
+            let mut connections = Connections::new(&self.listener, &self.access, hub);
             while !stop.load(Ordering::Relaxed) {
-                // An error of it shows again at once when a connection is taken.
-                let _ = poll(&mut [PollFd::new(&self.listener, PollFlags::IN)], Some(&WAIT));
-                match self.listener.accept() {
-                    Ok((stream, _)) => start(scope, stream, access, hub, connections),
-                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-                    Err(_) => thread::sleep(PAUSE),
-                }
+                connections.advance();
             }
+            connections.end();
             hub.end();
         });
         failures.load(Ordering::Relaxed)
@@ -146,55 +129,4 @@ fn reachable(bound: IpAddr) -> IpAddr {
         socket.local_addr()
     });
     found.map_or(own, |address| address.ip())
-}
-
-/// Starts a thread for a connection, or refuses it if there are too many.
-fn start<'s>(
-    scope: &'s Scope<'s, '_>,
-    mut stream: TcpStream,
-    access: &'s Access,
-    hub: &'s Hub,
-    connections: &'s AtomicUsize,
-) {
-    // On some systems, a connection inherits this from the listener.
-    if stream.set_nonblocking(false).is_err() {
-        return;
-    }
-    if connections.fetch_add(1, Ordering::Relaxed) >= MOST {
-        connections.fetch_sub(1, Ordering::Relaxed);
-        // A short answer goes into the socket's buffer. Whoever does not take it gets none.
-        let _ = stream.set_write_timeout(Some(PAUSE));
-        let _ = refuse(&mut stream, HttpRefusal::new(503, "too many connections are open"));
-        return;
-    }
-    let serve = move || {
-        // A connection that breaks is the client's affair.
-        let _ = connection(stream, access, hub);
-        connections.fetch_sub(1, Ordering::Relaxed);
-    };
-    if thread::Builder::new().name("client".to_owned()).spawn_scoped(scope, serve).is_err() {
-        connections.fetch_sub(1, Ordering::Relaxed);
-    }
-}
-
-/// Answers one request.
-fn connection(mut stream: TcpStream, access: &Access, hub: &Hub) -> io::Result<()> {
-    let (request, rest) = match Request::read(&mut stream, || hub.is_over())? {
-        None => return Ok(()),
-        Some(Ok(found)) => found,
-        Some(Err(refusal)) => return refuse(&mut stream, refusal),
-    };
-    if let Err(refusal) = access.check(&request) {
-        return refuse(&mut stream, refusal);
-    }
-    if let Some(key) = &request.key {
-        let accept = derive_accept_key(key.as_bytes());
-        let head = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n";
-        stream.write_all(format!("{head}Sec-WebSocket-Accept: {accept}\r\n\r\n").as_bytes())?;
-        return client::serve(stream, rest, hub).map_err(io::Error::other);
-    }
-    match page::file(&request.path) {
-        Some((kind, body)) => request.answer(&mut stream, kind, body.as_bytes()),
-        None => refuse(&mut stream, HttpRefusal::new(404, "there is no such page")),
-    }
 }

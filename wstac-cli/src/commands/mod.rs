@@ -1,5 +1,7 @@
 //! The command line: arguments and output only, one file per command.
 
+#[cfg(feature = "serve")]
+mod arenas;
 mod board;
 mod calibrate;
 mod completions;

@@ -84,6 +84,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is no terminal, expected one to draw on; wstac run prints events to files and pipes";
         return Err(Error::new(ErrorKind::Unsupported, "standard output", message).into());
     }
+    if std::env::var_os("TERM").is_some_and(|term| term == "dumb") {
+        let message =
+            "is dumb: this terminal shows lines alone, expected one to draw on; wstac run prints events as lines";
+        return Err(Error::new(ErrorKind::Unsupported, "TERM", message).into());
+    }
     let (state, signal) = match port_of(sensor.source) {
         Some(port) => show(&mut board(sensor.source, port, arguments)?)?,
         None => show(&mut frames(sensor.source, arguments)?)?,

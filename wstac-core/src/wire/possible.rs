@@ -8,7 +8,7 @@ use crate::features::Features;
 use crate::paper::direction::Direction;
 use crate::paper::speed::Speed;
 use crate::paper::trigger::{InterruptedSample, StreamEnd};
-use crate::params::SAMPLE_FRAMES;
+use crate::params::{LONGEST_FILLED_GAP, SAMPLE_FRAMES};
 use crate::reason::Reason;
 use crate::touch::motion::{Contact, Velocity};
 
@@ -19,6 +19,8 @@ const MOST: u64 = 1 << 53;
 const BRIGHTEST: i16 = 3297;
 /// The confidence 1 in units of 2^-15.
 const CERTAIN: u16 = 1 << 15;
+/// The least that a reliable speed is of its standard deviation: no law calls one reliable that is less sure.
+const LEAST_SURE: f32 = 10.0;
 /// The highest frame rate, in frames per second.
 const FASTEST: f64 = 100_000.0;
 
@@ -54,6 +56,8 @@ pub enum Quantity {
     Temperature,
     /// A number of slides from which a texture is learned.
     Slides,
+    /// The reliability of an event, which contradicts its other answers.
+    Reliability,
 }
 
 impl fmt::Display for Quantity {
@@ -71,6 +75,7 @@ impl fmt::Display for Quantity {
             Self::Classes => "number of classes",
             Self::Temperature => "temperature",
             Self::Slides => "number of slides",
+            Self::Reliability => "reliability",
         })
     }
 }
@@ -98,7 +103,9 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         Message::Status { stream, dropped } | Message::End { stream, dropped } => {
             number(*dropped).and_then(|()| check_stream(stream))
         }
-        Message::ContactEnd(end) => number(end.frame).and_then(|()| number(end.event_frame)),
+        Message::ContactEnd(end) => {
+            number(end.frame).and_then(|()| ensure(end.event_frame <= end.frame, Quantity::FrameNumber))
+        }
         Message::Telemetry(telemetry) => {
             number(telemetry.uptime_ms)?;
             telemetry.last_frame.map_or(Ok(()), |last| number(last.frame).and_then(|()| number(last.board_us)))?;
@@ -183,9 +190,30 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     degrees(angle.unwrap_or(0.0))?;
     deviation(sd.unwrap_or(0.0))?;
     confidence(certainty.unwrap_or(0))?;
-    let slides = matches!(answers.contact, None | Some(Contact::Slide));
-    ensure(slides || answers.speed.is_err() && angle.is_err(), Quantity::Contact)?;
+    if let (Some(touch), Some(end)) = (answers.touch, answers.end) {
+        ensure(touch < i16::from(end), Quantity::SampleFrames)?;
+    }
+    ensure(
+        match answers.contact {
+            None => true,
+            Some(Contact::Slide) => answers.speed.is_ok() && angle.is_ok(),
+            Some(_) => answers.speed.is_err() && angle.is_err(),
+        },
+        Quantity::Contact,
+    )?;
+    ensure(!answers.reliable || may_be_reliable(answers), Quantity::Reliability)?;
     answers.textures.iter().flatten().try_for_each(check_texture)
+}
+
+/// Returns whether nothing else in the answers says that they are not reliable.
+fn may_be_reliable(answers: &Answers<'_>) -> bool {
+    let is_sure = |velocity: Velocity| velocity.mm_s_sd * LEAST_SURE <= velocity.mm_s;
+    let is_clear = match answers.contact {
+        None | Some(Contact::Press | Contact::Poke) => true,
+        Some(Contact::Slide) => answers.velocity().is_some_and(is_sure),
+        Some(Contact::Unclear) => false,
+    };
+    is_clear && answers.doubt.is_none() && u32::from(answers.frames_filled) <= LONGEST_FILLED_GAP
 }
 
 fn check_reason(reason: Reason) -> Result<(), Quantity> {

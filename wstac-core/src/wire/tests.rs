@@ -59,7 +59,7 @@ fn answers() -> Answers<'static> {
             known: Some(true),
         }); 3],
         frames_filled: 70,
-        reliable: true,
+        reliable: false,
         number: u16::MAX,
         kept: u8::MAX,
         doubt: Some(Reason::Uncertain),
@@ -243,8 +243,11 @@ fn the_bytes_of_a_frame_are_these() {
     // A board before version 0.4 sends no reason, a newer one may send one that is not known here.
     let (_, before) = content.split_last().unwrap();
     let doubted = Answers { reliable: false, doubt: Some(Reason::LostFrames), ..event };
-    for (last, answers) in [(&[][..], event), (&[1, 7], Answers { reliable: true, ..doubted }), (&[1, 99], event)] {
-        let bytes = frame_of(&[before, last].concat());
+    for (last, answers) in [(&[][..], event), (&[1, 7], doubted), (&[1, 99], event)] {
+        let mut content = before.to_vec();
+        // The byte in front of the number and of what is kept.
+        content[before.len() - 4] = answers.reliable.into();
+        let bytes = frame_of(&[&content, last].concat());
         assert_eq!(received(&mut Decoder::new(), &bytes), [arrived(&Message::Event(answers), 0)]);
     }
     assert_eq!((event.touch_frame(), event.end_frame()), (Some(45), Some(73)));
@@ -516,7 +519,7 @@ fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
         let expected = is_refused.then_some(Quantity::Speed);
         assert_eq!(event(&|answers| answers.speed = Ok(Speed::new(mm_s))), expected, "{mm_s}");
         let cut_off = Err(Reason::CutOff { at_most: Some(mm_s) });
-        assert_eq!(event(&|answers| answers.speed = cut_off), expected, "{mm_s}");
+        assert_eq!(event(&|answers| (answers.contact, answers.speed) = (None, cut_off)), expected, "{mm_s}");
         assert_eq!(velocity(&|velocity| velocity.mm_s = mm_s), expected, "{mm_s}");
     }
     for (sd, is_refused) in [(f32::NAN, true), (f32::INFINITY, true), (-0.5, true), (0.0, false), (f32::MAX, false)] {
@@ -559,6 +562,12 @@ fn impossible_counts_are_refused_and_the_last_possible_ones_are_not() {
     let press = |answers: &mut Answers| answers.contact = Some(Contact::Press);
     assert_eq!(event(&press), Some(Quantity::Contact));
     let texture = answers().textures[0].unwrap();
+    // A slide has both, and a touch ends behind its start.
+    let never = Err(Reason::NoSlide(Contact::Slide));
+    assert_eq!(event(&|answers| answers.speed = Err(Reason::OutsideLaw)), Some(Quantity::Contact));
+    assert_eq!(event(&|answers| answers.direction = Direction::by_arrival(never)), Some(Quantity::Contact));
+    assert_eq!(event(&|answers| (answers.touch, answers.end) = (Some(5), Some(5))), too_many);
+    assert_eq!(refused(&Message::ContactEnd(ContactEnd::new(4, 5))), Some(Quantity::FrameNumber));
     for frames in [0, 71, 255] {
         assert_eq!(refused(&Message::Texture { frame: 0, frames, texture }), too_many);
     }
@@ -616,6 +625,29 @@ fn impossible_counts_are_refused_and_the_last_possible_ones_are_not() {
         let telemetry = Telemetry { temperature: Some(temperature), ..telemetry() };
         assert_eq!(refused(&Message::Telemetry(telemetry)), Some(Quantity::Temperature));
     }
+}
+
+#[test]
+fn reliable_answers_that_contradict_themselves_are_refused() {
+    let reliable = |change: &dyn Fn(&mut Answers)| {
+        refused_event(|answers| {
+            (answers.frames_filled, answers.reliable, answers.doubt) = (7, true, None);
+            change(answers);
+        })
+    };
+    let refused = Some(Quantity::Reliability);
+    assert_eq!(reliable(&|_| {}), None);
+    assert_eq!(reliable(&|answers| answers.frames_filled = 8), refused);
+    assert_eq!(reliable(&|answers| answers.doubt = Some(Reason::Uneven)), refused);
+    assert_eq!(reliable(&|answers| answers.speed = Ok(Speed::by_arrival(100.0, 10.1))), refused);
+    assert_eq!(reliable(&|answers| answers.speed = Ok(Speed::new(100.0))), refused);
+    let touch = |answers: &mut Answers, contact| {
+        let never = Reason::NoSlide(contact);
+        (answers.contact, answers.speed) = (Some(contact), Err(never));
+        answers.direction = Direction::by_arrival(Err(never));
+    };
+    assert_eq!(reliable(&|answers| touch(answers, Contact::Press)), None);
+    assert_eq!(reliable(&|answers| touch(answers, Contact::Unclear)), refused);
 }
 
 #[test]

@@ -10,6 +10,8 @@ use crate::orders::{Control, copy_of, replace};
 
 /// The longest name of a coordinate frame.
 const MOST_FRAME_ID: usize = 255;
+/// The parameters that a request may always name, besides as many as there are.
+const MOST_NAMED: usize = 64;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
@@ -100,6 +102,12 @@ impl Parameters {
         of_node.chain(self.controls.iter().flat_map(of_sensor))
     }
 
+    /// Refuses more names than there can be in one request, whose answer nobody needs.
+    fn few<T>(&self, named: Vec<T>) -> Option<Vec<T>> {
+        let all = OF_NODE.len() + OF_SENSORS.len() * self.controls.len();
+        (named.len() <= all.max(MOST_NAMED)).then_some(named)
+    }
+
     /// Returns the sensor of a name, and the name without it.
     fn of_sensor<'n>(&self, name: &'n str) -> Option<(&Control, &'n str)> {
         let (sensor, last) = name.split_once('.')?;
@@ -159,21 +167,21 @@ impl Parameters {
 
     /// Answers `GetParameters`.
     pub(super) fn get_all(&self, request: &[u8]) -> Option<Cdr> {
-        let names = CdrReader::new(request)?.list(CdrReader::text)?;
+        let names = self.few(CdrReader::new(request)?.list(CdrReader::text)?)?;
         let cdr = Cdr::new().u32(names.len() as u32);
         Some(names.iter().fold(cdr, |cdr, name| self.get(name).write(cdr)))
     }
 
     /// Answers `GetParameterTypes`.
     pub(super) fn types(&self, request: &[u8]) -> Option<Cdr> {
-        let names = CdrReader::new(request)?.list(CdrReader::text)?;
+        let names = self.few(CdrReader::new(request)?.list(CdrReader::text)?)?;
         let types: Vec<u8> = names.iter().map(|name| self.get(name).kind()).collect();
         Some(Cdr::new().bytes(&types))
     }
 
     /// Answers `DescribeParameters`.
     pub(super) fn describe(&self, request: &[u8]) -> Option<Cdr> {
-        let names = CdrReader::new(request)?.list(CdrReader::text)?;
+        let names = self.few(CdrReader::new(request)?.list(CdrReader::text)?)?;
         let write = |cdr: Cdr, name: &&str| {
             let (is_read_only, about) = described(name, self).unwrap_or((false, ""));
             let cdr = cdr.text(name).u8(self.get(name).kind()).text(about).text("").bool(is_read_only);
@@ -206,7 +214,7 @@ impl Parameters {
 
     /// Answers `SetParameters`: each one is changed or not. The changes go to `changed`, each of its own.
     pub(super) fn set_all(&self, request: &[u8], changed: &mut Vec<Changes>) -> Option<Cdr> {
-        let wanted = read_parameters(request)?;
+        let wanted = self.few(read_parameters(request)?)?;
         let mut cdr = Cdr::new().u32(wanted.len() as u32);
         for (name, value) in wanted {
             let set = self.set(name, &value, false);
@@ -220,7 +228,7 @@ impl Parameters {
 
     /// Answers `SetParametersAtomically`: all are changed, or none. The changes go to `changed`, all at once.
     pub(super) fn set_atomically(&self, request: &[u8], changed: &mut Vec<Changes>) -> Option<Cdr> {
-        let wanted = read_parameters(request)?;
+        let wanted = self.few(read_parameters(request)?)?;
         let set = |is_check| wanted.iter().try_for_each(|(name, value)| self.set(name, value, is_check));
         let set = set(true).and_then(|()| set(false));
         let cdr = result(Cdr::new(), &set);

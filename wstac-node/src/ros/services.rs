@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread;
 
 use wstac_host::error::{Error, ErrorKind};
 use zenoh::bytes::ZBytes;
@@ -23,6 +24,8 @@ use crate::refused::{in_words, refused};
 
 /// The requests that wait at most. Further ones have no answer.
 const MOST_WAITING: usize = 64;
+/// The refusals and changes of parameters that wait at most.
+const MOST_PATIENT: usize = 512;
 /// The longest request, with all that comes along.
 const MOST_BYTES: usize = 1 << 16;
 
@@ -79,11 +82,10 @@ pub(crate) struct Services {
     own: Sender<Work>,
 }
 
-/// Answers the requests. It is for a thread of its own: who asked may be slow to take an answer.
+/// Answers the requests, in a thread of its own. It never waits: an answer that a client does not take is dropped.
 pub(crate) struct Clerk {
     parameters: Parameters,
-    /// The topic of parameters that have changed.
-    events: RosPublisher,
+    patient: SyncSender<Patient>,
     folder: Option<PathBuf>,
     arriving: Receiver<Work>,
     own: Sender<Work>,
@@ -92,12 +94,18 @@ pub(crate) struct Clerk {
 enum Work {
     /// A request to a service, of the sensor with this place.
     Asked(Service, usize, PendingRequest),
-    /// A request that no service takes, and why.
-    Refused(&'static str, PendingRequest),
     /// The result of what the sensor with this place was asked for.
     Done(Service, usize, PendingRequest, Result<String, Error>),
     /// The services are gone.
     Over,
+}
+
+/// A thing to send to those for whom it waits until they have taken it or are cut off.
+enum Patient {
+    /// A request that no service takes, and why.
+    Refused(&'static str, Query),
+    /// Parameters that have changed, as the message of their topic.
+    Changed(Vec<u8>),
 }
 
 /// A request that has no answer yet.
@@ -140,23 +148,25 @@ impl Services {
         });
         let refused = |error: zenoh::Error| refused(ErrorKind::Usage, "the services", &error);
         let events = RosPublisher::new(session, arguments, Type::ParameterEvent, "", first).map_err(refused)?;
+        let (patient, work) = sync_channel(MOST_PATIENT);
+        // It ends with the services and the clerk.
+        let wait = move || waiting_thread(&work, events);
+        thread::Builder::new().name("patient".into()).spawn(wait).map_err(|error| Error::io("a thread", error))?;
         let id = session.zid().to_string();
         let declare = |(number, (service, place, name)): (usize, (Service, usize, String))| {
-            let (own, waiting) = (own.clone(), Arc::clone(&waiting));
+            let (own, patient, waiting) = (own.clone(), patient.clone(), Arc::clone(&waiting));
             let kind = service.named().1;
             let key: Arc<str> = kind.key(arguments.domain, &name).into();
             let answered = Arc::clone(&key);
             let take = move |mut query: Query| {
-                let refusal = refusal(&mut query, &answered);
-                if waiting.fetch_add(1, Ordering::Relaxed) < MOST_WAITING {
+                if let Some(why) = refusal(&mut query, &answered) {
+                    // Too many of them have no answer.
+                    let _ = patient.try_send(Patient::Refused(why, query));
+                } else if waiting.fetch_add(1, Ordering::Relaxed) < MOST_WAITING {
                     let request =
                         PendingRequest { query, key: Arc::clone(&answered), _waits: Waits(Arc::clone(&waiting)) };
-                    let work = match refusal {
-                        Some(why) => Work::Refused(why, request),
-                        None => Work::Asked(service, place, request),
-                    };
                     // The clerk is gone only at the end.
-                    let _ = own.send(work);
+                    let _ = own.send(Work::Asked(service, place, request));
                 } else {
                     waiting.fetch_sub(1, Ordering::Relaxed);
                 }
@@ -173,7 +183,8 @@ impl Services {
             domain: arguments.domain,
             controls: controls.to_vec(),
         };
-        let clerk = Clerk { parameters, events, folder: arguments.files.clone(), arriving, own: own.clone() };
+        let folder = arguments.files.clone();
+        let clerk = Clerk { parameters, patient: patient.clone(), folder, arriving, own: own.clone() };
         Ok((Self { declared: declared.map_err(refused)?, own }, clerk))
     }
 }
@@ -208,13 +219,27 @@ impl Drop for Services {
     }
 }
 
+/// Sends what may wait for those who get it.
+fn waiting_thread(work: &Receiver<Patient>, mut events: RosPublisher) {
+    for work in work {
+        let sent = match work {
+            // Whoever has asked may be gone.
+            Patient::Refused(why, query) => query.reply_err(why).wait().or(Ok(())),
+            Patient::Changed(message) => events.put(message),
+        };
+        if let Err(error) = sent {
+            let error: zenoh::Error = error;
+            note(format_args!("a change of parameters was not published: {}", in_words(&error.to_string())));
+        }
+    }
+}
+
 impl Clerk {
     /// Answers until the services are gone.
     pub(crate) fn run(mut self) {
         while let Ok(work) = self.arriving.recv() {
             match work {
                 Work::Asked(service, place, request) => self.asked(service, place, request),
-                Work::Refused(why, request) => request.refuse(why),
                 Work::Done(service, place, request, result) => self.done(service, place, &request, result),
                 Work::Over => break,
             }
@@ -237,9 +262,8 @@ impl Clerk {
     }
 
     fn publish(&mut self, changed: &Changes) {
-        if let Err(error) = self.events.put(self.parameters.event(changed)) {
-            note(format_args!("a change of parameters was not published: {}", in_words(&error.to_string())));
-        }
+        // Whoever does not keep up with as many misses some.
+        let _ = self.patient.try_send(Patient::Changed(self.parameters.event(changed)));
     }
 
     /// Answers a request about parameters, and hands any other one to its sensor.
@@ -264,7 +288,7 @@ impl Clerk {
         };
         match of_node {
             Some(cdr) => request.answer(&cdr.finish()),
-            None => request.refuse("the request is no message of the service"),
+            None => request.refuse("the request is no message of the service, or names too many parameters"),
         }
         for changes in changed {
             self.publish(&changes);
@@ -297,10 +321,22 @@ impl PendingRequest {
     }
 }
 
+/// Returns the text about an error for whoever has asked. What is wrong within a file is said here alone: it may quote the
+/// file, which others cannot read.
+fn said(service: Service, error: &Error) -> String {
+    let is_of_file = matches!(service, Service::LoadConfig | Service::LoadModel);
+    let is_safe = matches!(error.kind(), ErrorKind::Usage | ErrorKind::NotFound | ErrorKind::Io | ErrorKind::Busy);
+    if !is_of_file || is_safe {
+        return error.to_string();
+    }
+    note(error);
+    format!("{}: cannot be used; the output of wstac-node says why", error.subject())
+}
+
 /// Returns the message that answers a request to a sensor.
 fn answer(service: Service, result: Result<String, Error>) -> Vec<u8> {
     let is_done = result.is_ok();
-    let text = result.unwrap_or_else(|error| error.to_string());
+    let text = result.unwrap_or_else(|error| said(service, &error));
     let cdr = Cdr::new().bool(is_done);
     match service {
         // The text of a recording that has started is its file.

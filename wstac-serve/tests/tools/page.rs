@@ -118,6 +118,17 @@ impl Served {
         self.allowed.store(frames, Ordering::SeqCst);
     }
 
+    pub(crate) fn host(&self) -> &str {
+        &self.host
+    }
+
+    /// Opens a connection and says nothing.
+    pub(crate) fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(&self.host).unwrap();
+        stream.set_read_timeout(Some(LIMIT)).unwrap();
+        stream
+    }
+
     /// Opens a page.
     pub(crate) fn page(&self) -> Page {
         let stream = self.request(&format!("Origin: http://{}\r\n", self.host)).unwrap();

@@ -1,5 +1,7 @@
 //! What is refused, and why.
 
+use std::io::{Read, Write};
+
 use serde_json::json;
 use tempfile::tempdir;
 use tungstenite::Message;
@@ -115,8 +117,7 @@ fn long_messages_are_not_read() {
     assert!(why.contains("recording is off"), "{why}");
 }
 
-/// A client that gives orders without end and reads no answer is cut off before its answers fill the memory, and neither
-/// other pages nor the end of the server wait for it.
+/// No order is taken of a client that reads no answer, and neither other pages nor the end of the server wait for it.
 #[test]
 fn orders_without_end_hold_up_nobody_else() {
     let served = Served::new(None, &Config::default(), Tools::default());
@@ -126,9 +127,62 @@ fn orders_without_end_hold_up_nobody_else() {
     let flooding = std::thread::spawn(move || (0..100_000).find(|_| flood.socket.send(Message::text(&order)).is_err()));
     served.allow(5);
     served.page().until_frame(5);
-    assert!(flooding.join().unwrap().is_some(), "all orders were taken");
     let mut talks = served.page();
     let talking = std::thread::spawn(move || while talks.socket.send(Message::text("nothing")).is_ok() {});
     assert_eq!(served.end().0, 0);
+    assert!(flooding.join().unwrap().is_some(), "all orders were taken");
     talking.join().unwrap();
+}
+
+/// Whoever has no token cannot take the places of those who have one: the oldest of its connections goes.
+#[test]
+fn half_requests_lock_nobody_out() {
+    let token = "0123456789abcdef";
+    let served = Served::with_token(None, &Config::default(), Tools::default(), Token::new(token, "the token").ok());
+    let half = |text: &[u8]| {
+        let mut stream = served.connect();
+        // One that has gone already is none of the last.
+        let _ = stream.write_all(text);
+        stream
+    };
+    let mut halves: Vec<_> = (0..300).map(|_| half(b"GET / HTTP/1.1\r\nHost:")).collect();
+    for _ in 0..3 {
+        assert!(served.request_with(&format!("?token={token}"), "").is_ok());
+        halves.extend((0..100).map(|number| half(&b"GET /page.js HTTP/1.1\r\nA: \r"[..number % 26])));
+    }
+    let mut bytes = [0; 1];
+    assert!(!matches!(halves[0].read(&mut bytes), Ok(1)), "the oldest one is gone");
+    drop(halves);
+    assert_eq!(served.end().0, 0);
+}
+
+/// What comes byte by byte is read, and an answer arrives although the client has said more, or has nothing more to say.
+#[test]
+fn slow_and_odd_requests_are_answered() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    let answer = |parts: &[&[u8]], ends: bool| {
+        let mut stream = served.connect();
+        stream.set_nodelay(true).unwrap();
+        for part in parts {
+            stream.write_all(part).unwrap();
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        if ends {
+            stream.shutdown(std::net::Shutdown::Write).unwrap();
+        }
+        let mut text = String::new();
+        stream.read_to_string(&mut text).unwrap();
+        text.lines().next().unwrap_or_default().to_owned()
+    };
+    let head = format!("GET / HTTP/1.1\r\nHost: {}\r\n\r\n", served.host());
+    let bytes: Vec<&[u8]> = head.as_bytes().chunks(1).collect();
+    assert_eq!(answer(&bytes, false), "HTTP/1.1 200 OK");
+    assert_eq!(answer(&[head.as_bytes()], true), "HTTP/1.1 200 OK");
+    assert_eq!(answer(&bytes[..bytes.len() - 1], true), "", "half a request and no more");
+    let long = [head.as_bytes(), &[b'x'; 100_000]].concat();
+    assert_eq!(answer(&[&long], false), "HTTP/1.1 200 OK");
+    let post = head.replace("GET", "POST") + &"x".repeat(100_000);
+    assert_eq!(answer(&[post.as_bytes()], false), "HTTP/1.1 405 Method Not Allowed");
+    assert_eq!(answer(&[&[0x16; 20_000]], false), "HTTP/1.1 400 Bad Request");
+    assert_eq!(answer(&[b"GET /", &[b'x'; 20_000]], false), "HTTP/1.1 431 Request Header Fields Too Large");
 }
