@@ -84,6 +84,14 @@ words! {
     Short = "shorter than a frame",
     /// The frame's JPEG data are corrupt.
     CorruptJpeg = "corrupt JPEG picture",
+    /// The frame's JPEG data end too early.
+    TruncatedJpeg = "JPEG picture that ends before its last block",
+    /// The frame's bytes are no JPEG picture.
+    NoJpeg = "no JPEG picture",
+    /// The frame's JPEG coding is not decoded.
+    UnsupportedJpeg = "JPEG picture of a kind that is not decoded",
+    /// The frame has another size than the stream.
+    OtherSize = "picture of another size",
     /// A file of a picture cannot be decoded.
     CorruptPicture = "picture that cannot be decoded",
     /// The camera's input had no signal.
@@ -98,6 +106,13 @@ words! {
     Missing = "missing in the file",
     /// The program that pushes frames reported them.
     Reported = "reported lost",
+}
+
+impl LossReason {
+    /// Returns whether the frame came as a JPEG picture that was refused.
+    pub fn is_of_jpeg(&self) -> bool {
+        matches!(self, Self::CorruptJpeg | Self::TruncatedJpeg | Self::NoJpeg | Self::UnsupportedJpeg | Self::OtherSize)
+    }
 }
 
 words! {
