@@ -138,6 +138,8 @@ words! {
     Calibration = "calibration",
     /// The decoder of a video or of JPEG pictures reports something.
     Decoder = "decoder",
+    /// Pictures are turned or mirrored as their files say.
+    Turned = "turned",
     /// The frames of a file come unevenly from here on.
     Uneven = "uneven",
     /// The frames of a file come evenly again.

@@ -83,6 +83,10 @@ impl Decoder {
         Self { options, size, rgb: vec![0; 3 * width * height], rewritten: Vec::new() }
     }
 
+    pub(crate) fn size(&self) -> FrameSize {
+        self.size
+    }
+
     /// Returns the picture as R G B bytes without padding.
     ///
     /// Bytes behind the picture's last block are ignored, because drivers pad.
@@ -119,9 +123,14 @@ fn append_without(to: &mut Vec<u8>, bytes: &[u8], extra: &[Range<usize>]) {
     to.extend_from_slice(bytes.get(from..).unwrap_or_default());
 }
 
+/// Returns the width and the height of a picture by its headers, and its Exif data, which are empty if it has none.
+pub(crate) fn picture_facts(bytes: &[u8]) -> Result<((u16, u16), &[u8]), Refusal> {
+    Picture::headers(bytes).map(|picture| (picture.size, picture.exif))
+}
+
 /// Returns the width and the height of a picture by its headers; `None` if they are not those of a JPEG.
 pub fn picture_size(bytes: &[u8]) -> Option<(u16, u16)> {
-    Picture::headers(bytes).ok().map(|picture| picture.size)
+    picture_facts(bytes).ok().map(|(size, _)| size)
 }
 
 #[cfg(test)]

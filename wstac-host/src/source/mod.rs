@@ -12,6 +12,8 @@ pub mod names;
 mod natural;
 pub mod open;
 pub mod option_text;
+#[cfg(any(feature = "jpeg", feature = "png"))]
+mod orientation;
 pub mod pace;
 #[cfg(any(feature = "jpeg", feature = "png"))]
 mod picture_files;

@@ -160,7 +160,9 @@ impl<'a> Picture<'a> {
             0xc5..=0xc7 | 0xcd..=0xcf => return Err(Refusal::Unsupported("its coding is hierarchical")),
             0xda => return Ok(Segment::Scan(segment)),
             0xe0 => self.is_jfif |= segment.starts_with(b"JFIF\0"),
-            0xe1 if self.exif.is_empty() => self.exif = segment.strip_prefix(b"Exif\0").unwrap_or_default(),
+            0xe1 if self.exif.is_empty() => {
+                self.exif = segment.strip_prefix(b"Exif\0").and_then(|rest| rest.get(1..)).unwrap_or_default()
+            }
             0xee if segment.starts_with(b"Adobe") => self.adobe = segment.get(11).copied().or(self.adobe),
             _ => {}
         }
