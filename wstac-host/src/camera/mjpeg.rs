@@ -17,7 +17,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use self::headers::Picture;
+use self::headers::JpegReader;
 use crate::reasons::LossReason;
 
 /// The reason why a picture is refused. As text it says so about "it".
@@ -103,7 +103,7 @@ impl Decoder {
     /// The picture is damaged, of another size or of a kind that is not decoded.
     pub fn picture(&mut self, bytes: &[u8]) -> Result<&[u8], Refusal> {
         let size = (self.size.width(), self.size.height());
-        let is_rgb = Picture::rewrite(bytes, size, &mut self.rewritten)?;
+        let is_rgb = JpegReader::rewrite(bytes, size, &mut self.rewritten)?;
         // The decoder takes three components for Y, Cb and Cr, and hands those out as they are if asked.
         let colors = if is_rgb { ColorSpace::YCbCr } else { ColorSpace::RGB };
         let options = self.options.jpeg_set_out_colorspace(colors);
@@ -125,7 +125,7 @@ fn append_without(to: &mut Vec<u8>, bytes: &[u8], extra: &[Range<usize>]) {
 
 /// Returns the width and the height of a picture by its headers, and its Exif data, which are empty if it has none.
 pub(crate) fn picture_facts(bytes: &[u8]) -> Result<((u16, u16), &[u8]), Refusal> {
-    Picture::headers(bytes).map(|picture| (picture.size, picture.exif))
+    JpegReader::headers(bytes).map(|picture| (picture.size, picture.exif))
 }
 
 /// Returns the width and the height of a picture by its headers; `None` if they are not those of a JPEG.

@@ -82,7 +82,7 @@ impl Table {
 }
 
 /// A component's part of a scan.
-pub(super) struct Part<'a> {
+pub(super) struct ScanPart<'a> {
     /// 8 × 8 blocks in each unit.
     pub(super) blocks: u32,
     /// Huffman tables; `None` if the pass needs none.
@@ -109,7 +109,7 @@ pub(super) struct Scan<'a> {
     pub(super) units: u32,
     /// Units from one restart marker to the next; 0 without restart markers.
     pub(super) restart: u32,
-    pub(super) parts: Vec<Part<'a>>,
+    pub(super) parts: Vec<ScanPart<'a>>,
     pub(super) pass: Pass,
 }
 
@@ -213,7 +213,7 @@ impl Bits<'_> {
     }
 
     /// Walks over a block, of which `part` has the tables.
-    fn pass(&mut self, pass: Pass, part: &mut Part<'_>, unit: u32) -> Option<()> {
+    fn pass(&mut self, pass: Pass, part: &mut ScanPart<'_>, unit: u32) -> Option<()> {
         match pass {
             Pass::Sequential => self.block(part.dc?, part.ac?),
             Pass::Dc { is_first: true } => (self.symbol(part.dc?)? <= MOST_BITS).then_some(()),

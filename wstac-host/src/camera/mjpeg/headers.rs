@@ -1,6 +1,6 @@
 //! The segments of a JPEG picture: what a frame and its scans are, and the picture as the decoder gets it.
 
-use super::data::{Part, Pass, Scan, Table, Whole};
+use super::data::{Pass, Scan, ScanPart, Table, Whole};
 use super::tables::STANDARD_TABLES;
 use super::{Refusal, append_without};
 
@@ -17,7 +17,7 @@ const SAMPLING: Refusal = Refusal::Unsupported("the sizes of its components are 
 const BROKEN: Refusal = Refusal::Corrupt("one of its segments is broken");
 
 /// A JPEG picture that is read segment by segment.
-pub(super) struct Picture<'a> {
+pub(super) struct JpegReader<'a> {
     bytes: &'a [u8],
     at: usize,
     pub(super) size: (u16, u16),
@@ -55,7 +55,7 @@ enum Segment<'a> {
     End,
 }
 
-impl<'a> Picture<'a> {
+impl<'a> JpegReader<'a> {
     /// Reads the headers up to the first scan.
     pub(super) fn headers(bytes: &'a [u8]) -> Result<Self, Refusal> {
         let mut picture = Self::new(bytes)?;
@@ -287,7 +287,7 @@ impl<'a> Picture<'a> {
             if from > 0 {
                 component.nonzero.resize((units.0 * units.1) as usize, 0);
             }
-            parts.push(Part {
+            parts.push(ScanPart {
                 blocks: if is_single { 1 } else { across * down },
                 dc: self.dc.get(usize::from(tables >> 4)).and_then(Option::as_ref),
                 ac: self.ac.get(usize::from(tables & 15)).and_then(Option::as_ref),
@@ -302,7 +302,7 @@ impl<'a> Picture<'a> {
             (true, _) if is_single => Pass::Ac { from: from.into(), last: last.into(), is_first: high == 0 },
             (true, _) => return Err(BROKEN),
         };
-        let is_complete = |part: &Part<'_>| match pass {
+        let is_complete = |part: &ScanPart<'_>| match pass {
             Pass::Sequential => part.dc.is_some() && part.ac.is_some(),
             Pass::Dc { is_first } => part.dc.is_some() || !is_first,
             Pass::Ac { .. } => part.ac.is_some(),
