@@ -44,7 +44,7 @@ use crate::error::Error;
 
 pub use self::crop::Crop;
 pub use crate::frame_clock::{Stamp, StreamClock};
-pub use crate::reasons::{FaultKind, LossReason};
+pub use crate::reasons::{FaultKind, LossCounts, LossReason};
 
 /// The labels that a person gave, such as `specimen` `Saw3`.
 pub type Labels = BTreeMap<String, String>;

@@ -19,8 +19,8 @@ const DIRECT_BITS: u32 = 9;
 ///
 /// After a missing packet, blocks may end before their data do. Then there are mostly more bytes.
 const MOST_EXTRA: usize = 16;
-/// Most bits of a difference of 8-bit samples.
-const MOST_BITS: u8 = 11;
+/// A coefficient of 8-bit samples has fewer bits, apart from the first of a block, whose difference has at most as many.
+const TOO_MANY_BITS: u8 = 11;
 const NO_CODE: Refusal = Refusal::Corrupt("its data are no Huffman codes");
 const MISPLACED: Refusal = Refusal::Corrupt("a restart marker is missing or out of place");
 const OVERLONG: Refusal = Refusal::Corrupt("it has too many bytes between its blocks and the next marker");
@@ -142,7 +142,7 @@ impl Scan<'_> {
             bits.in_bounds().ok_or(Refusal::Truncated)?;
         }
         // Some cameras put one more restart marker behind the last block.
-        let may_restart = self.restart > 0 && self.units % self.restart == 0;
+        let may_restart = self.restart > 0 && self.units.is_multiple_of(self.restart);
         whole.end = bits.end(may_restart)?;
         Ok(whole)
     }
@@ -216,7 +216,7 @@ impl Bits<'_> {
     fn pass(&mut self, pass: Pass, part: &mut ScanPart<'_>, unit: u32) -> Option<()> {
         match pass {
             Pass::Sequential => self.block(part.dc?, part.ac?),
-            Pass::Dc { is_first: true } => (self.symbol(part.dc?)? <= MOST_BITS).then_some(()),
+            Pass::Dc { is_first: true } => (self.symbol(part.dc?)? <= TOO_MANY_BITS).then_some(()),
             Pass::Dc { is_first: false } => {
                 self.take(1);
                 Some(())
@@ -292,7 +292,7 @@ impl Bits<'_> {
     }
 
     fn block(&mut self, dc: &Table, ac: &Table) -> Option<()> {
-        if self.symbol(dc)? > MOST_BITS {
+        if self.symbol(dc)? > TOO_MANY_BITS {
             return None;
         }
         let mut place = 1;
@@ -302,7 +302,7 @@ impl Bits<'_> {
             place += match (zeros, size) {
                 (0, 0) => return Some(()),
                 (15, 0) => 16,
-                (_, 0) => return None,
+                (_, 0 | TOO_MANY_BITS..) => return None,
                 _ => zeros + 1,
             };
         }

@@ -100,7 +100,7 @@ impl<'a> JpegReader<'a> {
                 Segment::Tables(tables) => to.extend_from_slice(tables),
                 Segment::Frame if picture.size != size => return Err(Refusal::OtherSize),
                 Segment::Frame => picture.write_frame(to),
-                Segment::Scan(_) if picture.components.is_empty() => return Err(Refusal::NoPicture),
+                Segment::Scan(_) | Segment::End if picture.components.is_empty() => return Err(Refusal::NoPicture),
                 Segment::Scan(scan) => {
                     picture.scan(scan, to)?;
                     if picture.components.iter().all(|component| component.bits == [0; 64]) {
@@ -109,7 +109,6 @@ impl<'a> JpegReader<'a> {
                     }
                 }
                 Segment::Other => {}
-                Segment::End if picture.components.is_empty() => return Err(Refusal::NoPicture),
                 Segment::End => return Err(Refusal::Truncated),
             }
         }
@@ -161,7 +160,7 @@ impl<'a> JpegReader<'a> {
             0xda => return Ok(Segment::Scan(segment)),
             0xe0 => self.is_jfif |= segment.starts_with(b"JFIF\0"),
             0xe1 if self.exif.is_empty() => {
-                self.exif = segment.strip_prefix(b"Exif\0").and_then(|rest| rest.get(1..)).unwrap_or_default()
+                self.exif = segment.strip_prefix(b"Exif\0").and_then(|rest| rest.get(1..)).unwrap_or_default();
             }
             0xee if segment.starts_with(b"Adobe") => self.adobe = segment.get(11).copied().or(self.adobe),
             _ => {}
@@ -196,7 +195,10 @@ impl<'a> JpegReader<'a> {
         let most = self.components.first().map_or((1, 1), |first| (first.across, first.down));
         let is_sampling = |component: &Component| {
             let (across, down) = (component.across, component.down);
-            matches!(across, 1 | 2 | 4) && (1..=4).contains(&down) && most.0 % across == 0 && most.1 % down == 0
+            matches!(across, 1 | 2 | 4)
+                && (1..=4).contains(&down)
+                && most.0.is_multiple_of(across)
+                && most.1.is_multiple_of(down)
         };
         if self.components.iter().all(is_sampling) { Ok(()) } else { Err(SAMPLING) }
     }
