@@ -15,6 +15,7 @@ use crate::output::{
     ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
     Stamp, StreamClock, StreamSummary, TactileEvent,
 };
+use crate::source::LossCounts;
 use crate::texture::Texture;
 
 /// A line of JSON. [`JsonLine::new`] makes it from an output.
@@ -117,6 +118,9 @@ pub enum JsonLine<'a> {
         frames: u64,
         /// Camera frames that were lost.
         dropped: u64,
+        /// The same frames by reason, if any were lost and the reasons are known.
+        #[serde(skip_serializing_if = "LossCounts::is_empty")]
+        dropped_by: LossCounts,
         /// `complete` or `incomplete`.
         baseline: &'static str,
         /// The sample that was being captured.
@@ -179,6 +183,7 @@ impl<'a> JsonLine<'a> {
             Output::End(end) => Self::End {
                 frames: end.frames,
                 dropped: end.dropped,
+                dropped_by: end.dropped_by,
                 baseline: baseline(end),
                 incomplete: end.incomplete,
                 time_ns: end.time_ns,

@@ -13,7 +13,7 @@ pub(crate) use self::event::Answering;
 pub use self::event::{Paths, TactileEvent, TouchTime};
 use crate::frame_clock::FrameClock;
 pub use crate::frame_clock::{Elapsed, Stamp, StreamClock};
-use crate::source::{Fault, LossReason};
+use crate::source::{Fault, LossCounts, LossReason};
 use crate::texture::Texture;
 
 /// Chooses which outputs a stream has besides its events.
@@ -353,6 +353,8 @@ pub struct StreamSummary {
     pub stamp: Option<Stamp>,
     /// Camera frames that were lost or unusable.
     pub dropped: u64,
+    /// The same frames by reason. Of a board and of a part of a recording, no reasons are known.
+    pub dropped_by: LossCounts,
     /// Whether the stream was long enough for the baseline.
     pub baseline_complete: bool,
     /// The sample that was being captured.

@@ -60,8 +60,8 @@ macro_rules! words {
             }
         }
 
-        #[cfg(test)]
         impl $name {
+            #[cfg_attr(not(test), allow(dead_code))]
             const ALL: &[Self] = &[$(Self::$variant),*];
         }
     };
@@ -84,6 +84,14 @@ words! {
     Short = "shorter than a frame",
     /// The frame's JPEG data are corrupt.
     CorruptJpeg = "corrupt JPEG picture",
+    /// The frame's JPEG data end too early.
+    TruncatedJpeg = "JPEG picture that ends before its last block",
+    /// The frame's bytes are no JPEG picture.
+    NoJpeg = "no JPEG picture",
+    /// The frame's JPEG coding is not decoded.
+    UnsupportedJpeg = "JPEG picture of a kind that is not decoded",
+    /// The frame has another size than the stream.
+    OtherSize = "picture of another size",
     /// A file of a picture cannot be decoded.
     CorruptPicture = "picture that cannot be decoded",
     /// The camera's input had no signal.
@@ -98,6 +106,44 @@ words! {
     Missing = "missing in the file",
     /// The program that pushes frames reported them.
     Reported = "reported lost",
+}
+
+impl LossReason {
+    /// Returns whether the frame came as a JPEG picture that was refused.
+    pub fn is_of_jpeg(&self) -> bool {
+        matches!(self, Self::CorruptJpeg | Self::TruncatedJpeg | Self::NoJpeg | Self::UnsupportedJpeg | Self::OtherSize)
+    }
+}
+
+/// Lost frames, counted by reason up to 2³² − 1. Those of other versions count together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LossCounts([u32; LossReason::ALL.len() + 1]);
+
+impl LossCounts {
+    /// Counts frames that were lost for a reason.
+    pub fn add(&mut self, frames: u64, reason: &LossReason) {
+        let place = LossReason::ALL.iter().position(|known| known == reason);
+        if let Some(count) = self.0.get_mut(place.unwrap_or(LossReason::ALL.len())) {
+            *count = u32::try_from(frames).map_or(u32::MAX, |frames| count.saturating_add(frames));
+        }
+    }
+
+    /// Returns the reasons that frames were lost for, in words, and how many.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, u32)> {
+        let words = LossReason::ALL.iter().map(LossReason::name).chain(["other"]);
+        words.zip(self.0).filter(|(_, frames)| *frames > 0)
+    }
+
+    /// Returns whether no frame was lost.
+    pub fn is_empty(&self) -> bool {
+        self.0.iter().all(|frames| *frames == 0)
+    }
+}
+
+impl Serialize for LossCounts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.iter())
+    }
 }
 
 words! {
@@ -123,6 +169,8 @@ words! {
     Calibration = "calibration",
     /// The decoder of a video or of JPEG pictures reports something.
     Decoder = "decoder",
+    /// Pictures are turned or mirrored as their files say.
+    Turned = "turned",
     /// The frames of a file come unevenly from here on.
     Uneven = "uneven",
     /// The frames of a file come evenly again.

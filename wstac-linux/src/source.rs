@@ -303,17 +303,17 @@ impl Source for CameraSource {
         let Some(decoder) = &mut self.decoder else {
             return Ok(SourceEvent::Frame(Frame { bytes, timestamp, stamp, sequence, encoded: None, lag }));
         };
-        Ok(match decoder.decode(bytes) {
+        Ok(match decoder.picture(bytes) {
             Ok(decoded) => {
                 SourceEvent::Frame(Frame { bytes: decoded, timestamp, stamp, sequence, encoded: Some(bytes), lag })
             }
             Err(why) if !std::mem::replace(&mut self.is_damage_reported, true) => {
-                self.told.push_back(Told::Lost(1, LossReason::CorruptJpeg));
+                self.told.push_back(Told::Lost(1, why.reason()));
                 let message =
                     format!("{}: a JPEG picture is refused: {why}; others count as lost, too", self.path.display());
                 SourceEvent::Fault(Fault::new(FaultKind::Decoder, message))
             }
-            Err(_) => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
+            Err(why) => SourceEvent::Lost { frames: 1, reason: why.reason() },
         })
     }
 }

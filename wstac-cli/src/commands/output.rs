@@ -11,7 +11,7 @@ use super::signals::is_readers_time_over;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
-use wstac_host::source::LossReason;
+use wstac_host::source::{LossReason, SourceEvent};
 pub(super) use wstac_host::text::{text, text_of};
 use wstac_host::visible;
 
@@ -82,20 +82,36 @@ fn wait_for_reader() -> io::Result<()> {
     }
 }
 
+/// The frames of a source that were lost, by reason, and whether there were others.
 #[derive(Default)]
-pub(super) struct LossReport(Vec<(LossReason, u64)>);
+pub(super) struct LossReport {
+    lost: Vec<(LossReason, u64)>,
+    has_frame: bool,
+}
 
 impl LossReport {
-    pub(super) fn add(&mut self, frames: u64, reason: &LossReason) {
-        match self.0.iter_mut().find(|(known, _)| known == reason) {
-            Some((_, count)) => *count = count.saturating_add(frames),
-            None => self.0.push((reason.clone(), frames)),
+    pub(super) fn source_event(&mut self, event: &SourceEvent<'_>) {
+        match event {
+            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => self.has_frame = true,
+            SourceEvent::Lost { frames, reason } => match self.lost.iter_mut().find(|(known, _)| known == reason) {
+                Some((_, count)) => *count = count.saturating_add(*frames),
+                None => self.lost.push((reason.clone(), *frames)),
+            },
+            _ => {}
         }
+    }
+
+    /// Returns an error if a source that has ended had frames, and all of them were lost.
+    pub(super) fn expect_a_frame(&self, about: &str) -> Result<(), Error> {
+        if self.has_frame || self.lost.is_empty() {
+            return Ok(());
+        }
+        Err(Error::new(ErrorKind::Data, about, "all of its frames are lost, expected at least one that can be used"))
     }
 
     /// Reports one line per reason.
     pub(super) fn say(&self, note: impl Fn(String)) {
-        for (reason, count) in &self.0 {
+        for (reason, count) in &self.lost {
             note(format!("{} lost: {reason}", counted(*count, "frame")));
         }
     }

@@ -164,8 +164,9 @@ const HELP: &str = r#"Sources:
   FOLDER           PNG or JPEG files of one size, 2.png before 10.png, at
                    30 frames per second unless --fps gives another rate.
                    A damaged picture is a lost frame, and so is one that
-                   the numbers in the names leave out. PNG files beside
-                   JPEG files are refused.
+                   the numbers in the names leave out. Pictures are turned
+                   as their Exif data say. PNG files beside JPEG files are
+                   refused.
   /dev/ttyACM0     a board, which finds the events itself, at a serial
                    device; also tcp:HOST:PORT, and board:FILE with the
                    bytes that a board sent (board:- is standard input).
@@ -179,8 +180,8 @@ const HELP: &str = r#"Sources:
                    share options, configuration and models. Each has its
                    own baseline, frames and end. If one fails, the
                    others continue.
-  Exit code: 1 if a source or file cannot be used, 2 for wrong arguments,
-  otherwise 0, also after Ctrl-C.
+  Exit code: 1 if a source or file cannot be used or no frame of it can, 2
+  for wrong arguments, otherwise 0, also after Ctrl-C.
 
 Camera faults and recovery:
   If the program is slower than the camera, it skips older frames for the
@@ -338,7 +339,8 @@ Output with --json, one object per line (wrapped here):
               frames has them. The event that follows has the same.
   incomplete  is an event that a gap of lost frames ended.
   fault       does not end the source.
-  end         "dropped" counts camera frames. "baseline" is "incomplete"
+  end         "dropped" counts camera frames, "dropped_by" those of each
+              reason if there are any. "baseline" is "incomplete"
               if the stream was too short for it. "incomplete" is
               {"frame","frames"} if the stream ended inside an event.
   Frames are counted from 0. Above 45 frames per second, round(fps/30)

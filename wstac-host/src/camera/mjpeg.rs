@@ -1,13 +1,14 @@
 //! Motion JPEG: one picture to RGB, or the reason why it is damaged.
 //!
 //! USB transfers lose packets, so a picture is only taken if it is whole. It has headers, the agreed size, as many blocks
-//! as the size asks for, and no error on the way. A few bytes before a marker are left out, and the end marker may be
-//! missing, because cameras send both.
+//! as the size asks for, and no error on the way. Bytes before a marker are left out, tables and the end marker may be
+//! missing, and segments that say nothing about pixels may be broken, because cameras send such pictures.
 
 mod data;
 mod headers;
 mod tables;
 
+use std::fmt;
 use std::ops::Range;
 
 use wstac_core::layout::FrameSize;
@@ -16,13 +17,53 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use self::data::Whole;
-use self::headers::Headers;
-use self::tables::STANDARD_TABLES;
+use self::headers::JpegReader;
+use crate::reasons::LossReason;
 
-/// The end marker.
-const END: [u8; 2] = [0xff, 0xd9];
-const NO_HEADERS: &str = "its headers are not those of a JPEG picture";
+/// The reason why a picture is refused. As text it says so about "it".
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The bytes are not those of a JPEG picture.
+    NoPicture,
+    /// Its size is not the stream's.
+    OtherSize,
+    /// Its end is missing.
+    Truncated,
+    /// It is damaged, and how.
+    Corrupt(&'static str),
+    /// It is of a kind that is not decoded, and which.
+    Unsupported(&'static str),
+}
+
+impl Refusal {
+    /// Returns the text that says why, about "it".
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::NoPicture => "its headers are not those of a JPEG picture",
+            Self::OtherSize => "it has another size than the pictures before",
+            Self::Truncated => "it ends before its last block",
+            Self::Corrupt(why) | Self::Unsupported(why) => why,
+        }
+    }
+
+    /// Returns the reason by which the lost frame is counted.
+    pub fn reason(self) -> LossReason {
+        match self {
+            Self::NoPicture => LossReason::NoJpeg,
+            Self::OtherSize => LossReason::OtherSize,
+            Self::Truncated => LossReason::TruncatedJpeg,
+            Self::Corrupt(_) => LossReason::CorruptJpeg,
+            Self::Unsupported(_) => LossReason::UnsupportedJpeg,
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.text())
+    }
+}
 
 /// Decodes the pictures of one stream into one buffer.
 #[derive(Clone, Debug)]
@@ -30,22 +71,20 @@ pub struct Decoder {
     options: DecoderOptions,
     size: FrameSize,
     rgb: Vec<u8>,
-    /// A picture that came without Huffman tables, after they were added.
-    completed: Vec<u8>,
-    /// A picture that came with bytes before a marker or without an end marker, as it should be.
-    mended: Vec<u8>,
+    /// A picture as the decoder gets it.
+    rewritten: Vec<u8>,
 }
 
 impl Decoder {
     /// Creates a decoder of pictures of this size.
     pub fn new(size: FrameSize) -> Self {
         let (width, height) = (usize::from(size.width()), usize::from(size.height()));
-        let options = DecoderOptions::default()
-            .set_strict_mode(true)
-            .set_max_width(width)
-            .set_max_height(height)
-            .jpeg_set_out_colorspace(ColorSpace::RGB);
-        Self { options, size, rgb: vec![0; 3 * width * height], completed: Vec::new(), mended: Vec::new() }
+        let options = DecoderOptions::default().set_strict_mode(true).set_max_width(width).set_max_height(height);
+        Self { options, size, rgb: vec![0; 3 * width * height], rewritten: Vec::new() }
+    }
+
+    pub(crate) fn size(&self) -> FrameSize {
+        self.size
     }
 
     /// Returns the picture as R G B bytes without padding.
@@ -55,41 +94,21 @@ impl Decoder {
     /// # Errors
     /// The picture is damaged or of another size. The text says why, about "it".
     pub fn decode(&mut self, bytes: &[u8]) -> Result<&[u8], &'static str> {
-        let picture = if Headers::read(bytes).ok_or(NO_HEADERS)?.has_tables() {
-            bytes
-        } else {
-            // Cameras leave the standard tables out to save bytes.
-            let (start, rest) = bytes.split_at_checked(2).ok_or(NO_HEADERS)?;
-            self.completed.clear();
-            self.completed.extend_from_slice(start);
-            self.completed.extend_from_slice(&STANDARD_TABLES);
-            self.completed.extend_from_slice(rest);
-            &self.completed
-        };
-        let headers = Headers::read(picture).ok_or(NO_HEADERS)?;
-        if headers.size != (self.size.width(), self.size.height()) {
-            return Err("it has another size than the pictures before");
-        }
-        let (start, data) = picture.split_at_checked(headers.data).ok_or(NO_HEADERS)?;
-        let picture = if let Some(scan) = headers.scan() {
-            let Whole { extra, end } = scan.walk(data)?;
-            let is_clean = headers.extra.is_empty() && extra.is_empty();
-            if is_clean && data.get(end..).is_some_and(|rest| rest.starts_with(&END)) {
-                &picture[..start.len() + end + END.len()]
-            } else {
-                self.mended.clear();
-                append_without(&mut self.mended, start, &headers.extra);
-                append_without(&mut self.mended, &data[..end], &extra);
-                self.mended.extend_from_slice(&END);
-                &self.mended
-            }
-        } else {
-            // No camera is known to send other codings. For these the decoder's result is trusted.
-            let end = end_of_data(data).ok_or("it has no end marker")?;
-            &picture[..start.len() + end + END.len()]
-        };
-        let mut decoder = JpegDecoder::new_with_options(ZCursor::new(picture), self.options);
-        decoder.decode_into(&mut self.rgb).map_err(|_| "the decoder refuses it")?;
+        self.picture(bytes).map_err(Refusal::text)
+    }
+
+    /// Returns the picture as [`decode`](Self::decode) does, or the kind of its refusal.
+    ///
+    /// # Errors
+    /// The picture is damaged, of another size or of a kind that is not decoded.
+    pub fn picture(&mut self, bytes: &[u8]) -> Result<&[u8], Refusal> {
+        let size = (self.size.width(), self.size.height());
+        let is_rgb = JpegReader::rewrite(bytes, size, &mut self.rewritten)?;
+        // The decoder takes three components for Y, Cb and Cr, and hands those out as they are if asked.
+        let colors = if is_rgb { ColorSpace::YCbCr } else { ColorSpace::RGB };
+        let options = self.options.jpeg_set_out_colorspace(colors);
+        let mut decoder = JpegDecoder::new_with_options(ZCursor::new(&self.rewritten[..]), options);
+        decoder.decode_into(&mut self.rgb).map_err(|_| Refusal::Corrupt("the decoder refuses it"))?;
         Ok(&self.rgb)
     }
 }
@@ -104,16 +123,14 @@ fn append_without(to: &mut Vec<u8>, bytes: &[u8], extra: &[Range<usize>]) {
     to.extend_from_slice(bytes.get(from..).unwrap_or_default());
 }
 
-/// Returns the width and the height of a picture by its headers; `None` if they are not those of a JPEG.
-pub fn picture_size(bytes: &[u8]) -> Option<(u16, u16)> {
-    Headers::read(bytes).map(|headers| headers.size)
+/// Returns the width and the height of a picture by its headers, and its Exif data, which are empty if it has none.
+pub(crate) fn picture_facts(bytes: &[u8]) -> Result<((u16, u16), &[u8]), Refusal> {
+    JpegReader::headers(bytes).map(|picture| (picture.size, picture.exif))
 }
 
-/// Returns the number of bytes before the end marker.
-///
-/// In entropy-coded data every 0xff is followed by 0 or by a restart marker, so nothing else looks like it.
-fn end_of_data(data: &[u8]) -> Option<usize> {
-    data.windows(2).position(|pair| pair == END)
+/// Returns the width and the height of a picture by its headers; `None` if they are not those of a JPEG.
+pub fn picture_size(bytes: &[u8]) -> Option<(u16, u16)> {
+    picture_facts(bytes).ok().map(|(size, _)| size)
 }
 
 #[cfg(test)]
@@ -155,14 +172,16 @@ mod tests {
     /// Returns the start and the length of the first segment with this marker.
     fn segment(bytes: &[u8], marker: u8) -> Option<(usize, usize)> {
         let mut at = 2;
-        while bytes[at + 1] != 0xda {
+        loop {
             let length = 2 + usize::from(u16::from_be_bytes([bytes[at + 2], bytes[at + 3]]));
             if bytes[at + 1] == marker {
                 return Some((at, length));
             }
+            if bytes[at + 1] == 0xda {
+                return None;
+            }
             at += length;
         }
-        None
     }
 
     fn without_huffman_tables(mut bytes: Vec<u8>) -> Vec<u8> {
@@ -218,10 +237,16 @@ mod tests {
         }
     }
 
+    /// Returns the start of the first scan's data.
+    fn data(bytes: &[u8]) -> usize {
+        let (at, length) = segment(bytes, 0xda).unwrap();
+        at + length
+    }
+
     /// Returns the places of the markers behind the headers.
     fn markers(bytes: &[u8]) -> Vec<usize> {
-        let data = Headers::read(bytes).unwrap().data;
-        (data..bytes.len() - 1).filter(|at| bytes[*at] == 0xff && bytes[at + 1] != 0).collect()
+        let start = data(bytes);
+        (start..bytes.len() - 1).filter(|at| bytes[*at] == 0xff && bytes[at + 1] != 0).collect()
     }
 
     #[test]
@@ -249,7 +274,7 @@ mod tests {
         for whole in [jpeg(SamplingFactor::F_2_1), jpeg_with_restarts()] {
             let mut decoder = Decoder::new(size());
             let expected = decoder.decode(&whole).unwrap().to_vec();
-            let (data, mut at, mut starts) = (Headers::read(&whole).unwrap().data, 2, Vec::new());
+            let (data, mut at, mut starts) = (data(&whole), 2, Vec::new());
             while at < data {
                 starts.push(at);
                 at += 2 + usize::from(u16::from_be_bytes([whole[at + 2], whole[at + 3]]));
@@ -265,8 +290,15 @@ mod tests {
                 assert_eq!(decoder.decode(&every), Ok(&expected[..]), "{extra:?} before every segment");
                 assert_eq!(picture_size(&every), picture_size(&whole));
             }
-            let far = [&whole[..2], &[0x5a; 17], &whole[2..]].concat();
-            assert_eq!(decoder.decode(&far), Err(NO_HEADERS));
+            for before in [&[0][..], &[0xff], &[0x5a; 16], &[0xff, 0xd8], &[0xff, 0xd8, 0xff, 0xd8, 0xff]] {
+                assert_eq!(
+                    decoder.decode(&[before, &whole].concat()),
+                    Ok(&expected[..]),
+                    "{before:?} before the start"
+                );
+            }
+            let far = [&[0x5a; 17], &whole[..]].concat();
+            assert_eq!(decoder.picture(&far), Err(Refusal::NoPicture));
         }
     }
 
@@ -277,14 +309,27 @@ mod tests {
         let mut encoder = Encoder::new(&mut progressive, 95);
         encoder.set_progressive(true);
         encoder.encode(&picture(), SIDE.0, SIDE.1, ColorType::Rgb).unwrap();
-        let mut misplaced = restarts.clone();
-        misplaced[markers(&restarts)[0] + 1] = 0xd3;
+        let mut without = restarts.clone();
+        without.drain(markers(&restarts)[0]..markers(&restarts)[0] + 2);
+        let start_of_frame = segment(&whole, 0xc0).unwrap().0;
+        let with = |at: usize, byte: u8| {
+            let mut other = whole.clone();
+            other[start_of_frame + at] = byte;
+            other
+        };
         for (bytes, expected) in [
             (b"none".to_vec(), "its headers are not those of a JPEG picture"),
             (whole[..whole.len() - 9].to_vec(), "it ends before its last block"),
-            (misplaced, "a restart marker is missing or out of order"),
-            ([&whole[..whole.len() - 2], &[0x5a; 40], &END].concat(), "it has too many bytes"),
-            (progressive[..progressive.len() - 2].to_vec(), "it has no end marker"),
+            (without, "it has too many bytes between its blocks"),
+            ([&whole[..whole.len() - 2], &[0x5a; 40], &[0xff, 0xd9]].concat(), "it has too many bytes"),
+            (progressive[..progressive.len() - 9].to_vec(), "it ends before its last block"),
+            (with(4, 12), "its samples have more than 8 bits"),
+            (with(1, 0xc9), "its coding is arithmetic"),
+            (with(1, 0xc3), "its coding is lossless"),
+            (with(1, 0xcd), "its coding is hierarchical"),
+            (with(6, SIDE.1 as u8 - 1), "it has another size than the pictures before"),
+            (with(6, 0), "its headers state no size"),
+            (with(9, 2), "it has neither 1 nor 3 nor 4 components"),
         ] {
             let why = decoder.decode(&bytes).unwrap_err();
             assert!(why.starts_with(expected), "{why}, expected {expected}");
@@ -295,9 +340,9 @@ mod tests {
     #[test]
     fn a_picture_with_a_packet_missing_is_refused() {
         let (whole, mut decoder) = (jpeg(SamplingFactor::F_2_1), Decoder::new(size()));
-        let data = Headers::read(&whole).unwrap().data;
+        let start = data(&whole);
         let mut missed = 0;
-        let cuts: Vec<_> = (data..whole.len() - 600).step_by(97).collect();
+        let cuts: Vec<_> = (start..whole.len() - 600).step_by(97).collect();
         for &at in &cuts {
             let cut = [&whole[..at], &whole[at + 512..]].concat();
             missed += usize::from(decoder.decode(&cut).is_ok());
@@ -310,10 +355,10 @@ mod tests {
         let (whole, mut decoder) = (jpeg_with_restarts(), Decoder::new(size()));
         assert_is_the_picture(decoder.decode(&whole));
         // Without the first of them, all that follow are one off.
-        let data = Headers::read(&whole).unwrap().data;
-        let marker = data + whole[data..].windows(2).position(|pair| pair == [0xff, 0xd0]).unwrap();
+        let start = data(&whole);
+        let marker = start + whole[start..].windows(2).position(|pair| pair == [0xff, 0xd0]).unwrap();
         assert!(decoder.decode(&[&whole[..marker], &whole[marker + 2..]].concat()).is_err());
-        let second = data + whole[data..].windows(2).position(|pair| pair == [0xff, 0xd1]).unwrap();
+        let second = start + whole[start..].windows(2).position(|pair| pair == [0xff, 0xd1]).unwrap();
         assert!(decoder.decode(&[&whole[..marker], &whole[second..]].concat()).is_err());
     }
 

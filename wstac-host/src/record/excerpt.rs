@@ -12,7 +12,7 @@ use crate::error::{Error, ErrorKind};
 use crate::output::Output;
 use crate::plural::counted;
 use crate::session::Processor;
-use crate::source::SourceEvent;
+use crate::source::{LossCounts, SourceEvent};
 use crate::text::text_of;
 
 /// The number of names that are tried for a new file.
@@ -132,7 +132,7 @@ impl Excerpt {
         self.events += u64::from(matches!(output, Output::Event(_)));
         let mut output = output.clone().counted_from(self.zero);
         if let Output::End(end) = &mut output {
-            end.dropped = self.lost;
+            (end.dropped, end.dropped_by) = (self.lost, LossCounts::default());
         }
         self.recorder.output(&output, &text_of(&output));
     }

@@ -23,7 +23,7 @@ use crate::output::{
     Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
     MotionReport, Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
 };
-use crate::source::{FaultKind, SourceEvent, StreamInfo};
+use crate::source::{FaultKind, LossCounts, LossReason, SourceEvent, StreamInfo};
 use crate::texture::Textures;
 
 /// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
@@ -47,6 +47,7 @@ pub struct Processor {
     live: Option<LiveMotion>,
     options: OutputOptions,
     dropped: u64,
+    dropped_by: LossCounts,
     uneven: UnevenFrames,
     baseline_reported: bool,
     /// The first feature frame of the baseline.
@@ -236,6 +237,7 @@ impl Processor {
             textures: Textures::default(),
             options,
             dropped: 0,
+            dropped_by: LossCounts::default(),
             uneven: UnevenFrames::default(),
             baseline_reported: false,
             zero: first,
@@ -295,6 +297,7 @@ impl Processor {
                 emit(Output::Lost(LostFrames { frame, frames: *frames, reason: reason.clone() }))?;
                 answers.emit(&pipeline.push_lost(*frames), &mut emit)?;
                 self.dropped = self.dropped.saturating_add(*frames);
+                self.dropped_by.add(*frames, reason);
                 self.taxels = None;
             }
             SourceEvent::Frame(frame) => {
@@ -306,6 +309,7 @@ impl Processor {
                     // The frame has too few bytes. Nothing of it was taken, but its time has passed.
                     answers.emit(&pipeline.push_lost(1), &mut emit)?;
                     self.dropped = self.dropped.saturating_add(1);
+                    self.dropped_by.add(1, &LossReason::Short);
                     self.taxels = None;
                 }
             }
@@ -337,7 +341,8 @@ impl Processor {
             emit(answers.interrupted(sample))?;
         }
         let end = finished.end();
-        emit(Output::End(StreamSummary::new(end, self.dropped).by_clock(&self.clock)))
+        let summary = StreamSummary { dropped_by: self.dropped_by, ..StreamSummary::new(end, self.dropped) };
+        emit(Output::End(summary.by_clock(&self.clock)))
     }
 
     /// Returns the 25 taxels of the last frame, row by row, each as a fraction of full scale from 0 to 1.
@@ -435,8 +440,8 @@ impl Processor {
         let next = self.pipeline.next_frame();
         let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
         let incomplete = self.restart();
-        let Self { clock, dropped, uneven, .. } = std::mem::replace(self, new);
-        (self.clock, self.dropped, self.uneven) = (clock, dropped, uneven);
+        let Self { clock, dropped, dropped_by, uneven, .. } = std::mem::replace(self, new);
+        (self.clock, self.dropped, self.dropped_by, self.uneven) = (clock, dropped, dropped_by, uneven);
         Ok(incomplete)
     }
 

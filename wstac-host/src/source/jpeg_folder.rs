@@ -1,7 +1,8 @@
 //! A folder of JPEG pictures, a frame each, in natural order: `frame2.jpg` before `frame10.jpg`.
 //!
 //! They are decoded as the pictures of a camera that sends Motion JPEG. A picture that is damaged or cut off is a lost
-//! frame, and a fault says why the first of them is. One of another size than the first is an error, because it belongs to something else.
+//! frame, and a fault says why the first of them is. One of another size than the first is an error, because it belongs
+//! to something else. Pictures are turned as their Exif data say.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -10,10 +11,11 @@ use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
+use super::orientation::Orientation;
 use super::picture_files::{JPEG, list, positions, remark, without_pictures};
 use super::spacing::Positions;
-use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
-use crate::camera::mjpeg::{Decoder, picture_size};
+use super::{Fault, FaultKind, Frame, Source, SourceEvent, StreamInfo};
+use crate::camera::mjpeg::{Decoder, picture_facts};
 use crate::error::{Error, ErrorKind};
 
 /// Most bytes of a file.
@@ -30,9 +32,13 @@ pub struct JpegFolder {
     files: std::vec::IntoIter<PathBuf>,
     /// The bytes of a file.
     bytes: Vec<u8>,
-    /// Whether a fault has said why a picture is lost, and whether that picture was not reported lost yet.
-    is_damage_reported: bool,
-    owes_loss: bool,
+    /// A picture that is turned.
+    turned: Vec<u8>,
+    /// The file of `bytes` if only a fault about it was reported yet.
+    again: Option<PathBuf>,
+    /// Whether a fault has said that a picture is lost or turned.
+    is_damage_said: bool,
+    is_turn_said: bool,
 }
 
 impl JpegFolder {
@@ -49,7 +55,9 @@ impl JpegFolder {
             return Err(without_pictures(path));
         }
         let mut bytes = Vec::new();
-        let (first, size) = first_picture(path, &files, &mut bytes)?;
+        let (first, size, orientation) = first_picture(path, &files, &mut bytes)?;
+        let decoder = Decoder::new(size);
+        let size = orientation.frame_size(size);
         let pixels = usize::from(size.width()) * usize::from(size.height());
         if let Err(error) = Vec::<u8>::new().try_reserve_exact(BYTES_PER_PIXEL * pixels) {
             let message =
@@ -70,8 +78,8 @@ impl JpegFolder {
         );
         let info = StreamInfo::new(about, size, PixelFormat::Rgb24, rate);
         let model = first.file_name().unwrap_or_default().display().to_string();
-        let (decoder, files) = (Decoder::new(size), files.into_iter());
-        Ok(Self { info, decoder, model, files, bytes, is_damage_reported: false, owes_loss: false })
+        let (files, turned, again) = (files.into_iter(), Vec::new(), None);
+        Ok(Self { info, decoder, model, files, bytes, turned, again, is_damage_said: false, is_turn_said: false })
     }
 
     /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
@@ -92,26 +100,47 @@ impl Source for JpegFolder {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        let lost = SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture };
-        if std::mem::take(&mut self.owes_loss) {
-            return Ok(lost);
+        let file = if let Some(file) = self.again.take() {
+            file
+        } else {
+            let Some(file) = self.files.next() else { return Ok(SourceEvent::End) };
+            if let Err(error) = read(&file, &mut self.bytes) {
+                self.files = Vec::new().into_iter();
+                return Err(error);
+            }
+            file
+        };
+        let mut turn = Orientation::default();
+        if let Ok((size, exif)) = picture_facts(&self.bytes) {
+            turn = Orientation::of_exif(exif);
+            let expected = (self.info.size.width(), self.info.size.height());
+            let (width, height) = turn.size(size);
+            if (width, height) != expected {
+                let message = format!("is {width}x{height}, expected {}x{} as {}", expected.0, expected.1, self.model);
+                return Err(self.fail(&file, ErrorKind::Format, message));
+            }
+            // Pictures of one size may have been turned from two.
+            let stored = turn.frame_size(self.info.size);
+            if self.decoder.size() != stored {
+                self.decoder = Decoder::new(stored);
+            }
         }
-        let Some(file) = self.files.next() else { return Ok(SourceEvent::End) };
-        if let Err(error) = read(&file, &mut self.bytes) {
-            self.files = Vec::new().into_iter();
-            return Err(error);
-        }
-        let expected = (self.info.size.width(), self.info.size.height());
-        if let Some((width, height)) = picture_size(&self.bytes).filter(|size| *size != expected) {
-            let message = format!("is {width}x{height}, expected {}x{} as {}", expected.0, expected.1, self.model);
-            return Err(self.fail(&file, ErrorKind::Format, message));
-        }
-        Ok(match self.decoder.decode(&self.bytes) {
-            Ok(rgb) => SourceEvent::Frame(Frame { encoded: Some(&self.bytes), ..Frame::new(rgb) }),
-            Err(_) if self.is_damage_reported => lost,
-            Err(why) => {
-                (self.is_damage_reported, self.owes_loss) = (true, true);
+        let (width, jpeg) = (usize::from(self.decoder.size().width()), &self.bytes[..]);
+        Ok(match (self.decoder.picture(jpeg), turn.turn()) {
+            (Ok(rgb), None) => SourceEvent::Frame(Frame { encoded: Some(jpeg), ..Frame::new(rgb) }),
+            (Ok(_), Some(turn)) if !std::mem::replace(&mut self.is_turn_said, true) => {
+                let message = format!("{}: {turn}, as its Exif data say; others are turned, too", file.display());
+                self.again = Some(file);
+                SourceEvent::Fault(Fault::new(FaultKind::Turned, message))
+            }
+            // A recording has the pixels: its pictures are not turned.
+            (Ok(rgb), Some(_)) => SourceEvent::Frame(Frame::new(turn.pixels(rgb, width, 3, &mut self.turned))),
+            (Err(why), _) if std::mem::replace(&mut self.is_damage_said, true) => {
+                SourceEvent::Lost { frames: 1, reason: why.reason() }
+            }
+            (Err(why), _) => {
                 let message = format!("{}: cannot be decoded: {why}; others count as lost, too", file.display());
+                self.again = Some(file);
                 SourceEvent::Fault(Fault::new(FaultKind::Decoder, message))
             }
         })
@@ -131,18 +160,27 @@ fn read(file: &Path, bytes: &mut Vec<u8>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the first picture whose headers can be read, and its size. Corrupt ones before it are frames that are lost
-/// later on.
-fn first_picture(folder: &Path, files: &[PathBuf], bytes: &mut Vec<u8>) -> Result<(PathBuf, FrameSize), Error> {
+/// Returns the first picture whose headers can be read, its size as it is stored, and its orientation. Others before it
+/// are frames that are lost later on.
+fn first_picture(
+    folder: &Path,
+    files: &[PathBuf],
+    bytes: &mut Vec<u8>,
+) -> Result<(PathBuf, FrameSize, Orientation), Error> {
+    let mut first = None;
     for file in files {
         read(file, bytes)?;
-        if let Some((width, height)) = picture_size(bytes) {
-            let size = FrameSize::new(width.into(), height.into());
-            let refused = |error| Error::with_cause(ErrorKind::Format, file.display(), error);
-            return Ok((file.clone(), size.map_err(refused)?));
+        match picture_facts(bytes) {
+            Ok(((width, height), exif)) => {
+                let size = FrameSize::new(width.into(), height.into());
+                let refused = |error| Error::with_cause(ErrorKind::Format, file.display(), error);
+                return Ok((file.clone(), size.map_err(refused)?, Orientation::of_exif(exif)));
+            }
+            Err(why) => first = first.or(Some((file, why))),
         }
     }
-    let message = format_args!("no JPEG file of {} can be read, expected pictures that start with FF D8", files.len());
+    let why = first.map(|(file, why)| format!("; {}: {why}", file.file_name().unwrap_or_default().display()));
+    let message = format_args!("no JPEG file of {} can be read{}", files.len(), why.unwrap_or_default());
     Err(Error::new(ErrorKind::Format, folder.display(), message))
 }
 

@@ -219,11 +219,11 @@ impl McapSource {
             return Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, ..Frame::new(data) }));
         }
         let decoder = self.decoder.get_or_insert_with(|| Decoder::new(self.info.size));
-        Ok(match decoder.decode(data) {
+        Ok(match decoder.picture(data) {
             Ok(bytes) => {
                 SourceEvent::Frame(Frame { timestamp, stamp, sequence, encoded: Some(data), ..Frame::new(bytes) })
             }
-            Err(_) => SourceEvent::Lost { frames: 1, reason: LossReason::CorruptJpeg },
+            Err(why) => SourceEvent::Lost { frames: 1, reason: why.reason() },
         })
     }
 }

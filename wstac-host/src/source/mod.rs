@@ -12,6 +12,8 @@ pub mod names;
 mod natural;
 pub mod open;
 pub mod option_text;
+#[cfg(any(feature = "jpeg", feature = "png"))]
+mod orientation;
 pub mod pace;
 #[cfg(any(feature = "jpeg", feature = "png"))]
 mod picture_files;
@@ -43,7 +45,7 @@ use crate::error::Error;
 
 pub use self::crop::Crop;
 pub use crate::frame_clock::{Stamp, StreamClock};
-pub use crate::reasons::{FaultKind, LossReason};
+pub use crate::reasons::{FaultKind, LossCounts, LossReason};
 
 /// The labels that a person gave, such as `specimen` `Saw3`.
 pub type Labels = BTreeMap<String, String>;

@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 use wstac_core::rate::FrameRate;
 
 use self::picture::{PngPicture, PngShape, Problem};
+use super::orientation::Orientation;
 use super::picture_files::{PNG, list, positions, remark, without_pictures};
 use super::spacing::Positions;
-use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
+use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
 
 /// The pictures of a folder.
@@ -25,6 +26,13 @@ pub struct PngFolder {
     /// A picture as it was decoded, and as a frame if that differs.
     decoded: Vec<u8>,
     frame: Vec<u8>,
+    /// A picture that is turned.
+    turned: Vec<u8>,
+    /// A file of which only a fault was reported yet.
+    again: Option<PathBuf>,
+    /// Whether a fault has said that a picture is lost or turned.
+    is_damage_said: bool,
+    is_turn_said: bool,
 }
 
 impl PngFolder {
@@ -56,7 +64,10 @@ impl PngFolder {
             ..StreamInfo::new(about, shape.size, shape.format(), rate)
         };
         let model = first.file_name().unwrap_or_default().display().to_string();
-        Ok(Self { info, shape, model, files: files.into_iter(), decoded: Vec::new(), frame: Vec::new() })
+        let (files, again) = (files.into_iter(), None);
+        let [decoded, frame, turned] = [const { Vec::new() }; 3];
+        let (is_damage_said, is_turn_said) = (false, false);
+        Ok(Self { info, shape, model, files, decoded, frame, turned, again, is_damage_said, is_turn_said })
     }
 
     /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
@@ -64,13 +75,13 @@ impl PngFolder {
         positions(self.files.as_slice())
     }
 
-    /// Reads a picture and returns whether its bytes are in `frame` rather than in `decoded`.
-    fn read(&mut self, file: &Path) -> Result<bool, Problem> {
+    /// Reads a picture and returns its orientation, and whether its bytes are in `frame` rather than in `decoded`.
+    fn read(&mut self, file: &Path) -> Result<(Orientation, bool), Problem> {
         let picture = PngPicture::open(file)?;
         if picture.shape() != self.shape {
             return Err(Problem::Refused(format!("is {}, expected {} as {}", picture.shape(), self.shape, self.model)));
         }
-        picture.decode(&mut self.decoded, &mut self.frame)
+        Ok((picture.orientation, picture.decode(&mut self.decoded, &mut self.frame)?))
     }
 }
 
@@ -80,11 +91,27 @@ impl Source for PngFolder {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        let Some(file) = self.files.next() else { return Ok(SourceEvent::End) };
+        let Some(file) = self.again.take().or_else(|| self.files.next()) else { return Ok(SourceEvent::End) };
+        let said = |kind, message| Ok(SourceEvent::Fault(Fault::new(kind, format!("{}: {message}", file.display()))));
         match self.read(&file) {
-            Ok(converted) => {
+            Ok((turn, converted)) => {
                 let bytes = if converted { &self.frame } else { &self.decoded };
-                Ok(SourceEvent::Frame(Frame::new(bytes)))
+                if let Some(turn) = turn.turn()
+                    && !std::mem::replace(&mut self.is_turn_said, true)
+                {
+                    let event =
+                        said(FaultKind::Turned, format!("{turn}, as its Exif data say; others are turned, too"));
+                    self.again = Some(file);
+                    return event;
+                }
+                let (width, _) = turn.size((self.info.size.width(), self.info.size.height()));
+                let pixel = (self.info.bytes_per_row / u32::from(self.info.size.width())) as usize;
+                Ok(SourceEvent::Frame(Frame::new(turn.pixels(bytes, width.into(), pixel, &mut self.turned))))
+            }
+            Err(Problem::Corrupt(why)) if !std::mem::replace(&mut self.is_damage_said, true) => {
+                let event = said(FaultKind::Decoder, format!("cannot be decoded: {why}; others count as lost, too"));
+                self.again = Some(file);
+                event
             }
             Err(Problem::Io(error)) => {
                 self.files = Vec::new().into_iter();

@@ -66,6 +66,8 @@ pub struct Video {
     has_arrived: bool,
     /// Waits for the time of the next frame.
     waits: u32,
+    /// What is not yet said of its rotation.
+    turned: Option<Fault>,
     ended: bool,
 }
 
@@ -88,6 +90,8 @@ struct Stated {
     /// The usual time between frames in milliseconds, by their time stamps, and whether the rate follows from it alone.
     step: Option<f64>,
     is_by_times: bool,
+    /// Whether the frames are to be turned, which ffmpeg does.
+    is_turned: bool,
 }
 
 /// Returns whether a file is a video by its name.
@@ -140,7 +144,9 @@ impl Video {
         let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
         let info = stated.describe(&subject, frames.info(), fps);
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
-        Ok(Self { subject, info, frames, decoder, spacing, has_arrived: false, waits: 0, ended: false })
+        let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
+        let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived: false, waits: 0, turned, ended: false })
     }
 }
 
@@ -150,6 +156,9 @@ impl Source for Video {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        if let Some(fault) = self.turned.take() {
+            return Ok(SourceEvent::Fault(fault));
+        }
         let Self { subject, frames, decoder, spacing, has_arrived, waits, ended, .. } = self;
         if let Some(spacing) = spacing {
             if let Some(times) = decoder.times.as_ref().filter(|_| !*has_arrived && !*ended) {
@@ -247,6 +256,7 @@ impl Stated {
             "bt470bg" | "smpte170m" | "fcc" => Some(YcbcrMatrix::Bt601),
             _ => None,
         };
+        let is_turned = value("rotation").parse::<f64>().is_ok_and(|degrees| degrees != 0.0);
         let rate_of = |key| {
             let (numerator, denominator) = value(key).split_once('/')?;
             FrameRate::new(numerator.parse().ok()?, denominator.parse().ok()?).ok()
@@ -256,7 +266,7 @@ impl Stated {
         let format = value("format_name");
         if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != MADE_UP);
-            return Self { pixels, range, matrix, rate, step: None, is_by_times: false };
+            return Self { pixels, range, matrix, rate, is_turned, ..Self::default() };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
@@ -276,7 +286,7 @@ impl Stated {
         // Time stamps that never grow say nothing of the frames' places, so that all of them come unevenly.
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
-        Self { pixels, range, matrix, rate: by_header.or(by_times), step, is_by_times }
+        Self { pixels, range, matrix, rate: by_header.or(by_times), step, is_by_times, is_turned }
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -353,7 +363,7 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
 /// Asks `ffprobe` for the properties of a video.
 fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let entries = "format=format_name:stream=pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
-                   frame=best_effort_timestamp_time";
+                   stream_side_data=rotation:frame=best_effort_timestamp_time";
     let mut command = ffmpeg("ffprobe", path);
     command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
     command.args(["-of", "default=noprint_wrappers=1"]);
@@ -445,6 +455,7 @@ mod tests {
         let text = "pix_fmt=yuvj422p\ncolor_range=unknown\ncolor_space=unknown\nr_frame_rate=30/1\navg_frame_rate=29970/1000\n";
         let stated = Stated::parse(text);
         assert_eq!((stated.range, stated.matrix), (Some(QuantizationRange::Full), None));
+        assert!(Stated::parse("rotation=-90\n").is_turned && !Stated::parse("rotation=0\n").is_turned);
         assert_eq!(stated.rate, FrameRate::new(29_970, 1000).ok());
         assert_eq!(Stated::parse("avg_frame_rate=0/0\nrubbish"), Stated::default());
     }

@@ -8,7 +8,6 @@ use super::tidy;
 use wstac_host::camera::formats::{self, Coding, FourCc};
 use wstac_host::camera::modes::Mode;
 use wstac_host::config::Config;
-use wstac_host::source::LossReason;
 
 /// One of the two measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -68,7 +67,7 @@ pub fn compare(raw: (&str, &Measured), jpeg: (&str, &Measured), config: &Config)
         jpeg: Side::new(jpeg.0, jpeg.1),
         worst_taxel_off: tidy(off),
         dc_step,
-        corrupt: jpeg.1.lost.get(&LossReason::CorruptJpeg).copied().unwrap_or(0),
+        corrupt: jpeg.1.lost.iter().filter(|(why, _)| why.is_of_jpeg()).map(|(_, frames)| frames).sum(),
         error: tidy(off.max(dc_step.unwrap_or(0.0) / 2.0)),
         lit: tidy(255.0 * config.speed.threshold / 5.0),
     }

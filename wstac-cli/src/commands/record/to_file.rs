@@ -169,10 +169,11 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &StopCondition<'_>) -> E
             }
         }
     };
-    let failure = failure.and_then(|halt| match halt {
-        Halt::Over => None,
-        Halt::Failed(error) => Some(error),
-    });
+    let failure = match failure {
+        Some(Halt::Failed(error)) => Some(error),
+        _ if shared.interrupted.load(Ordering::Relaxed) => None,
+        _ => observer.losses.expect_a_frame(&session.info().about).err(),
+    };
     let Recording { recorder, shown, losses, .. } = observer;
     losses.say(|message| shown.records.note(message));
     let lag = session.lag();
@@ -237,9 +238,7 @@ impl Observer for Recording<'_> {
         if !self.recorder.wait_for_turn(event) {
             return Err(Halt::Over);
         }
-        if let SourceEvent::Lost { frames, reason } = event {
-            self.losses.add(*frames, reason);
-        }
+        self.losses.source_event(event);
         self.recorder.source_event(event);
         Ok(())
     }

@@ -288,7 +288,8 @@ impl<'a> Reading<'a> {
         };
         match stepped {
             Ok(Step::GoesOn) => None,
-            Ok(Step::Over) => Some(Ok(())),
+            Ok(Step::Over) if interrupted.load(Ordering::Relaxed) => Some(Ok(())),
+            Ok(Step::Over) => Some(printer.losses.expect_a_frame(&session.info().about).map_err(Stop::from)),
             Err(stop) => {
                 // The end is printed whatever happens.
                 let _ = session.finish(printer);
@@ -355,13 +356,13 @@ impl Observer for Printer<'_> {
     type Error = Stop;
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Stop> {
+        self.losses.source_event(event);
         match event {
             SourceEvent::Frame(frame) => {
                 if let Some(raw) = &mut self.raw {
                     raw.write(frame.bytes)?;
                 }
             }
-            SourceEvent::Lost { frames, reason } => self.losses.add(*frames, reason),
             SourceEvent::Fault(fault) if matches!(fault.kind, FaultKind::Uneven | FaultKind::Spacing) => {
                 self.uneven = Some(fault.to_string());
             }

@@ -1,4 +1,4 @@
-//! The check that the entropy-coded data of a baseline JPEG picture hold exactly as many blocks as its size asks for.
+//! The check that the entropy-coded data of a JPEG picture hold exactly as many blocks as its size asks for.
 //!
 //! If a USB packet is missing in the middle, the data still decode to the end marker, only too early. Decoders fill in
 //! the rest without an error. A walk through the Huffman codes finds this without computing a single pixel.
@@ -10,21 +10,20 @@
 
 use std::ops::Range;
 
-/// Most components of a picture that a camera sends: Y, Cb, Cr.
-const COMPONENTS: usize = 3;
+use super::Refusal;
+
 /// Codes of up to this many bits are looked up at once.
 const DIRECT_BITS: u32 = 9;
 
 /// Most bytes between the last block before a marker and that marker, if they are no padding.
 ///
 /// After a missing packet, blocks may end before their data do. Then there are mostly more bytes.
-pub(super) const MOST_EXTRA: usize = 16;
-/// Why a picture is refused.
-const TRUNCATED: &str = "it ends before its last block";
-const WITHOUT_TABLE: &str = "it has no Huffman table for its blocks";
-const NO_CODE: &str = "its data are no Huffman codes";
-const MISPLACED: &str = "a restart marker is missing or out of order";
-const OVERLONG: &str = "it has too many bytes between its blocks and the next marker";
+const MOST_EXTRA: usize = 16;
+/// A coefficient of 8-bit samples has fewer bits, apart from the first of a block, whose difference has at most as many.
+const TOO_MANY_BITS: u8 = 11;
+const NO_CODE: Refusal = Refusal::Corrupt("its data are no Huffman codes");
+const MISPLACED: Refusal = Refusal::Corrupt("a restart marker is missing or out of place");
+const OVERLONG: Refusal = Refusal::Corrupt("it has too many bytes between its blocks and the next marker");
 
 /// A Huffman table: lengths and values of its codes.
 #[derive(Clone)]
@@ -82,29 +81,39 @@ impl Table {
     }
 }
 
-/// A component's part of a minimum coded unit.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Blocks {
+/// A component's part of a scan.
+pub(super) struct ScanPart<'a> {
     /// 8 × 8 blocks in each unit.
-    pub(super) count: u32,
-    /// Numbers of the component's Huffman tables.
-    pub(super) dc: usize,
-    pub(super) ac: usize,
+    pub(super) blocks: u32,
+    /// Huffman tables; `None` if the pass needs none.
+    pub(super) dc: Option<&'a Table>,
+    pub(super) ac: Option<&'a Table>,
+    /// The coefficients of each block that are not 0 yet, of a progressive picture.
+    pub(super) nonzero: &'a mut [u64],
 }
 
-/// The facts about a picture that the walk needs.
+/// The coefficients of a block that a scan has.
+#[derive(Clone, Copy)]
+pub(super) enum Pass {
+    /// All of them.
+    Sequential,
+    /// The first one: its higher bits, or one more bit.
+    Dc { is_first: bool },
+    /// Some others: their higher bits, or one more bit.
+    Ac { from: u32, last: u32, is_first: bool },
+}
+
+/// The facts for a walk through the data of a scan.
 pub(super) struct Scan<'a> {
-    /// Minimum coded units.
+    /// Minimum coded units in the scan.
     pub(super) units: u32,
     /// Units from one restart marker to the next; 0 without restart markers.
     pub(super) restart: u32,
-    pub(super) components: [Blocks; COMPONENTS],
-    /// Huffman tables by number.
-    pub(super) dc: [Option<&'a Table>; 4],
-    pub(super) ac: [Option<&'a Table>; 4],
+    pub(super) parts: Vec<ScanPart<'a>>,
+    pub(super) pass: Pass,
 }
 
-/// The entropy-coded data of a picture that has all its blocks.
+/// The entropy-coded data of a scan that has all its blocks.
 #[derive(Debug, Default)]
 pub(super) struct Whole {
     /// The parts of the data that belong to no block, in their order.
@@ -117,26 +126,24 @@ impl Scan<'_> {
     /// Walks through `data`, which start behind the start of scan.
     ///
     /// # Errors
-    /// The data do not hold exactly the picture's blocks.
-    pub(super) fn walk(&self, data: &[u8]) -> Result<Whole, &'static str> {
-        let mut bits = Bits { data, at: 0, window: 0, held: 0, missing: 0, from: 0, taken: 0 };
-        let (mut whole, mut next_restart) = (Whole::default(), 0);
+    /// The data do not hold exactly the scan's blocks.
+    pub(super) fn walk(&mut self, data: &[u8]) -> Result<Whole, Refusal> {
+        let mut bits = Bits { data, at: 0, window: 0, held: 0, missing: 0, from: 0, taken: 0, zero_blocks: 0 };
+        let mut whole = Whole::default();
         for unit in 0..self.units {
             if self.restart > 0 && unit > 0 && unit % self.restart == 0 {
-                whole.extra.extend(bits.restart(next_restart)?);
-                next_restart = (next_restart + 1) % 8;
+                whole.extra.extend(bits.restart()?);
             }
-            for blocks in &self.components {
-                for _ in 0..blocks.count {
-                    let (dc, ac) =
-                        (self.dc.get(blocks.dc).copied().flatten(), self.ac.get(blocks.ac).copied().flatten());
-                    let (dc, ac) = dc.zip(ac).ok_or(WITHOUT_TABLE)?;
-                    bits.block(dc, ac).ok_or(NO_CODE)?;
+            for part in &mut self.parts {
+                for _ in 0..part.blocks {
+                    bits.pass(self.pass, part, unit).ok_or(NO_CODE)?;
                 }
             }
-            bits.in_bounds().ok_or(TRUNCATED)?;
+            bits.in_bounds().ok_or(Refusal::Truncated)?;
         }
-        whole.end = bits.end()?;
+        // Some cameras put one more restart marker behind the last block.
+        let may_restart = self.restart > 0 && self.units.is_multiple_of(self.restart);
+        whole.end = bits.end(may_restart)?;
         Ok(whole)
     }
 }
@@ -153,6 +160,8 @@ struct Bits<'a> {
     /// The start of the data behind the last restart marker, and how many bytes of them were taken, without stuffed zeros.
     from: usize,
     taken: usize,
+    /// Blocks to come whose coefficients of this pass are all 0 so far.
+    zero_blocks: u32,
 }
 
 impl Bits<'_> {
@@ -193,9 +202,97 @@ impl Bits<'_> {
         Some(value)
     }
 
+    /// Returns the next bits, at most 16.
+    fn take(&mut self, count: u32) -> u32 {
+        if self.held < 32 {
+            self.fill();
+        }
+        let value = self.window.checked_shr(64 - count).unwrap_or(0) as u32;
+        self.skip(count);
+        value
+    }
+
+    /// Walks over a block, of which `part` has the tables.
+    fn pass(&mut self, pass: Pass, part: &mut ScanPart<'_>, unit: u32) -> Option<()> {
+        match pass {
+            Pass::Sequential => self.block(part.dc?, part.ac?),
+            Pass::Dc { is_first: true } => (self.symbol(part.dc?)? <= TOO_MANY_BITS).then_some(()),
+            Pass::Dc { is_first: false } => {
+                self.take(1);
+                Some(())
+            }
+            Pass::Ac { from, last, is_first } => {
+                let nonzero = part.nonzero.get_mut(unit as usize)?;
+                if is_first {
+                    self.first_bits(part.ac?, from, last, nonzero)
+                } else {
+                    self.next_bit(part.ac?, from, last, nonzero)
+                }
+            }
+        }
+    }
+
+    fn first_bits(&mut self, ac: &Table, from: u32, last: u32, nonzero: &mut u64) -> Option<()> {
+        if self.zero_blocks > 0 {
+            self.zero_blocks -= 1;
+            return Some(());
+        }
+        let mut place = from;
+        while place <= last {
+            let value = self.symbol(ac)?;
+            let (zeros, size) = (u32::from(value >> 4), value & 15);
+            if size == 0 && zeros < 15 {
+                self.zero_blocks = (1 << zeros) - 1 + self.take(zeros);
+                return Some(());
+            }
+            place += zeros;
+            if size > 0 {
+                *nonzero |= 1_u64.checked_shl(place).filter(|_| place <= last)?;
+            }
+            place += 1;
+        }
+        Some(())
+    }
+
+    /// Walks over one more bit of a block's coefficients. Those that are not 0 have a bit each between the codes.
+    fn next_bit(&mut self, ac: &Table, from: u32, last: u32, nonzero: &mut u64) -> Option<()> {
+        let mut place = from;
+        while self.zero_blocks == 0 && place <= last {
+            let value = self.symbol(ac)?;
+            let (mut zeros, size) = (u32::from(value >> 4), value & 15);
+            if size > 1 {
+                return None;
+            }
+            if size == 0 && zeros < 15 {
+                self.zero_blocks = (1 << zeros) + self.take(zeros);
+                break;
+            }
+            while place <= last {
+                if *nonzero >> place & 1 != 0 {
+                    self.take(1);
+                } else if zeros == 0 {
+                    break;
+                } else {
+                    zeros -= 1;
+                }
+                place += 1;
+            }
+            if size == 1 {
+                *nonzero |= 1_u64.checked_shl(place).filter(|_| place <= last)?;
+            }
+            place += 1;
+        }
+        if self.zero_blocks > 0 {
+            self.zero_blocks -= 1;
+            for place in place..=last {
+                self.take((*nonzero >> place & 1) as u32);
+            }
+        }
+        Some(())
+    }
+
     fn block(&mut self, dc: &Table, ac: &Table) -> Option<()> {
-        // A difference of 8-bit samples has at most 11 bits.
-        if self.symbol(dc)? > 11 {
+        if self.symbol(dc)? > TOO_MANY_BITS {
             return None;
         }
         let mut place = 1;
@@ -205,7 +302,7 @@ impl Bits<'_> {
             place += match (zeros, size) {
                 (0, 0) => return Some(()),
                 (15, 0) => 16,
-                (_, 0) => return None,
+                (_, 0 | TOO_MANY_BITS..) => return None,
                 _ => zeros + 1,
             };
         }
@@ -220,14 +317,14 @@ impl Bits<'_> {
     /// Returns where the last block ends, before the end marker, another one or the end of the data.
     ///
     /// Padding is ones or zeros in the last byte, or more of them, as some encoders write.
-    fn end(&self) -> Result<usize, &'static str> {
-        let left = self.held.checked_sub(self.missing).ok_or(TRUNCATED)?;
+    fn end(&self, may_restart: bool) -> Result<usize, Refusal> {
+        let left = self.held.checked_sub(self.missing).ok_or(Refusal::Truncated)?;
         let (extra, marker) = self.extra(left)?;
         let is_padding = |left: u32| {
             let bits = self.window.checked_shr(64 - left).unwrap_or(0);
             bits == 0 || bits == (1 << left) - 1
         };
-        if matches!(marker, Some(0xd0..=0xd7)) {
+        if matches!(marker, Some(0xd0..=0xd7)) && !may_restart {
             return Err(MISPLACED);
         }
         if !is_padding(left % 8) {
@@ -236,23 +333,24 @@ impl Bits<'_> {
         Ok(extra.start)
     }
 
-    /// Continues behind the restart marker of this number. Returns the bytes before it that belong to no block, if there
-    /// are any.
-    fn restart(&mut self, number: u8) -> Result<Option<Range<usize>>, &'static str> {
-        let left = self.held.checked_sub(self.missing).ok_or(TRUNCATED)?;
+    /// Continues behind the restart marker. Returns the bytes before it that belong to no block, if there are any.
+    ///
+    /// Any number is fine: if data between markers are missing, then so are blocks at the end.
+    fn restart(&mut self) -> Result<Option<Range<usize>>, Refusal> {
+        let left = self.held.checked_sub(self.missing).ok_or(Refusal::Truncated)?;
         let (extra, marker) = self.extra(left)?;
-        if marker != Some(0xd0 + number) {
+        if !matches!(marker, Some(0xd0..=0xd7)) {
             return Err(MISPLACED);
         }
         self.at = extra.end + 2;
-        (self.window, self.held, self.missing) = (0, 0, 0);
+        (self.window, self.held, self.missing, self.zero_blocks) = (0, 0, 0, 0);
         (self.from, self.taken) = (self.at, 0);
         Ok((!extra.is_empty()).then_some(extra))
     }
 
     /// Returns the bytes between the last block and the next marker or the end, and the marker. `left` are the bits that
     /// were taken and belong to no block.
-    fn extra(&self, left: u32) -> Result<(Range<usize>, Option<u8>), &'static str> {
+    fn extra(&self, left: u32) -> Result<(Range<usize>, Option<u8>), Refusal> {
         let (mut end, mut used) = (self.from, self.taken.saturating_sub(left as usize / 8));
         while used > 0 {
             end += if matches!(self.data.get(end..), Some([0xff, 0, ..])) { 2 } else { 1 };

@@ -1,5 +1,7 @@
 //! The Huffman tables of ITU-T T.81, annex K.3, that Motion JPEG may leave out.
 
+use super::data::Table;
+
 /// One segment that defines all four tables, marker and length included.
 #[rustfmt::skip]
 pub(super) const STANDARD_TABLES: [u8; 420] = [
@@ -33,3 +35,16 @@ pub(super) const STANDARD_TABLES: [u8; 420] = [
     185, 186, 194, 195, 196, 197, 198, 199, 200, 201, 202, 210, 211, 212, 213, 214, 215, 216, 217, 218, 226, 227,
     228, 229, 230, 231, 232, 233, 234, 242, 243, 244, 245, 246, 247, 248, 249, 250,
 ];
+
+/// Returns a standard table by its class, 0 for DC and 1 for AC, and its number.
+pub(super) fn standard(class: u8, number: usize) -> Option<Table> {
+    let mut segment = STANDARD_TABLES.get(4..)?;
+    loop {
+        let (kind, rest) = segment.split_first()?;
+        let (counts, values) = rest.split_first_chunk::<16>()?;
+        if *kind == class << 4 | number as u8 {
+            return Table::new(counts, values);
+        }
+        segment = values.get(counts.iter().map(|count| usize::from(*count)).sum()..)?;
+    }
+}

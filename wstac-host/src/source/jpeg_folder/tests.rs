@@ -3,6 +3,7 @@ use std::fs;
 use jpeg_encoder::{ColorType, Encoder};
 
 use super::*;
+use crate::source::LossReason;
 use crate::source::open::{OpenOptions, open};
 
 const SIDE: u16 = 48;
@@ -40,10 +41,10 @@ fn greens(source: &mut dyn Source) -> (Vec<Option<u8>>, Vec<String>) {
         match source.next_event().unwrap() {
             SourceEvent::Frame(Frame { bytes, encoded, .. }) => {
                 assert_eq!(bytes.len(), 3 * usize::from(SIDE) * usize::from(SIDE));
-                assert!(encoded.is_some_and(|jpeg| jpeg.starts_with(&[0xff, 0xd8])));
+                assert!(encoded.is_none_or(|jpeg| jpeg.starts_with(&[0xff, 0xd8])));
                 found.push(Some(bytes[1]));
             }
-            SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture } => found.push(None),
+            SourceEvent::Lost { frames: 1, reason } if reason.is_of_jpeg() => found.push(None),
             // Pictures of the numbers between.
             SourceEvent::Lost { frames, reason: LossReason::Missing } => found.extend((0..frames).map(|_| None)),
             SourceEvent::Fault(Fault { message, .. }) => faults.push(message),
@@ -107,7 +108,8 @@ fn folders_that_are_no_source_are_named() {
     let error = message(mixed.path());
     assert!(error.contains("has 1 PNG file and 2 JPEG files, expected pictures of one kind"), "{error}");
     let error = message(folder(&[("1.jpg", b"none"), ("2.jpg", b"")]).path());
-    assert!(error.contains("no JPEG file of 2 can be read"), "{error}");
+    let why = "no JPEG file of 2 can be read; 1.jpg: its headers are not those of a JPEG picture";
+    assert!(error.ends_with(why), "{error}");
     // The headers claim 65535 x 65535 pixels.
     let mut large = one.clone();
     let at = large.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
@@ -118,4 +120,27 @@ fn folders_that_are_no_source_are_named() {
     let single = folder(&[("1.jpg", &one)]);
     let error = message(&single.path().join("1.jpg"));
     assert!(error.contains("a picture is read with all of its folder, so name that"), "{error}");
+}
+
+#[test]
+fn pictures_are_turned_as_their_exif_data_say() {
+    // The upper half is bright, as it is stored.
+    let mut stored = Vec::new();
+    let pixels: Vec<u8> =
+        (0..SIDE).flat_map(|y| vec![if y < SIDE / 2 { 200 } else { 20 }; usize::from(SIDE)]).collect();
+    Encoder::new(&mut stored, 95).encode(&pixels, SIDE, SIDE, ColorType::Luma).unwrap();
+    let with = |orientation: u8| {
+        let exif = b"\xff\xe1\0\x22Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0";
+        [&stored[..2], exif, &[orientation, 0, 0, 0, 0, 0, 0], &stored[2..]].concat()
+    };
+    let folder = folder(&[("1.jpg", &stored), ("2.jpg", &with(3)), ("3.jpg", &with(8)), ("4.jpg", &with(6))]);
+    let mut source = JpegFolder::open(folder.path(), None).unwrap();
+    let (found, faults) = greens(&mut source);
+    let bright: Vec<_> = found.iter().map(|green| green.is_some_and(|green| green > 100)).collect();
+    assert_eq!(bright, [true, false, true, false], "{found:?}");
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert!(
+        faults[0].ends_with("2.jpg: turned by 180 degrees, as its Exif data say; others are turned, too"),
+        "{faults:?}"
+    );
 }

@@ -11,6 +11,8 @@ use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 
+use super::super::orientation::Orientation;
+
 /// Most bytes that a decoded picture may take.
 const MOST_DECODED: usize = 1 << 30;
 /// Most bytes that the decoder may take for itself: a row of the widest picture, and the metadata that it keeps.
@@ -91,6 +93,7 @@ pub(super) struct PngPicture {
     reader: Reader<BufReader<File>>,
     shape: PngShape,
     bytes: usize,
+    pub(super) orientation: Orientation,
 }
 
 impl PngPicture {
@@ -117,13 +120,18 @@ impl PngPicture {
         };
         let shape = PngShape { size, kind };
         match reader.output_buffer_size() {
-            Some(bytes) if bytes <= MOST_DECODED => Ok(Self { reader, shape, bytes }),
+            Some(bytes) if bytes <= MOST_DECODED => {
+                let exif = reader.info().exif_metadata.as_deref();
+                let orientation = exif.map_or_else(Orientation::default, Orientation::of_exif);
+                Ok(Self { reader, shape, bytes, orientation })
+            }
             _ => Err(Problem::Refused(format!("is {shape}, expected at most {MOST_DECODED} bytes decoded"))),
         }
     }
 
+    /// Returns the shape of the frame: of the picture after its turn.
     pub(super) fn shape(&self) -> PngShape {
-        self.shape
+        PngShape { size: self.orientation.frame_size(self.shape.size), ..self.shape }
     }
 
     /// Decodes the picture and returns whether its frame is in `frame` rather than in `decoded`.

@@ -53,6 +53,7 @@ fn frames(source: &mut PngFolder) -> Vec<Option<Vec<u8>>> {
         match source.next_event().unwrap() {
             SourceEvent::Frame(Frame { bytes, .. }) => frames.push(Some(bytes.to_vec())),
             SourceEvent::Lost { frames: 1, .. } => frames.push(None),
+            SourceEvent::Fault(fault) if matches!(fault.kind, FaultKind::Decoder | FaultKind::Turned) => {}
             SourceEvent::End => return frames,
             other => panic!("{other:?}"),
         }
@@ -137,4 +138,29 @@ fn what_cannot_be_a_source_is_named() {
     let error = message(&folder);
     assert!(error.contains("a.png: frame size is 2147483647x2147483647, expected 1 to 16384"), "{error}");
     assert!(PngFolder::open(Path::new("/nowhere"), None).err().unwrap().to_string().contains("no such file"));
+}
+
+#[test]
+fn pictures_are_turned_as_their_exif_data_say() {
+    let folder = Folder::new("turned");
+    for (name, orientation, size, pixels) in [
+        ("1.png", 6, (3, 2), [1, 2, 3, 4, 5, 6]),
+        ("2.png", 1, (2, 3), [4, 1, 5, 2, 6, 3]),
+        ("3.png", 7, (3, 2), [3, 2, 1, 6, 5, 4]),
+    ] {
+        let mut info = png::Info::with_size(size.0, size.1);
+        let exif = [b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0", &[orientation, 0, 0, 0][..]].concat();
+        info.exif_metadata = Some(exif.into());
+        let mut bytes = vec![];
+        let encoder = png::Encoder::with_info(&mut bytes, info).unwrap();
+        encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+        folder.write(name, &bytes);
+    }
+    let mut source = folder.open().unwrap();
+    assert_eq!(<(u32, u32)>::from(source.info().size), (2, 3));
+    let Ok(SourceEvent::Fault(fault)) = source.next_event() else { panic!("no fault") };
+    assert_eq!(fault.kind, FaultKind::Turned);
+    let why = "1.png: turned by 90 degrees clockwise, as its Exif data say; others are turned, too";
+    assert!(fault.message.ends_with(why), "{fault}");
+    assert_eq!(frames(&mut source), vec![Some(vec![4, 1, 5, 2, 6, 3]); 3]);
 }
