@@ -25,7 +25,7 @@ const NS_PER_MS: f64 = 1e6;
 /// The seconds since 1970 of a time that a whole number in a name may be: from 2001 to 2128.
 const EPOCH: std::ops::Range<i128> = 1_000_000_000..5_000_000_000;
 /// The rates that times in names may have, in frames per second.
-const RATES: std::ops::RangeInclusive<f64> = 0.5..=1000.0;
+const RATES: std::ops::RangeInclusive<f64> = 0.5..=500.0;
 /// At most this number of series of pictures is told apart. Each has at least this part of the pictures.
 const MOST_SERIES: usize = 16;
 const LEAST_OF_SERIES: usize = 20;
