@@ -146,7 +146,7 @@ fn a_name_says_the_form_and_files_have_what_standard_output_has() {
     let folder = Folder::new("records-files");
     for (name, stated, printed) in [
         ("a.jsonl", &[][..], &["--json"][..]),
-        ("a.json", &[], &["--json"]),
+        ("a.ndjson", &[], &["--json"]),
         ("a.CSV", &[], &["--output-format", "csv"]),
         ("a.txt", &[], &[]),
         ("a.log", &["--output-format", "text"], &[]),
@@ -208,8 +208,9 @@ fn a_file_is_whole_or_not_there() {
     let done = run(&["run", clip.to_str().unwrap(), "--features", "-o", name]);
     assert_eq!(done.status.code(), Some(1), "{}", said(&done));
     let lines = objects(&fs::read_to_string(&path).unwrap());
-    assert_eq!(lines.len(), 41);
-    assert_eq!((&lines[40]["kind"], &lines[40]["frames"]), (&"end".into(), &40.into()));
+    // A note about the layout comes first.
+    assert_eq!(lines.len(), 42);
+    assert_eq!((&lines[41]["kind"], &lines[41]["frames"]), (&"end".into(), &40.into()));
     // A signal ends it properly.
     let path = folder.0.join("a.csv");
     let name = path.to_str().unwrap();
@@ -309,4 +310,76 @@ fn a_part_without_events_says_how_many_are_outside() {
     assert!(!said(&done).contains("no event"), "{}", said(&done));
     let text = String::from_utf8(done.stdout).unwrap();
     assert!(text.starts_with("end after ") && text.lines().count() == 1, "{text}");
+}
+
+#[test]
+fn a_json_file_is_one_array() {
+    let folder = Folder::new("records-array");
+    let file = folder.path("a.json");
+    let lines = good(&[&["run", "--json"][..], &SMALL].concat());
+    good(&[&["run", "-o", &file][..], &SMALL].concat());
+    let array: Vec<Map<String, Value>> = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();
+    assert_eq!(array, objects(&lines));
+}
+
+#[test]
+fn several_files_have_their_records_in_the_order_of_their_times() {
+    let folder = Folder::new("records-order");
+    let [one, other] = ["one.y4m", "other.y4m"].map(|name| folder.path(name));
+    good(&["scene", "render", &scene(&folder, "150"), "-o", &one]);
+    good(&["scene", "render", &scene(&folder, "250"), "-o", &other]);
+    let [one, other] = [format!("b={one}"), format!("a={other}")];
+    let lines = good(&["run", &one, &other, "--json", "--features"]);
+    let frames = objects(&lines).into_iter().filter(|line| line["kind"] == "features");
+    let times: Vec<u64> = frames.map(|line| line["time_ns"].as_u64().unwrap()).collect();
+    assert!(times.len() > 200 && times.is_sorted(), "{times:?}");
+    assert_eq!(good(&["run", &one, &other, "--json", "--features"]), lines);
+}
+
+/// Writes the file of a scene in small pictures, and returns its name.
+fn scene(folder: &Folder, speed: &str) -> String {
+    let text = format!("specimen = \"Saw3\"\nspeed = {speed}\n[sensor]\nsize = [40, 40]\n");
+    folder.file("scene.toml", &text).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_source_without_a_layout_says_so_at_once_and_a_scene_does_not() {
+    let folder = Folder::new("records-layout");
+    let (file, config) = (folder.path("a.y4m"), folder.path("a.toml"));
+    fs::write(&config, "[layout]\npreset = \"paper\"\n").unwrap();
+    good(&["scene", "render", &scene(&folder, "150"), "-o", &file]);
+    let done = run(["run", &file, "--json"]);
+    let first = objects(&String::from_utf8_lossy(&done.stdout)).remove(0);
+    assert_eq!((&first["kind"], &first["note"]), (&"note".into(), &"default-layout".into()));
+    assert!(said(&done).contains("help: run wstac calibrate"), "{}", said(&done));
+    for silent in [&["run", "--json", &file, "--config", &config][..], &[&["run", "--json"][..], &SMALL].concat()] {
+        let done = run(silent);
+        assert!(!String::from_utf8_lossy(&done.stdout).contains("default-layout") && !said(&done).contains("[layout]"));
+    }
+}
+
+#[test]
+fn a_file_that_begins_in_a_touch_has_a_baseline_from_later() {
+    let folder = Folder::new("records-baseline");
+    let (whole, cut) = (folder.path("a.y4m"), folder.path("b.y4m"));
+    good(&["scene", "render", &scene(&folder, "150"), "-o", &whole]);
+    // Without the first 34 of its frames, the slide begins at frame 12.
+    let bytes = fs::read(&whole).unwrap();
+    let head = bytes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    let frame = b"FRAME\n".len() + 40 * 40;
+    fs::write(&cut, [&bytes[..head], &bytes[head + 34 * frame..]].concat()).unwrap();
+    let event = |arguments: &[&str]| {
+        let lines = objects(&good(&[&["run", "--json"], arguments].concat()));
+        lines.into_iter().find(|line| line["kind"] == "event").unwrap()
+    };
+    let expected = event(&[&whole]);
+    assert_eq!((event(&[&cut])["reliable"].as_bool(), expected["reliable"].as_bool()), (Some(false), Some(true)));
+    let found = event(&[&cut, "--baseline-at", "1.8"]);
+    assert_eq!((&found["reliable"], &found["contact"]), (&expected["reliable"], &expected["contact"]));
+    let touch = |event: &Map<String, Value>| event["touch_frame"].as_u64().unwrap();
+    assert_eq!(touch(&found) + 34, touch(&expected));
+    let [speed, other] = [&found, &expected].map(|event| event["speed"]["mm_s"].as_f64().unwrap());
+    assert!((speed / other - 1.0).abs() < 0.01, "{speed} {other}");
+    assert!(refusal(&["run", &cut, "--baseline-at", "60"]).contains("ends before the baseline from 60 s on"));
+    assert!(refusal(&["run", "-", "--baseline-at", "1"]).contains("can be read only once"));
 }

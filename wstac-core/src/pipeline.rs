@@ -321,6 +321,16 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         self.trigger.rezero()
     }
 
+    /// Takes the next camera frame as frame 0 of a stream, and keeps the baseline. Without a complete one, it is gathered
+    /// anew.
+    ///
+    /// A touch in the frames that a sample has before its window is seen from behind them on.
+    pub fn rewind(&mut self) {
+        self.stream.restart();
+        self.taxels.lose();
+        self.trigger.rewind();
+    }
+
     /// Replaces the trigger's parameters and the baseline policy, and gathers a new baseline from the next feature
     /// frame on. Returns the sample that was being captured and ends here.
     pub fn set_trigger(&mut self, config: TriggerConfig, baseline: B) -> Option<InterruptedSample> {

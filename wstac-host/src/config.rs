@@ -60,6 +60,13 @@ pub struct LayoutConfig {
     corners: Option<Vec<Vec<u16>>>,
 }
 
+impl LayoutConfig {
+    /// Returns whether any key is given. Without one, taxels are where the publication has them.
+    pub fn is_stated(&self) -> bool {
+        self.preset.is_some() || self.frame.is_some() || self.taxel.is_some() || self.corners.is_some()
+    }
+}
+
 /// A layout by name.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]

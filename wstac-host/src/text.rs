@@ -121,13 +121,18 @@ fn text_of_motion(line: &mut String, event: &TactileEvent) -> fmt::Result {
         Ok(degrees) => {
             write!(line, ", direction {}°", angle(degrees))?;
             match (confidence(event.direction), event.direction.sd) {
-                (Some(confidence), _) => write!(line, " (confidence {confidence:.2})"),
+                (Some(confidence), _) => write!(line, " (confidence {})", certainty(confidence)),
                 (None, Some(sd)) => write!(line, " ± {}°", short(sd)),
                 (None, None) => Ok(()),
             }
         }
         Err(why) => write!(line, ", no direction ({})", why.as_str()),
     }
+}
+
+/// Returns a confidence with two decimals, rounded down: nothing is certain.
+fn certainty(confidence: f64) -> String {
+    format!("{:.2}", (100.0 * confidence + 1e-9).floor() / 100.0)
 }
 
 /// Returns a standard deviation with one decimal below 10, and without above.
@@ -144,10 +149,7 @@ fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {
     words.extend(texture.depth_mm.filter(|_| texture.depth_mm != depth).map(|depth| format!("{depth} mm deep")));
     match (texture.known, texture.confidence) {
         (Some(false), _) => line.write_str("unknown"),
-        // Rounded down: nothing is certain.
-        (_, Some(confidence)) => {
-            write!(line, "{} (confidence {:.2})", words.join(", "), (100.0 * confidence).floor() / 100.0)
-        }
+        (_, Some(confidence)) => write!(line, "{} (confidence {})", words.join(", "), certainty(confidence)),
         (_, None) => line.write_str(&words.join(", ")),
     }
 }

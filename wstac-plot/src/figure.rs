@@ -1,6 +1,7 @@
 //! The page: four panels and a caption, 170 mm wide.
 
 use wstac_core::params::ROWS;
+use wstac_host::plural::counted;
 
 use super::event::Found;
 use super::{along, arrival, features};
@@ -50,7 +51,9 @@ fn times(drawing: &mut Drawing, found: &Found, rows: &Axes, columns: &Axes) {
         drawing.line(&[[end, y - 3.0], [end, y + 3.0]], INK, THIN);
     }
     let open = if lit.is_cut_off() { "at least " } else { "" };
-    let text = format!("lit {open}{} frames, {:.2} s", lit.frames(), f64::from(lit.frames()) * found.frame_s);
+    // From the first frame to the last is one step less than there are frames.
+    let frames = counted(lit.frames() + 1, "frame");
+    let text = format!("lit {open}{frames}, {:.2} s", f64::from(lit.frames()) * found.frame_s);
     let width = width_of(&text, SIZE);
     let middle = f64::midpoint(from, to).max(columns.left + 62.0 + width / 2.0).min(columns.right() - width / 2.0);
     drawing.text([middle, y + 11.0], SIZE, Anchor::Middle, &text);

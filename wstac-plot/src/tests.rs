@@ -110,7 +110,7 @@ fn the_numbers_are_those_of_the_event() {
         " c5 ".into(),
         format!(": slide, speed {speed:.1} ± {sd:.1} mm/s, direction "),
         format!("first frame {} (", event["frame"]),
-        format!("lit {} frames", event["duration_frames"]),
+        format!("lit {} frames", event["duration_frames"].as_u64().unwrap() + 1),
         "a  Rows".into(),
         "b  Columns".into(),
         "c  Light at each taxel".into(),

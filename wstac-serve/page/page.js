@@ -43,7 +43,7 @@ function speedText(event) {
 function directionText(event) {
   const direction = event.direction;
   if (!direction || direction.deg === null) return "–";
-  if (direction.sd === undefined) return direction.deg + "°, confidence " + direction.confidence;
+  if (direction.sd === undefined) return direction.deg + "°, " + confidenceText(direction.confidence);
   return direction.deg + "° ± " + short(direction.sd) + "°";
 }
 
@@ -55,13 +55,13 @@ function textureText(texture) {
   return [texture.class, texture.pattern].filter(Boolean).concat(depth).join(" ") || "–";
 }
 
-// Rounded down: nothing is certain.
-const percent = (part) => Math.floor(100 * part + 1e-9) + " %";
+// As the command writes it. Rounded down: nothing is certain.
+const confidenceText = (confidence) => "confidence " + (Math.floor(100 * confidence + 1e-9) / 100).toFixed(2);
 
 function certaintyText(event) {
   const words = [];
   const confidence = event.texture && event.texture.confidence;
-  if (confidence !== null && confidence !== undefined) words.push("texture " + percent(confidence));
+  if (confidence !== null && confidence !== undefined) words.push("texture " + confidenceText(confidence));
   words.push(event.reliable ? "reliable" : "not reliable");
   return words.join(", ");
 }

@@ -55,6 +55,8 @@ struct DestinationState {
     file: Option<NewFile>,
     /// A first line that is not written yet.
     head: Option<String>,
+    /// Whether the records are one array of JSON.
+    is_array: bool,
     records: u64,
     /// Whether anything was written, and whether writing failed.
     has_begun: bool,
@@ -62,9 +64,9 @@ struct DestinationState {
 }
 
 impl Destination {
-    /// Creates a destination for lines behind a first one: a file, or standard output.
-    pub(super) fn new(file: Option<NewFile>, head: Option<String>) -> Self {
-        Self { state: Mutex::new(DestinationState { file, head, ..DestinationState::default() }) }
+    /// Creates a destination for lines behind a first one, or for one array of JSON: a file, or standard output.
+    pub(super) fn new(file: Option<NewFile>, head: Option<String>, is_array: bool) -> Self {
+        Self { state: Mutex::new(DestinationState { file, head, is_array, ..DestinationState::default() }) }
     }
 
     fn state(&self) -> MutexGuard<'_, DestinationState> {
@@ -75,7 +77,12 @@ impl Destination {
     fn write(&self, line: &str) -> Result<(), Stop> {
         let mut state = self.state();
         state.begin()?;
-        state.write(line)?;
+        match (state.is_array, state.records) {
+            (false, _) => state.write(line)?,
+            // The comma behind a record comes with the next one.
+            (true, 0) => state.write(&format!("[\n{}", line.trim_end()))?,
+            (true, _) => state.write(&format!(",\n{}", line.trim_end()))?,
+        }
         state.records += 1;
         Ok(())
     }
@@ -94,8 +101,11 @@ impl Destination {
     /// The file cannot be written, or its name is taken by now.
     pub(super) fn finish(self) -> Result<Option<(PathBuf, u64)>, Error> {
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let DestinationState { file, records, has_begun, has_failed, .. } = state;
-        let Some(file) = file.filter(|_| has_begun && !has_failed) else { return Ok(None) };
+        let DestinationState { file, is_array, records, has_begun, has_failed, .. } = state;
+        let Some(mut file) = file.filter(|_| has_begun && !has_failed) else { return Ok(None) };
+        if is_array {
+            file.file.write_all(b"\n]\n").map_err(|error| Error::io(file.path.display(), error))?;
+        }
         let path = file.path.clone();
         file.commit()?;
         Ok(Some((path, records)))
@@ -123,6 +133,16 @@ impl DestinationState {
         out.write_all(line.as_bytes())?;
         Ok(out.flush()?)
     }
+}
+
+/// A note as a line of JSON.
+#[derive(serde::Serialize)]
+struct NoteLine<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensor: Option<&'a str>,
+    kind: &'a str,
+    note: &'a str,
+    message: &'a str,
 }
 
 /// Writes the records of one sensor.
@@ -212,6 +232,18 @@ impl<'a> Records<'a> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Says at once what a program should know, too: as a note, and in JSON as a record of kind `note` with this name.
+    pub(super) fn notice(&self, name: &str, message: &str) {
+        self.note(message);
+        if self.form != Form::Json {
+            return;
+        }
+        let line = NoteLine { sensor: self.sensor.as_deref(), kind: "note", note: name, message };
+        let line = serde_json::to_string(&line).unwrap_or_default() + "\n";
+        // What cannot be written is an error of the next record.
+        let _ = self.destination.unwrap_or(&Destination::default()).write(&line);
     }
 
     /// Writes a note about this sensor to standard error, unless notes are left out.

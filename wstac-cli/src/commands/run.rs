@@ -59,7 +59,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FORM")]
     output_format: Option<Form>,
 
-    /// Write the records to this file: .jsonl, .json, .csv or .txt
+    /// Write the records to this file: .jsonl, .json (one array), .csv or .txt
     ///
     /// The file takes its name when the source ends. Until then, a hidden file beside it has the records. - is standard
     /// output.
@@ -123,6 +123,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<f64>,
 
+    /// Take the baseline from the frames at this time, in seconds of the source
+    ///
+    /// It is for a file that is touched in its first 25 frames: the file is read twice, first to this time, where nothing may
+    /// touch the sensor for 25 frames. Touches that begin in the first 10 frames are not whole. Cameras, boards, pipes and
+    /// standard input can be read only once.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    baseline_at: Option<f64>,
+
     /// Write the bytes of every frame to a new file (one source only)
     ///
     /// Bytes are written as they are summed: JPEG and PNG are decoded first. Lost frames leave no bytes.
@@ -162,11 +170,14 @@ const HELP: &str = r#"Sources:
                    several sensors all are read, or the one that
                    --sensor NAME chooses.
   FOLDER           PNG or JPEG files of one size, 2.png before 10.png, at
-                   30 frames per second unless --fps gives another rate.
-                   A damaged picture is a lost frame, and so is one that
-                   the numbers in the names leave out. Pictures are turned
-                   as their Exif data say. PNG files beside JPEG files are
-                   refused.
+                   the rate of the times in their names (seconds such as
+                   1700000000.25, dates, or milliseconds to nanoseconds
+                   since 1970), or 30 frames per second; --fps gives
+                   another rate. A damaged picture is a lost frame, and
+                   so is one that the names leave out. Pictures are
+                   turned as their Exif data say. PNG files beside JPEG
+                   files, and two series of names such as left_1 and
+                   right_1, are refused.
   /dev/ttyACM0     a board, which finds the events itself, at a serial
                    device; also tcp:HOST:PORT, and board:FILE with the
                    bytes that a board sent (board:- is standard input).
@@ -247,7 +258,8 @@ Meaning of the answers:
 
 Output to a file or as a table:
   -o slide.jsonl, slide.csv or slide.txt says the form by its name, and
-  --output-format says it for standard output or another name. The file
+  --output-format says it for standard output or another name.
+  slide.json has the records as one array. The file
   takes its name when the source ends, fails or is stopped with Ctrl-C.
   It is not there if a record cannot be written (a full disk).
   CSV has one kind of record: events, or with --features the features,
@@ -281,6 +293,7 @@ Output with --json, one object per line (wrapped here):
   {"kind":"texture","frame":137,"time_ns":4566666666,"frames":40,
    "texture":{…}}
   {"kind":"incomplete","frame":300,"time_ns":10000000000,"frames":12}
+  {"kind":"note","note":"default-layout","message":"…"}
   {"kind":"fault","frame":300,"time_ns":10000000000,
    "fault":"disconnected","message":"…"}
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete",
@@ -339,6 +352,8 @@ Output with --json, one object per line (wrapped here):
               frames has them. The event that follows has the same.
   incomplete  is an event that a gap of lost frames ended.
   fault       does not end the source.
+  note        comes first if nothing says where the taxels are: the
+              configuration has no layout, and the source is no scene.
   end         "dropped" counts camera frames, "dropped_by" those of each
               reason if there are any. "baseline" is "incomplete"
               if the stream was too short for it. "incomplete" is
@@ -392,7 +407,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = if is_recorded { parts } else { sensors };
     let file = arguments.file().map(|path| outputs.create(path)).transpose()?;
     let has_names = sensors.iter().any(|sensor| sensor.name.is_some());
-    let destination = Destination::new(file, (form == Form::Csv).then(|| table.head(has_names)));
+    let is_array = arguments.file().and_then(Path::extension).is_some_and(|ending| ending.eq_ignore_ascii_case("json"));
+    let destination = Destination::new(file, (form == Form::Csv).then(|| table.head(has_names)), is_array);
     let run = Run {
         arguments,
         form,

@@ -77,11 +77,11 @@ impl SourceArguments {
             return Err(Error::new(
                 ErrorKind::Usage,
                 &info.about,
-                "--matrix and --range are for YCbCr sources, expected neither",
+                "has no Y, Cb and Cr, which --matrix and --range are about; leave them out",
             ));
         }
         if (self.matrix.is_some() || self.range.is_some()) && info.taxels_only && info.recorded.is_some() {
-            let message = "was recorded without pictures, so --matrix and --range change nothing: expected neither";
+            let message = "was recorded without pictures, so --matrix and --range change nothing; leave them out";
             return Err(Error::new(ErrorKind::Usage, &info.about, message));
         }
         info.color.matrix = self.matrix.unwrap_or(info.color.matrix);
@@ -190,6 +190,16 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
             )
         })
     }
+}
+
+/// Returns a doubt about the places of taxels: if nothing states them. In a scene they are where the publication has them,
+/// and of a recording it was said when it was made.
+pub(super) fn doubt_of_layout(info: &StreamInfo, config: &Config) -> Option<&'static str> {
+    let is_known = config.layout.is_stated() || info.recorded.is_some() || info.about.starts_with("scene:");
+    (!is_known).then_some(
+        "no [layout] is given, so taxels are where the sensor of the publication has them; help: run wstac calibrate, \
+         and give its file with --config",
+    )
 }
 
 /// The fraction by which the rate may differ from the nominal one without harm to textures.

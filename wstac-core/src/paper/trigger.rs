@@ -332,6 +332,20 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.reset(config)
     }
 
+    /// Counts frames from 0 again, and keeps the baseline if it is complete.
+    pub(crate) fn rewind(&mut self) {
+        let TriggerState { baseline, quiet, bounds, phase, config, .. } = self.state;
+        self.rezero();
+        self.state.frame = 0;
+        if phase != Phase::Baseline {
+            (self.state.baseline, self.state.quiet, self.state.bounds) = (baseline, quiet, bounds);
+            self.state.phase = match config.backtrack() {
+                0 => Phase::Watch { seen: 0 },
+                left => Phase::Rest { left },
+            };
+        }
+    }
+
     /// Returns the state of the stream; after [`Trigger::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
         self.state.end()

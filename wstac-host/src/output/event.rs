@@ -121,6 +121,11 @@ impl TactileEvent {
         Self { reliable: false, sample_reliable: false, doubt: Some(Reason::Uneven), ..self }
     }
 
+    /// Returns the event of a sample of which a file leaves out frames that its speed depends on.
+    pub(crate) fn missing(self) -> Self {
+        Self { reliable: false, doubt: self.doubt.or(Some(Reason::LostFrames)), ..self }
+    }
+
     /// Creates an event from the answers of a board. `has_model` says whether it has named a model, and `clock` is
     /// that of its frames, if its rate is known.
     #[cfg(feature = "board")]

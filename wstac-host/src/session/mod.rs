@@ -95,6 +95,7 @@ impl Session {
             models: Vec::new(),
             textures: None,
             options: OutputOptions::default(),
+            baseline: None,
         }
     }
 
@@ -314,6 +315,7 @@ pub struct SessionBuilder {
     models: Vec<ModelFile>,
     textures: Option<Textures>,
     options: OutputOptions,
+    baseline: Option<(Box<dyn Source>, f64)>,
 }
 
 impl SessionBuilder {
@@ -337,6 +339,12 @@ impl SessionBuilder {
         Self { options, ..self }
     }
 
+    /// Takes the baseline from the frames of another opening of the source, from this time on, in seconds from its first
+    /// frame. Without it, the first frames of the source are the baseline.
+    pub fn baseline_from(self, source: impl Source + 'static, seconds: f64) -> Self {
+        Self { baseline: Some((Box::new(source), seconds)), ..self }
+    }
+
     /// Replaces what the source says about its frames, such as their YCbCr encoding.
     pub fn info(self, info: StreamInfo) -> Self {
         Self { info: Some(info), ..self }
@@ -348,11 +356,14 @@ impl SessionBuilder {
     /// The source's own configuration or a model cannot be used, or layout, format and configuration do not fit each
     /// other.
     pub fn build(self) -> Result<Session, Error> {
-        let Self { source, info, config, models, textures, options } = self;
+        let Self { source, info, config, models, textures, options, baseline } = self;
         let info = info.as_ref().unwrap_or_else(|| source.info());
         let config = config_of(info, config)?;
         let textures = textures.map_or_else(|| Textures::new(&models), Ok)?;
-        let processor = Processor::new(info, &config, options)?.with_textures(textures);
+        let mut processor = Processor::new(info, &config, options)?.with_textures(textures);
+        if let Some((mut source, seconds)) = baseline {
+            processor.gather_baseline(&mut source, seconds)?;
+        }
         let (waiting, lag) = (VecDeque::new(), Lag::default());
         Ok(Session { source, processor, waiting, error: None, is_over: false, lag })
     }

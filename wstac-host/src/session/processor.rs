@@ -17,13 +17,13 @@ use wstac_core::touch::motion::{LiveMotion, MotionConfig};
 use wstac_core::touch::path_sample::TaxelRing;
 
 use crate::config::{Config, Kernel};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::frame_clock::FrameClock;
 use crate::output::{
     Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
     MotionReport, Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
 };
-use crate::source::{FaultKind, LossCounts, LossReason, SourceEvent, StreamInfo};
+use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
 
 /// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
@@ -49,6 +49,8 @@ pub struct Processor {
     dropped: u64,
     dropped_by: LossCounts,
     uneven: UnevenFrames,
+    /// The frames that a file leaves out.
+    missing: UnevenFrames,
     baseline_reported: bool,
     /// The first feature frame of the baseline.
     zero: u64,
@@ -75,6 +77,10 @@ pub enum Phase {
 
 /// Most parts of a stream that are kept. Those that are closest to each other in the past count as one.
 const UNEVEN_PARTS: usize = 16;
+
+/// The largest deviation of a speed, as a part of it, that is reliable although the file leaves out frames of the sample:
+/// such a frame repeats the one before it, which moves the speed by one or two deviations.
+const MOST_SD_OF_GAPS: f32 = 0.02;
 
 /// The frames that came unevenly, by faults of the source.
 #[derive(Clone, Debug, Default)]
@@ -239,6 +245,7 @@ impl Processor {
             dropped: 0,
             dropped_by: LossCounts::default(),
             uneven: UnevenFrames::default(),
+            missing: UnevenFrames::default(),
             baseline_reported: false,
             zero: first,
         })
@@ -274,6 +281,12 @@ impl Processor {
     ) -> Result<bool, E> {
         if let SourceEvent::Fault(fault) = event {
             self.uneven.fault(&fault.kind, self.pipeline.next_frame());
+        }
+        if let SourceEvent::Lost { frames, reason: LossReason::Missing } = event {
+            let first = self.pipeline.next_frame();
+            self.missing.fault(&FaultKind::Uneven, first);
+            let added = u64::from(self.geometry().rate().frames_added());
+            self.missing.fault(&FaultKind::Even, first.saturating_add(frames.div_ceil(added)));
         }
         let (pipeline, answers) = self.parts();
         match event {
@@ -410,6 +423,46 @@ impl Processor {
         self.clock.nanoseconds(frame)
     }
 
+    /// Gathers the baseline from the frames of a source from a time on, in seconds from its first frame. The next frame is
+    /// frame 0 then.
+    ///
+    /// It is for a file that is touched in its first frames: `source` is the same file, opened once more.
+    ///
+    /// # Errors
+    /// The source fails, or ends before the baseline is complete.
+    pub fn gather_baseline(&mut self, source: &mut dyn Source, from_s: f64) -> Result<(), Error> {
+        let skipped = (from_s.max(0.0) * source.info().rate.per_second()).round() as u64;
+        let mut frame = 0_u64;
+        while self.pipeline.baseline().is_none() {
+            let is_skipped = frame < skipped;
+            match source.next_event()? {
+                SourceEvent::Frame(_) | SourceEvent::Taxels(_) if is_skipped => {}
+                SourceEvent::Frame(taken) if self.pipeline.push_frame(taken.bytes).is_ok() => {}
+                SourceEvent::Frame(_) => {
+                    self.pipeline.push_lost(1);
+                }
+                SourceEvent::Taxels(taken) => {
+                    self.pipeline.push_taxels(&taken.sums);
+                }
+                SourceEvent::Lost { frames, .. } => {
+                    frame = frame.saturating_add(frames);
+                    if !is_skipped {
+                        self.pipeline.push_lost(frames);
+                    }
+                    continue;
+                }
+                SourceEvent::Fault(_) | SourceEvent::Waiting => continue,
+                SourceEvent::End => {
+                    let message = format_args!("ends before the baseline from {from_s} s on is complete");
+                    return Err(Error::new(ErrorKind::Usage, &source.info().about, message));
+                }
+            }
+            frame += 1;
+        }
+        self.pipeline.rewind();
+        Ok(())
+    }
+
     /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
     pub fn rezero(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;
@@ -440,8 +493,9 @@ impl Processor {
         let next = self.pipeline.next_frame();
         let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
         let incomplete = self.restart();
-        let Self { clock, dropped, dropped_by, uneven, .. } = std::mem::replace(self, new);
-        (self.clock, self.dropped, self.dropped_by, self.uneven) = (clock, dropped, dropped_by, uneven);
+        let Self { clock, dropped, dropped_by, uneven, missing, .. } = std::mem::replace(self, new);
+        (self.clock, self.dropped, self.dropped_by) = (clock, dropped, dropped_by);
+        (self.uneven, self.missing) = (uneven, missing);
         Ok(incomplete)
     }
 
@@ -470,8 +524,8 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, .. } = self;
-        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options, uneven })
+        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, missing, .. } = self;
+        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options, uneven, missing })
     }
 }
 
@@ -484,15 +538,23 @@ struct Answers<'p> {
     clock: &'p mut FrameClock,
     options: OutputOptions,
     uneven: &'p UnevenFrames,
+    missing: &'p UnevenFrames,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::paper::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
-        let Self { law, durations, textures, motion, ref clock, options, uneven } = *self;
+        let Self { law, durations, textures, motion, ref clock, options, uneven, missing } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
         let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };
         let event = TactileEvent::new(event, taxels, &answering);
-        Output::Event(Box::new(if uneven.touch(event.frame) { event.uneven() } else { event }))
+        let is_vague = event.speed.is_ok_and(|speed| speed.sd.is_some_and(|sd| sd > MOST_SD_OF_GAPS * speed.mm_s));
+        Output::Event(Box::new(if uneven.touch(event.frame) {
+            event.uneven()
+        } else if is_vague && missing.touch(event.frame) {
+            event.missing()
+        } else {
+            event
+        }))
     }
 
     fn times(&self, frame: u64) -> RecordTimes {

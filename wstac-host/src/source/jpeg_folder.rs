@@ -12,7 +12,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::orientation::Orientation;
-use super::picture_files::{JPEG, list, positions, remark, without_pictures};
+use super::picture_files::{JPEG, list, positions, rate, without_pictures};
 use super::spacing::Positions;
 use super::{Fault, FaultKind, Frame, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::{Decoder, picture_facts};
@@ -64,18 +64,9 @@ impl JpegFolder {
                 format_args!("is {}x{}, and there is no memory to decode it: {error}", size.width(), size.height());
             return Err(Error::new(ErrorKind::Io, first.display(), message));
         }
-        let rate = fps.unwrap_or(FrameRate::NOMINAL);
-        let about = format!(
-            "{}: {} JPEG files, {}x{}, {}:{} frames per second{}{}",
-            path.display(),
-            files.len(),
-            size.width(),
-            size.height(),
-            rate.numerator(),
-            rate.denominator(),
-            if fps.is_none() { " (assumed: state another with --fps)" } else { "" },
-            remark(&files)
-        );
+        let (rate, said) = rate(&files, fps);
+        let (width, height) = (size.width(), size.height());
+        let about = format!("{}: {} JPEG files, {width}x{height}, {said}", path.display(), files.len());
         let info = StreamInfo::new(about, size, PixelFormat::Rgb24, rate);
         let model = first.file_name().unwrap_or_default().display().to_string();
         let (files, turned, again) = (files.into_iter(), Vec::new(), None);

@@ -1,9 +1,13 @@
 //! The pictures of a folder: which there are, in which order.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use wstac_core::rate::FrameRate;
+
 use super::natural;
-use super::spacing::Positions;
+use super::replaced_rate::{self, readable};
+use super::spacing::{self, Positions};
 use crate::error::{Error, ErrorKind};
 
 /// The endings of pictures' names, without the dot and in small letters.
@@ -18,6 +22,13 @@ const DATE: usize = 14;
 const STRAY: usize = 10;
 const NS_PER_S: i128 = 1_000_000_000;
 const NS_PER_MS: f64 = 1e6;
+/// The seconds since 1970 of a time that a whole number in a name may be: from 2001 to 2128.
+const EPOCH: std::ops::Range<i128> = 1_000_000_000..5_000_000_000;
+/// The rates that times in names may have, in frames per second.
+const RATES: std::ops::RangeInclusive<f64> = 0.5..=500.0;
+/// At most this number of series of pictures is told apart. Each has at least this part of the pictures.
+const MOST_SERIES: usize = 16;
+const LEAST_OF_SERIES: usize = 20;
 
 /// Returns the files of a folder whose names end so, in natural order, or by their numbers if all are decimals.
 ///
@@ -41,7 +52,63 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<Vec<PathBuf>, Erro
         timed.sort_by_key(|(time, _)| *time);
         files = timed.into_iter().map(|(_, file)| file).collect();
     }
-    Ok(files)
+    match several(&files) {
+        Some(series) => {
+            let message = format_args!("has several series of pictures ({series}), expected one");
+            Err(Error::new(ErrorKind::Data, folder.display(), message))
+        }
+        None => Ok(files),
+    }
+}
+
+/// Returns the names and sizes of several series, such as those of two cameras; `None` if all pictures are of one.
+fn several(files: &[PathBuf]) -> Option<String> {
+    if positions(files).is_some() {
+        return None;
+    }
+    let series_by = |kept: Option<usize>| {
+        let mut series = BTreeMap::<String, Vec<PathBuf>>::new();
+        for file in files {
+            let part = |(at, part): (usize, &Part<'_>)| match part {
+                Part::Number(_) if kept != Some(at) => "#".into(),
+                Part::Number(bytes) | Part::Text(bytes) => String::from_utf8_lossy(bytes).into_owned(),
+            };
+            series.entry(parts(stem(file)).iter().enumerate().map(part).collect()).or_default().push(file.clone());
+        }
+        // Minutes and hours are no series: what is left of such names is a time.
+        let is_placed =
+            |files: &[PathBuf]| positions(files).is_some_and(|(kind, _)| kept.is_none() || kind == Positions::Numbers);
+        let is_series =
+            |own: &Vec<PathBuf>| own.len() > 1 && own.len() >= files.len() / LEAST_OF_SERIES && is_placed(own);
+        let are_series = (2..=MOST_SERIES).contains(&series.len()) && series.values().all(is_series);
+        let said = |(name, files): (&String, &Vec<PathBuf>)| format!("{name}: {}", files.len());
+        are_series.then(|| series.iter().map(said).collect::<Vec<_>>().join(", "))
+    };
+    // By their texts, or by one of their numbers.
+    let columns = parts(stem(files.first()?)).len();
+    std::iter::once(None).chain((0..columns).map(Some)).find_map(series_by)
+}
+
+/// Returns the rate of pictures, and what the description of their folder says of it and of their names. The rate is the
+/// given one, or that of the times in their names, or else assumed.
+pub(super) fn rate(files: &[PathBuf], given: Option<FrameRate>) -> (FrameRate, String) {
+    let positions = positions(files);
+    let own = positions.as_ref().and_then(|(kind, positions)| {
+        let known: Vec<f64> = positions.iter().copied().filter(|position| !position.is_nan()).collect();
+        let step = spacing::step(&known).filter(|_| *kind == Positions::NamedTimes)?;
+        spacing::rate_of(step).filter(|rate| RATES.contains(&rate.per_second()))
+    });
+    let rate = given.or(own).unwrap_or(FrameRate::NOMINAL);
+    let mut said = format!("{} frames per second{}", readable(rate), replaced_rate::remark(own, given));
+    said += match (own, given) {
+        (_, Some(_)) => "",
+        (Some(_), None) => " by the times in their names",
+        (None, None) => " (assumed: state another with --fps)",
+    };
+    if positions.is_none() {
+        said += "; the names do not say whether pictures are missing";
+    }
+    (rate, said)
 }
 
 /// Returns the positions of pictures by the numbers in their names, and what they are. That of a name that is not as the
@@ -83,7 +150,11 @@ pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
         }
     }
     if let [at] = differing[..] {
-        return found(Positions::Numbers, 1.0, of_column(at)?);
+        let numbers = of_column(at)?;
+        return match epoch_unit(&numbers) {
+            Some(unit) => found(Positions::NamedTimes, unit, numbers),
+            None => found(Positions::Numbers, 1.0, numbers),
+        };
     }
     if differing.is_empty() {
         return (files.len() == 1).then(|| (Positions::Numbers, vec![0.0]));
@@ -95,9 +166,13 @@ pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
     found(Positions::NamedTimes, NS_PER_MS, seconds.into_iter().find(|times| rises(times))?)
 }
 
-/// Returns what the description of a folder says of its names, if they do not tell the positions of pictures.
-pub(super) fn remark(files: &[PathBuf]) -> &'static str {
-    if positions(files).is_some() { "" } else { "; the names do not say whether pictures are missing" }
+/// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or nanoseconds.
+fn epoch_unit(numbers: &[Option<i128>]) -> Option<f64> {
+    let is_time = |per_s: &i128| numbers.iter().flatten().all(|number| EPOCH.contains(&(number / per_s)));
+    let per_s = [1000, 1_000_000, NS_PER_S].into_iter().find(is_time)?;
+    let known: Vec<f64> = numbers.iter().flatten().map(|number| (number - numbers[0].unwrap_or(0)) as f64).collect();
+    let rate = per_s as f64 / spacing::step(&known)?;
+    RATES.contains(&rate).then_some(per_s as f64 / 1000.0)
 }
 
 /// Returns the decimals of names that consist of them alone, apart from what all have at their start and end, in parts
@@ -270,8 +345,12 @@ mod tests {
     use super::Positions::{NamedTimes, Numbers};
     use super::*;
 
+    fn paths(names: &[&str]) -> Vec<PathBuf> {
+        names.iter().map(PathBuf::from).collect()
+    }
+
     fn found(names: &[&str]) -> Option<Vec<f64>> {
-        positions(&names.iter().map(PathBuf::from).collect::<Vec<_>>()).map(|(_, positions)| positions)
+        positions(&paths(names)).map(|(_, positions)| positions)
     }
 
     #[test]
@@ -294,10 +373,8 @@ mod tests {
             let files: Vec<_> = kept.map(|frame| PathBuf::from(name(frame, 59_200 + frame * 100 / 3))).collect();
             let stray = files.iter().position(|file| file.starts_with("background.png"));
             let (kind, found) = positions(&files).unwrap_or_else(|| panic!("{files:?}"));
-            let step = super::super::spacing::step(
-                &found.iter().copied().filter(|position| !position.is_nan()).collect::<Vec<_>>(),
-            )
-            .unwrap();
+            let step = spacing::step(&found.iter().copied().filter(|position| !position.is_nan()).collect::<Vec<_>>())
+                .unwrap();
             let gaps = found.windows(2).filter(|pair| ((pair[1] - pair[0]) / step).round() as u32 == 2).count();
             (kind, (step * 10.0).round() / 10.0, gaps, stray.map(|at| found[at].is_nan()))
         };
@@ -334,11 +411,11 @@ mod tests {
 
     #[test]
     fn names_that_do_not_tell_are_said() {
-        let remark = |names: &[&str]| remark(&names.iter().map(PathBuf::from).collect::<Vec<_>>());
-        assert_eq!(remark(&["1.png", "2.png"]), "");
-        assert_eq!(remark(&["a.png"]), "");
+        let said = |names: &[&str]| rate(&paths(names), None).1;
+        assert_eq!(said(&["1.png", "2.png"]), "30:1 frames per second (assumed: state another with --fps)");
+        assert!(!said(&["a.png"]).contains("names"));
         for names in [&["1_7.png", "1_9.png", "2_3.png"][..], &["a.png", "b.png", "c.png"]] {
-            assert_eq!(remark(names), "; the names do not say whether pictures are missing");
+            assert!(said(names).ends_with("; the names do not say whether pictures are missing"));
         }
     }
 
@@ -346,5 +423,50 @@ mod tests {
     fn decimals_behind_a_prefix_are_in_the_order_of_their_values() {
         let files = ["img_9.5.png", "img_9.45.png"].map(PathBuf::from);
         assert_eq!(decimals(&files), Some(vec![9_500_000_000, 9_450_000_000]));
+    }
+
+    #[test]
+    fn times_in_names_give_the_rate() {
+        let rate_of = |name: &dyn Fn(u32) -> String| {
+            let files: Vec<_> =
+                (0..50).filter(|frame| frame % 7 != 0).map(|frame| PathBuf::from(name(frame))).collect();
+            let (rate, said) = rate(&files, None);
+            assert_eq!(said.contains("by the times in their names"), !said.contains("assumed"), "{said}");
+            // In tenths.
+            (rate.per_second() * 10.0).round() as u32
+        };
+        for fps in [15_u32, 25, 60, 120] {
+            let ms = |frame: u32| 1_764_100_001_533 + u64::from(frame * 1000 / fps);
+            assert!(rate_of(&|frame| format!("{}.png", ms(frame))).abs_diff(10 * fps) < 3);
+            let us = |frame: u32| 1_764_100_001_533_000 + u64::from(frame * 1_000_000 / fps);
+            assert_eq!(rate_of(&|frame| format!("left_{}.png", us(frame))), 10 * fps);
+            assert_eq!(rate_of(&|frame| format!("{}000.png", us(frame))), 10 * fps);
+            assert_eq!(rate_of(&|frame| format!("{:.4}.png", 9.9 + f64::from(frame) / f64::from(fps))), 10 * fps);
+        }
+        // Numbers of that size that are no times.
+        assert_eq!(rate_of(&|frame| format!("{}.png", 1_764_100_001_533_u64 + u64::from(frame))), 300);
+        let (rate, said) = rate(&paths(&["1.00.png", "1.04.png", "1.08.png"]), Some(FrameRate::NOMINAL));
+        assert_eq!((rate, &*said), (FrameRate::NOMINAL, "30:1 frames per second as --fps says; the file says 25:1"));
+    }
+
+    #[test]
+    fn several_series_are_told_apart() {
+        let of = |name: &dyn Fn(u32) -> [String; 2]| {
+            let files: Vec<_> = (0..130).flat_map(name).map(PathBuf::from).collect();
+            several(&files)
+        };
+        assert_eq!(
+            of(&|n| [format!("left_{n:04}.png"), format!("right_{n:04}.png")]).as_deref(),
+            Some("left_#: 130, right_#: 130")
+        );
+        assert_eq!(of(&|n| [format!("{n}_a.png"), format!("{n}_b.png")]).as_deref(), Some("#_a: 130, #_b: 130"));
+        assert_eq!(
+            of(&|n| [format!("cam1_{n:04}.png"), format!("cam2_{n:04}.png")]).as_deref(),
+            Some("cam1_#: 130, cam2_#: 130")
+        );
+        // One series: names with hours, minutes and seconds, and names without an order.
+        assert_eq!(of(&|n| [0, 500].map(|ms| format!("12_{:02}_{:02}_{ms:03}.png", n / 60, n % 60))), None);
+        assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{:x}.png", n * 2_654_435))), None);
+        assert_eq!(several(&paths(&["a.png", "b.png"])), None);
     }
 }

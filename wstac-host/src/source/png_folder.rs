@@ -11,7 +11,7 @@ use wstac_core::rate::FrameRate;
 
 use self::picture::{PngPicture, PngShape, Problem};
 use super::orientation::Orientation;
-use super::picture_files::{PNG, list, positions, remark, without_pictures};
+use super::picture_files::{PNG, list, positions, rate, without_pictures};
 use super::spacing::Positions;
 use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
@@ -49,16 +49,8 @@ impl PngFolder {
             return Err(without_pictures(path));
         }
         let (first, shape) = first_picture(path, &files)?;
-        let rate = fps.unwrap_or(FrameRate::NOMINAL);
-        let about = format!(
-            "{}: {} PNG files, {shape}, {}:{} frames per second{}{}",
-            path.display(),
-            files.len(),
-            rate.numerator(),
-            rate.denominator(),
-            if fps.is_none() { " (assumed: state another with --fps)" } else { "" },
-            remark(&files)
-        );
+        let (rate, said) = rate(&files, fps);
+        let about = format!("{}: {} PNG files, {shape}, {said}", path.display(), files.len());
         let info = StreamInfo {
             bytes_per_row: shape.bytes_per_row(),
             ..StreamInfo::new(about, shape.size, shape.format(), rate)

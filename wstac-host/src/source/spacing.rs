@@ -6,6 +6,8 @@
 
 use std::collections::VecDeque;
 
+use wstac_core::rate::FrameRate;
+
 use super::{Fault, FaultKind, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 use crate::plural::counted;
@@ -21,6 +23,8 @@ const AVERAGED: f64 = 0.2;
 const FOLLOWED: f64 = 0.1;
 /// The largest difference from whole frames in a distance that counts for the usual one, in steps.
 const NEAR: f64 = 0.45;
+/// A rate by times is a whole number if it differs from one by at most this part.
+const WHOLE_RATE: f64 = 0.0003;
 /// Frames in a row after which frames come evenly again.
 const EVEN_AGAIN: u32 = 10;
 
@@ -214,6 +218,14 @@ pub(super) fn step(positions: &[f64]) -> Option<f64> {
         }
     }
     Some(step)
+}
+
+/// Returns the rate of frames that are so many milliseconds apart: a whole number if it is one but for rounding.
+pub(super) fn rate_of(step: f64) -> Option<FrameRate> {
+    let rate = 1000.0 / step;
+    let is_whole = (rate / rate.round() - 1.0).abs() < WHOLE_RATE;
+    let (frames, time) = if is_whole { (rate.round() as u32, 1) } else { (1_000_000, (1000.0 * step).round() as u32) };
+    FrameRate::new(frames, time).ok()
 }
 
 /// A source whose frames have known positions.

@@ -22,8 +22,11 @@ use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo, replaced_rate};
 use crate::error::{Error, ErrorKind};
 
 /// The endings of files that are taken for videos.
-const ENDINGS: [&str; 16] = [
-    "3gp", "avi", "flv", "h264", "hevc", "m4v", "mjpeg", "mkv", "mov", "mp4", "mpeg", "mpg", "mts", "ts", "webm", "wmv",
+const ENDINGS: [&str; 48] = [
+    "264", "265", "3g2", "3gp", "3gpp", "apng", "asf", "avi", "divx", "dv", "f4v", "flv", "gif", "h264", "h265",
+    "hevc", "ivf", "m1v", "m2t", "m2ts", "m2v", "m4v", "mjpeg", "mjpg", "mk3d", "mkv", "mov", "mp4", "mpe", "mpeg",
+    "mpg", "mts", "mxf", "nut", "obu", "ogg", "ogm", "ogv", "qt", "rm", "rmvb", "tod", "trp", "ts", "vob", "webm",
+    "wmv", "wtv",
 ];
 /// The pixel formats that are decoded as they are.
 const KEPT: [&str; 10] =
@@ -34,8 +37,10 @@ const RGB: [&str; 13] =
 const GRAY: [&str; 4] = ["gray", "mono", "ya16", "ya8"];
 /// The formats of ffmpeg that are streams without times: it makes up 25 frames per second, unless the coded stream states
 /// another rate.
-const WITHOUT_TIMES: [&str; 8] = ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "vc1"];
+const WITHOUT_TIMES: [&str; 9] = ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "obu", "vc1"];
 const MADE_UP: (u32, u32) = (25, 1);
+/// The rate that ffmpeg makes up instead, if it is told so: what stays at 25 is stated.
+const OTHER_MADE_UP: (u32, u32) = (23, 1);
 /// The highest rate that a file may state.
 const MOST_PER_SECOND: f64 = 1000.0;
 /// Prints the time of every frame in microseconds before the frame comes.
@@ -92,6 +97,8 @@ struct Stated {
     is_by_times: bool,
     /// Whether the frames are to be turned, which ffmpeg does.
     is_turned: bool,
+    /// Whether ffmpeg may have made the rate up.
+    is_made_up: bool,
 }
 
 /// Returns whether a file is a video by its name.
@@ -212,7 +219,8 @@ impl Source for Video {
 }
 
 impl Decoder {
-    /// Waits until ffmpeg has ended. Returns the last line that it reported; `None` if all went well.
+    /// Waits until ffmpeg has ended. Returns the first error that it reported, of which the others follow; `None` if all
+    /// went well.
     fn end(&mut self) -> Option<String> {
         let status = self.process.wait();
         if let Some(reader) = self.reader.take() {
@@ -221,7 +229,7 @@ impl Decoder {
         }
         let reported = self.reported.lock().unwrap_or_else(PoisonError::into_inner);
         let text = String::from_utf8_lossy(&reported);
-        let line = text.lines().map(str::trim).rfind(|line| !line.is_empty());
+        let line = text.lines().map(str::trim).find(|line| !line.is_empty());
         match status {
             Ok(status) if status.success() => line.map(str::to_owned),
             Ok(status) => Some(line.map_or_else(|| format!("ffmpeg failed: {status}"), str::to_owned)),
@@ -241,6 +249,11 @@ impl Drop for Decoder {
 impl Stated {
     /// Reads what `ffprobe` prints: a line per entry, as `key=value`.
     fn parse(text: &str) -> Self {
+        Self::parse_with(text, MADE_UP)
+    }
+
+    /// Reads it where ffmpeg makes up this rate for a stream without times.
+    fn parse_with(text: &str, made_up: (u32, u32)) -> Self {
         let value = |key: &str| {
             text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).unwrap_or_default().trim()
         };
@@ -265,8 +278,9 @@ impl Stated {
         let (pixels, stated) = (pixels, mean.or(base));
         let format = value("format_name");
         if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
-            let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != MADE_UP);
-            return Self { pixels, range, matrix, rate, is_turned, ..Self::default() };
+            let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
+            let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
+            return Self { pixels, range, matrix, rate, is_turned, is_made_up, ..Self::default() };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
@@ -275,18 +289,13 @@ impl Stated {
         let is_same =
             |rate: &FrameRate| step.is_none_or(|step| (rate.per_second() * step / 1000.0 - 1.0).abs() < SAME_RATE);
         let by_header = mean.filter(is_same).or(base.filter(is_same));
-        let by_times = step.and_then(|step| {
-            let rate = 1000.0 / step;
-            let is_whole = (rate / rate.round() - 1.0).abs() < SAME_RATE / 10.0;
-            let (frames, time) =
-                if is_whole { (rate.round() as u32, 1) } else { (1_000_000, (1000.0 * step).round() as u32) };
-            FrameRate::new(frames, time).ok()
-        });
+        let by_times = step.and_then(spacing::rate_of);
         let is_by_times = by_header.is_none() && by_times.is_some();
         // Time stamps that never grow say nothing of the frames' places, so that all of them come unevenly.
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
-        Self { pixels, range, matrix, rate: by_header.or(by_times), step, is_by_times, is_turned }
+        let rate = by_header.or(by_times);
+        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, is_made_up: false }
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -352,6 +361,8 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
     } else {
         command.args(["-v", "error"]);
     }
+    // With several threads, errors of a damaged file come in another order each time.
+    command.args(["-threads", "1"]);
     // The log is read.
     command.env("AV_LOG_FORCE_NOCOLOR", "1").env_remove("AV_LOG_FORCE_COLOR");
     // A playlist could name other files or the network.
@@ -364,11 +375,18 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
 fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let entries = "format=format_name:stream=pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
                    stream_side_data=rotation:frame=best_effort_timestamp_time";
-    let mut command = ffmpeg("ffprobe", path);
-    command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
-    command.args(["-of", "default=noprint_wrappers=1"]);
-    let done = command.output().map_err(|error| not_started(subject, error))?;
-    let stated = Stated::parse(&String::from_utf8_lossy(&done.stdout));
+    let ask = |options: &[&str]| {
+        let mut command = ffmpeg("ffprobe", path);
+        command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
+        command.args(["-of", "default=noprint_wrappers=1"]).args(options);
+        command.output().map_err(|error| not_started(subject, error))
+    };
+    let done = ask(&[])?;
+    let mut stated = Stated::parse(&String::from_utf8_lossy(&done.stdout));
+    if stated.is_made_up {
+        let again = ask(&["-framerate", "23"])?;
+        stated.rate = Stated::parse_with(&String::from_utf8_lossy(&again.stdout), OTHER_MADE_UP).rate;
+    }
     if done.status.success() && !stated.pixels.is_empty() {
         return Ok(stated);
     }
@@ -535,7 +553,8 @@ mod tests {
 
     #[test]
     fn videos_are_known_by_their_endings() {
-        for (name, expected) in [("a.mp4", true), ("b.MKV", true), ("c.y4m", false), ("mp4", false), ("d.mcap", false)]
+        for (name, expected) in
+            [("a.mp4", true), ("b.MKV", true), ("e.m2ts", true), ("c.y4m", false), ("mp4", false), ("d.mcap", false)]
         {
             assert_eq!(is_video(Path::new(name)), expected, "{name}");
         }

@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! size = [1280, 720]     # width and height in pixels
-//! fps = 30               # frames per second
+//! fps = 30               # frames per second, also "30000/1001"
 //! format = "GREY"        # a four-character code: GREY, Y10, RGB3, YUYV, NV12, RGGB, MJPG …
 //! matrix = "bt601"       # matrix of YCbCr formats: "bt601" or "bt709"
 //! range = "limited"      # range of YCbCr formats: "limited" or "full"
@@ -24,6 +24,7 @@ use serde::Deserialize;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
+use wstac_host::source::option_text::frame_rate;
 use wstac_host::text_file::whole_if_any;
 
 use super::format::SensorFormat;
@@ -104,7 +105,7 @@ const DEFAULT_SIZE: FrameSize = match FrameSize::new(1280, 720) {
 struct Keys {
     #[serde(deserialize_with = "whole_if_any")]
     size: Option<[i64; 2]>,
-    fps: Option<f64>,
+    fps: Option<Rate>,
     format: Option<String>,
     matrix: Option<String>,
     range: Option<String>,
@@ -121,6 +122,26 @@ struct Keys {
     pose: Option<Pose>,
 }
 
+/// Frames per second as a file states them.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a number of frames per second, or a fraction such as \"30000/1001\"")]
+enum Rate {
+    Number(f64),
+    Text(String),
+}
+
+impl Rate {
+    fn checked(self) -> Result<FrameRate, String> {
+        match self {
+            Self::Number(number) => checked_rate(number),
+            Self::Text(text) => {
+                let rate = frame_rate(&text).map_err(|why| format!("fps is {why}"))?;
+                checked_rate(rate.per_second()).map(|_| rate)
+            }
+        }
+    }
+}
+
 impl TryFrom<Keys> for SensorConfig {
     type Error = String;
 
@@ -129,7 +150,7 @@ impl TryFrom<Keys> for SensorConfig {
         let default = Self::default();
         let config = Self {
             size: keys.size.map_or(Ok(default.size), checked_size)?,
-            rate: keys.fps.map_or(Ok(default.rate), checked_rate)?,
+            rate: keys.fps.map_or(Ok(default.rate), Rate::checked)?,
             format: keys.format.map_or(Ok(default.format), |format| format.parse())?,
             color: YcbcrEncoding {
                 matrix: one_of("matrix", keys.matrix, [("bt601", YcbcrMatrix::Bt601), ("bt709", YcbcrMatrix::Bt709)])?,
@@ -261,6 +282,9 @@ mod tests {
         ] {
             assert_eq!(<(u32, u32)>::from(checked_rate(fps).unwrap()), expected, "{fps}");
         }
+        let rate = |text: &str| read(text).unwrap().rate;
+        assert_eq!(rate("fps = \"30000/1001\""), rate("fps = 29.97"));
+        assert_eq!(rate("fps = \"30\""), FrameRate::NOMINAL);
     }
 
     #[test]
@@ -272,6 +296,9 @@ mod tests {
             ("size = [1]", ["size", "2"]),
             ("fps = 0", ["fps is 0", "1 to 10000"]),
             ("fps = nan", ["fps is NaN", "1 to 10000"]),
+            ("fps = \"1/2\"", ["fps is 0.5", "1 to 10000"]),
+            ("fps = \"fast\"", ["fps is \"fast\"", "30000/1001"]),
+            ("fps = true", ["a number of frames per second", "30000/1001"]),
             ("format = \"H264\"", ["format is \"H264\"", "YUYV"]),
             ("matrix = \"bt2020\"", ["matrix is \"bt2020\"", "\"bt601\" or \"bt709\""]),
             ("range = \"wide\"", ["range is \"wide\"", "\"limited\" or \"full\""]),

@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::doubts_of_textures;
+use super::super::source_arguments::{doubt_of_layout, doubts_of_textures};
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -92,9 +92,11 @@ impl<'a> Run<'a> {
 
     fn open_board(self, sensor: &SensorSpec<'_>, port: &OsStr) -> Result<OpenBoard<'a>, Stop> {
         let Self { arguments, interrupted, .. } = self;
-        let Arguments { frames, since, until, save_raw, .. } = arguments;
-        if frames.is_some() || since.is_some() || until.is_some() || save_raw.is_some() {
-            let message = "is a board, expected no --frames, --since, --until or --save-raw: they are for frames";
+        let Arguments { frames, since, until, save_raw, baseline_at, .. } = arguments;
+        let has_times = since.is_some() || until.is_some() || baseline_at.is_some();
+        if frames.is_some() || has_times || save_raw.is_some() {
+            let message = "is a board; leave out --frames, --since, --until, --baseline-at and --save-raw, which are for \
+                           frames";
             return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message).into());
         }
         let has_files = arguments.config.is_some() || !arguments.models.is_empty();
@@ -107,19 +109,29 @@ impl<'a> Run<'a> {
     fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<OpenFrames<'a>, Stop> {
         let Self { arguments, files, interrupted, is_recorded, .. } = self;
         let records = self.records(sensor);
+        if arguments.baseline_at.is_some() && !can_be_read_again(sensor.source) {
+            let message = "can be read only once, expected a file, a folder or a scene with --baseline-at";
+            return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message).into());
+        }
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
         finishing(self.ending());
-        let session = Session::builder(Limited::new(source, arguments.frames))
+        let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
-            .config(config)
+            .config(config.clone())
             .outputs(self.wanted())
             .textures(Textures::new(files)?);
+        if let Some(seconds) = arguments.baseline_at {
+            session = session.baseline_from(options.open(sensor.source, delivery)?.0, seconds);
+        }
         let session = session.build()?;
         records.note(&info.about);
+        if let Some(doubt) = doubt_of_layout(&info, &config) {
+            records.notice("default-layout", doubt);
+        }
         if let Some(doubt) = doubts_of_textures(&info, files) {
             records.note(doubt);
         }
@@ -144,15 +156,16 @@ impl<'a> Run<'a> {
     /// # Errors
     /// Returns the number of sensors that failed. Each reports its own reason as soon as it fails.
     pub(super) fn all(self, sensors: &[SensorSpec<'_>]) -> Result<(), Stop> {
-        let failures = if self.is_recorded { self.in_order(sensors) } else { self.at_once(sensors) };
+        let is_at_rest = self.is_recorded || sensors.iter().all(|sensor| can_be_read_again(sensor.source));
+        let failures = if is_at_rest { self.in_order(sensors) } else { self.at_once(sensors) };
         if failures == 0 {
             return Ok(());
         }
         Err(Error::new(ErrorKind::Data, format_args!("{failures} of {} sensors", sensors.len()), "failed").into())
     }
 
-    /// Reads the sensors of one recording frame by frame in the order of the frames' times, so that the records of every
-    /// replay have the same order. Returns how many failed.
+    /// Reads the sensors of files frame by frame in the order of the frames' times, so that the records of every run have
+    /// the same order. Returns how many failed.
     fn in_order(self, sensors: &[SensorSpec<'_>]) -> usize {
         let opened: Vec<_> = sensors.iter().map(|sensor| (sensor, self.open_frames(sensor))).collect();
         if opened.iter().any(|(_, open)| open.is_err()) {
@@ -394,6 +407,12 @@ impl Observer for Printer<'_> {
         }
         true
     }
+}
+
+/// Returns whether a source gives the same frames again if it is opened again.
+fn can_be_read_again(source: &OsStr) -> bool {
+    let is_file = std::fs::metadata(source).is_ok_and(|file| file.is_file() || file.is_dir());
+    port_of(source).is_none() && (is_file || source.as_encoded_bytes().starts_with(b"scene:"))
 }
 
 /// Reports the largest delay behind a camera.
