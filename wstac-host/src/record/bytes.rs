@@ -48,9 +48,9 @@ impl FileBytes {
         self.unpacked.as_ref().map_or(self.length, |chunk| chunk.len() as u64)
     }
 
-    /// Reads a chunk that was unpacked in place of the file, or the file again.
-    pub(super) fn set_unpacked(&mut self, chunk: Option<Vec<u8>>) {
-        self.unpacked = chunk;
+    /// Reads a chunk that was unpacked in place of the file, or the file again. Returns the chunk that was read before.
+    pub(super) fn set_unpacked(&mut self, chunk: Option<Vec<u8>>) -> Option<Vec<u8>> {
+        std::mem::replace(&mut self.unpacked, chunk)
     }
 
     /// Returns bytes at a place; fewer than `count` at the end of the file, and at most 64 KiB.
