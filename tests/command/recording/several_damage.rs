@@ -19,7 +19,7 @@ const SENSORS: [(&str, &str, u32, u32); 3] =
     [("left", "Saw3", 150, 30), ("middle", "Tri4", 90, 25), ("right", "Sin2", 170, 60)];
 
 /// Two sensors of which the first damage cannot be told apart: a file of before, whose checksums count all frames together.
-const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before_several.mcap");
+pub(super) const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before_several.mcap");
 
 /// Records slides of all sensors, two of which lose frames.
 fn recorded(folder: &Folder, options: &[&str]) -> Vec<u8> {

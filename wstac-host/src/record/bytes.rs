@@ -121,11 +121,33 @@ impl FileBytes {
             if read == 0 {
                 return Err(io::ErrorKind::UnexpectedEof.into());
             }
-            hasher.update(buffer.get(..read).unwrap_or_default());
+            let bytes = buffer.get(..read).unwrap_or_default();
+            hasher.update(bytes);
             at += read as u64;
+            if bytes.iter().all(|&byte| byte == 0) {
+                let next = self.next_data(at).min(to);
+                hasher.combine(&of_zeros(next - at));
+                at = next;
+            }
         }
         Ok(hasher)
     }
+}
+
+/// Returns the checksum of so many zeros, without reading them.
+fn of_zeros(mut count: u64) -> Hasher {
+    let (mut all, mut some) = (Hasher::new(), Hasher::new());
+    some.update(&[0]);
+    while count > 0 {
+        if count % 2 == 1 {
+            all.combine(&some);
+        }
+        count /= 2;
+        if count > 0 {
+            some.combine(&some.clone());
+        }
+    }
+    all
 }
 
 /// Returns this many bytes of a place.
@@ -146,4 +168,18 @@ fn read_at_most(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
         }
     }
     Ok(filled)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checksum_of_zeros_is_that_of_reading_them() {
+        for count in [0, 1, 2, 7, 1000, 65_537] {
+            let mut read = Hasher::new();
+            read.update(&vec![0; count]);
+            assert_eq!(of_zeros(count as u64).finalize(), read.finalize(), "{count}");
+        }
+    }
 }

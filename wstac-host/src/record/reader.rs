@@ -173,7 +173,8 @@ impl RecordingReader {
         while let Some(span) = self.next_message()? {
             let channel = self.channel_of(span)?;
             let Some((sensor, topic)) = self.own.of(channel) else { continue };
-            let is_given = sensor == self.sensor && (topic.is_frame() || matches!(topic, Topic::FaultsJson | Topic::Clock));
+            let is_given =
+                sensor == self.sensor && (topic.is_frame() || matches!(topic, Topic::FaultsJson | Topic::Clock));
             let is_unsure = self.stated.is_some() && (self.walk.crc() != Crc::Good || self.moment.is_some());
             let mut body = self.spare.pop().unwrap_or_default();
             body.clear();
@@ -195,13 +196,19 @@ impl RecordingReader {
                 return Ok(true);
             }
             (frames, bytes) = (frames + u32::from(topic.is_frame()), bytes + body.len() as u64);
-            if is_given { self.ready.push_back((topic, body)) } else { self.spare.push(body) }
+            if is_given {
+                self.ready.push_back((topic, body))
+            } else {
+                self.spare.push(body)
+            }
             if self.has_no_sums() {
                 self.moments += 1;
                 return Ok(true);
             }
             if (frames > 1 && self.sorted.is_none()) || bytes > 2 * MOST_MESSAGE {
-                return Err(self.disordered(self.damaged(format_args!("has {frames} frames before a checksum, expected 1"))));
+                return Err(
+                    self.disordered(self.damaged(format_args!("has {frames} frames before a checksum, expected 1")))
+                );
             }
         }
         if !std::mem::replace(&mut self.has_ended, true) {
@@ -238,7 +245,8 @@ impl RecordingReader {
     fn is_in_other_order(&mut self) -> Result<bool, Error> {
         let mut check = OrderCheck::default();
         while let Some(span) = self.next_message()? {
-            let start = self.walk.start_of(span, MESSAGE_HEADER as usize).map_err(|error| Error::io(&self.subject, error))?;
+            let start =
+                self.walk.start_of(span, MESSAGE_HEADER as usize).map_err(|error| Error::io(&self.subject, error))?;
             if let Some(message) = MessageBody::parse(start)
                 && let Some((sensor, topic)) = self.own.of(message.channel)
             {

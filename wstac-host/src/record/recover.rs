@@ -132,6 +132,8 @@ struct Recovery<'a> {
     /// Frames that a recording of before must have lost here, at least, since its last sound frame.
     suspects: u64,
     is_suspect: bool,
+    /// Whether a chunk's checksum was wrong.
+    has_bad_chunk: bool,
     /// The sum of the last moment of each sensor that was copied.
     last_sums: BTreeMap<u8, Sum>,
     /// The counts of each sensor at the last of the recording's checksums that is right.
@@ -228,6 +230,7 @@ fn attempt(old: &Path, new: &File, path: &Path, in_order: bool) -> Result<Option
         time: 0,
         suspects: 0,
         is_suspect: false,
+        has_bad_chunk: false,
         last_sums: BTreeMap::new(),
         known: None,
         entered: BTreeMap::new(),
@@ -374,7 +377,10 @@ impl Recovery<'_> {
                 }
             }
         }
-        self.settle(stated).map(|()| true)
+        self.settle(stated)?;
+        // Frames are missing, and nothing is damaged: perhaps other messages were moved.
+        let is_damaged = self.has_bad_chunk || self.found.unread.is_some() || !self.found.whole;
+        Ok(self.sorted.is_some() || self.found.damaged == 0 || is_damaged)
     }
 
     /// Notes a schema or a channel.
@@ -479,6 +485,7 @@ impl Recovery<'_> {
         if let (Some((sensor, topic)), Some(message)) = (own, MessageBody::parse(start)) {
             self.order.add(sensor, topic, &message);
         }
+        self.has_bad_chunk |= self.walk.crc() == Crc::Bad;
         let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
         if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
             return self.sum(span);

@@ -41,9 +41,9 @@ impl OrderCheck {
             self.frames = self.frames.saturating_add(1);
         }
         if sensor == 0 && (topic.is_frame() || topic == Topic::FaultsJson) {
-            let is_backward = self.last.is_some_and(|(last, of_last)| {
-                time < last || (topic.is_frame() && (time, number) == (last, of_last))
-            });
+            let is_backward = self
+                .last
+                .is_some_and(|(last, of_last)| time < last || (topic.is_frame() && (time, number) == (last, of_last)));
             self.backward += u64::from(is_backward);
             if topic.is_frame() {
                 self.last = Some((time, number));
@@ -129,7 +129,8 @@ impl Index {
         own: impl Fn(u16) -> Option<(u8, Topic)>,
     ) -> io::Result<Sorted> {
         let Self { mut entries, chunks } = self;
-        let mut sorted = Sorted { order: VecDeque::new(), has_sums: false, chunks, shown: None, unpacked: VecDeque::new() };
+        let mut sorted =
+            Sorted { order: VecDeque::new(), has_sums: false, chunks, shown: None, unpacked: VecDeque::new() };
         entries.iter_mut().for_each(|entry| entry.own = own(entry.channel));
         entries.sort_by_key(|of| (of.own, of.number, of.time, of.length));
         let entries = sorted.without_copies(walk, entries)?;
@@ -169,7 +170,13 @@ impl Index {
                 let tally = sum.tally();
                 for (sensor, queue) in of_sensors.iter_mut().enumerate() {
                     let count = match found {
-                        Some((_, (of_sensor, count))) => if of_sensor == sensor { count } else { 0 },
+                        Some((_, (of_sensor, count))) => {
+                            if of_sensor == sensor {
+                                count
+                            } else {
+                                0
+                            }
+                        }
                         // Parts of the moment are missing.
                         None => until(queue, entry.time, frames_of(&tally, sensor) - frames_of(&last, sensor)),
                     };

@@ -383,11 +383,13 @@ impl Walk {
         if *at > self.at {
             return Ok(None);
         }
+        let stated = self.file.peek(self.at + HEAD, 4)?.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
+        if stated == 0 {
+            return Ok(None);
+        }
         hasher.combine(&self.file.hash(*at, self.at)?);
         *at = self.at;
-        let found = hasher.clone().finalize();
-        let stated = self.file.peek(self.at + HEAD, 4)?.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
-        Ok((stated != 0).then_some(stated == found))
+        Ok(Some(stated == hasher.clone().finalize()))
     }
 
     /// Returns the next step.

@@ -123,16 +123,7 @@ impl McapSource {
         let recorded = format!("recorded from {}{}{replaced}{vouched}", info.about, labels(&about));
         info.about = format!("{subject}: {of_sensor}{recorded}");
         reader.select(names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8);
-        Ok(Self {
-            reader,
-            about,
-            info,
-            whole: Vec::new(),
-            decoder: None,
-            wall: None,
-            ended: false,
-            subject,
-        })
+        Ok(Self { reader, about, info, whole: Vec::new(), decoder: None, wall: None, ended: false, subject })
     }
 
     /// Returns what the recording says of itself.
