@@ -72,7 +72,7 @@ impl Recovery<'_> {
             let moment = std::mem::take(&mut self.pending);
             return self.sound_moment(&moment, sum);
         }
-        if is_good {
+        if is_good && self.sorted.is_none() {
             let what = "has other messages than those that were recorded, or has them in another order";
             self.doubt.get_or_insert_with(|| what.to_owned());
         }
