@@ -197,9 +197,9 @@ impl RecordingReader {
             }
             (frames, bytes) = (frames + u32::from(topic.is_frame()), bytes + body.len() as u64);
             if is_given {
-                self.ready.push_back((topic, body))
+                self.ready.push_back((topic, body));
             } else {
-                self.spare.push(body)
+                self.spare.push(body);
             }
             if self.has_no_sums() {
                 self.moments += 1;

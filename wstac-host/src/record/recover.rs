@@ -245,7 +245,9 @@ fn attempt(old: &Path, new: &File, path: &Path, in_order: bool) -> Result<Option
     let in_words = |failure: RecoverFailure| failure.in_words(old, path);
     // The index comes first, because chunks have each channel only once.
     let definitions = recovery.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
-    definitions.iter().for_each(|(op, body)| recovery.define(*op, body, true));
+    for (op, body) in definitions {
+        recovery.define(op, &body, true);
+    }
     if in_order {
         recovery.sort().map_err(in_words)?;
     }

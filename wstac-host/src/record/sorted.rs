@@ -131,7 +131,9 @@ impl Index {
         let Self { mut entries, chunks } = self;
         let mut sorted =
             Sorted { order: VecDeque::new(), has_sums: false, chunks, shown: None, unpacked: VecDeque::new() };
-        entries.iter_mut().for_each(|entry| entry.own = own(entry.channel));
+        for entry in &mut entries {
+            entry.own = own(entry.channel);
+        }
         entries.sort_by_key(|of| (of.own, of.number, of.time, of.length));
         let entries = sorted.without_copies(walk, entries)?;
         let (own, mut others): (Vec<_>, Vec<_>) = entries.into_iter().partition(|of| of.own.is_some());
@@ -162,10 +164,9 @@ impl Index {
             group.sort_by_key(|(sum, _)| sum.counts.all());
             while let Some((first, _)) = group.first() {
                 let fewest = first.counts.all();
-                let of_fewest = group.iter().take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
-                let found = of_fewest
-                    .filter_map(|(at, (sum, _))| moment_of(sum, &last, &of_sensors).map(|moment| (at, moment)))
-                    .next();
+                let mut of_fewest = group.iter().take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
+                let found =
+                    of_fewest.find_map(|(at, (sum, _))| moment_of(sum, &last, &of_sensors).map(|moment| (at, moment)));
                 let (sum, entry) = group.remove(found.map_or(0, |(at, _)| at));
                 let tally = sum.tally();
                 for (sensor, queue) in of_sensors.iter_mut().enumerate() {

@@ -327,7 +327,7 @@ fn differences(event: &TactileEvent, planned: &Labels) -> Vec<String> {
     let direction = direction
         .filter(|(found, planned)| ((found - planned + 540.0).rem_euclid(360.0) - 180.0).abs() > DEGREES_APART);
     let differs = |(found, planned): (f64, f64), unit: &str| {
-        format!("measured {found:.0}{unit}, planned {planned}{unit}: the label is the planned one; r repeats the slide")
+        format!("measured {found:.1}{unit}, planned {planned}{unit}: the label is the planned one; r repeats the slide")
     };
     let unreliable = (!event.reliable).then(|| "the answers are not reliable; r repeats the slide".to_owned());
     let differing = [speed.map(|both| differs(both, " mm/s")), direction.map(|both| differs(both, "°"))];
