@@ -191,7 +191,9 @@ fn chunks_that_are_gone_moved_or_repeated_are_noticed() {
         ] {
             let outcome = outcome(&folder, &built(&parts, &order, true));
             let is_gone = order.len() < all.len();
-            assert_eq!(outcome.run, Some(i32::from(is_gone)), "{options:?}, {what}: {}", outcome.said);
+            // A channel may be described in the chunk that stands behind its messages now.
+            let is_refused = is_gone || (what.contains("swapped") && outcome.said.contains("which nothing describes"));
+            assert_eq!(outcome.run, Some(i32::from(is_refused)), "{options:?}, {what}: {}", outcome.said);
             assert_eq!(outcome.recover, Some(0), "{options:?}, {what}: {}", outcome.said);
             let found = outcome.found.unwrap();
             assert_eq!(found.0 + found.1, total, "{options:?}, {what}: {found:?} of {recorded:?}");
