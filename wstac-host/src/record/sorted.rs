@@ -12,6 +12,10 @@ use super::limits::{MOST_PACKED, MOST_SORTED};
 use super::sums::{Sum, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Packed, Span, Walk};
 
+/// Most messages that are compared with one that looks like them, and most of a frame's moments: a bound of the work.
+const MOST_ALIKE: usize = 8;
+const MOST_OF_FRAME: usize = 1 << 10;
+
 /// Whether messages of this program stand in the order in which it writes them, as far as they were seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct OrderCheck {
@@ -157,14 +161,15 @@ impl Index {
         let mut last = Tally::new(sensors);
         for same in sums.chunk_by(|one, other| one.number == other.number) {
             let mut group = Vec::new();
-            for entry in same {
+            for entry in same.iter().take(MOST_OF_FRAME) {
                 // A damaged checksum vouches for nothing.
                 group.extend(sorted.sum(walk, entry)?.map(|sum| (sum, *entry)));
             }
             group.sort_by_key(|(sum, _)| sum.counts.all());
             while let Some((first, _)) = group.first() {
                 let fewest = first.counts.all();
-                let mut of_fewest = group.iter().take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
+                let mut of_fewest =
+                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
                 let found =
                     of_fewest.find_map(|(at, (sum, _))| moment_of(sum, &last, &of_sensors).map(|moment| (at, moment)));
                 let (sum, entry) = group.remove(found.map_or(0, |(at, _)| at));
@@ -207,7 +212,7 @@ fn moment_of(sum: &Sum, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<
     sensors.sort_by_key(|&sensor| tally.of(sensor as u8) == last.of(sensor as u8));
     let count = |queue: &VecDeque<Entry>| {
         let mut bytes = 0;
-        let count = queue.iter().take_while(|entry| {
+        let count = queue.iter().take(MOST_OF_FRAME).take_while(|entry| {
             let is_part = bytes < sum.bytes;
             bytes += if is_part { entry.bytes() } else { 0 };
             is_part
@@ -304,7 +309,8 @@ impl Sorted {
         let mut kept: Vec<Entry> = Vec::with_capacity(entries.len());
         for entry in entries {
             let key = |of: &Entry| (of.own, of.number, of.time, of.length);
-            let alike = kept.iter().rev().take_while(|of| key(of) == key(&entry)).copied().collect::<Vec<_>>();
+            let alike = kept.iter().rev().take(MOST_ALIKE).take_while(|of| key(of) == key(&entry));
+            let alike: Vec<Entry> = alike.copied().collect();
             let mut is_copy = false;
             for other in alike.iter().filter(|_| entry.own.is_some()) {
                 is_copy |= self.body(walk, other)?.get(2..) == self.body(walk, &entry)?.get(2..);
