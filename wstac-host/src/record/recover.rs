@@ -192,8 +192,10 @@ fn attempt(old: &Path, new: &File, path: &Path, in_order: bool) -> Result<Option
     };
     // All recordings of several sensors have checksums, unless another tool left them out.
     let is_without = survey.summary().is_some_and(|summary| lacks_sums(summary, &sensors));
-    let has_sums = (stated.has_sums || sensors.first().is_some()) && !is_without;
     let [with_crc, without_crc] = survey.crcs();
+    // A damaged index may lack them, and nothing else vouches for the frames of a file without chunks.
+    let is_without = is_without && (with_crc > 0 || !has_sum(old)?);
+    let has_sums = (stated.has_sums || sensors.first().is_some()) && !is_without;
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
     }
@@ -265,6 +267,23 @@ fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
         let _ = own.define(*op, body);
     }
     own.has_frames_and_sums() == (true, false)
+}
+
+/// Returns whether a file has a message that is a checksum, whatever its channel is.
+fn has_sum(old: &Path) -> Result<bool, Error> {
+    let failed = |error| Error::io(old.display(), error);
+    let mut walk = Walk::open(old, Mode::Salvage)?;
+    loop {
+        match walk.next().map_err(failed)? {
+            WalkStep::Record(span) if span.op == op::MESSAGE => {
+                if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
+                    return Ok(true);
+                }
+            }
+            WalkStep::End { .. } => return Ok(false),
+            _ => {}
+        }
+    }
 }
 
 /// A failure of reading or of writing.
