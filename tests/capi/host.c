@@ -196,6 +196,7 @@ static void *fails_otherwise(void *unused)
     (void)unused;
     EXPECT(wstac_error_message(NULL)[0] == 0);
     EXPECT(open_source("other.mcap", NULL) == WSTAC_STATUS_SOURCE && says(NULL, "other.mcap"));
+    EXPECT(strcmp(wstac_error_kind(NULL), "not_found") == 0);
     return NULL;
 }
 

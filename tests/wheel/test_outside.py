@@ -33,6 +33,7 @@ def test_a_missing_file_is_a_file_not_found_error(call, tmp_path) -> None:
     with pytest.raises(FileNotFoundError) as raised:
         call(path)
     assert isinstance(raised.value, wstac.Error) and isinstance(raised.value, ValueError)
+    assert raised.value.kind == "not_found" and wstac.Error("other").kind is None
     assert "none" in str(raised.value) and raised.value.errno == 2
 
 

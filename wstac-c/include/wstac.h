@@ -332,6 +332,15 @@ void wstac_close(struct Wstac *handle);
 /// `handle` is null or an open handle.
 const char *wstac_error_message(const struct Wstac *handle);
 
+/// Returns the kind of the error whose message wstac_error_message returns for the same handle: not_found,
+/// already_exists, busy, io, device, config, frame, format, data, unsupported or usage.
+///
+/// It is empty if the status says all. The string is never null, and valid as long as the message.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+const char *wstac_error_kind(const struct Wstac *handle);
+
 /// Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);
 

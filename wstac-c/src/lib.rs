@@ -29,14 +29,14 @@ use wstac_host::source::open::{OpenOptions, SourceKind};
 use self::options::{WstacFrames, WstacOptions};
 use self::record::WstacRecord;
 pub use self::sensor::SensorSession;
-use self::status::{Failure, WstacStatus, failed, message, path, remember};
+use self::status::{Failure, Said, WstacStatus, failed, kind, message, path, remember};
 
 /// A sensor, opened by wstac_open or wstac_open_frames. It belongs to the thread that opened it. Sensors share nothing.
 pub struct Wstac {
     /// `None` after a panic: then the handle can only be closed.
     sensor: Option<SensorSession>,
-    /// The message of the last call that failed.
-    message: std::ffi::CString,
+    /// What the last call said that failed.
+    said: Said,
 }
 
 /// Runs a call that makes a handle. If it fails, the thread keeps the message, since there is no handle.
@@ -51,7 +51,7 @@ unsafe fn open(handle: *mut *mut Wstac, make: impl FnOnce() -> Result<SensorSess
     unsafe { handle.write(ptr::null_mut()) };
     match catch_unwind(AssertUnwindSafe(make)) {
         Ok(Ok(sensor)) => {
-            let made = Box::new(Wstac { sensor: Some(sensor), message: c"".to_owned() });
+            let made = Box::new(Wstac { sensor: Some(sensor), said: Said::default() });
             // SAFETY: as above.
             unsafe { handle.write(Box::into_raw(made)) };
             WstacStatus::Ok
@@ -86,7 +86,7 @@ unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut SensorSession) -> Resu
     match result {
         Ok(()) => WstacStatus::Ok,
         Err(failure) => {
-            wstac.message = failure.message;
+            wstac.said = failure.said;
             failure.status
         }
     }
@@ -239,7 +239,20 @@ pub unsafe extern "C" fn wstac_close(handle: *mut Wstac) {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_error_message(handle: *const Wstac) -> *const c_char {
     // SAFETY: null, or an open handle (the caller).
-    unsafe { handle.as_ref() }.map_or_else(message, |wstac| wstac.message.as_ptr())
+    unsafe { handle.as_ref() }.map_or_else(message, |wstac| wstac.said.message.as_ptr())
+}
+
+/// Returns the kind of the error whose message wstac_error_message returns for the same handle: not_found,
+/// already_exists, busy, io, device, config, frame, format, data, unsupported or usage.
+///
+/// It is empty if the status says all. The string is never null, and valid as long as the message.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_error_kind(handle: *const Wstac) -> *const c_char {
+    // SAFETY: null, or an open handle (the caller).
+    unsafe { handle.as_ref() }.map_or_else(kind, |wstac| wstac.said.kind.as_ptr())
 }
 
 /// Returns a status in words: a static string in English. A number that is no status has a string, too.

@@ -9,7 +9,7 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
-use super::status::{Failure, WstacStatus, failed, path, text};
+use super::status::{Failure, WstacStatus, failed, failed_by, path, text};
 use super::types::WstacBool;
 use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
@@ -103,12 +103,12 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
     } else {
         // SAFETY: the caller's.
         let path = unsafe { path("config", options.config) }?;
-        Some(Config::read(Path::new(path)).map_err(|error| failed(WstacStatus::Config, error))?)
+        Some(Config::read(Path::new(path)).map_err(|error| failed_by(WstacStatus::Config, &error))?)
     };
     let features = choice("features", options.features)?;
     // SAFETY: the caller's.
     let names = unsafe { names(options.models) }?;
-    let models = ModelFile::open_all(&names).map_err(|error| failed(WstacStatus::Model, error))?;
+    let models = ModelFile::open_all(&names).map_err(|error| failed_by(WstacStatus::Model, &error))?;
     let format = if options.format.is_null() {
         None
     } else {

@@ -11,7 +11,7 @@ use wstac_host::texture::Textures;
 use crate::open_source;
 use crate::options::Options;
 use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
-use crate::status::{Failure, WstacStatus, failed};
+use crate::status::{Failure, WstacStatus, failed, failed_by};
 
 /// The bytes that may follow a pushed frame besides a row: drivers fill buffers up to a page of memory.
 const MOST_PADDING: usize = 4096;
@@ -26,9 +26,9 @@ pub struct SensorSession {
 
 impl SensorSession {
     pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
-        let source = open_source(source, &options.open).map_err(|error| failed(WstacStatus::Source, error))?;
+        let source = open_source(source, &options.open).map_err(|error| failed_by(WstacStatus::Source, &error))?;
         let config = config_of(source.info(), options.config.clone());
-        let config = config.map_err(|error| failed(WstacStatus::Config, error))?;
+        let config = config.map_err(|error| failed_by(WstacStatus::Config, &error))?;
         Ok(Self {
             session: session(Session::builder(source), config, options)?,
             takes_frames: false,
@@ -49,7 +49,7 @@ impl SensorSession {
 
     /// Returns the next record. If the source failed, the end record comes with the failure.
     pub(super) fn next(&mut self) -> Result<(WstacRecord, Option<Failure>), Failure> {
-        let of_source = |error| failed(WstacStatus::Source, error);
+        let of_source = |error| failed_by(WstacStatus::Source, &error);
         loop {
             match self.session.poll().map_err(of_source)? {
                 Poll::Waiting => return Ok((self.given.waiting(), None)),
@@ -120,9 +120,9 @@ impl SensorSession {
 }
 
 fn session(builder: SessionBuilder, config: Config, options: &Options) -> Result<Session, Failure> {
-    let textures = Textures::new(&options.models).map_err(|error| failed(WstacStatus::Model, error))?;
+    let textures = Textures::new(&options.models).map_err(|error| failed_by(WstacStatus::Model, &error))?;
     let (features, motion) = (options.features, options.motion);
     let outputs = OutputOptions { features, samples: true, motion, ..OutputOptions::default() };
     let built = builder.config(config).textures(textures).outputs(outputs).build();
-    built.map_err(|error| failed(WstacStatus::Config, error))
+    built.map_err(|error| failed_by(WstacStatus::Config, &error))
 }

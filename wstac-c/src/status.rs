@@ -5,6 +5,8 @@ use std::ffi::{CStr, CString, OsStr, c_char};
 use std::fmt;
 use std::os::unix::ffi::OsStrExt;
 
+use wstac_host::error::Error;
+
 /// Status of a call.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,11 +53,23 @@ pub(super) fn in_words(status: i32) -> &'static CStr {
 #[derive(Debug)]
 pub(super) struct Failure {
     pub(super) status: WstacStatus,
+    pub(super) said: Said,
+}
+
+/// The message of a failure, and the name of its kind: empty if the status says all.
+#[derive(Debug, Default)]
+pub(super) struct Said {
     pub(super) message: CString,
+    pub(super) kind: CString,
 }
 
 pub(super) fn failed(status: WstacStatus, message: impl fmt::Display) -> Failure {
-    Failure { status, message: c_string(message) }
+    Failure { status, said: Said { message: c_string(message), kind: CString::default() } }
+}
+
+/// Returns the failure of an error that has a kind.
+pub(super) fn failed_by(status: WstacStatus, error: &Error) -> Failure {
+    Failure { status, said: Said { message: c_string(error), kind: c_string(error.kind().name()) } }
 }
 
 /// Returns a string for C, without the zeros that are in it.
@@ -67,19 +81,25 @@ pub(super) fn c_string(text: impl fmt::Display) -> CString {
 
 thread_local! {
     /// The message of the last call of this thread that failed without a handle.
-    static LAST: RefCell<CString> = RefCell::default();
+    static LAST: RefCell<Said> = RefCell::default();
 }
 
 /// Keeps the message of a failure for this thread.
 pub(super) fn remember(failure: Failure) -> WstacStatus {
     // At the end of a thread its message may be gone already. The status is enough then.
-    let _ = LAST.try_with(|last| last.replace(failure.message));
+    let _ = LAST.try_with(|last| last.replace(failure.said));
     failure.status
 }
 
 /// Returns the message that is kept for this thread.
 pub(super) fn message() -> *const c_char {
-    LAST.try_with(|last| last.borrow().as_ptr()).unwrap_or(c"the thread is ending, and its message is gone".as_ptr())
+    let gone = c"the thread is ending, and its message is gone";
+    LAST.try_with(|last| last.borrow().message.as_ptr()).unwrap_or(gone.as_ptr())
+}
+
+/// Returns the kind of error that is kept for this thread.
+pub(super) fn kind() -> *const c_char {
+    LAST.try_with(|last| last.borrow().kind.as_ptr()).unwrap_or(c"".as_ptr())
 }
 
 /// Returns a caller's path, which need not be UTF-8.

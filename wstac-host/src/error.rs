@@ -52,6 +52,25 @@ pub enum ErrorKind {
     Usage,
 }
 
+impl ErrorKind {
+    /// Returns the kind's name, as C and Python have it: lower case, with `_` between words.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NotFound => "not_found",
+            Self::AlreadyExists => "already_exists",
+            Self::Busy => "busy",
+            Self::Io => "io",
+            Self::Device => "device",
+            Self::Config => "config",
+            Self::Frame => "frame",
+            Self::Format => "format",
+            Self::Data => "data",
+            Self::Unsupported => "unsupported",
+            Self::Usage => "usage",
+        }
+    }
+}
+
 /// Most bytes of a subject and of a message: together with `: ` between them at most [`visible::LONGEST`].
 const LONGEST_SUBJECT: usize = 300;
 const LONGEST_MESSAGE: usize = visible::LONGEST - LONGEST_SUBJECT - 2;

@@ -118,9 +118,10 @@ fn delivery(arguments: &Arguments) -> FramePolicy {
 
 /// Returns a line about a recording.
 fn recorded(recorded: Result<FinishedRecording, Error>) -> Result<String, Error> {
-    recorded.map(|FinishedRecording { path, written, .. }| {
-        let frames = counted(written.frames, "frame");
-        format!("{}: {frames} recorded, {:.1} MB", path.display(), written.bytes as f64 / 1e6)
+    recorded.map(|recorded| {
+        let FinishedRecording { path, written, .. } = &recorded;
+        let (frames, doubt) = (counted(written.frames, "frame"), recorded.doubt());
+        format!("{}: {frames} recorded, {:.1} MB{doubt}", path.display(), written.bytes as f64 / 1e6)
     })
 }
 

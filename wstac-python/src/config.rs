@@ -23,7 +23,7 @@ impl Config {
     #[new]
     #[pyo3(signature = (toml = ""))]
     fn new(toml: &str) -> PyResult<Self> {
-        Parsed::parse(toml).map(Self).map_err(refused)
+        Parsed::parse(toml).map(Self).map_err(crate::failed_by)
     }
 
     /// The configuration in a file. Raises `wstac.Error` where it cannot be read or used.

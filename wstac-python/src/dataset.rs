@@ -35,7 +35,8 @@ pub(crate) fn dataset<'py>(
 ) -> PyResult<(Bound<'py, PyBytes>, usize, usize)> {
     let sweep = if is_table {
         let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
-        Sweep::parse("sweep", &text.map_err(|error| refused(format_args!("sweep: {error}")))?).map_err(refused)?
+        Sweep::parse("sweep", &text.map_err(|error| refused(format_args!("sweep: {error}")))?)
+            .map_err(crate::failed_by)?
     } else {
         waiting(py, || Sweep::read(Path::new(&sweep)))?
     };
@@ -63,7 +64,7 @@ pub(crate) fn dataset<'py>(
                 )
             })
         });
-        made.map_err(refused)?;
+        made.map_err(crate::failed_by)?;
         // As many slides at a time as take about as long as Ctrl-C may wait.
         if started.elapsed() < BETWEEN_LOOKS / 2 {
             at_a_time = (2 * at_a_time).min(MOST_AT_A_TIME);
@@ -91,7 +92,7 @@ pub(crate) fn path_dataset<'py>(
     let sweep = if is_table {
         let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
         let text = text.map_err(|error| refused(format_args!("sweep: {error}")))?;
-        RandomSweep::parse("sweep", &text).map_err(refused)?
+        RandomSweep::parse("sweep", &text).map_err(crate::failed_by)?
     } else {
         waiting(py, || RandomSweep::read(Path::new(&sweep)))?
     };

@@ -33,7 +33,9 @@ create_exception!(
 ...     wstac.open(\"scene:Saw3@0\")
 ... except wstac.Error as error:
 ...     print(error)
-scene:Saw3@0: speed is \"0\", expected 1 to 1000 mm/s"
+scene:Saw3@0: speed is \"0\", expected 1 to 1000 mm/s
+
+`kind` is one of not_found, already_exists, busy, io, device, config, frame, format, data, unsupported and usage, or None."
 );
 
 /// Makes an error of the core or the host Python's.
@@ -41,14 +43,20 @@ fn refused(error: impl Display) -> PyErr {
     Error::new_err(error.to_string())
 }
 
-/// Makes an error of the host Python's. That of a file that does not exist is a `FileNotFoundError`, too.
+/// Makes an error of the host Python's, with its kind. That of a file that does not exist is a `FileNotFoundError`, too.
 fn failed(py: Python<'_>, error: &wstac_host::error::Error) -> PyErr {
-    if !error.is_not_found() {
-        return refused(error);
-    }
-    let made =
-        py.import("wstac._errors").and_then(|module| module.getattr("NotFoundError")?.call1((error.to_string(),)));
+    let made = py.import("wstac._errors").and_then(|module| {
+        let class = if error.is_not_found() { "NotFoundError" } else { "Error" };
+        let made = module.getattr(class)?.call1((error.to_string(),))?;
+        made.setattr("kind", error.kind().name()).map(|()| made)
+    });
     made.map_or_else(|other| other, PyErr::from_value)
+}
+
+/// Makes an error of the host Python's, as [`failed`] does.
+#[expect(clippy::needless_pass_by_value, reason = "for map_err")]
+fn failed_by(error: wstac_host::error::Error) -> PyErr {
+    Python::attach(|py| failed(py, &error))
 }
 
 /// Runs a call that may wait, without the interpreter's lock. Ctrl-C ends it as a `KeyboardInterrupt`.

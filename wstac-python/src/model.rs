@@ -43,8 +43,8 @@ impl Model {
     /// Checks the bytes of a model file; `name` is its name for messages.
     #[staticmethod]
     fn from_bytes(name: String, content: &[u8]) -> PyResult<Self> {
-        let file = ModelFile::of_bytes(name, content).map_err(refused)?;
-        let model = file.owned().map_err(refused)?;
+        let file = ModelFile::of_bytes(name, content).map_err(crate::failed_by)?;
+        let model = file.owned().map_err(crate::failed_by)?;
         Ok(Self { file, model })
     }
 
@@ -158,5 +158,5 @@ impl Model {
 /// Returns the models for a stream's events; each must have another task.
 pub(crate) fn textures(models: &[Model]) -> PyResult<Textures> {
     let files: Vec<_> = models.iter().map(|model| model.file.clone()).collect();
-    Textures::new(&files).map_err(refused)
+    Textures::new(&files).map_err(crate::failed_by)
 }

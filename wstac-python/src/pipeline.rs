@@ -61,7 +61,7 @@ impl Pipeline {
             .textures(textures(&models)?)
             .outputs(OutputOptions { features: true, samples: true, motion, paths })
             .build()
-            .map_err(refused)?;
+            .map_err(crate::failed_by)?;
         let frame_bytes = whole_frame(session.processor());
         Ok(Self { state: Mutex::new((session, Gathered::default())), about, frame_bytes })
     }
@@ -130,7 +130,7 @@ impl Pipeline {
             gathered.push(session, event)?;
             Ok(gathered.take_all())
         });
-        result.map_err(refused)
+        result.map_err(crate::failed_by)
     }
 }
 

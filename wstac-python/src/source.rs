@@ -59,7 +59,7 @@ impl SourceOptions {
         });
         let controls = self.controls.iter().map(|(name, &value)| ControlSetting { name: name.clone(), value });
         Ok(OpenOptions {
-            fps: rate.transpose().map_err(refused)?,
+            fps: rate.transpose().map_err(crate::failed_by)?,
             format: format.transpose()?,
             size: self.size,
             delivery: if self.every { FramePolicy::Every } else { FramePolicy::Newest },
@@ -116,7 +116,7 @@ pub(crate) fn open_scene(
     options: SourceOptions,
 ) -> PyResult<(Source, Vec<Truth>)> {
     let script = if is_table {
-        SceneConfig::from_table("scene", table("scene", &scene.to_string_lossy())?).map_err(refused)?
+        SceneConfig::from_table("scene", table("scene", &scene.to_string_lossy())?).map_err(crate::failed_by)?
     } else {
         let options = options.open()?;
         waiting(py, || script(&scene, &options))?
@@ -283,14 +283,14 @@ impl Source {
         }
         info.color = stream::color(info.color, options.matrix.as_deref(), options.range.as_deref())?;
         let given = options.config.as_ref().map(|given| given.0.clone());
-        let config = config_of(&info, given).map_err(refused)?;
+        let config = config_of(&info, given).map_err(crate::failed_by)?;
         let session = Session::builder(source)
             .info(info.clone())
             .config(config.clone())
             .textures(textures(&options.models)?)
             .outputs(OutputOptions { features, samples: true, motion: options.motion, paths: options.paths })
             .build()
-            .map_err(refused)?;
+            .map_err(crate::failed_by)?;
         let (width, height) = info.size.into();
         Ok(Self {
             about: info.about,

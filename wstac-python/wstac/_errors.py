@@ -25,6 +25,8 @@ class NotFoundError(Error, FileNotFoundError):
         self.errno = errno.ENOENT
 
 
+# Errors of the host have a kind of their own.
+Error.kind = None
 # Where it is known.
 NotFoundError.__module__ = "wstac"
 # Its example is in the extension, where doctest does not look.

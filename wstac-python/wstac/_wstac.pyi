@@ -30,6 +30,8 @@ __all__ = [
 class Error(ValueError):
     """What cannot be used: what was found and what was expected, in the words of the command wstac."""
 
+    kind: Optional[str]
+
 @final
 class Config:
     def __new__(cls, toml: str = "") -> Config: ...

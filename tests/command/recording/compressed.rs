@@ -82,3 +82,24 @@ fn a_compressed_recording_fills_a_small_disk() {
         good(&["run", file.to_str().unwrap(), "--json"]);
     }
 }
+
+/// Whatever the first moment writes: what is left on a disk that is full at once can be read, or nothing is left.
+#[test]
+fn a_recording_that_a_full_disk_ends_at_once_is_finished_or_not_there() {
+    let folder = Folder::new("recording-full");
+    let file = folder.0.join("a.mcap");
+    for options in ["", "--features-only", "--compress zstd"] {
+        for kib in (4..140).step_by(8) {
+            let script = format!(
+                "ulimit -f {kib}; exec \"$0\" record scene:Saw3@150 --size 240x240 --frames 9 {options} -o a.mcap"
+            );
+            let said = said(&run_script(&folder, &script));
+            let is_there = file.exists();
+            assert!(is_there || said.contains("nothing was recorded"), "{options} {kib}: {said}");
+            if is_there {
+                good(&["run", file.to_str().unwrap(), "--json"]);
+                fs::remove_file(&file).unwrap();
+            }
+        }
+    }
+}

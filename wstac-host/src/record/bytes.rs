@@ -48,9 +48,9 @@ impl FileBytes {
         self.unpacked.as_ref().map_or(self.length, |chunk| chunk.len() as u64)
     }
 
-    /// Reads a chunk that was unpacked in place of the file, or the file again.
-    pub(super) fn set_unpacked(&mut self, chunk: Option<Vec<u8>>) {
-        self.unpacked = chunk;
+    /// Reads a chunk that was unpacked in place of the file, or the file again. Returns the chunk that was read before.
+    pub(super) fn set_unpacked(&mut self, chunk: Option<Vec<u8>>) -> Option<Vec<u8>> {
+        std::mem::replace(&mut self.unpacked, chunk)
     }
 
     /// Returns bytes at a place; fewer than `count` at the end of the file, and at most 64 KiB.
@@ -121,11 +121,33 @@ impl FileBytes {
             if read == 0 {
                 return Err(io::ErrorKind::UnexpectedEof.into());
             }
-            hasher.update(buffer.get(..read).unwrap_or_default());
+            let bytes = buffer.get(..read).unwrap_or_default();
+            hasher.update(bytes);
             at += read as u64;
+            if bytes.iter().all(|&byte| byte == 0) {
+                let next = self.next_data(at).min(to);
+                hasher.combine(&of_zeros(next - at));
+                at = next;
+            }
         }
         Ok(hasher)
     }
+}
+
+/// Returns the checksum of so many zeros, without reading them.
+fn of_zeros(mut count: u64) -> Hasher {
+    let (mut all, mut some) = (Hasher::new(), Hasher::new());
+    some.update(&[0]);
+    while count > 0 {
+        if count % 2 == 1 {
+            all.combine(&some);
+        }
+        count /= 2;
+        if count > 0 {
+            some.combine(&some.clone());
+        }
+    }
+    all
 }
 
 /// Returns this many bytes of a place.
@@ -146,4 +168,18 @@ fn read_at_most(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
         }
     }
     Ok(filled)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_checksum_of_zeros_is_that_of_reading_them() {
+        for count in [0, 1, 2, 7, 1000, 65_537] {
+            let mut read = Hasher::new();
+            read.update(&vec![0; count]);
+            assert_eq!(of_zeros(count as u64).finalize(), read.finalize(), "{count}");
+        }
+    }
 }

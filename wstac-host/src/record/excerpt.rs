@@ -11,7 +11,7 @@ use super::writer::Written;
 use crate::error::{Error, ErrorKind};
 use crate::output::Output;
 use crate::plural::counted;
-use crate::session::Processor;
+use crate::session::{Phase, Processor};
 use crate::source::{LossCounts, SourceEvent};
 use crate::text::text_of;
 
@@ -67,6 +67,7 @@ pub struct Excerpt {
     pub lost: u64,
     /// The number of events so far.
     pub events: u64,
+    begins_in_touch: bool,
 }
 
 /// A recording that is complete. It is displayed as a line for a person.
@@ -81,14 +82,28 @@ pub struct FinishedRecording {
     pub lost: u64,
     /// The number of events.
     pub events: u64,
+    /// Whether something touched the sensor when it began: its baseline is that of the touch.
+    pub begins_in_touch: bool,
+}
+
+impl FinishedRecording {
+    /// Returns what a person should know of its answers, or an empty text.
+    pub fn doubt(&self) -> &'static str {
+        if self.begins_in_touch {
+            "; it begins in a touch, so its answers are not reliable: record it again"
+        } else {
+            ""
+        }
+    }
 }
 
 impl fmt::Display for FinishedRecording {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { path, written, lost, events } = self;
+        let Self { path, written, lost, events, .. } = self;
         let (frames, events) = (counted(written.frames, "frame"), counted(*events, "event"));
         let lost = if *lost > 0 { format!(", {} lost", counted(*lost, "frame")) } else { String::new() };
-        write!(f, "{}: {frames}, {events}{lost}, {:.1} MB", path.display(), written.bytes as f64 / 1e6)
+        let (path, megabytes, doubt) = (path.display(), written.bytes as f64 / 1e6, self.doubt());
+        write!(f, "{path}: {frames}, {events}{lost}, {megabytes:.1} MB{doubt}")
     }
 }
 
@@ -109,6 +124,7 @@ impl Excerpt {
             frames: 0,
             lost: 0,
             events: 0,
+            begins_in_touch: matches!(processor.phase(), Phase::Capturing { .. }),
         })
     }
 
@@ -130,6 +146,7 @@ impl Excerpt {
     /// Takes an output that followed from it.
     pub fn output(&mut self, output: &Output) {
         self.events += u64::from(matches!(output, Output::Event(_)));
+        self.begins_in_touch |= matches!(output, Output::BaselineDisturbed { .. });
         let mut output = output.clone().counted_from(self.zero);
         if let Output::End(end) = &mut output {
             (end.dropped, end.dropped_by) = (self.lost, LossCounts::default());
@@ -148,7 +165,8 @@ impl Excerpt {
     /// # Errors
     /// The file could not be written, or not all of it.
     pub fn finish(self) -> Result<FinishedRecording, Error> {
-        let Self { recorder, path, lost, events, .. } = self;
-        recorder.finish().map(|written| FinishedRecording { path, written, lost, events })
+        let Self { recorder, path, lost, events, begins_in_touch, .. } = self;
+        let written = recorder.finish()?;
+        Ok(FinishedRecording { path, written, lost, events, begins_in_touch })
     }
 }

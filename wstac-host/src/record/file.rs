@@ -322,11 +322,18 @@ impl RecordingFile {
 
     fn make_room(&self, messages: &[Message]) -> io::Result<bool> {
         let bytes: u64 = messages.iter().map(|message| message.data.len() as u64 + MESSAGE_SHARE).sum();
+        // Channels stand before their first message.
+        let mut topics: Vec<_> = messages.iter().map(|message| (message.sensor, message.topic)).collect();
+        topics.push((0, Topic::Sums));
+        topics.sort_unstable();
+        topics.dedup();
+        let new = topics.into_iter().filter(|(sensor, topic)| !self.channels.contains(&topic.number(*sensor)));
+        let new: u64 = new.map(|(_, topic)| topic.name_and_schema().1.data().len() as u64 + CHUNK_SHARE).sum();
         let sensors = self.sensors.count() as u64;
         let end = sensors * (END_BYTES + CHUNK_SHARE * (self.chunks + 1)) + MESSAGE_SHARE * self.chunk.1;
         let mut file = self.shared.0.borrow_mut();
         let waiting = file.buffer().len() as u64 + if self.is_packed { self.chunk.0 } else { 0 };
-        file.get_mut().make_room(bytes + SUM_BYTES + SUM_SHARE * sensors + end + waiting)
+        file.get_mut().make_room(bytes + new + SUM_BYTES + SUM_SHARE * sensors + end + waiting)
     }
 
     /// Writes the messages of one moment.

@@ -14,6 +14,8 @@ pub(crate) const MOST_DEFINITIONS: u64 = 4 << 20;
 pub(crate) const MOST_CHUNKS: usize = 1 << 20;
 /// Most records of metadata that are copied.
 pub(crate) const MOST_METADATA: usize = 1 << 12;
+/// Most messages of a file that is put in order, of which each takes 40 bytes: a sensor's for some hours.
+pub(crate) const MOST_SORTED: usize = 1 << 21;
 /// Most messages that wait for their checksum.
 pub(crate) const MOST_PENDING: usize = 1 << 12;
 

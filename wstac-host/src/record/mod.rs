@@ -7,8 +7,8 @@
 //! [`Excerpt`] records a part of a stream that is watched.
 //! `file` and `reserved` write them so that neither a killed program nor a full disk loses what was written. [`about`]
 //! has a recording's description, and `sums` the checksums of its parts. `walk` goes through files, whole or not.
-//! [`recover`] makes whole recordings of those that are not, and `reader` reads whole ones for
-//! [`crate::source::mcap`].
+//! `sorted` puts the messages of other tools' files in order. [`recover`] makes whole recordings of those that are not,
+//! and `reader` reads whole ones for [`crate::source::mcap`].
 
 pub mod about;
 mod bytes;
@@ -30,6 +30,7 @@ mod recover;
 mod reserved;
 mod schema;
 mod shared;
+mod sorted;
 mod summary;
 mod sums;
 mod walk;

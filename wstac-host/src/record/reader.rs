@@ -5,9 +5,10 @@
 //! that is read to its end without an error is whole, and in its order.
 //!
 //! Other tools may have written it anew. Channels are found by their topics and schemas, whatever their numbers are. The
-//! checksum of a moment is checked if that of a chunk is missing.
+//! checksum of a moment is checked if that of a chunk is missing. If moments are not those that the checksums count, all
+//! messages are put in order (`sorted`), and reading goes on behind the last moment that was right.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::path::Path;
 
@@ -15,8 +16,10 @@ use mcap::records::op;
 
 use super::channels::Channels;
 use super::file::{Sensors, Topic};
+use super::limits::MOST_MESSAGE;
+use super::sorted::{Index, OrderCheck, Sorted};
 use super::sums::{MomentSum, Stated, Sum, Tally, sound_metadata};
-use super::walk::{Crc, MessageBody, Mode, Outline, Span, Walk, WalkStep, outline};
+use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Outline, Span, Walk, WalkStep, outline};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
@@ -24,9 +27,21 @@ use crate::plural::counted;
 pub(crate) struct RecordingReader {
     subject: String,
     walk: Walk,
-    /// The record that was found last, and its body once it was read.
-    span: Option<Span>,
+    /// The sensor whose messages are given.
+    sensor: u8,
+    /// The message that was given last.
     body: Vec<u8>,
+    /// The messages of the moment that was read, and memory for more.
+    ready: VecDeque<(Topic, Vec<u8>)>,
+    spare: Vec<Vec<u8>>,
+    /// The number of moments that were read, and of those that were given.
+    moments: u64,
+    given: u64,
+    /// Whether the last error is about the order of messages.
+    is_disordered: bool,
+    /// The messages in their order, if the file has another one.
+    sorted: Option<Sorted>,
+    has_ended: bool,
     /// Channels that were described so far, and those of this program. The index may name those before they are described.
     channels: BTreeSet<u16>,
     own: Channels,
@@ -65,7 +80,6 @@ impl RecordingReader {
             return Err(Error::new(ErrorKind::Format, &subject, format_args!("was not finished: {recover}")));
         }
         let walk = Walk::open(path, Mode::Strict)?;
-        let (body, channels, messages) = Default::default();
         let sensors = Sensors::of(&sound_metadata(&outline.metadata).0);
         let tally = Tally::new(sensors.count());
         let own = Channels::new(sensors);
@@ -77,9 +91,30 @@ impl RecordingReader {
             return Err(damaged(&subject, "has the ends of several recordings"));
         }
         let definitions = walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
-        let mut reader = Self { subject, walk, span: None, body, channels, own, messages, stated, tally, moment: None };
+        let mut reader = Self {
+            subject,
+            walk,
+            sensor: 0,
+            body: Vec::new(),
+            ready: VecDeque::new(),
+            spare: Vec::new(),
+            moments: 0,
+            given: 0,
+            is_disordered: false,
+            sorted: None,
+            has_ended: false,
+            channels: BTreeSet::new(),
+            own,
+            messages: BTreeMap::new(),
+            stated,
+            tally,
+            moment: None,
+        };
         for (op, body) in definitions {
             reader.define(op, &body)?;
+        }
+        if reader.stated.is_none() && reader.is_in_other_order()? {
+            reader.sort()?;
         }
         Ok((reader, outline))
     }
@@ -105,91 +140,189 @@ impl RecordingReader {
         damaged(&self.subject, what)
     }
 
-    /// Goes on to the next message of this program. Returns its sensor and topic; `None` at the end.
+    /// Gives only messages of this sensor from now on.
+    pub(crate) fn select(&mut self, sensor: u8) {
+        self.sensor = sensor;
+    }
+
+    /// Goes on to the next message of the sensor: a frame, a fault or a time. Returns its topic; `None` at the end.
+    ///
+    /// It is given when the checksum of its moment was read.
     ///
     /// # Errors
     /// The file cannot be read, or is damaged.
-    pub(crate) fn next(&mut self) -> Result<Option<(u8, Topic)>, Error> {
+    pub(crate) fn next(&mut self) -> Result<Option<Topic>, Error> {
         loop {
-            self.span = None;
-            match self.walk.next().map_err(|error| Error::io(&self.subject, error))? {
-                WalkStep::Record(_) if self.walk.crc() == Crc::Bad => {
-                    return Err(self.damaged("has a chunk whose bytes are not those that were written"));
-                }
-                WalkStep::Record(span) => {
-                    self.span = Some(span);
-                    match span.op {
-                        op::SCHEMA | op::CHANNEL => {
-                            self.load()?;
-                            let body = std::mem::take(&mut self.body);
-                            if span.op == op::CHANNEL {
-                                self.channels.extend(body.first_chunk().map(|id| u16::from_le_bytes(*id)));
-                            }
-                            self.define(span.op, &body)?;
-                            self.body = body;
-                        }
-                        op::MESSAGE => {
-                            let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
-                            let channel = start.first_chunk().map_or(0, |id| u16::from_le_bytes(*id));
-                            if !self.channels.contains(&channel) {
-                                let what = format_args!("has a message of channel {channel}, which nothing describes");
-                                return Err(self.damaged(what));
-                            }
-                            let count = self.messages.entry(channel).or_default();
-                            *count = count.saturating_add(1);
-                            let Some((sensor, topic)) = self.own.of(channel) else { continue };
-                            self.count(sensor, topic)?;
-                            return Ok(Some((sensor, topic)));
-                        }
-                        _ => {}
-                    }
-                }
-                WalkStep::ChunkEnd => {}
-                WalkStep::Damage(unread) => return Err(self.damaged(format_args!("is damaged at byte {}", unread.at))),
-                WalkStep::End { whole: false } => return Err(self.damaged("breaks off")),
-                WalkStep::End { whole: true } => return self.check_end().map(|()| None),
+            if let Some((topic, body)) = self.ready.pop_front() {
+                self.spare.push(std::mem::replace(&mut self.body, body));
+                return Ok(Some(topic));
+            }
+            match self.read_moment() {
+                Ok(true) if self.moments <= self.given => self.ready.clear(),
+                Ok(true) => self.given = self.moments,
+                Ok(false) => return Ok(None),
+                Err(_) if self.is_disordered && self.sorted.is_none() => self.sort()?,
+                Err(error) => return Err(error),
             }
         }
     }
 
-    /// Counts the frames of a message, and checks its place if it is a checksum.
-    fn count(&mut self, sensor: u8, topic: Topic) -> Result<(), Error> {
-        self.sum_up(sensor, topic)?;
-        if matches!(topic, Topic::FaultsJson | Topic::Sums) {
-            self.load()?;
-        }
-        let data = MessageBody::parse(&self.body).map_or(&[][..], |message| message.data);
-        self.tally.add(sensor, topic, data);
-        if topic == Topic::Sums && self.stated.is_some() {
-            let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
-            if !sum.tally().agrees(&self.tally) {
-                return Err(self.has_other_frames(&sum.tally(), " up to a checksum"));
+    /// Reads the messages of a moment, up to its checksum. Returns false at the end.
+    fn read_moment(&mut self) -> Result<bool, Error> {
+        let (mut frames, mut bytes) = (0, 0);
+        while let Some(span) = self.next_message()? {
+            let channel = self.channel_of(span)?;
+            let Some((sensor, topic)) = self.own.of(channel) else { continue };
+            let is_given =
+                sensor == self.sensor && (topic.is_frame() || matches!(topic, Topic::FaultsJson | Topic::Clock));
+            let is_unsure = self.stated.is_some() && (self.walk.crc() != Crc::Good || self.moment.is_some());
+            let mut body = self.spare.pop().unwrap_or_default();
+            body.clear();
+            if is_given || is_unsure || matches!(topic, Topic::FaultsJson | Topic::Sums) {
+                self.walk.body(span, &mut body).map_err(|error| Error::io(&self.subject, error))?;
+            }
+            if is_unsure {
+                self.sum_up(sensor, topic, &body)?;
+            }
+            let data = MessageBody::parse(&body).map_or(&[][..], |message| message.data);
+            self.tally.add(sensor, topic, data);
+            if topic == Topic::Sums && self.stated.is_some() {
+                let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
+                if !sum.tally().agrees(&self.tally) {
+                    return Err(self.disordered(self.has_other_frames(&sum.tally(), " up to a checksum")));
+                }
+                self.moments += 1;
+                self.spare.push(body);
+                return Ok(true);
+            }
+            (frames, bytes) = (frames + u32::from(topic.is_frame()), bytes + body.len() as u64);
+            if is_given {
+                self.ready.push_back((topic, body));
+            } else {
+                self.spare.push(body);
+            }
+            if self.has_no_sums() {
+                self.moments += 1;
+                return Ok(true);
+            }
+            if (frames > 1 && self.sorted.is_none()) || bytes > 2 * MOST_MESSAGE {
+                return Err(
+                    self.disordered(self.damaged(format_args!("has {frames} frames before a checksum, expected 1")))
+                );
             }
         }
+        if !std::mem::replace(&mut self.has_ended, true) {
+            self.check_end()?;
+        }
+        Ok(!self.ready.is_empty())
+    }
+
+    /// Returns whether there is no checksum among the messages, as far as it is known.
+    fn has_no_sums(&self) -> bool {
+        self.stated.is_none() || self.sorted.as_ref().is_some_and(|sorted| !sorted.has_sums)
+    }
+
+    /// Notes that an error is about the order of messages.
+    fn disordered(&mut self, error: Error) -> Error {
+        self.is_disordered = true;
+        error
+    }
+
+    /// Puts all messages in order. Moments that were given already are not given again.
+    fn sort(&mut self) -> Result<(), Error> {
+        self.rewind();
+        let mut index = Index::default();
+        while let Some(span) = self.next_message()? {
+            index.add(&mut self.walk, span).map_err(|error| Error::io(&self.subject, error))?;
+        }
+        let (own, sensors) = (&self.own, self.tally.each.len().max(1));
+        let sorted = index.sort(&mut self.walk, sensors, |channel| own.of(channel));
+        self.sorted = Some(sorted.map_err(|error| Error::io(&self.subject, error))?);
         Ok(())
     }
 
-    /// Checks the bytes of a moment whose chunk has no checksum, by its own.
-    fn sum_up(&mut self, sensor: u8, topic: Topic) -> Result<(), Error> {
-        if self.stated.is_none() || (self.walk.crc() == Crc::Good && self.moment.is_none()) {
-            return Ok(());
-        }
-        self.load()?;
-        let moment = self.moment.take().unwrap_or_default();
-        let Some(message) = self.message() else { return Ok(()) };
-        let header = message.header(topic.number(sensor));
-        if topic == Topic::Sums {
-            let sum = Sum::parse(message.data);
-            if sum.is_some_and(|sum| moment.agrees(&header, message.data, &sum)) {
-                return Ok(());
+    /// Returns whether frames of a recording without checksums are not in the order of their times.
+    fn is_in_other_order(&mut self) -> Result<bool, Error> {
+        let mut check = OrderCheck::default();
+        while let Some(span) = self.next_message()? {
+            let start =
+                self.walk.start_of(span, MESSAGE_HEADER as usize).map_err(|error| Error::io(&self.subject, error))?;
+            if let Some(message) = MessageBody::parse(start)
+                && let Some((sensor, topic)) = self.own.of(message.channel)
+            {
+                check.add(sensor, topic, &message);
             }
+        }
+        self.rewind();
+        Ok(check.is_other(false))
+    }
+
+    fn rewind(&mut self) {
+        self.walk.rewind();
+        self.channels.clear();
+        self.messages.clear();
+        self.ready.clear();
+        (self.tally, self.moment, self.moments) = (Tally::new(self.tally.each.len()), None, 0);
+    }
+
+    /// Returns the next message; `None` at the end of a file that is whole.
+    fn next_message(&mut self) -> Result<Option<Span>, Error> {
+        let failed = |subject: &str, error| Error::io(subject, error);
+        if let Some(sorted) = &mut self.sorted {
+            return sorted.next(&mut self.walk).map_err(|error| failed(&self.subject, error));
+        }
+        loop {
+            match self.walk.next().map_err(|error| failed(&self.subject, error))? {
+                WalkStep::Record(_) if self.walk.crc() == Crc::Bad => {
+                    return Err(self.damaged("has a chunk whose bytes are not those that were written"));
+                }
+                WalkStep::Record(span) => match span.op {
+                    op::SCHEMA | op::CHANNEL => {
+                        let mut body = Vec::new();
+                        self.walk.body(span, &mut body).map_err(|error| failed(&self.subject, error))?;
+                        if span.op == op::CHANNEL {
+                            self.channels.extend(body.first_chunk().map(|id| u16::from_le_bytes(*id)));
+                        }
+                        self.define(span.op, &body)?;
+                    }
+                    op::MESSAGE => {
+                        let channel = self.channel_of(span)?;
+                        if !self.channels.contains(&channel) {
+                            let what = format_args!("has a message of channel {channel}, which nothing describes");
+                            return Err(self.damaged(what));
+                        }
+                        let count = self.messages.entry(channel).or_default();
+                        *count = count.saturating_add(1);
+                        return Ok(Some(span));
+                    }
+                    _ => {}
+                },
+                WalkStep::ChunkEnd => {}
+                WalkStep::Damage(unread) => return Err(self.damaged(format_args!("is damaged at byte {}", unread.at))),
+                WalkStep::End { whole: false } => return Err(self.damaged("breaks off")),
+                WalkStep::End { whole: true } => return self.check_total().map(|()| None),
+            }
+        }
+    }
+
+    fn channel_of(&mut self, span: Span) -> Result<u16, Error> {
+        let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
+        Ok(start.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
+    }
+
+    /// Checks the bytes of a moment whose chunk has no checksum, by its own.
+    fn sum_up(&mut self, sensor: u8, topic: Topic, body: &[u8]) -> Result<(), Error> {
+        let mut moment = self.moment.take().unwrap_or_default();
+        let Some(message) = MessageBody::parse(body) else { return Ok(()) };
+        let header = message.header(topic.number(sensor));
+        if topic != Topic::Sums {
+            moment.add(&header, message.data);
+            self.moment = Some(moment);
+        } else if !Sum::parse(message.data).is_some_and(|sum| moment.agrees(&header, message.data, &sum)) {
             let what = "has messages in no chunk with a checksum, and their own checksum is not right: they are damaged, or \
                         another tool changed them or their order";
-            return Err(self.damaged(what));
+            return Err(self.disordered(self.damaged(what)));
         }
-        let mut moment = moment;
-        moment.add(&header, message.data);
-        self.moment = Some(moment);
         Ok(())
     }
 
@@ -218,15 +351,23 @@ impl RecordingReader {
         Error::new(ErrorKind::Format, &self.subject, message)
     }
 
-    /// Checks that everything is there that was written.
+    /// Checks that all frames are there that were written.
     fn check_end(&mut self) -> Result<(), Error> {
-        if self.walk.check_total().map_err(|error| Error::io(&self.subject, error))? == Some(false) {
-            return Err(self.damaged("has other bytes than those that were written"));
-        }
         if let Some(end) = self.stated.as_ref().and_then(|stated| stated.end.as_ref())
             && !end.agrees(&self.tally)
         {
             return Err(self.has_other_frames(end, ""));
+        }
+        if self.moment.is_some() {
+            return Err(self.damaged("has messages at its end that no checksum vouches for"));
+        }
+        if self.tally.all.frames == 0 { Err(self.has_none()) } else { Ok(()) }
+    }
+
+    /// Checks that all bytes and messages are there that were written.
+    fn check_total(&mut self) -> Result<(), Error> {
+        if self.walk.check_total().map_err(|error| Error::io(&self.subject, error))? == Some(false) {
+            return Err(self.damaged("has other bytes than those that were written"));
         }
         let recorded = self.walk.summary().and_then(|summary| summary.messages.as_ref());
         for (channel, recorded) in recorded.into_iter().flatten() {
@@ -236,23 +377,10 @@ impl RecordingReader {
                 return Err(self.damaged(message));
             }
         }
-        if self.moment.is_some() {
-            return Err(self.damaged("has messages at its end that no checksum vouches for"));
-        }
-        if self.tally.all.frames == 0 { Err(self.has_none()) } else { Ok(()) }
+        Ok(())
     }
 
-    /// Reads the body of the record that was found last.
-    ///
-    /// # Errors
-    /// The file cannot be read, or the record is too large.
-    pub(crate) fn load(&mut self) -> Result<(), Error> {
-        self.body.clear();
-        let Some(span) = self.span else { return Ok(()) };
-        self.walk.body(span, &mut self.body).map_err(|error| Error::io(&self.subject, error))
-    }
-
-    /// Returns the message that was read last.
+    /// Returns the message that was given last.
     pub(crate) fn message(&self) -> Option<MessageBody<'_>> {
         MessageBody::parse(&self.body)
     }

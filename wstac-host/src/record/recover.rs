@@ -6,7 +6,7 @@
 //! nothing of messages outside of it.
 //!
 //! Other tools may have written the recording anew, with other numbers of channels. The checksums are checked with the
-//! numbers that this program gave them.
+//! numbers that this program gave them. If its messages stand in another order, they are put in order first.
 //!
 //! Each of several sensors has places of its own. Recordings of several that do not tell them apart are recovered up to
 //! the first damage: nothing says whose frames are missing there.
@@ -22,7 +22,7 @@ mod settle;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io;
+use std::io::{self, Seek};
 use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 
@@ -38,9 +38,10 @@ use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING,
 use super::parse::parse_record;
 use super::recorder::lost_line;
 use super::reserved::give_back_of_killed;
+use super::sorted::{Index, OrderCheck, Sorted};
 use super::summary::Summary;
 use super::sums::{self, Stated, Sum, Tally};
-use super::walk::{Crc, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
+use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
@@ -100,6 +101,9 @@ impl Waiting {
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 struct Recovery<'a> {
     walk: Walk,
+    order: OrderCheck,
+    /// The messages in their order, if the file has another one.
+    sorted: Option<Sorted>,
     out: RecordingFile,
     old: &'a Path,
     path: &'a Path,
@@ -128,6 +132,8 @@ struct Recovery<'a> {
     /// Frames that a recording of before must have lost here, at least, since its last sound frame.
     suspects: u64,
     is_suspect: bool,
+    /// Whether a chunk's checksum was wrong.
+    has_bad_chunk: bool,
     /// The sum of the last moment of each sensor that was copied.
     last_sums: BTreeMap<u8, Sum>,
     /// The counts of each sensor at the last of the recording's checksums that is right.
@@ -149,7 +155,18 @@ struct Recovery<'a> {
 ///
 /// # Errors
 /// The old file is no MCAP file or cannot be read, or the new one cannot be written.
-pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
+pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Error> {
+    if let Some(found) = attempt(old, &new, path, false)? {
+        return Ok(found);
+    }
+    let emptied = new.set_len(0).and_then(|()| new.rewind());
+    emptied.map_err(|error| not_written(path, error.into()))?;
+    Ok(attempt(old, &new, path, true)?.unwrap_or_default())
+}
+
+/// Recovers a file as its messages stand, or in order. Returns `None` if they stand in another order than they are
+/// recorded in.
+fn attempt(old: &Path, new: &File, path: &Path, in_order: bool) -> Result<Option<Recovered>, Error> {
     let failed = |error| Error::io(old.display(), error);
     let mut survey = Walk::open(old, Mode::Survey)?;
     survey.set_own(&Sensors::default());
@@ -175,8 +192,10 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     };
     // All recordings of several sensors have checksums, unless another tool left them out.
     let is_without = survey.summary().is_some_and(|summary| lacks_sums(summary, &sensors));
-    let has_sums = (stated.has_sums || sensors.first().is_some()) && !is_without;
     let [with_crc, without_crc] = survey.crcs();
+    // A damaged index may lack them, and nothing else vouches for the frames of a file without chunks.
+    let is_without = is_without && (with_crc > 0 || !has_sum(old)?);
+    let has_sums = (stated.has_sums || sensors.first().is_some()) && !is_without;
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
     }
@@ -189,9 +208,11 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     // Without a description, the checksums still belong to a recording of this program.
     // The new file may have another name until it is whole.
     let same = new.try_clone().map_err(|error| Error::io(path.display(), error))?;
-    let written = RecordingFile::new(new, &description, compression).map_err(|error| not_written(path, error))?;
+    let written = RecordingFile::new(same, &description, compression).map_err(|error| not_written(path, error))?;
     let mut recovery = Recovery {
         walk,
+        order: OrderCheck::default(),
+        sorted: None,
         out: written,
         old,
         path,
@@ -211,6 +232,7 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
         time: 0,
         suspects: 0,
         is_suspect: false,
+        has_bad_chunk: false,
         last_sums: BTreeMap::new(),
         known: None,
         entered: BTreeMap::new(),
@@ -222,8 +244,19 @@ pub fn recover(old: &Path, new: File, path: &Path) -> Result<Recovered, Error> {
     if stated.has_other_end {
         recovery.doubt = Some("has the ends of several recordings".to_owned());
     }
-    recovery.go(&stated).map_err(|failure| failure.in_words(old, path))?;
-    recovery.finish(&same)
+    let in_words = |failure: RecoverFailure| failure.in_words(old, path);
+    // The index comes first, because chunks have each channel only once.
+    let definitions = recovery.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
+    for (op, body) in definitions {
+        recovery.define(op, &body, true);
+    }
+    if in_order {
+        recovery.sort().map_err(in_words)?;
+    }
+    if !recovery.go(&stated).map_err(in_words)? {
+        return Ok(None);
+    }
+    recovery.finish(new).map(Some)
 }
 
 /// Returns whether a file has frames, and no checksums of them.
@@ -234,6 +267,23 @@ fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
         let _ = own.define(*op, body);
     }
     own.has_frames_and_sums() == (true, false)
+}
+
+/// Returns whether a file has a message that is a checksum, whatever its channel is.
+fn has_sum(old: &Path) -> Result<bool, Error> {
+    let failed = |error| Error::io(old.display(), error);
+    let mut walk = Walk::open(old, Mode::Salvage)?;
+    loop {
+        match walk.next().map_err(failed)? {
+            WalkStep::Record(span) if span.op == op::MESSAGE => {
+                if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
+                    return Ok(true);
+                }
+            }
+            WalkStep::End { .. } => return Ok(false),
+            _ => {}
+        }
+    }
 }
 
 /// A failure of reading or of writing.
@@ -273,26 +323,56 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 }
 
 impl Recovery<'_> {
-    /// Goes through the old file.
-    fn go(&mut self, stated: &Stated) -> Result<(), RecoverFailure> {
-        // The index comes first, because chunks have each channel only once.
-        let definitions = self.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
-        for (op, body) in definitions {
-            self.define(op, &body, true);
-        }
+    /// Puts the messages of the old file in order.
+    fn sort(&mut self) -> Result<(), RecoverFailure> {
+        let mut index = Index::default();
         loop {
             match self.walk.next()? {
-                WalkStep::Record(span) => match span.op {
-                    op::MESSAGE => self.message(span)?,
-                    op::SCHEMA | op::CHANNEL => {
-                        let mut body = std::mem::take(&mut self.body);
-                        self.walk.body(span, &mut body)?;
-                        self.define(span.op, &body, self.walk.crc() != Crc::Bad);
-                        self.body = body;
-                    }
-                    op::METADATA => self.copy_metadata(span)?,
-                    _ => {}
-                },
+                WalkStep::Record(span) if span.op == op::MESSAGE => index.add(&mut self.walk, span)?,
+                WalkStep::Record(span) => self.record(span)?,
+                WalkStep::Damage(unread) => self.is_suspect |= unread.damaged,
+                WalkStep::ChunkEnd => {}
+                WalkStep::End { whole } => {
+                    self.found.whole = whole || self.walk.is_finished()?;
+                    break;
+                }
+            }
+        }
+        let owns: BTreeMap<_, _> =
+            self.channels.keys().filter_map(|&channel| Some((channel, self.own(channel)?))).collect();
+        let own = |channel: u16| owns.get(&channel).copied();
+        self.sorted = Some(index.sort(&mut self.walk, self.sensors.count(), own)?);
+        Ok(())
+    }
+
+    /// Takes a record that is no message.
+    fn record(&mut self, span: Span) -> Result<(), RecoverFailure> {
+        match span.op {
+            op::SCHEMA | op::CHANNEL => {
+                let mut body = std::mem::take(&mut self.body);
+                self.walk.body(span, &mut body)?;
+                self.define(span.op, &body, self.walk.crc() != Crc::Bad);
+                self.body = body;
+                Ok(())
+            }
+            op::METADATA => self.copy_metadata(span),
+            _ => Ok(()),
+        }
+    }
+
+    /// Goes on in the old file, or in its messages in order.
+    fn step(&mut self) -> io::Result<WalkStep> {
+        let Some(sorted) = &mut self.sorted else { return self.walk.next() };
+        let next = sorted.next(&mut self.walk)?;
+        Ok(next.map_or(WalkStep::End { whole: self.found.whole }, WalkStep::Record))
+    }
+
+    /// Goes through the old file. Returns false if its messages stand in another order than they are recorded in.
+    fn go(&mut self, stated: &Stated) -> Result<bool, RecoverFailure> {
+        loop {
+            match self.step()? {
+                WalkStep::Record(span) if span.op == op::MESSAGE => self.message(span)?,
+                WalkStep::Record(span) => self.record(span)?,
                 WalkStep::ChunkEnd => self.end_chunk()?,
                 WalkStep::Damage(unread) => {
                     // Messages before it stand in the same moment, perhaps.
@@ -309,13 +389,19 @@ impl Recovery<'_> {
                         self.pending.clear();
                     }
                     self.flush()?;
+                    if self.sorted.is_none() && self.order.is_other(self.has_sums) {
+                        return Ok(false);
+                    }
                     self.found.whole = whole || self.walk.is_finished()?;
                     self.found.unread = self.walk.unread();
                     break;
                 }
             }
         }
-        self.settle(stated)
+        self.settle(stated)?;
+        // Frames are missing, and nothing is damaged: perhaps other messages were moved.
+        let is_damaged = self.has_bad_chunk || self.found.unread.is_some() || !self.found.whole;
+        Ok(self.sorted.is_some() || self.found.damaged == 0 || is_damaged)
     }
 
     /// Notes a schema or a channel.
@@ -416,6 +502,11 @@ impl Recovery<'_> {
     fn message(&mut self, span: Span) -> Result<(), RecoverFailure> {
         let channel = self.channel_of(span)?;
         let own = self.own(channel);
+        let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
+        if let (Some((sensor, topic)), Some(message)) = (own, MessageBody::parse(start)) {
+            self.order.add(sensor, topic, &message);
+        }
+        self.has_bad_chunk |= self.walk.crc() == Crc::Bad;
         let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
         if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
             return self.sum(span);

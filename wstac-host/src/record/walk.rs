@@ -18,7 +18,7 @@ use crc32fast::Hasher;
 use mcap::records::{MessageHeader, op};
 use mcap::write::Metadata;
 
-use self::shape::{Around, ChunkHead};
+use self::shape::{Around, ChunkHead, UNKNOWN};
 use super::bytes::FileBytes;
 use super::compression::Compression;
 use super::file::Sensors;
@@ -124,13 +124,23 @@ pub struct Unread {
     pub damaged: bool,
 }
 
+/// A compressed chunk, so that it can be unpacked again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Packed {
+    /// The bytes of the file from here on that were compressed.
+    content: u64,
+    /// The place behind them.
+    behind: u64,
+    compression: Compression,
+}
+
 /// The place of a chunk that was unpacked.
 #[derive(Clone, Copy, Debug)]
 struct Outer {
     /// The place of the chunk in the file.
     at: u64,
-    /// The place at which to go on in the file, and the end there.
-    behind: u64,
+    packed: Packed,
+    /// The end of the file's records.
     end: u64,
     /// The bytes of the chunk if not all of them could be unpacked.
     unread: Option<Unread>,
@@ -282,6 +292,40 @@ impl Walk {
         self.around != Around::File
     }
 
+    /// Goes back to the start, to walk through the file once more.
+    pub(super) fn rewind(&mut self) {
+        if let Some(outer) = self.outer.take() {
+            self.end = outer.end;
+        }
+        self.file.set_unpacked(None);
+        (self.at, self.around, self.crc) = (mcap::MAGIC.len() as u64, Around::File, Crc::Unknown);
+        (self.hashed, self.tried, self.crcs) = (0, 0, [0; 2]);
+        (self.total, self.unread) = ((Hasher::new(), 0), None);
+    }
+
+    /// Returns the compressed chunk that the last record stands in.
+    pub(super) fn packed(&self) -> Option<Packed> {
+        self.outer.map(|outer| outer.packed)
+    }
+
+    /// Reads places of this unpacked chunk from now on, or of the file, in bytes with this verdict. Returns the chunk that
+    /// was read before.
+    pub(super) fn show(&mut self, chunk: Option<Vec<u8>>, crc: Crc) -> Option<Vec<u8>> {
+        self.crc = crc;
+        self.file.set_unpacked(chunk)
+    }
+
+    /// Unpacks a chunk.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn unpack_again(&mut self, packed: Packed) -> io::Result<Vec<u8>> {
+        let now = self.file.set_unpacked(None);
+        let unpacked = self.unpacked(packed.content, packed.behind, packed.compression, 0);
+        drop(self.file.set_unpacked(now));
+        unpacked.map(|(bytes, ..)| bytes)
+    }
+
     /// Reads a record's body.
     ///
     /// # Errors
@@ -339,11 +383,13 @@ impl Walk {
         if *at > self.at {
             return Ok(None);
         }
+        let stated = self.file.peek(self.at + HEAD, 4)?.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
+        if stated == 0 {
+            return Ok(None);
+        }
         hasher.combine(&self.file.hash(*at, self.at)?);
         *at = self.at;
-        let found = hasher.clone().finalize();
-        let stated = self.file.peek(self.at + HEAD, 4)?.first_chunk().map_or(0, |crc| u32::from_le_bytes(*crc));
-        Ok((stated != 0).then_some(stated == found))
+        Ok(Some(stated == hasher.clone().finalize()))
     }
 
     /// Returns the next step.
@@ -355,7 +401,7 @@ impl Walk {
             self.crc = Crc::Unknown;
             if let Some(outer) = self.outer.take() {
                 self.file.set_unpacked(None);
-                (self.at, self.end) = (outer.behind, outer.end);
+                (self.at, self.end) = (outer.packed.behind, outer.end);
                 if let Some(unread) = outer.unread {
                     return Ok(WalkStep::Damage(self.note_unread(unread)));
                 }
@@ -409,10 +455,16 @@ impl Walk {
         }
         let next = if self.goes_on() { self.resync(start + 1)? } else { self.end };
         self.at = next;
+        if let Some((UNKNOWN.., length)) = self.head(start)?
+            && next < self.end
+            && next - start == length.saturating_add(HEAD)
+        {
+            return Ok(None);
+        }
         if let Some(outer) = &mut self.outer {
             // The bytes of a compressed chunk are those in the file. The end of what was unpacked is not known to be
             // damaged if the chunk was never finished.
-            let whole = Unread { at: outer.at, bytes: outer.behind.saturating_sub(outer.at), damaged: true };
+            let whole = Unread { at: outer.at, bytes: outer.packed.behind.saturating_sub(outer.at), damaged: true };
             let unread = *outer.unread.get_or_insert(whole);
             return Ok(Some(WalkStep::Damage(unread)));
         }
@@ -509,7 +561,7 @@ impl Walk {
         self.crc = if end.is_none() && crc == Crc::Bad { Crc::Unknown } else { crc };
         let is_whole = is_all && crc != Crc::Bad;
         let unread = (!is_whole).then_some(Unread { at, bytes: behind - at, damaged: !is_cut });
-        self.outer = Some(Outer { at, behind, end: self.end, unread });
+        self.outer = Some(Outer { at, packed: Packed { content, behind, compression }, end: self.end, unread });
         (self.at, self.end) = (0, bytes.len() as u64);
         self.around = Around::Until(self.end);
         self.file.set_unpacked(Some(bytes));

@@ -173,9 +173,26 @@ fn write(
         write_error(path, error, "; nothing was recorded")
     })?;
     let written = write_all(file, path, moments, full);
+    if full.load(Ordering::Relaxed) && written.as_ref().is_ok_and(|written| written.frames == 0) {
+        discard(&same, path);
+        let message = "the disk is full (or the file as large as it may get); nothing was recorded";
+        return Err(Error::new(ErrorKind::Io, path.display(), message));
+    }
     // Whatever else has happened: what is said of the file must be about the file of that name.
     check_name(&same, path)?;
-    written
+    let written = written?;
+    if full.load(Ordering::Relaxed) {
+        let (frames, left_out) = (counted(written.frames, "frame"), written.left_out);
+        return Err(Error::new(
+            ErrorKind::Io,
+            path.display(),
+            format_args!(
+                "the disk is full (or the file as large as it may get): the recording ends after {frames} and is \
+                 finished; frames left out: {left_out}"
+            ),
+        ));
+    }
+    Ok(written)
 }
 
 /// Writes messages to a file that was started, and finishes it.
@@ -199,16 +216,5 @@ fn write_all(
         written.frames += frames;
     }
     written.bytes = file.finish().map_err(failed)?;
-    if full.load(Ordering::Relaxed) {
-        let (frames, left_out) = (counted(written.frames, "frame"), written.left_out);
-        return Err(Error::new(
-            ErrorKind::Io,
-            path.display(),
-            format_args!(
-                "the disk is full (or the file as large as it may get): the recording ends after {frames} and is \
-                 finished; frames left out: {left_out}"
-            ),
-        ));
-    }
     Ok(written)
 }

@@ -39,8 +39,6 @@ pub struct McapSource {
     reader: RecordingReader,
     about: About,
     info: StreamInfo,
-    /// The place of its sensor among those of the recording.
-    sensor: u8,
     /// The frame whose part was stored.
     whole: Vec<u8>,
     decoder: Option<Decoder>,
@@ -94,7 +92,7 @@ impl McapSource {
     pub fn open_sensor(path: &Path, sensor: Option<&str>, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
         let failed = |message: &dyn fmt::Display| Error::new(ErrorKind::Format, &subject, message);
-        let (reader, outline) = RecordingReader::open(path)?;
+        let (mut reader, outline) = RecordingReader::open(path)?;
         let (metadata, missing) = sound_metadata(&outline.metadata);
         if missing > 0 {
             return Err(reader.damaged("has a damaged description"));
@@ -124,17 +122,8 @@ impl McapSource {
         };
         let recorded = format!("recorded from {}{}{replaced}{vouched}", info.about, labels(&about));
         info.about = format!("{subject}: {of_sensor}{recorded}");
-        Ok(Self {
-            reader,
-            about,
-            info,
-            sensor: names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8,
-            whole: Vec::new(),
-            decoder: None,
-            wall: None,
-            ended: false,
-            subject,
-        })
+        reader.select(names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8);
+        Ok(Self { reader, about, info, whole: Vec::new(), decoder: None, wall: None, ended: false, subject })
     }
 
     /// Returns what the recording says of itself.
@@ -148,16 +137,10 @@ impl McapSource {
 
     /// Goes on to the next message that matters; `None` is the end. A frame's message stays in `reader`.
     fn advance(&mut self) -> Result<Option<Next>, Error> {
-        while let Some((sensor, topic)) = self.reader.next()? {
-            let is_wanted = match topic {
-                Topic::Raw | Topic::Jpeg | Topic::FaultsJson | Topic::Clock => true,
-                Topic::TaxelSums => self.info.taxels_only,
-                _ => false,
-            };
-            if sensor != self.sensor || !is_wanted {
+        while let Some(topic) = self.reader.next()? {
+            if topic == Topic::TaxelSums && !self.info.taxels_only {
                 continue;
             }
-            self.reader.load()?;
             let Some(message) = self.reader.message() else {
                 return Err(self.damaged("has a message without a header"));
             };

@@ -79,8 +79,11 @@ pub(super) fn is_named(text: &OsStr) -> bool {
 /// Returns the text if it begins with the name of a sensor, and is no file.
 fn named(text: &OsStr) -> Option<&[u8]> {
     let bytes = text.as_bytes();
-    let at = bytes.iter().position(|byte| !is_of_name(*byte)).filter(|at| *at > 0)?;
-    (bytes[at] == b'=' && !Path::new(text).exists()).then_some(bytes)
+    let name = bytes.split(|byte| *byte == b'=').next().filter(|name| name.len() < bytes.len() && !name.is_empty())?;
+    // What starts as a path or names a folder that is there is meant as a file, whatever is wrong with it.
+    let folder = Path::new(OsStr::from_bytes(name)).parent().filter(|folder| folder.is_dir());
+    let is_file = matches!(name[0], b'.' | b'/') || name.contains(&b':') || folder.is_some();
+    (!is_file && !Path::new(text).exists()).then_some(bytes)
 }
 
 /// Returns `true` for the name of a sensor: letters, digits, `-` and `_`, and no `-` in front.
@@ -122,7 +125,8 @@ mod tests {
     fn what_reads_like_a_name_and_is_none_is_a_source() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a=b.y4m");
-        for plain in ["scene:Saw3@150,seed=2", "./a=b.y4m", "=b.y4m", "-a=b.y4m", file.to_str().unwrap()] {
+        for plain in ["scene:Saw3@150,seed=2", "./a=b.y4m", "src/a=b.y4m", "=b.y4m", "-a=b.y4m", file.to_str().unwrap()]
+        {
             let found = parsed(&[plain]);
             if plain.starts_with("-a") {
                 assert!(found.unwrap_err().contains("the first no -"));
@@ -144,12 +148,17 @@ mod tests {
             (&["cam:le ft=/dev/video0"], "the name is \"le ft\""),
             (&["cam:l\u{e9}=/dev/video0"], "letters, digits"),
             (&["cam:-left=/dev/video0"], "the name is \"-left\", expected letters, digits, - and _, the first no -"),
+            (&["cam:le/ft=a.y4m"], "the name is \"le/ft\", expected letters, digits"),
             (&["cam:left="], "nothing after ="),
             (&["cam:a=-", "cam:a=x.y4m"], "the name is taken"),
             (&["cam:a=-", "cam:b=-"], "standard input is read already"),
         ] {
             let error = parsed(sources).unwrap_err();
             assert!(error.starts_with("SOURCE is \"cam:") && error.contains(part), "{error}");
+            let without: Vec<&str> = sources.iter().map(|source| &source[4..]).collect();
+            if part.starts_with("the name is \"l") {
+                assert!(parsed(&without).unwrap_err().contains(part), "{without:?}");
+            }
         }
     }
 }

@@ -1,10 +1,10 @@
 //! What requests to services ask of a sensor. Files are read here: reading one may take longer than a frame.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::model_file::ModelFile;
+use wstac_host::model_file::{BUILT_IN, ModelFile};
 use wstac_host::record::labels::{by_name, parse};
 use wstac_host::source::Labels;
 use wstac_host::texture::Textures;
@@ -61,8 +61,14 @@ fn use_config(folder: Option<&Path>, file: &str) -> Result<Action, Error> {
 }
 
 fn use_model(folder: Option<&Path>, file: &str) -> Result<Action, Error> {
-    let file = path_in(folder, file)?;
-    let model = ModelFile::open_stored(&file)?;
+    // Models that come with the program are in no folder.
+    let (file, model) = if file.starts_with(BUILT_IN) {
+        (PathBuf::from(file), ModelFile::open(Path::new(file))?)
+    } else {
+        let file = path_in(folder, file)?;
+        let model = ModelFile::open_stored(&file)?;
+        (file, model)
+    };
     Ok(Action::UseModel { textures: Textures::new(&[model])?, file })
 }
 
@@ -86,6 +92,14 @@ mod tests {
             }
         }
         assert!(asked(Service::GetParameters, &[0, 1, 0, 0, 0]).is_none(), "a service of the node");
+    }
+
+    #[test]
+    fn a_model_of_the_program_needs_no_folder() {
+        let request = |name: &str| action(Service::LoadModel, None, &Cdr::new().text(name).finish()).unwrap();
+        assert!(matches!(request("builtin:svm"), Ok(Action::UseModel { file, .. }) if file == Path::new("builtin:svm")));
+        assert!(request("builtin:none").unwrap_err().to_string().contains("builtin:none"));
+        assert!(request("svm.wsm").is_err());
     }
 
     #[test]

@@ -6,8 +6,11 @@ use std::time::{Duration, Instant};
 
 use crate::commands::output::note;
 
-/// A line on a terminal that is overwritten. Where standard error is no terminal, it is one line at the start; the
-/// result of the command is the line at the end.
+/// The time between two lines if standard error is no terminal.
+const BETWEEN_LINES: Duration = Duration::from_mins(1);
+
+/// A line on a terminal that is overwritten. If standard error is no terminal, there is a line at the start and one each
+/// minute; the result of the command is the line at the end.
 pub(in crate::commands) struct ProgressLine {
     /// The counted things: slides or recordings.
     what: &'static str,
@@ -15,8 +18,9 @@ pub(in crate::commands) struct ProgressLine {
     done: usize,
     count: usize,
     started: Instant,
-    /// The time of the last update; `None` if standard error is no terminal.
-    said: Option<Instant>,
+    /// The time of the last update.
+    said: Instant,
+    is_terminal: bool,
 }
 
 impl ProgressLine {
@@ -24,7 +28,7 @@ impl ProgressLine {
     pub(in crate::commands) fn new(what: &'static str, count: usize) -> Self {
         let now = Instant::now();
         let is_terminal = std::io::stderr().is_terminal();
-        let progress = Self { what, done: 0, count, started: now, said: is_terminal.then_some(now) };
+        let progress = Self { what, done: 0, count, started: now, said: now, is_terminal };
         if is_terminal {
             progress.write("");
         } else {
@@ -36,11 +40,18 @@ impl ProgressLine {
     /// Counts one more, and updates the line unless it was updated just now.
     pub(in crate::commands) fn one_more(&mut self) {
         self.done += 1;
-        let Some(said) = self.said.filter(|said| said.elapsed() > Duration::from_millis(200)) else { return };
+        let between = if self.is_terminal { Duration::from_millis(200) } else { BETWEEN_LINES };
+        if self.said.elapsed() <= between {
+            return;
+        }
+        self.said = Instant::now();
         let each = self.started.elapsed().as_secs_f64() / self.done as f64;
         let left = (each * self.count.saturating_sub(self.done) as f64).ceil();
-        self.write(format_args!(", {left} s left"));
-        self.said = said.checked_add(said.elapsed());
+        if self.is_terminal {
+            self.write(format_args!(", {left} s left"));
+        } else {
+            note(format_args!("{} of {} {} done, {left} s left", self.done, self.count, self.what));
+        }
     }
 
     fn write(&self, left: impl fmt::Display) {
@@ -51,7 +62,7 @@ impl ProgressLine {
 impl Drop for ProgressLine {
     /// Clears the line for the next message.
     fn drop(&mut self) {
-        if self.said.is_some() {
+        if self.is_terminal {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
         }
     }

@@ -18,7 +18,7 @@ use crate::commands::source_arguments::doubts_of_textures;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::output::{Output, OutputOptions};
+use wstac_host::output::{Output, OutputOptions, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
@@ -31,6 +31,10 @@ use wstac_linux::source::is_camera;
 
 /// The longest wait for a key between two checks for signals.
 const WAIT: Duration = Duration::from_millis(200);
+
+/// The difference from the plan that is reported: a fraction of the speed, and degrees.
+const SPEED_APART: f64 = 0.1;
+const DEGREES_APART: f64 = 10.0;
 
 /// A request of the person.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -281,7 +285,10 @@ impl Session<'_> {
             let goes_on = processor.process(&item, |output| {
                 recorder.output(&output, &text_of(&output));
                 match &output {
-                    Output::Event(_) => found = Some(SlideOutcome::Recorded),
+                    Output::Event(event) => {
+                        found = Some(SlideOutcome::Recorded);
+                        differences(event, &slide.labels).into_iter().for_each(note);
+                    }
                     Output::Interrupted(_) => found = Some(SlideOutcome::Again("too many frames were lost")),
                     Output::BaselineDisturbed { .. } => was_disturbed = true,
                     _ => {}
@@ -309,6 +316,22 @@ impl Session<'_> {
             }
         }
     }
+}
+
+/// Says where a slide was not as it was planned. Its labels are those of the plan.
+fn differences(event: &TactileEvent, planned: &Labels) -> Vec<String> {
+    let planned = |name: &str| planned.get(name)?.parse::<f64>().ok();
+    let speed = event.speed.ok().map(|speed| f64::from(speed.mm_s)).zip(planned("speed"));
+    let speed = speed.filter(|(found, planned)| (found - planned).abs() > SPEED_APART * planned);
+    let direction = event.direction.degrees.ok().map(f64::from).zip(planned("direction"));
+    let direction = direction
+        .filter(|(found, planned)| ((found - planned + 540.0).rem_euclid(360.0) - 180.0).abs() > DEGREES_APART);
+    let differs = |(found, planned): (f64, f64), unit: &str| {
+        format!("measured {found:.1}{unit}, planned {planned}{unit}: the label is the planned one; r repeats the slide")
+    };
+    let unreliable = (!event.reliable).then(|| "the answers are not reliable; r repeats the slide".to_owned());
+    let differing = [speed.map(|both| differs(both, " mm/s")), direction.map(|both| differs(both, "°"))];
+    if unreliable.is_some() { unreliable.into_iter().collect() } else { differing.into_iter().flatten().collect() }
 }
 
 /// Returns the name of a slide's unfinished file: one that no other session has used.

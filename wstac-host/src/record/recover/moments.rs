@@ -41,7 +41,8 @@ impl Recovery<'_> {
         };
         let from = span.at.saturating_sub(sum.bytes);
         let covered = span.end().saturating_sub(UNCOVERED);
-        if sum.bytes <= span.at && sum.crc() == Some(self.walk.hash(from, covered)?) {
+        let is_in_place = self.sorted.is_none() && sum.bytes <= span.at;
+        if is_in_place && sum.crc() == Some(self.walk.hash(from, covered)?) {
             // Messages before the moment have lost their own checksum.
             let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
             self.pending.retain(|pending| pending.span.at < from);
@@ -71,7 +72,7 @@ impl Recovery<'_> {
             let moment = std::mem::take(&mut self.pending);
             return self.sound_moment(&moment, sum);
         }
-        if is_good {
+        if is_good && self.sorted.is_none() {
             let what = "has other messages than those that were recorded, or has them in another order";
             self.doubt.get_or_insert_with(|| what.to_owned());
         }

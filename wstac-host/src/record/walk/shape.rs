@@ -15,6 +15,9 @@ pub(super) const CHUNK_HEADER: u64 = 40;
 /// Most bytes of the name of a compression, and of the size behind it.
 const LONGEST_NAME: usize = 4;
 
+/// The first operation code that MCAP gives no meaning.
+pub(super) const UNKNOWN: u8 = 0x10;
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ChunkHead {
     /// The place of its records, or of what they were compressed to.
@@ -102,7 +105,8 @@ impl Walk {
                 !inside && length >= 6 && count.is_some_and(|count| u64::from(count) == length - 6)
             }
             op::ATTACHMENT => !inside && !self.own,
-            0x80.. => !self.own,
+            // Records of later versions of MCAP, and private ones.
+            UNKNOWN.. => !self.goes_on() || (!self.own && op >= 0x80),
             _ => false,
         };
         Ok(has_shape.then_some(Span { op, at, length }))

@@ -1,0 +1,344 @@
+//! Puts messages in the order in which this program writes them, if another tool wrote the recording anew in another one:
+//! grouped by topic, sorted by time, backwards, or with every message twice.
+//!
+//! Messages of a sensor have running numbers, and a moment's checksum has the count of frames and the bytes of the moment. So
+//! the places and lengths of all messages are enough, and no frame is kept in memory.
+
+use std::collections::VecDeque;
+use std::io;
+
+use super::file::Topic;
+use super::limits::{MOST_PACKED, MOST_SORTED};
+use super::sums::{Sum, Tally};
+use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Packed, Span, Walk};
+
+/// Most messages that are compared with one that looks like them, and most of a frame's moments: a bound of the work.
+const MOST_ALIKE: usize = 8;
+const MOST_OF_FRAME: usize = 1 << 10;
+
+/// Whether messages of this program stand in the order in which it writes them, as far as they were seen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OrderCheck {
+    /// Frames since the last checksum, and its number.
+    frames: u32,
+    sum: u32,
+    /// Time and number of the first sensor's last frame; `None` before it.
+    last: Option<(u64, u32)>,
+    /// Checksums behind the frames that they count, and others.
+    fits: u64,
+    misfits: u64,
+    /// Frames or faults behind later ones.
+    backward: u64,
+}
+
+impl OrderCheck {
+    /// Takes a message of this program.
+    pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageBody<'_>) {
+        let (number, time) = (message.sequence, message.times[0]);
+        if topic == Topic::Sums {
+            let counted = number.wrapping_sub(self.sum);
+            let is_fitting = (1..=counted).contains(&self.frames) && counted < 1 << 31;
+            self.fits += u64::from(is_fitting);
+            self.misfits += u64::from(!is_fitting && (counted, self.frames) != (0, 0));
+            (self.sum, self.frames) = (number, 0);
+        } else if topic.is_frame() {
+            self.frames = self.frames.saturating_add(1);
+        }
+        if sensor == 0 && (topic.is_frame() || topic == Topic::FaultsJson) {
+            let is_backward = self
+                .last
+                .is_some_and(|(last, of_last)| time < last || (topic.is_frame() && (time, number) == (last, of_last)));
+            self.backward += u64::from(is_backward);
+            if topic.is_frame() {
+                self.last = Some((time, number));
+            }
+        }
+    }
+
+    /// Returns whether the order is another one. Damage is no order: the most checksums decide.
+    pub(super) fn is_other(&self, has_sums: bool) -> bool {
+        if has_sums { self.misfits > self.fits } else { self.backward > 0 }
+    }
+}
+
+/// A message of the file.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    /// When it was logged; for messages of this program, the time of its moment.
+    time: u64,
+    /// Its place in the file, or in its unpacked chunk.
+    at: u64,
+    length: u32,
+    /// Its sequence number.
+    number: u32,
+    /// The number of its chunk among `Index::chunks`.
+    chunk: u32,
+    channel: u16,
+    own: Option<(u8, Topic)>,
+}
+
+impl Entry {
+    fn is_frame(&self) -> bool {
+        self.own.is_some_and(|(_, topic)| topic.is_frame())
+    }
+
+    /// Returns the bytes of its record.
+    fn bytes(&self) -> u64 {
+        self.span().end() - self.at
+    }
+
+    fn span(&self) -> Span {
+        Span { op: mcap::records::op::MESSAGE, at: self.at, length: self.length.into() }
+    }
+}
+
+/// The places of a file's messages.
+#[derive(Debug, Default)]
+pub(super) struct Index {
+    entries: Vec<Entry>,
+    /// The chunks: where they are if they are compressed, and the verdicts of their checksums.
+    chunks: Vec<(Option<Packed>, Crc)>,
+}
+
+impl Index {
+    /// Adds the message that a walk found last.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has too many messages.
+    pub(super) fn add(&mut self, walk: &mut Walk, span: Span) -> io::Result<()> {
+        if self.entries.len() == MOST_SORTED {
+            let message = format!("has another order than it was recorded in, and more than {MOST_SORTED} messages");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+        }
+        let chunk = (walk.packed(), walk.crc());
+        if self.chunks.last() != Some(&chunk) {
+            self.chunks.push(chunk);
+        }
+        let start = walk.start_of(span, MESSAGE_HEADER as usize)?;
+        if let Some(MessageBody { channel, sequence: number, times: [time, _], .. }) = MessageBody::parse(start) {
+            let (chunk, length) = (self.chunks.len() as u32 - 1, u32::try_from(span.length).unwrap_or(u32::MAX));
+            self.entries.push(Entry { time, at: span.at, length, number, chunk, channel, own: None });
+        }
+        Ok(())
+    }
+
+    /// Puts the messages in order. `own` returns the sensor and the topic of a channel of this program.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn sort(
+        self,
+        walk: &mut Walk,
+        sensors: usize,
+        own: impl Fn(u16) -> Option<(u8, Topic)>,
+    ) -> io::Result<Sorted> {
+        let Self { mut entries, chunks } = self;
+        let mut sorted =
+            Sorted { order: VecDeque::new(), has_sums: false, chunks, shown: None, unpacked: VecDeque::new() };
+        for entry in &mut entries {
+            entry.own = own(entry.channel);
+        }
+        entries.sort_by_key(|of| (of.own, of.number, of.time, of.length));
+        let entries = sorted.without_copies(walk, entries)?;
+        let (own, mut others): (Vec<_>, Vec<_>) = entries.into_iter().partition(|of| of.own.is_some());
+        others.sort_by_key(|of| of.time);
+        let (sums, mut own): (Vec<_>, Vec<_>) =
+            own.into_iter().partition(|of| of.own.is_some_and(|(_, topic)| topic == Topic::Sums));
+        put_in_time(&mut own);
+        sorted.has_sums = !sums.is_empty();
+        if sums.is_empty() {
+            own.sort_by_key(|of| of.time);
+        }
+        let mut of_sensors: Vec<VecDeque<Entry>> = vec![VecDeque::new(); sensors];
+        let mut others = VecDeque::from(others);
+        for entry in own.drain(..) {
+            let sensor = entry.own.map_or(0, |(sensor, _)| usize::from(sensor));
+            match of_sensors.get_mut(sensor).filter(|_| !sums.is_empty()) {
+                Some(queue) => queue.push_back(entry),
+                None => sorted.push(&mut others, [entry]),
+            }
+        }
+        let mut last = Tally::new(sensors);
+        for same in sums.chunk_by(|one, other| one.number == other.number) {
+            let mut group = Vec::new();
+            for entry in same.iter().take(MOST_OF_FRAME) {
+                // A damaged checksum vouches for nothing.
+                group.extend(sorted.sum(walk, entry)?.map(|sum| (sum, *entry)));
+            }
+            group.sort_by_key(|(sum, _)| sum.counts.all());
+            while let Some((first, _)) = group.first() {
+                let fewest = first.counts.all();
+                let mut of_fewest =
+                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
+                let found =
+                    of_fewest.find_map(|(at, (sum, _))| moment_of(sum, &last, &of_sensors).map(|moment| (at, moment)));
+                let (sum, entry) = group.remove(found.map_or(0, |(at, _)| at));
+                let tally = sum.tally();
+                for (sensor, queue) in of_sensors.iter_mut().enumerate() {
+                    let count = match found {
+                        Some((_, (of_sensor, count))) => {
+                            if of_sensor == sensor {
+                                count
+                            } else {
+                                0
+                            }
+                        }
+                        // Parts of the moment are missing.
+                        None => until(queue, entry.time, frames_of(&tally, sensor) - frames_of(&last, sensor)),
+                    };
+                    sorted.push(&mut others, queue.drain(..count));
+                }
+                sorted.order.push_back(entry);
+                last = tally;
+            }
+        }
+        for queue in of_sensors {
+            sorted.push(&mut others, queue);
+        }
+        sorted.order.extend(others);
+        Ok(sorted)
+    }
+}
+
+fn frames_of(tally: &Tally, sensor: usize) -> i128 {
+    tally.of(sensor as u8).frames.into()
+}
+
+/// Returns the sensor whose first messages are the moment of a checksum, and their count; `None` if there is none. A sensor
+/// whose frames the checksum counts comes first.
+fn moment_of(sum: &Sum, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<(usize, usize)> {
+    let tally = sum.tally();
+    let mut sensors: Vec<usize> = (0..of_sensors.len()).collect();
+    sensors.sort_by_key(|&sensor| tally.of(sensor as u8) == last.of(sensor as u8));
+    let count = |queue: &VecDeque<Entry>| {
+        let mut bytes = 0;
+        let count = queue.iter().take(MOST_OF_FRAME).take_while(|entry| {
+            let is_part = bytes < sum.bytes;
+            bytes += if is_part { entry.bytes() } else { 0 };
+            is_part
+        });
+        let count = count.count();
+        (bytes == sum.bytes).then_some(count)
+    };
+    sensors.into_iter().find_map(|sensor| Some((sensor, count(of_sensors.get(sensor)?)?)))
+}
+
+/// Returns how many messages of a sensor have this time at most, and no more frames than these.
+fn until(queue: &VecDeque<Entry>, time: u64, mut frames: i128) -> usize {
+    let is_part = |entry: &&Entry| {
+        frames -= i128::from(entry.is_frame());
+        entry.time <= time && frames >= 0
+    };
+    queue.iter().take_while(is_part).count()
+}
+
+/// Gives messages the time of their moment, and sorts each sensor's by it: events are about earlier frames.
+fn put_in_time(own: &mut [Entry]) {
+    let topic = |of: &Entry| of.own.map_or(Topic::Sums, |(_, topic)| topic);
+    let sensor = |of: &Entry| of.own.map_or(0, |(sensor, _)| sensor);
+    // Messages besides frames have running numbers. Lost frames that a recovery entered have none.
+    let is_numbered = |of: &Entry| !of.is_frame() && of.number > 0;
+    own.sort_by_key(|of| (sensor(of), !is_numbered(of), of.number, of.time));
+    for of_sensor in own.chunk_by_mut(|one, other| one.own.map(|(of, _)| of) == other.own.map(|(of, _)| of)) {
+        let (mut time, mut first) = (0, None);
+        for entry in of_sensor.iter_mut().take_while(|of| is_numbered(of)) {
+            time = time.max(entry.time);
+            entry.time = time;
+            let is_of_frame = matches!(topic(entry), Topic::Features | Topic::Taxels);
+            first = first.or(is_of_frame.then_some(entry.number));
+        }
+        // Wall-clock times stand before their frame, and everything that came before the first frame stands before that.
+        let rank = |of: &Entry| match topic(of) {
+            _ if is_numbered(of) && first.is_some_and(|first| of.number < first) => 0,
+            Topic::Clock => 0,
+            _ if of.is_frame() => 1,
+            _ if is_numbered(of) => 2,
+            _ => 3,
+        };
+        of_sensor.sort_by_key(|of| (of.time, rank(of), of.number));
+    }
+}
+
+/// The messages of a file in their order.
+#[derive(Debug)]
+pub(super) struct Sorted {
+    order: VecDeque<Entry>,
+    /// Whether there are checksums among them.
+    pub(super) has_sums: bool,
+    chunks: Vec<(Option<Packed>, Crc)>,
+    /// The chunk that is read, and others that were unpacked.
+    shown: Option<u32>,
+    unpacked: VecDeque<(u32, Vec<u8>)>,
+}
+
+impl Sorted {
+    /// Returns the next message, which the walk reads from now on; `None` at the end.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn next(&mut self, walk: &mut Walk) -> io::Result<Option<Span>> {
+        let Some(entry) = self.order.pop_front() else { return Ok(None) };
+        self.show(walk, &entry)?;
+        Ok(Some(entry.span()))
+    }
+
+    /// Adds messages, and those of other programs that are not later.
+    fn push(&mut self, others: &mut VecDeque<Entry>, own: impl IntoIterator<Item = Entry>) {
+        for entry in own {
+            while let Some(other) = others.pop_front_if(|other| other.time <= entry.time) {
+                self.order.push_back(other);
+            }
+            self.order.push_back(entry);
+        }
+    }
+
+    /// Reads a checksum; `None` if it is damaged.
+    fn sum(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<Option<Sum>> {
+        let body = self.body(walk, entry)?;
+        Ok(MessageBody::parse(&body).and_then(|message| Sum::parse(message.data)))
+    }
+
+    fn body(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<Vec<u8>> {
+        self.show(walk, entry)?;
+        let mut body = Vec::new();
+        walk.body(entry.span(), &mut body).map(|()| body)
+    }
+
+    /// Leaves out messages that are there already. They stand side by side.
+    fn without_copies(&mut self, walk: &mut Walk, entries: Vec<Entry>) -> io::Result<Vec<Entry>> {
+        let mut kept: Vec<Entry> = Vec::with_capacity(entries.len());
+        for entry in entries {
+            let key = |of: &Entry| (of.own, of.number, of.time, of.length);
+            let alike = kept.iter().rev().take(MOST_ALIKE).take_while(|of| key(of) == key(&entry));
+            let alike: Vec<Entry> = alike.copied().collect();
+            let mut is_copy = false;
+            for other in alike.iter().filter(|_| entry.own.is_some()) {
+                is_copy |= self.body(walk, other)?.get(2..) == self.body(walk, &entry)?.get(2..);
+            }
+            if !is_copy {
+                kept.push(entry);
+            }
+        }
+        Ok(kept)
+    }
+
+    /// Lets the walk read the chunk of a message.
+    fn show(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<()> {
+        if self.shown == Some(entry.chunk) {
+            return Ok(());
+        }
+        let (packed, crc) = self.chunks.get(entry.chunk as usize).copied().unwrap_or((None, Crc::Unknown));
+        let there = self.unpacked.iter().position(|(number, _)| *number == entry.chunk);
+        let there = there.and_then(|at| self.unpacked.remove(at)).map(|(_, bytes)| bytes);
+        let chunk = match (there, packed) {
+            (None, Some(packed)) => Some(walk.unpack_again(packed)?),
+            (there, _) => there,
+        };
+        let before = walk.show(chunk, crc);
+        self.unpacked.extend(self.shown.replace(entry.chunk).zip(before));
+        while self.unpacked.iter().map(|(_, bytes)| bytes.len() as u64).sum::<u64>() > MOST_PACKED {
+            self.unpacked.pop_front();
+        }
+        Ok(())
+    }
+}
