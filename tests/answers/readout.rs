@@ -1,4 +1,6 @@
-//! Cameras that read their rows one after the other: how wrong motion then is.
+//! Cameras that read their rows one after the other: motion with a readout that is known, and with the same one unknown.
+//!
+//! The light is simulated in parts of a frame, of which each row has its own: without the scene's rolling shutter.
 
 use std::fmt::Write as _;
 
@@ -10,7 +12,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, RowOrder};
 use wstac_host::statistics::percentile;
-use wstac_scene::{Scene, Slide, Touch};
+use wstac_scene::{Scene, Slide};
 
 use crate::touches::{Kind, each, script};
 use crate::{Case, Result, share};
@@ -19,17 +21,27 @@ const SLIDES: u64 = 1000;
 /// Parts of a frame that are simulated one by one. A row of taxels is a fifth of the picture's height, and is read some
 /// parts after the one above it.
 const PARTS: usize = 50;
-/// Readouts in ms from the first to the last row of the picture, and the parts of a frame by which each row of taxels is
-/// later than the one above it.
-const READOUTS: [(&str, usize); 4] = [("0", 0), ("10", 3), ("20", 6), ("33", 10)];
+/// Readouts in ms from the first to the last row of the picture, the parts of a frame by which each row of taxels is
+/// later than the one above it, and the exposure in ms and in parts.
+const CAMERAS: [(&str, usize, &str, usize); 6] = [
+    ("0", 0, "33", 50),
+    ("10", 3, "33", 50),
+    ("20", 6, "33", 50),
+    ("33", 10, "33", 50),
+    ("33", 10, "16", 24),
+    ("33", 10, "8", 12),
+];
+/// The cameras whose exposure is the whole frame.
+const WHOLE: usize = 4;
 
-/// The motion of a slide with a readout that is known, and with the same one unknown.
+/// The motion of a touch with a known readout and with an unknown one; `None` without an event.
 type Motions = Option<[Motion; 2]>;
 
-/// Returns the slide of a number, its sensor, and the motion of its first event with each readout.
-fn answer(number: u64) -> (Slide, u32, [Motions; READOUTS.len()]) {
-    let kind = if std::env::var_os("PRESS").is_some() { Kind::Press } else { Kind::Readout };
-    let script = script(kind, number);
+/// Returns the slide of a number, its sensor, and the motion of its first event before each camera.
+fn answer(number: u64) -> (Slide, u32, [Motions; CAMERAS.len()]) {
+    let script = script(Kind::Readout, number);
+    let slide = *script.touches[0].slide().expect("all touches are slides");
+    let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let mut fine = script.clone();
     fine.sensor.rate = FrameRate::new(30 * PARTS as u32, 1).expect("the rate is in range");
     let mut scene = Scene::new(&fine).expect("the scene was drawn within its limits");
@@ -37,12 +49,11 @@ fn answer(number: u64) -> (Slide, u32, [Motions; READOUTS.len()]) {
     let first = number as usize % PARTS;
     // The light of each taxel until the end of each part.
     let mut until = vec![[0.0; TAXELS]];
-    let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
-    let mut answers = READOUTS.map(|(_, delay)| {
+    let mut answers = CAMERAS.map(|(_, delay, _, open)| {
         let camera = Scene::camera(&script).expect("the scene was drawn within its limits");
         let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
         let pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
-        (delay, camera, pipeline, None)
+        (delay, open, camera, pipeline, None)
     });
     for frame in 0.. {
         let end = first + (frame + 2) * PARTS;
@@ -52,79 +63,93 @@ fn answer(number: u64) -> (Slide, u32, [Motions; READOUTS.len()]) {
             let before = until[until.len() - 1];
             until.push(core::array::from_fn(|taxel| before[taxel] + light[taxel] / PARTS as f64));
         }
-        if until.len() <= end || answers.iter().all(|(.., motion)| motion.is_some()) {
+        if until.len() <= end || answers.iter().all(|(.., motions)| motions.is_some()) {
             break;
         }
-        for (delay, camera, pipeline, motion) in &mut answers {
+        for (delay, open, camera, pipeline, motions) in &mut answers {
             let light = core::array::from_fn(|taxel| {
                 let start = first + frame * PARTS + taxel / COLUMNS * *delay;
-                until[start + PARTS][taxel] - until[start][taxel]
+                until[start + *open][taxel] - until[start][taxel]
             });
             let update = pipeline.push_taxels(&camera.sums(&light));
             let found = update.event().map(|event| {
-                // The time of all rows: that of five rows of taxels.
                 let ms = (5 * *delay) as f32 / PARTS as f32 * 1000.0 / 30.0;
                 [Some(ms), None].map(|ms| {
                     let readout = Readout::of_layout(ms, RowOrder::Down, &layout, FrameRate::NOMINAL);
                     motion::by_coherence(&event, MotionConfig::published(FrameRate::NOMINAL).with_readout(readout))
                 })
             });
-            *motion = motion.or(found);
+            *motions = motions.or(found);
         }
     }
-    let slide =
-        script.touches[0].slide().copied().unwrap_or(Slide::new(wstac_scene::specimen::Specimen::ALL[0], 1000.0, 0.0));
-    (slide, script.light.unit, answers.map(|(.., motion)| motion))
+    (slide, script.light.unit, answers.map(|(.., motions)| motions))
 }
 
-/// Writes the table of readouts.
+/// Writes the tables of readouts.
 pub(crate) fn table(page: &mut String) {
     page.push_str(include_str!("readout.txt"));
     let answered = each(SLIDES, answer);
-    let dump = std::env::var_os("DUMP").is_some();
-    for (known, of_known) in ["known", "unknown"].into_iter().enumerate() {
-        for (number, (name, _)) in READOUTS.iter().enumerate() {
-            let cases: Vec<_> = answered
-                .iter()
-                .map(|(slide, unit, motions)| Case {
-                    slide,
-                    unit: *unit,
-                    motion: motions[number].map(|both| both[known]),
-                })
-                .collect();
-            if dump {
-                for c in &cases {
-                    let m = c.motion;
-                    let v = m.and_then(|m| m.velocity).unwrap_or_default();
-                    let _ = writeln!(
-                        page,
-                        "D,{of_known},{name},{},{},{:?},{},{:?},{},{},{},{}",
-                        c.slide.speed_mm_s,
-                        c.slide.direction_deg,
-                        m.map(|m| m.contact),
-                        m.is_some_and(|m| m.reliable),
-                        m.and_then(|m| m.doubt),
-                        v.mm_s,
-                        v.mm_s_sd,
-                        v.degrees,
-                        v.degrees_sd
-                    );
-                }
-            }
-            let _ = writeln!(page, "{}", row(of_known, name, &cases));
+    let cases = |known: usize, camera: usize| {
+        let case = |(slide, unit, motions): &'_ (Slide, u32, [Motions; CAMERAS.len()])| {
+            (*slide, *unit, motions[camera].map(|both| both[known]))
+        };
+        answered.iter().map(case).collect::<Vec<_>>()
+    };
+    let of_known = [cases_of(&cases, 0), cases_of(&cases, 1)];
+    for (name, of_cameras) in ["known", "unknown"].into_iter().zip(&of_known) {
+        for ((readout, _, exposure, _), found) in CAMERAS.iter().zip(of_cameras) {
+            let _ = writeln!(page, "| {name} | {readout} | {exposure} | {}", row(found));
         }
     }
+    page.push_str(READOUTS);
+    let mut group = |name: &str, is_in: &dyn Fn(&Slide) -> bool| {
+        let _ = write!(page, "| {name} |");
+        for found in of_known.iter().flat_map(|of_cameras| &of_cameras[..WHOLE]) {
+            let result = Result::new(&of(found, is_in));
+            let _ = write!(page, " {} |", share(result.reliable, result.count));
+        }
+        page.push('\n');
+    };
+    for [low, high] in [[10.0, 30.0], [30.0, 100.0], [100.0, 200.0], [200.0, 300.0], [300.0, 600.0]] {
+        group(&format!("{low} to {high} mm/s"), &|slide| (low..high).contains(&slide.speed_mm_s));
+    }
+    for [low, high] in [[0.0, 30.0], [30.0, 60.0], [60.0, 90.0]] {
+        let angle = |slide: &Slide| 90.0 - (slide.direction_deg % 180.0 - 90.0).abs();
+        group(&format!("up to 100 mm/s, {low} to {high}° from the rows"), &|slide| {
+            slide.speed_mm_s < 100.0 && (low..=high).contains(&angle(slide))
+        });
+    }
+    page.push('\n');
 }
 
-fn row(known: &str, name: &str, cases: &[Case<'_>]) -> String {
-    let result = Result::new(cases);
+/// A slide, its sensor, and its motion before a camera.
+type Found = (Slide, u32, Option<Motion>);
+
+fn cases_of(cases: &impl Fn(usize, usize) -> Vec<Found>, known: usize) -> Vec<Vec<Found>> {
+    (0..CAMERAS.len()).map(|camera| cases(known, camera)).collect()
+}
+
+/// Returns the cases of some slides.
+fn of<'a>(found: &'a [Found], is_in: &dyn Fn(&Slide) -> bool) -> Vec<Case<'a>> {
+    let case = |(slide, unit, motion): &'a Found| Case { slide, unit: *unit, motion: *motion };
+    found.iter().filter(|(slide, ..)| is_in(slide)).map(case).collect()
+}
+
+const READOUTS: &str = "
+Reliable slides by speed and direction, in percent, by the readout in ms:
+
+| slides | known: 0 | 10 | 20 | 33 | unknown: 0 | 10 | 20 | 33 |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- |
+";
+
+fn row(found: &[Found]) -> String {
+    let result = Result::new(&of(found, &|_| true));
     let of = |errors: &[f64], fraction, unit: f64| {
         percentile(errors.to_vec(), fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
     };
     let wrong = result.speed.iter().zip(&result.degrees).filter(|(speed, degrees)| **speed > 0.1 || **degrees > 10.0);
     format!(
-        "| {known} | {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
-        result.count,
+        "{} | {} | {} | {} | {} | {} | {} | {} |",
         share(result.reliable, result.count),
         of(&result.speed, 0.5, 100.0),
         of(&result.speed, 0.95, 100.0),

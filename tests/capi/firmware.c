@@ -30,7 +30,7 @@ static uint32_t model_words[24 * 1024];
 static uint8_t frame[512 * 1024];
 static int16_t sample[WSTAC_FW_SAMPLE_NUMBERS];
 
-static const WstacFwOptions tiny = {.format = &WSTAC_FW_GREY, .width = 10, .height = 10};
+static const WstacFwOptions tiny = {.format = &WSTAC_FW_GREY, .width = 10, .height = 10, .readout_known = 1};
 static uint8_t dark[100], bright[100];
 
 static WstacFwStatus init(const WstacFwOptions *options)
@@ -648,7 +648,8 @@ int main(int argc, char **argv)
     fclose(file);
     models_are_checked(bytes);
     fprintf(stderr, "%d expectations\n", expectations);
-    WstacFwOptions options = {.width = (uint32_t)atoi(argv[3]), .height = (uint32_t)atoi(argv[4])};
+    WstacFwOptions options = {
+        .width = (uint32_t)atoi(argv[3]), .height = (uint32_t)atoi(argv[4]), .readout_known = 1};
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         if (strcmp(formats[i].name, argv[1]) == 0)
             options.format = formats[i].format;

@@ -7,7 +7,7 @@ use crate::paper::direction::{self, Direction};
 use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
 use crate::paper::trigger::Event;
 use crate::reason::Reason;
-use crate::touch::motion::{self, Contact, Motion, MotionConfig, Velocity};
+use crate::touch::motion::{self, Contact, Motion, MotionConfig, Readout, Velocity};
 
 /// The answers of a law about an event's touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +71,15 @@ pub trait EventLaw {
     fn is_per_touch(&self) -> bool {
         true
     }
+
+    /// Returns the law for a camera with this readout. A law of durations stays as it is.
+    #[must_use]
+    fn with_readout(self, _: Readout) -> Self
+    where
+        Self: Sized,
+    {
+        self
+    }
 }
 
 /// The law of arrival times by coherence ([`motion::by_coherence`]): the default.
@@ -108,11 +117,19 @@ impl EventLaw for ByCoherence {
     fn answer(&self, event: &Event<'_>) -> Answer {
         by_arrival(event, &motion::by_coherence(event, self.0))
     }
+
+    fn with_readout(self, readout: Readout) -> Self {
+        Self(self.0.with_readout(readout))
+    }
 }
 
 impl EventLaw for ByEdges {
     fn answer(&self, event: &Event<'_>) -> Answer {
         by_arrival(event, &motion::by_edges(event, self.0))
+    }
+
+    fn with_readout(self, readout: Readout) -> Self {
+        Self(self.0.with_readout(readout))
     }
 }
 
@@ -160,6 +177,14 @@ impl EventLaw for AnyLaw {
             Self::Coherence(law) => law.is_per_touch(),
             Self::Edges(law) => law.is_per_touch(),
             Self::Duration(law) => law.is_per_touch(),
+        }
+    }
+
+    fn with_readout(self, readout: Readout) -> Self {
+        match self {
+            Self::Coherence(law) => Self::Coherence(law.with_readout(readout)),
+            Self::Edges(law) => Self::Edges(law.with_readout(readout)),
+            Self::Duration(_) => self,
         }
     }
 }

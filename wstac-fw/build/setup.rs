@@ -154,7 +154,9 @@ fn laws(config: &Config) -> String {
         None => ("SpeedConfig".to_owned(), "durations(rate)".to_owned()),
     };
     format!(
-        "/// The type of the law from an event to its answers.
+        "/// The time in ms in which the camera reads its rows, as the configuration states it.
+pub const READOUT_MS: Option<f32> = {:?};
+/// The type of the law from an event to its answers.
 pub type Law = {law};
 /// Returns the law from an event to its answers, for a camera of this rate.
 ///
@@ -181,7 +183,7 @@ pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
     }}
 }}
 ",
-        config.sensor.pitch_mm, config.speed.threshold, config.speed.threshold_on,
+        config.sensor.readout_ms, config.sensor.pitch_mm, config.speed.threshold, config.speed.threshold_on,
     )
 }
 

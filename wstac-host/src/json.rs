@@ -133,6 +133,9 @@ pub enum JsonLine<'a> {
         stamp: StampFields,
         /// The clock of all times: `driver`, `board` or `frames`.
         clock: StreamClock,
+        /// The milliseconds in which a rolling shutter reads its rows; `null` if nobody stated them.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        readout_ms: Option<Option<f64>>,
     },
 }
 
@@ -189,6 +192,7 @@ impl<'a> JsonLine<'a> {
                 time_ns: end.time_ns,
                 stamp: StampFields::new(end.stamp),
                 clock: end.clock,
+                readout_ms: end.readout.recorded_ms(),
             },
             Output::Lost(_) | Output::BaselineDisturbed { .. } => return None,
         })

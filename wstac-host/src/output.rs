@@ -359,6 +359,36 @@ pub struct StreamSummary {
     pub baseline_complete: bool,
     /// The sample that was being captured.
     pub incomplete: Option<InterruptedSample>,
+    /// The time in which the camera reads its rows, as motion was computed with it.
+    pub readout: ReadoutUsed,
+}
+
+/// The time in which a camera reads its rows, as motion was computed with it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReadoutUsed {
+    /// A board computes motion, and does not say with what.
+    #[default]
+    OfBoard,
+    /// Nobody stated it.
+    Unknown,
+    /// Microseconds from the first row to the last; 0 for a global shutter.
+    Microseconds(i32),
+}
+
+impl ReadoutUsed {
+    /// Creates that of a readout in milliseconds; `None` is unknown.
+    pub(crate) fn of_ms(ms: Option<f32>) -> Self {
+        ms.map_or(Self::Unknown, |ms| Self::Microseconds((1000.0 * ms).round() as i32))
+    }
+
+    /// Returns what records say: nothing of a global shutter and of a board, else milliseconds, or `None` if it is unknown.
+    pub fn recorded_ms(self) -> Option<Option<f64>> {
+        match self {
+            Self::OfBoard | Self::Microseconds(0) => None,
+            Self::Unknown => Some(None),
+            Self::Microseconds(us) => Some(Some(f64::from(us) / 1000.0)),
+        }
+    }
 }
 
 impl StreamSummary {

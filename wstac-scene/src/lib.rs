@@ -23,6 +23,7 @@ mod elliptic;
 mod keys;
 mod light;
 pub mod rng;
+mod rolling;
 pub mod script;
 pub mod sensor;
 pub mod source;
@@ -38,6 +39,7 @@ pub use self::beam::Beam;
 use self::elastomer::Elastomer;
 pub use self::light::{Dead, LightConfig, Weak};
 use self::rng::Rng;
+use self::rolling::RollingShutter;
 pub use self::script::SceneConfig;
 use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
@@ -98,6 +100,8 @@ pub struct Scene {
     leak: f64,
     leak_per_minute: f64,
     auto_exposure: AutoExposure,
+    /// `None` for a global shutter.
+    rolling: Option<RollingShutter>,
     drops: Rng,
     /// Light of the next frame, if frames before it were lost.
     pending: Option<[f64; TAXELS]>,
@@ -122,6 +126,8 @@ impl Scene {
         let frame_s = f64::from(config.rate.denominator()) / f64::from(config.rate.numerator());
         check_work(script, &config, frame_s)?;
         let (truth, frames) = schedule(script, frame_s);
+        let readout_s = config.readout_ms * 1e-3;
+        let rolling = (readout_s != 0.0).then(|| RollingShutter::new(readout_s, frame_s, nominal.layout()));
         Ok(Self {
             truth,
             elastomer: Elastomer::new(script),
@@ -132,6 +138,7 @@ impl Scene {
             leak: script.light.leak * script.sensor.exposure,
             leak_per_minute: script.light.leak_per_minute,
             auto_exposure: AutoExposure::new(),
+            rolling,
             drops: Rng::new(script.seed, DROPS),
             pending: None,
             frame_s,
@@ -211,7 +218,12 @@ impl Scene {
         let intervals = if self.config.auto_exposure { self.auto_exposure.interval().frames().min(left) } else { 1 };
         let (from, length) = (self.frame as f64 * self.frame_s, f64::from(intervals) * self.frame_s);
         self.frame += u64::from(intervals);
-        let light = self.elastomer.expose(&self.truth, from, self.config.exposure * length, length);
+        let Self { elastomer, truth, .. } = self;
+        let open = self.config.exposure * length;
+        let light = match &mut self.rolling {
+            None => elastomer.expose(truth, from, open, length),
+            Some(rolling) => rolling.expose(from, open, |from, length| elastomer.expose(truth, from, length, length)),
+        };
         let mut light = light.map(|light| light / self.frame_s);
         if self.leak_per_minute > 0.0 {
             let more = self.leak_per_minute * from / 60.0 * self.config.exposure * f64::from(intervals);

@@ -41,8 +41,7 @@ impl SceneSource {
         let mut info = StreamInfo::new(about, script.sensor.size, sensor.format(), script.sensor.rate);
         info.color = sensor.color();
         info.bytes_per_row = sensor.bytes_per_row() as u32;
-        // A driver that knows its sensor says so, too.
-        info.readout_ms = Some(0.0);
+        info.readout_ms = Some(script.sensor.readout_ms as f32);
         info.taxels_only = script.fidelity == Fidelity::Taxel;
         Ok(Self { info, scene })
     }

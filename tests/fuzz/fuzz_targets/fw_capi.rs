@@ -80,6 +80,8 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
         taxel: [number(input, 10)? as u16, number(input, 10)? as u16],
         corners: if input.ratio(1, 4)? { corners.as_ptr() } else { ptr::null() },
         pitch_mm: any(input, 0.0)?,
+        readout_known: choice(input)?,
+        readout_ms: any(input, 0.0)?,
     };
     // SAFETY: both are numbers.
     let (mut pipeline, mut model) = unsafe { (mem::zeroed::<WstacFwPipeline>(), mem::zeroed::<WstacFwModel>()) };

@@ -161,8 +161,8 @@ Output with --json, one object (wrapped here):
              touched, frozen, unlocked, drifting_control, slow, rate,
              jitter, lost, saturated, clipped, leak, always_lit, noisy,
              insensitive, drift, mjpeg, readout
-  healthy    true if nothing is to be changed; readout, which every camera
-             has, does not count
+  healthy    true if nothing is to be changed; readout, which a camera
+             has whose readout is unknown, does not count
 
 The threshold of the trigger:
   A row or column whose five taxels add up to R levels at rest fires when

@@ -313,6 +313,10 @@ Output with --json, one object per line (wrapped here):
               so its time is that of the frame before it and the rate.
               null: no frame came yet, or a board's clock is not known.
               With several camera frames in one, the first counts.
+  readout_ms  in the end record is the time in which the camera reads its
+              rows, as --readout, [sensor] or the source states it; null
+              if none does, and then speeds allow for up to a frame. It is
+              not there for a global shutter (0) and a board.
   stamp       is the wall-clock time of the same frame, in UTC. Only
               cameras, their recordings and boards have it; an event of
               another source has null. It is off by at most

@@ -35,6 +35,13 @@ pub(super) struct SourceArguments {
     #[arg(long, value_parser = range())]
     range: Option<QuantizationRange>,
 
+    /// Time in which the camera reads its rows, in milliseconds
+    ///
+    /// It is from the first to the last row of the picture before it was turned: 0 for a global shutter, below 0 if the bottom
+    /// comes first. Without it, [sensor] readout_ms holds, or what the source states.
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = readout)]
+    readout: Option<f32>,
+
     /// Read this sensor of a recording of several
     ///
     /// wstac run, view, serve and dataset read all of them without it.
@@ -52,6 +59,11 @@ fn range() -> impl TypedValueParser<Value = QuantizationRange> {
     names.map(|name| if name == "full" { QuantizationRange::Full } else { QuantizationRange::Limited })
 }
 
+fn readout(text: &str) -> Result<f32, String> {
+    let ms = text.parse().ok().filter(|ms: &f32| (-1000.0..=1000.0).contains(ms));
+    ms.ok_or_else(|| "expected -1000 to 1000 milliseconds".into())
+}
+
 impl SourceArguments {
     /// Opens a source and returns it with its stream information and its configuration. The configuration is that of
     /// the given file, or else of the source, or else the default.
@@ -64,7 +76,8 @@ impl SourceArguments {
         // The file is read first, so that a camera or standard input is not opened in vain.
         let given = file.map(Config::read).transpose()?;
         let (source, info) = self.open(source, delivery)?;
-        let config = config_of(&info, given)?;
+        let mut config = config_of(&info, given)?;
+        config.sensor.readout_ms = self.readout.or(config.sensor.readout_ms);
         Ok((source, info, config))
     }
 
@@ -86,6 +99,7 @@ impl SourceArguments {
         }
         info.color.matrix = self.matrix.unwrap_or(info.color.matrix);
         info.color.range = self.range.unwrap_or(info.color.range);
+        info.readout_ms = self.readout.or(info.readout_ms);
         Ok((source, info))
     }
 
@@ -114,8 +128,9 @@ impl SourceArguments {
 
     /// Refuses the options of a camera or a recording, for a source that is a board.
     pub(super) fn expect_none(&self, source: &OsStr) -> Result<(), Error> {
-        let Self { options, matrix, range, sensor } = self;
-        if *options != OpenOptions::default() || matrix.is_some() || range.is_some() || sensor.is_some() {
+        let Self { options, matrix, range, readout, sensor } = self;
+        let is_changed = matrix.is_some() || range.is_some() || readout.is_some() || sensor.is_some();
+        if *options != OpenOptions::default() || is_changed {
             let message = "is a board, expected no options of a camera: its firmware sets the camera up";
             return Err(Error::new(ErrorKind::Usage, source.display(), message));
         }
@@ -157,7 +172,7 @@ impl SourceArguments {
 
     pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {
         let options = OpenOptions { format: Some(format), size: Some(size), ..self.options.clone() };
-        Self { options, matrix: None, range: None, sensor: self.sensor.clone() }
+        Self { options, matrix: None, range: None, readout: self.readout, sensor: self.sensor.clone() }
     }
 
     pub(super) fn asked_fps(&self) -> f64 {
@@ -199,6 +214,15 @@ pub(super) fn doubt_of_layout(info: &StreamInfo, config: &Config) -> Option<&'st
     (!is_known).then_some(
         "no [layout] is given, so taxels are where the sensor of the publication has them; help: run wstac calibrate, \
          and give its file with --config",
+    )
+}
+
+/// Returns what an unknown readout does to answers, if that of a source is unknown.
+pub(super) fn doubt_of_readout(info: &StreamInfo, config: &Config) -> Option<&'static str> {
+    let is_unknown = config.readout_ms(info).is_none() && config.speed.law().is_none();
+    is_unknown.then_some(
+        "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; state it with \
+         --readout MS or [sensor] readout_ms (0: global shutter)",
     )
 }
 

@@ -84,6 +84,7 @@ int main(int argc, char **argv)
         .format = &WSTAC_FW_GREY,
         .width = (uint32_t)strtoul(argv[2], NULL, 10),
         .height = (uint32_t)strtoul(argv[3], NULL, 10),
+        .readout_known = 1, /* and readout_ms = 0: a global shutter */
     };
     check(wstac_fw_init(&pipeline, sizeof pipeline, &options), "options");
     if (options.width > MOST_WIDTH) {

@@ -446,6 +446,12 @@ typedef struct WstacFwOptions {
   const struct WstacFwCorner *corners;
   /// The distance between neighboring whiskers in mm: `[sensor] pitch_mm`, above 0 and at most 1000; 0 means 4.
   float pitch_mm;
+  /// Whether `readout_ms` is known. Otherwise standard deviations cover a rolling shutter, and fast slides are not
+  /// reliable.
+  WstacFwBool readout_known;
+  /// The time in ms from the first to the last row of the picture: 0 for a global shutter, below 0 if the last row comes
+  /// first. Beyond 1000 it counts as unknown.
+  float readout_ms;
 } WstacFwOptions;
 
 /// The parameters of the trigger: `[trigger]` of a configuration file.

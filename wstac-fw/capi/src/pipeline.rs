@@ -13,7 +13,7 @@ use wstac_core::params::{PITCH_MM, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
 
 use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
@@ -111,10 +111,13 @@ impl PipelineState {
             camera = camera.with_bytes_per_row(options.bytes_per_row)?;
         }
         let pitch = if options.pitch_mm == 0.0 { PITCH_MM } else { options.pitch_mm };
+        let stated = choice(options.readout_known)?.then_some(options.readout_ms);
+        let stated = stated.filter(|ms| (-1000.0..=1000.0).contains(ms));
+        let readout = Readout::of_layout(stated, RowOrder::Down, &layout, rate);
         let trigger = TriggerConfig::default().one_event_per_touch();
         let builder = Pipeline::builder(camera).floor(format.default_floor()).trigger(trigger).baseline(None);
         // All that can fail comes first, so that the pipeline is built in its place.
-        let (builder, motion) = (builder.check()?, MotionConfig::new(pitch, rate)?);
+        let (builder, motion) = (builder.check()?, MotionConfig::new(pitch, rate)?.with_readout(readout));
         Ok(Self {
             pipeline: builder.build(),
             speed: SpeedConfig::published(rate),
@@ -210,6 +213,12 @@ pub struct WstacFwOptions {
     pub corners: *const WstacFwCorner,
     /// The distance between neighboring whiskers in mm: `[sensor] pitch_mm`, above 0 and at most 1000; 0 means 4.
     pub pitch_mm: f32,
+    /// Whether `readout_ms` is known. Otherwise standard deviations cover a rolling shutter, and fast slides are not
+    /// reliable.
+    pub readout_known: WstacFwBool,
+    /// The time in ms from the first to the last row of the picture: 0 for a global shutter, below 0 if the last row comes
+    /// first. Beyond 1000 it counts as unknown.
+    pub readout_ms: f32,
 }
 
 /// Sets up a pipeline with the default trigger and laws, in `size` bytes of memory: sizeof(WstacFwPipeline).

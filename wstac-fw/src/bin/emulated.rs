@@ -50,6 +50,8 @@ fn run() -> Option<()> {
     // It stays in its result: taken out, it would be a second reader on the stack.
     let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, LAW);
     let reader = reader.as_mut().ok()?;
+    // Frames are of a file: all rows are of one time.
+    reader.state_readout(0.0);
     Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();

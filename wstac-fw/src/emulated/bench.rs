@@ -10,7 +10,7 @@ use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::Event;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, Readout};
 
 use super::host;
 use crate::setup;
@@ -41,7 +41,7 @@ pub const DURATIONS: SpeedConfig = match setup::durations(FrameRate::NOMINAL) {
 
 /// The parameters of arrival times of the configuration.
 pub const MOTION: MotionConfig = match setup::motion(FrameRate::NOMINAL) {
-    Ok(motion) => motion,
+    Ok(motion) => motion.with_readout(Readout::GLOBAL),
     Err(_) => panic!("checked by the build script"),
 };
 

@@ -71,7 +71,9 @@ fn long(t: usize) -> Vec<u8> {
 
 fn reader() -> Reader {
     let law = setup::law(FrameRate::NOMINAL).unwrap();
-    Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, law).unwrap()
+    let mut reader = Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, law).unwrap();
+    reader.state_readout(0.0);
+    reader
 }
 
 /// Takes frames in stripes of four rows, with room for this many parts of a sample after each frame.

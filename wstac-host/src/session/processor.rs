@@ -21,7 +21,7 @@ use crate::error::{Error, ErrorKind};
 use crate::frame_clock::FrameClock;
 use crate::output::{
     Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
-    MotionReport, Output, OutputOptions, RecordTimes, StreamSummary, TactileEvent,
+    MotionReport, Output, OutputOptions, ReadoutUsed, RecordTimes, StreamSummary, TactileEvent,
 };
 use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -42,6 +42,7 @@ pub struct Processor {
     law: AnyLaw,
     durations: SpeedConfig,
     motion: MotionConfig,
+    readout: ReadoutUsed,
     clock: FrameClock,
     /// Follows motion, if it was asked for.
     live: Option<LiveMotion>,
@@ -227,8 +228,8 @@ impl Processor {
     /// Creates a processor whose feature frames are counted from `first` on.
     fn starting_at(info: &StreamInfo, config: &Config, options: OutputOptions, first: u64) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
-        let motion = config.motion_of(info).map_err(in_table)?;
         let mut pipeline = config.pipeline_at(info, first)?;
+        let motion = config.motion_of(info).map_err(in_table)?;
         if options.paths {
             pipeline.keep_taxels();
         }
@@ -238,6 +239,7 @@ impl Processor {
             law: config.law_of(info).map_err(in_table)?,
             durations: config.durations(info.rate).map_err(in_table)?,
             motion,
+            readout: ReadoutUsed::of_ms(config.readout_ms(info)),
             clock: FrameClock::new(info.rate, info.clock),
             live: options.motion.then(|| LiveMotion::new(motion)),
             textures: Textures::default(),
@@ -354,7 +356,11 @@ impl Processor {
             emit(answers.interrupted(sample))?;
         }
         let end = finished.end();
-        let summary = StreamSummary { dropped_by: self.dropped_by, ..StreamSummary::new(end, self.dropped) };
+        let summary = StreamSummary {
+            dropped_by: self.dropped_by,
+            readout: self.readout,
+            ..StreamSummary::new(end, self.dropped)
+        };
         emit(Output::End(summary.by_clock(&self.clock)))
     }
 

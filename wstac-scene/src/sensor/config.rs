@@ -7,6 +7,7 @@
 //! matrix = "bt601"       # matrix of YCbCr formats: "bt601" or "bt709"
 //! range = "limited"      # range of YCbCr formats: "limited" or "full"
 //! quality = 85           # quality of JPEG pictures, 1 to 100
+//! readout_ms = 0.0       # time from the first to the last row; below 0 if the last is first
 //! exposure = 1.0         # fraction of the frame interval during which the shutter is open
 //! full_well = 25500.0    # electrons at full scale at a gain of 1
 //! read_noise = 60.0      # electrons rms
@@ -45,6 +46,9 @@ pub struct SensorConfig {
     pub color: YcbcrEncoding,
     /// JPEG quality, 1..=100; it matters only for JPEG pictures.
     pub quality: u8,
+    /// Time from the first to the last row of the picture in ms, at most a frame interval: 0 for a global shutter, below
+    /// 0 if the last row comes first.
+    pub readout_ms: f64,
     /// Fraction of the frame interval during which the shutter is open, 0.01..=1.
     ///
     /// The sensor itself takes light that is already integrated.
@@ -79,6 +83,7 @@ impl Default for SensorConfig {
             format: SensorFormat::GREY,
             color: YcbcrEncoding::default(),
             quality: 85,
+            readout_ms: 0.0,
             exposure: 1.0,
             full_well: 25_500.0,
             read_noise: 60.0,
@@ -110,6 +115,7 @@ struct Keys {
     matrix: Option<String>,
     range: Option<String>,
     quality: Option<i64>,
+    readout_ms: Option<f64>,
     exposure: Option<f64>,
     full_well: Option<f64>,
     read_noise: Option<f64>,
@@ -161,6 +167,7 @@ impl TryFrom<Keys> for SensorConfig {
                 )?,
             },
             quality: keys.quality.map_or(Ok(default.quality), checked_quality)?,
+            readout_ms: keys.readout_ms.unwrap_or(default.readout_ms),
             exposure: keys.exposure.unwrap_or(default.exposure),
             full_well: keys.full_well.unwrap_or(default.full_well),
             read_noise: keys.read_noise.unwrap_or(default.read_noise),
@@ -184,6 +191,12 @@ impl SensorConfig {
     /// A value is out of range; the message names the key, the value found and the values expected.
     pub fn check(&self) -> Result<(), String> {
         checked_quality(self.quality.into())?;
+        // To a tenth of a millisecond, since a rate of 30 per second leaves 33.3 ms.
+        let most = libm::ceil(10_000.0 * f64::from(self.rate.denominator()) / f64::from(self.rate.numerator())) / 10.0;
+        within("readout_ms", self.readout_ms, -most, most)?;
+        if self.readout_ms != 0.0 && self.pose.is_some() {
+            return Err(format!("readout_ms is {}, expected 0 with [sensor.pose]", self.readout_ms));
+        }
         within("exposure", self.exposure, 0.01, 1.0)?;
         within("full_well", self.full_well, 1.0, 1e9)?;
         within("read_noise", self.read_noise, 0.0, 1e6)?;
@@ -254,7 +267,7 @@ mod tests {
             .map_while(|line| line.strip_prefix("//! "))
             .take_while(|line| *line != "```")
             .fold(String::new(), |table, line| table + line + "\n");
-        assert_eq!(table.lines().count(), 15);
+        assert_eq!(table.lines().count(), 16);
         assert_eq!(read(&table).unwrap(), SensorConfig::default());
         assert_eq!(read("").unwrap(), SensorConfig::default());
     }
@@ -306,6 +319,8 @@ mod tests {
             ("quality = 357", ["quality is 357", "1 to 100"]),
             ("exposure = 0", ["exposure is 0", "0.01 to 1"]),
             ("full_well = 0", ["full_well is 0", "expected 1 to"]),
+            ("readout_ms = 34", ["readout_ms is 34", "-33.4 to 33.4"]),
+            ("readout_ms = -20\n[pose]\nscale = 1", ["readout_ms is -20", "0 with [sensor.pose]"]),
             ("read_noise = -1", ["read_noise is -1", "0 to 1000000"]),
             ("black_level = 200", ["black_level is 200", "0 to 128"]),
             ("gain = 0.5", ["gain is 0.5", "1 to 1000"]),

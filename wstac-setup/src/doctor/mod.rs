@@ -220,7 +220,7 @@ pub fn examine(
         healthy: true,
         verdict: Vec::new(),
     };
-    report.verdict = verdict::verdict(&report, info, measured);
+    report.verdict = verdict::verdict(&report, info, config, measured);
     report.healthy = report.verdict.iter().all(|finding| finding.kind == verdict::READOUT);
     Ok(report)
 }

@@ -216,16 +216,21 @@ fn a_sensor_in_order_has_nothing_to_change() {
 }
 
 #[test]
-fn what_a_rolling_shutter_costs_is_told_of_cameras_only() {
+fn what_an_unknown_readout_costs_is_told_of_cameras_only() {
     let frames = (0..150).map(|_| Shown::Level(1.4)).collect();
     let (info, measured) = read(played(PixelFormat::Gray, frames, false));
     let camera = CameraReport { device: DeviceInfo::default(), format: "GREY".into() };
-    let (config, known) = (Config::default(), Known::default());
-    let report = examine(&info, &config, &measured, known, (Some(camera), Vec::new()), None).unwrap();
+    let mut config = Config::default();
+    let of = |config: &Config| {
+        examine(&info, config, &measured, Known::default(), (Some(camera.clone()), Vec::new()), None).unwrap()
+    };
+    let report = of(&config);
     assert_eq!(kinds(&report), ["readout"], "{report}");
     // The camera is as good as it can be, so nothing is to be changed.
     let text = report.to_string();
-    assert!(report.healthy && text.contains("\nNothing to change.\n- most cameras without a global shutter"), "{text}");
+    assert!(report.healthy && text.contains("\nNothing to change.\n- readout unknown"), "{text}");
+    config.sensor.readout_ms = Some(12.0);
+    assert!(of(&config).verdict.is_empty());
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::controls::ControlReport;
 use super::measure::Measured;
 use super::{Report, rate_text};
 use wstac_host::camera::UnlockedReason;
+use wstac_host::config::Config;
 use wstac_host::source::{LossReason, StreamInfo};
 
 /// A recommended change.
@@ -38,7 +39,7 @@ pub(super) const READOUT: &str = "readout";
 /// Returns the findings, the most important first.
 ///
 /// Findings that make all other numbers doubtful come first, then unwanted changes, then the rest.
-pub(super) fn verdict(report: &Report, info: &StreamInfo, measured: &Measured) -> Vec<Finding> {
+pub(super) fn verdict(report: &Report, info: &StreamInfo, config: &Config, measured: &Measured) -> Vec<Finding> {
     let mut findings = Findings(Vec::new());
     let was_still = stillness(&mut findings, report, measured);
     controls(&mut findings, &report.controls);
@@ -49,7 +50,9 @@ pub(super) fn verdict(report: &Report, info: &StreamInfo, measured: &Measured) -
         trigger(&mut findings, report);
         mjpeg(&mut findings, report);
     }
-    readout(&mut findings, report);
+    if report.camera.is_some() && config.readout_ms(info).is_none() {
+        readout(&mut findings);
+    }
     findings.0
 }
 
@@ -219,12 +222,10 @@ fn mjpeg(findings: &mut Findings, report: &Report) {
     }
 }
 
-/// Says what a rolling shutter costs. The camera does not say whether it has one. docs/ANSWERS.md has the numbers.
-fn readout(findings: &mut Findings, report: &Report) {
-    if report.camera.is_some() {
-        let found = "most cameras without a global shutter read their rows one after the other, for 10 to 33 ms".into();
-        let advice = "take one with a global shutter to measure motion: with 10, 20 and 33 ms, speed or direction is wrong \
-                      in 14, 31 and 45 % of slides, by more than 10 % or 10°, and `reliable` does not show it";
-        findings.add(READOUT, found, advice);
-    }
+/// Says what an unknown readout costs. docs/ANSWERS.md has the numbers.
+fn readout(findings: &mut Findings) {
+    let found = "readout unknown: most cameras without a global shutter read their rows one after the other".into();
+    let advice = "state the time from the first to the last row, often 10 to 33 ms, with [sensor] readout_ms (0: global \
+                  shutter): without it, most slides above 100 mm/s are not reliable";
+    findings.add(READOUT, found, advice);
 }

@@ -4,6 +4,7 @@ use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
+use wstac_core::layout::Layout;
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::paper::baseline::Baseline;
 use wstac_core::paper::baseline_policy::{FixedBaseline, TrackingBaseline};
@@ -15,7 +16,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Velocity};
+use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, RowOrder, Velocity};
 use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 
 entries! {
@@ -104,6 +105,14 @@ entries! {
     speed_marked(config: &SpeedConfig, mm_s: f32) -> Speed { config.marked(mm_s) }
     new_motion_config(pitch_mm: f32, rate: FrameRate) -> Result<MotionConfig, ConfigError> { MotionConfig::new(pitch_mm, rate) }
     new_published_motion(rate: FrameRate) -> MotionConfig { MotionConfig::published(rate) }
+    motion_with_readout(config: MotionConfig, readout: Readout) -> MotionConfig { config.with_readout(readout) }
+    motion_readout(config: MotionConfig) -> Readout { config.readout() }
+    unknown_readout(rate: FrameRate) -> Readout { Readout::unknown(rate) }
+    readout_of_layout(ms: Option<f32>, order: RowOrder, layout: &Layout, rate: FrameRate) -> Readout {
+        Readout::of_layout(ms, order, layout, rate)
+    }
+    readout_is_known(readout: Readout) -> bool { readout.is_known() }
+    readout_delays(readout: Readout) -> [f32; 2] { readout.delays() }
     contact_name(contact: Contact) -> &'static str { contact.as_str() }
     new_paper_speed(rate: FrameRate) -> SpeedConfig { SpeedConfig::published(rate) }
 }

@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::{doubt_of_layout, doubts_of_textures};
+use super::super::source_arguments::{doubt_of_layout, doubt_of_readout, doubts_of_textures};
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -119,6 +119,7 @@ impl<'a> Run<'a> {
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         // Only after opening, which a signal ends at once, and before the first output.
         finishing(self.ending());
+        let readout = doubt_of_readout(&info, &config);
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config.clone())
@@ -133,6 +134,9 @@ impl<'a> Run<'a> {
             records.notice("default-layout", doubt);
         }
         if let Some(doubt) = doubts_of_textures(&info, files) {
+            records.note(doubt);
+        }
+        if let Some(doubt) = readout {
             records.note(doubt);
         }
         if info.rate.frames_added() > 1 {

@@ -109,6 +109,8 @@ optional; these are the defaults:
   matrix = "bt601"       # matrix of YCbCr; or "bt709"
   range = "limited"      # range of YCbCr; or "full"
   quality = 85           # quality of MJPG, 1 to 100
+  readout_ms = 0         # rolling shutter: time from the first to the
+                         # last row; below 0 if the last comes first
   exposure = 1.0         # fraction of the frame time during which
                          # the shutter is open
   full_well = 25500      # electrons at full scale, at a gain of 1
