@@ -22,7 +22,6 @@ use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
 pub(crate) use self::speed::MOST_READOUT_MS;
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
-use crate::source::StreamInfo;
 use crate::text_file::{toml_error, whole_if_any};
 
 /// Everything that a configuration file can say.
@@ -300,30 +299,6 @@ impl Config {
         let motion = MotionConfig::new(self.sensor.pitch_mm, rate)?;
         let square = Layout::paper(FrameSize::new(400, 400)?)?;
         Ok(motion.with_readout(Readout::of_layout(self.sensor.readout_ms, RowOrder::Down, &square, rate)))
-    }
-
-    /// Returns the readout in milliseconds that holds for a source: the configuration's, else the source's own. `None` is
-    /// unknown.
-    pub fn readout_ms(&self, info: &StreamInfo) -> Option<f32> {
-        self.sensor.readout_ms.or(info.readout_ms)
-    }
-
-    /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.
-    ///
-    /// # Errors
-    /// The errors of [`Config::layout`] and of [`MotionConfig::new`].
-    pub fn motion_of(&self, info: &StreamInfo) -> Result<MotionConfig, ConfigError> {
-        let layout = self.layout(info.size)?;
-        let readout = Readout::of_layout(self.readout_ms(info), info.row_order, &layout, info.rate);
-        Ok(MotionConfig::new(self.sensor.pitch_mm, info.rate)?.with_readout(readout))
-    }
-
-    /// Returns the law from an event to its answers for the frames of a source.
-    ///
-    /// # Errors
-    /// The errors of [`Config::motion_of`] and [`Config::law`].
-    pub fn law_of(&self, info: &StreamInfo) -> Result<AnyLaw, ConfigError> {
-        self.speed.in_force(self.motion_of(info)?, info.rate)
     }
 
     /// Returns the law of durations for a camera of this rate: the one in force, or else the published one.

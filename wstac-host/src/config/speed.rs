@@ -153,7 +153,7 @@ impl SpeedKeys {
         SpeedConfig::new(law, self.threshold, self.threshold_on, rate)?.fitted_on(slowest, fastest)
     }
 
-    pub(super) fn in_force(&self, motion: MotionConfig, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
+    pub(crate) fn in_force(&self, motion: MotionConfig, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
         let durations = self.of_durations(rate)?;
         Ok(match self.estimator() {
             Some(Estimator::Coherence) => AnyLaw::Coherence(ByCoherence(motion)),

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use wstac_core::error::ConfigError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
@@ -13,7 +14,7 @@ use wstac_core::paper::trigger::{ContactEnd, InterruptedSample};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout};
 use wstac_core::touch::path_sample::TaxelRing;
 
 use crate::config::{Config, Kernel};
@@ -149,6 +150,30 @@ impl Config {
             return Err(self.does_not_fit(&info.about, "[layout]", message));
         }
         Ok(geometry)
+    }
+
+    /// Returns the readout in milliseconds that holds for a source: the configuration's, else the source's own. `None` is
+    /// unknown.
+    pub fn readout_ms(&self, info: &StreamInfo) -> Option<f32> {
+        self.sensor.readout_ms.or(info.readout_ms)
+    }
+
+    /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.
+    ///
+    /// # Errors
+    /// The errors of [`Config::layout`] and of [`MotionConfig::new`].
+    pub fn motion_of(&self, info: &StreamInfo) -> Result<MotionConfig, ConfigError> {
+        let layout = self.layout(info.size)?;
+        let readout = Readout::of_layout(self.readout_ms(info), info.row_order, &layout, info.rate);
+        Ok(MotionConfig::new(self.sensor.pitch_mm, info.rate)?.with_readout(readout))
+    }
+
+    /// Returns the law from an event to its answers for the frames of a source.
+    ///
+    /// # Errors
+    /// The errors of [`Config::motion_of`] and [`Config::law`].
+    pub fn law_of(&self, info: &StreamInfo) -> Result<AnyLaw, ConfigError> {
+        self.speed.in_force(self.motion_of(info)?, info.rate)
     }
 
     /// Builds the pipeline of a stream.
