@@ -275,13 +275,14 @@ fn has_sum(old: &Path) -> Result<bool, Error> {
     let mut walk = Walk::open(old, Mode::Salvage)?;
     loop {
         match walk.next().map_err(failed)? {
-            WalkStep::Record(span) if span.op == op::MESSAGE => {
-                if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
+            WalkStep::Record(span) => {
+                let start = walk.start_of(span, moments::SUM_START).map_err(failed)?;
+                if span.op == op::MESSAGE && moments::looks_like_sum(start) {
                     return Ok(true);
                 }
             }
             WalkStep::End { .. } => return Ok(false),
-            _ => {}
+            WalkStep::ChunkEnd | WalkStep::Damage(_) => {}
         }
     }
 }
