@@ -97,7 +97,9 @@ mod tests {
     #[test]
     fn a_model_of_the_program_needs_no_folder() {
         let request = |name: &str| action(Service::LoadModel, None, &Cdr::new().text(name).finish()).unwrap();
-        assert!(matches!(request("builtin:svm"), Ok(Action::UseModel { file, .. }) if file == Path::new("builtin:svm")));
+        assert!(
+            matches!(request("builtin:svm"), Ok(Action::UseModel { file, .. }) if file == Path::new("builtin:svm"))
+        );
         assert!(request("builtin:none").unwrap_err().to_string().contains("builtin:none"));
         assert!(request("svm.wsm").is_err());
     }
