@@ -9,7 +9,7 @@ use wstac_tests::folder::Folder;
 
 /// Returns the lines of features and events, without their times.
 fn records(source: &str) -> Vec<String> {
-    let text = good(&["run", source, "--json", "--features"]);
+    let text = good(&["run", source, "--json", "--features", "--readout", "0"]);
     let lines = text.lines().filter(|line| line.contains(r#""kind":"features""#) || line.contains(r#""kind":"event""#));
     let records: Vec<_> = lines.map(str::to_owned).collect();
     assert!(records.len() > 100 && records.iter().any(|line| line.contains(r#""contact":"slide""#)), "{text}");

@@ -46,7 +46,7 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
     run(&["scene", "render", scene, "-o", y4m, "--force"]);
     let live = good(&["run", &format!("scene:{scene}"), "--json", "--features"]);
     // A file says first that it has no layout.
-    let found = good(&["run", y4m, "--json", "--features"]);
+    let found = good(&["run", y4m, "--json", "--features", "--readout", "0"]);
     assert_eq!(
         found.split_once('\n').map(|(note, found)| (note.contains("default-layout"), found)),
         Some((true, &*live))
@@ -120,4 +120,33 @@ fn a_scene_explains_itself() {
     let explained = good(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
+}
+
+/// A camera that reads its rows for the whole frame: its answer is right if that is known, and not called reliable if not.
+#[test]
+fn a_rolling_shutter_is_taken_into_account() {
+    let text = "specimen = \"Saw3\"\nspeed = 200\ndirection = 60\n[sensor]\nsize = [80, 60]\nreadout_ms = 33";
+    let scene = file("rolling.toml", text);
+    let source = format!("scene:{}", scene.display());
+    let folder = scene.parent().unwrap();
+    let [y4m, recording, config] = ["r.y4m", "r.mcap", "r.cfg"].map(|name| folder.join(name).display().to_string());
+    run(&["scene", "render", scene.to_str().unwrap(), "-o", &y4m, "--force"]);
+    run(&["record", &source, "-o", &recording, "--force"]);
+    std::fs::write(&config, "[sensor]\nreadout_ms = 33\n").unwrap();
+    let answer = |arguments: &[&str]| {
+        let text = good(&[&["run", "--json"], arguments].concat());
+        let records: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let event = records.iter().find(|record| record["kind"] == "event").unwrap();
+        let number = |of: &str, name: &str| event[of][name].as_f64().unwrap_or(f64::NAN);
+        let is_right =
+            (number("speed", "mm_s") / 200.0 - 1.0).abs() < 0.03 && (number("direction", "deg") - 60.0).abs() < 2.0;
+        (event["reliable"] == true, is_right, records.last().unwrap()["readout_ms"].clone())
+    };
+    for known in [&[&*source][..], &[&recording], &[&y4m, "--readout", "33"], &[&y4m, "--config", &config]] {
+        assert_eq!(answer(known), (true, true, 33.0.into()), "{known:?}");
+    }
+    let (is_reliable, _, unknown) = answer(&[&y4m]);
+    assert_eq!((is_reliable, unknown), (false, Value::Null));
+    // The user's word counts, also where it is wrong.
+    assert!(!answer(&[&recording, "--readout", "0"]).1);
 }

@@ -145,7 +145,7 @@ fn pages_that_read_nothing_take_little_memory() {
         std::thread::sleep(Duration::from_millis(100));
         assert!(resident() < 150, "{} MB", resident());
     }
-    let (mut reader, mut bytes) = (open(), [0; 20_000]);
+    let (mut reader, mut bytes) = (open(), vec![0; 20_000]);
     reader.read_exact(&mut bytes).unwrap();
     let greeting = String::from_utf8_lossy(&bytes);
     assert!(greeting.contains("{\"sensors\":") && greeting.contains("{\"update\":0"), "{greeting}");

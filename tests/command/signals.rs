@@ -42,9 +42,13 @@ fn pipe(folder: &Folder, name: &str) -> String {
 
 #[test]
 fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
+    let folder = Folder::new("signals-stream");
+    // With a layout and a readout, there is no note before the first frame.
+    let config = folder.file("c.toml", "[layout]\npreset = \"paper\"\n[sensor]\nreadout_ms = 0\n");
+    let config = config.to_str().unwrap();
     for signal in SIGNALS {
         for (first_on_stdout, arguments) in
-            [(false, &["run", "-", "--json"][..]), (true, &["run", "-", "--json", "--features"])]
+            [(false, &["run", "-", "--json"][..]), (true, &["run", "-", "--json", "--features", "--config", config])]
         {
             let mut child = start(arguments);
             let mut stdin = child.stdin.take().unwrap();
@@ -185,6 +189,7 @@ fn a_signal_that_the_parent_ignores_stays_ignored() {
     stdin.write_all(HEADER).unwrap();
     stdin.write_all(&frames(1)).unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.next().unwrap().unwrap().contains("default-layout"));
     lines.next().unwrap().unwrap();
     for signal in SIGNALS {
         send(&child, signal);

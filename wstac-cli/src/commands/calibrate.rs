@@ -109,8 +109,8 @@ Output with --json, one object (wrapped here):
    "saturated":0,"noise_levels":0.005,"dark_levels":1.0,
    "readout_ms":20.1,"readout_sd_ms":0.3}
   dead is null or [row, column]. off_px is the root mean square distance
-  of the bases from a smooth lattice. The readout is null if it is not
-  known.
+  of the bases from a smooth lattice. readout_ms and its deviation are
+  null if no presses told them.
 
 Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml

@@ -59,7 +59,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FORM")]
     output_format: Option<Form>,
 
-    /// Write the records to this file: .jsonl, .json (one array), .csv or .txt
+    /// Write the records to this .jsonl, .json (one array), .csv or .txt file
     ///
     /// The file takes its name when the source ends. Until then, a hidden file beside it has the records. - is standard
     /// output.
@@ -123,7 +123,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     until: Option<f64>,
 
-    /// Take the baseline from the frames at this time, in seconds of the source
+    /// Take the baseline from the frames at this time, in seconds
     ///
     /// It is for a file that is touched in its first 25 frames: the file is read twice, first to this time, where nothing may
     /// touch the sensor for 25 frames. Touches that begin in the first 10 frames are not whole. Cameras, boards, pipes and

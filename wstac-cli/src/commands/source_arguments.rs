@@ -35,7 +35,7 @@ pub(super) struct SourceArguments {
     #[arg(long, value_parser = range())]
     range: Option<QuantizationRange>,
 
-    /// Time in which the camera reads its rows, in milliseconds
+    /// Time of the camera's rolling shutter, in ms
     ///
     /// It is from the first to the last row of the picture before it was turned: 0 for a global shutter, below 0 if the bottom
     /// comes first. Without it, [sensor] readout_ms holds, or what the source states.

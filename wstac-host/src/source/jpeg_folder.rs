@@ -67,7 +67,8 @@ impl JpegFolder {
         let (rate, said) = rate(&files, fps);
         let (width, height) = (size.width(), size.height());
         let about = format!("{}: {} JPEG files, {width}x{height}, {said}", path.display(), files.len());
-        let info = StreamInfo::new(about, size, PixelFormat::Rgb24, rate);
+        let row_order = orientation.row_order();
+        let info = StreamInfo { row_order, ..StreamInfo::new(about, size, PixelFormat::Rgb24, rate) };
         let model = first.file_name().unwrap_or_default().display().to_string();
         let (files, turned, again) = (files.into_iter(), Vec::new(), None);
         Ok(Self { info, decoder, model, files, bytes, turned, again, is_damage_said: false, is_turn_said: false })

@@ -1,6 +1,7 @@
 //! The orientation that a picture's Exif data state, and pixels turned by it.
 
 use wstac_core::layout::FrameSize;
+use wstac_core::touch::motion::RowOrder;
 
 /// The directory entry of the orientation, and its type of 16 bits.
 const ORIENTATION: u32 = 0x0112;
@@ -56,6 +57,16 @@ impl Orientation {
     /// Returns the width and height of a picture after its turn.
     pub(super) fn size<T>(self, (width, height): (T, T)) -> (T, T) {
         if self.0 < 4 { (width, height) } else { (height, width) }
+    }
+
+    /// Returns where the stored rows follow each other after the turn.
+    pub(super) fn row_order(self) -> RowOrder {
+        match self.0 {
+            0 | 1 => RowOrder::Down,
+            2 | 3 => RowOrder::Up,
+            4 | 7 => RowOrder::Right,
+            _ => RowOrder::Left,
+        }
     }
 
     /// Returns the size of a frame after its turn.
@@ -117,6 +128,15 @@ mod tests {
             assert_eq!(turn.turn().is_none(), orientation == 1);
             assert_eq!(turn.size((3, 2)), if orientation < 5 { (3, 2) } else { (2, 3) });
             assert_eq!(turn.pixels(&stored, 3, 1, &mut Vec::new()), expected, "{orientation}");
+            let at = |value| expected.iter().position(|pixel| *pixel == value).unwrap();
+            // The first row has 1, the second 4.
+            let order = match at(4) as isize - at(1) as isize {
+                3 => RowOrder::Down,
+                -3 => RowOrder::Up,
+                1 => RowOrder::Right,
+                _ => RowOrder::Left,
+            };
+            assert_eq!(turn.row_order(), order, "{orientation}");
             let pairs: Vec<u8> = stored.iter().flat_map(|value| [*value, 0]).collect();
             let turned: Vec<u8> = turn.pixels(&pairs, 3, 2, &mut Vec::new()).iter().step_by(2).copied().collect();
             assert_eq!(turned, expected, "{orientation}");

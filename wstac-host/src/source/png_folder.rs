@@ -48,11 +48,12 @@ impl PngFolder {
         if files.is_empty() {
             return Err(without_pictures(path));
         }
-        let (first, shape) = first_picture(path, &files)?;
+        let (first, shape, orientation) = first_picture(path, &files)?;
         let (rate, said) = rate(&files, fps);
         let about = format!("{}: {} PNG files, {shape}, {said}", path.display(), files.len());
         let info = StreamInfo {
             bytes_per_row: shape.bytes_per_row(),
+            row_order: orientation.row_order(),
             ..StreamInfo::new(about, shape.size, shape.format(), rate)
         };
         let model = first.file_name().unwrap_or_default().display().to_string();
@@ -119,11 +120,11 @@ impl Source for PngFolder {
 }
 
 /// Returns the first picture whose header can be read. Corrupt pictures before it are frames that are lost later on.
-fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, PngShape), Error> {
+fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, PngShape, Orientation), Error> {
     let mut why = String::new();
     for file in files {
         match PngPicture::open(file) {
-            Ok(picture) => return Ok((file.clone(), picture.shape())),
+            Ok(picture) => return Ok((file.clone(), picture.shape(), picture.orientation)),
             Err(Problem::Refused(message)) => return Err(Error::new(ErrorKind::Format, file.display(), message)),
             Err(Problem::Io(error)) => return Err(Error::io(file.display(), error)),
             Err(Problem::Corrupt(message)) if why.is_empty() => {

@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
+use wstac_core::touch::motion::RowOrder;
 
 use super::spacing::{self, Positions, Spacing};
 use super::y4m::Y4m;
@@ -95,8 +96,9 @@ struct Stated {
     /// The usual time between frames in milliseconds, by their time stamps, and whether the rate follows from it alone.
     step: Option<f64>,
     is_by_times: bool,
-    /// Whether the frames are to be turned, which ffmpeg does.
+    /// Whether the frames are to be turned or mirrored, which ffmpeg does, and where their rows then follow each other.
     is_turned: bool,
+    row_order: RowOrder,
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
 }
@@ -269,7 +271,9 @@ impl Stated {
             "bt470bg" | "smpte170m" | "fcc" => Some(YcbcrMatrix::Bt601),
             _ => None,
         };
-        let is_turned = value("rotation").parse::<f64>().is_ok_and(|degrees| degrees != 0.0);
+        let row_order = row_order(text).unwrap_or_default();
+        let is_rotated = value("rotation").parse::<f64>().is_ok_and(|degrees| degrees != 0.0);
+        let is_turned = is_rotated || row_order != RowOrder::Down;
         let rate_of = |key| {
             let (numerator, denominator) = value(key).split_once('/')?;
             FrameRate::new(numerator.parse().ok()?, denominator.parse().ok()?).ok()
@@ -280,7 +284,7 @@ impl Stated {
         if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
-            return Self { pixels, range, matrix, rate, is_turned, is_made_up, ..Self::default() };
+            return Self { pixels, range, matrix, rate, is_turned, row_order, is_made_up, ..Self::default() };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
@@ -295,7 +299,7 @@ impl Stated {
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         let rate = by_header.or(by_times);
-        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, is_made_up: false }
+        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false }
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -345,9 +349,23 @@ impl Stated {
             about += "; no matrix is stated: bt601, unless --matrix says bt709";
         }
         let mut info = StreamInfo::new(about, frames.size, frames.format, frames.rate);
-        (info.color, info.bytes_per_row) = (color, frames.bytes_per_row);
+        (info.color, info.bytes_per_row, info.row_order) = (color, frames.bytes_per_row, self.row_order);
         info
     }
+}
+
+/// Returns where the stored rows follow each other, by the matrix that `ffprobe` prints: its second line is their step to the
+/// right and down.
+fn row_order(text: &str) -> Option<RowOrder> {
+    let line = text.lines().find_map(|line| line.trim().strip_prefix("00000001:"))?;
+    let mut steps = line.split_ascii_whitespace().map(str::parse::<i64>);
+    let (right, down) = (steps.next()?.ok()?, steps.next()?.ok()?);
+    Some(match (right.abs() > down.abs(), right > 0, down < 0) {
+        (true, true, _) => RowOrder::Right,
+        (true, false, _) => RowOrder::Left,
+        (false, _, true) => RowOrder::Up,
+        (false, _, false) => RowOrder::Down,
+    })
 }
 
 /// Returns a command of ffmpeg that reads this file, and nothing else.
@@ -374,7 +392,7 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
 /// Asks `ffprobe` for the properties of a video.
 fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let entries = "format=format_name:stream=pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
-                   stream_side_data=rotation:frame=best_effort_timestamp_time";
+                   stream_side_data=rotation,displaymatrix:frame=best_effort_timestamp_time";
     let ask = |options: &[&str]| {
         let mut command = ffmpeg("ffprobe", path);
         command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
@@ -473,6 +491,16 @@ mod tests {
         let text = "pix_fmt=yuvj422p\ncolor_range=unknown\ncolor_space=unknown\nr_frame_rate=30/1\navg_frame_rate=29970/1000\n";
         let stated = Stated::parse(text);
         assert_eq!((stated.range, stated.matrix), (Some(QuantizationRange::Full), None));
+        // A quarter clockwise, upside down, mirrored from top to bottom, and as it is.
+        for (rows, order) in [
+            ("-65536 0", RowOrder::Left),
+            ("0 -65536", RowOrder::Up),
+            ("65536 0", RowOrder::Right),
+            ("0 65536", RowOrder::Down),
+        ] {
+            let stated = Stated::parse(&format!("displaymatrix=\n00000000: 0 1 0\n00000001:  {rows}  0\n\n"));
+            assert_eq!((stated.row_order, stated.is_turned), (order, order != RowOrder::Down), "{rows}");
+        }
         assert!(Stated::parse("rotation=-90\n").is_turned && !Stated::parse("rotation=0\n").is_turned);
         assert_eq!(stated.rate, FrameRate::new(29_970, 1000).ok());
         assert_eq!(Stated::parse("avg_frame_rate=0/0\nrubbish"), Stated::default());

@@ -179,10 +179,10 @@ fn slow_and_odd_requests_are_answered() {
     assert_eq!(answer(&bytes, false), "HTTP/1.1 200 OK");
     assert_eq!(answer(&[head.as_bytes()], true), "HTTP/1.1 200 OK");
     assert_eq!(answer(&bytes[..bytes.len() - 1], true), "", "half a request and no more");
-    let long = [head.as_bytes(), &[b'x'; 100_000]].concat();
+    let long = [head.as_bytes(), &b"x".repeat(100_000)].concat();
     assert_eq!(answer(&[&long], false), "HTTP/1.1 200 OK");
     let post = head.replace("GET", "POST") + &"x".repeat(100_000);
     assert_eq!(answer(&[post.as_bytes()], false), "HTTP/1.1 405 Method Not Allowed");
-    assert_eq!(answer(&[&[0x16; 20_000]], false), "HTTP/1.1 400 Bad Request");
-    assert_eq!(answer(&[b"GET /", &[b'x'; 20_000]], false), "HTTP/1.1 431 Request Header Fields Too Large");
+    assert_eq!(answer(&[&[0x16].repeat(20_000)], false), "HTTP/1.1 400 Bad Request");
+    assert_eq!(answer(&[b"GET /", &b"x".repeat(20_000)], false), "HTTP/1.1 431 Request Header Fields Too Large");
 }

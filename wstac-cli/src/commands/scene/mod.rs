@@ -193,7 +193,7 @@ mod tests {
         let expected = SceneConfig::parse_short("Saw3@150").unwrap();
         assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
         // The test counts the keys, because a missing key would have its default and go unnoticed.
-        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 14 + 2 + 8 + 13 + 15 + 7);
+        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 14 + 2 + 8 + 13 + 16 + 7);
     }
 
     #[test]
