@@ -107,6 +107,7 @@ class Wstac:
         """Records several slides, one of them too slow for the published law, a press and a poke. Saves the frames, too."""
         slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 215)]
         (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides) + OTHERS)
+        (self.folder / "global.toml").write_text("[sensor]\nreadout_ms = 0\n")
         (self.folder / PUBLISHED).write_text('[speed]\nlaw = "published"\n')
         run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
         self.run("slides.mcap", "--save-raw", "slides.raw")

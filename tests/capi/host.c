@@ -251,7 +251,8 @@ static void same_record(const WstacRecord *a, const WstacRecord *b)
 static int pushed_is_read(char **argv)
 {
     const char *models[] = {"builtin:svm", NULL};
-    WstacOptions options = {.models = models, .features = true};
+    /* Frames that are pushed state no readout. */
+    WstacOptions options = {.models = models, .features = true, .config = "global.toml"};
     WstacFrames frames = {.width = (uint32_t)atoi(argv[3]), .height = (uint32_t)atoi(argv[4]), .format = argv[5]};
     size_t length = (size_t)frames.width * frames.height;
     uint8_t *bytes = malloc(length);

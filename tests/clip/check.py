@@ -47,7 +47,7 @@ class Clips:
 
     def run(self, *arguments: str | Path, **variables: str) -> tuple[list[dict], str]:
         """Returns the records of `wstac run`, and its notes. The command may fail, if not all frames are there."""
-        command = [self.wstac, "run", *arguments, "--json"]
+        command = [self.wstac, "run", *arguments, "--readout", "0", "--json"]
         done = subprocess.run(command, check=False, capture_output=True, text=True, env={**os.environ, **variables})
         return [json.loads(line) for line in done.stdout.splitlines()], done.stderr
 

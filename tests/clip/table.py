@@ -101,7 +101,7 @@ def make(slide: Path, rate: str, frames: int, numbers: list[int], name: str, opt
 def events(wstac: str, file: Path, rate: str) -> tuple[list[dict], str]:
     """Returns the events of a file. A rate that its names cannot tell is given."""
     given = ["--fps", rate] if file.name in ("png", "jpg") or file.suffix == ".mjpeg" else []
-    done = subprocess.run([wstac, "run", file, "--json", *given], check=False, capture_output=True, text=True)
+    done = subprocess.run([wstac, "run", file, "--readout", "0", "--json", *given], check=False, capture_output=True, text=True)
     return [record for record in map(json.loads, done.stdout.splitlines()) if record["kind"] == "event"], done.stderr
 
 

@@ -65,11 +65,11 @@ def measure(wstac, folder, models, chosen=BOARDS):
     file = clip(wstac, folder)
     write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in chosen}
-    everything = host(wstac, "run", file, "--json", "--features", "--samples")
+    everything = host(wstac, "run", file, "--readout", "0", "--json", "--features", "--samples")
     on_host = [record["f"] for record in map(json.loads, everything) if record["kind"] == "features"]
     for name, model in models.items():
         asked = [] if model is None else ["--model", model]
-        events = host(wstac, "run", file, "--json", *asked)
+        events = host(wstac, "run", file, "--readout", "0", "--json", *asked)
         # The golden vectors need no model.
         what = ("--bins",) if model is None else ("--bin", "emulated", "--bin", "cost")
         for target in sorted({board.target for board in chosen}):

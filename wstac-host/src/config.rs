@@ -19,6 +19,7 @@ use wstac_core::params;
 use wstac_core::rate::FrameRate;
 use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
 
+#[cfg(feature = "mcap")]
 pub(crate) use self::speed::MOST_READOUT_MS;
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};

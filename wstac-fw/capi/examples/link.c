@@ -107,6 +107,7 @@ int main(int argc, char **argv)
     options.format = &WSTAC_FW_GREY;
     options.width = (uint32_t)strtoul(argv[2], NULL, 10);
     options.height = (uint32_t)strtoul(argv[3], NULL, 10);
+    options.readout_known = 1; /* and readout_ms = 0: a global shutter */
     check(wstac_fw_init(&pipeline, sizeof pipeline, &options), "options");
     check(wstac_fw_link_init(&line, sizeof line), "link");
     if (options.width > MOST_WIDTH) {

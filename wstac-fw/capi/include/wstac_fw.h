@@ -54,7 +54,7 @@ typedef WstacBool WstacFwBool;
 #define WSTAC_FW_LABEL_BYTES 64
 
 /// Bytes of a pipeline.
-#define WSTAC_FW_PIPELINE_SIZE 2512
+#define WSTAC_FW_PIPELINE_SIZE 2528
 
 /// The alignment of a pipeline in memory, in bytes.
 #define WSTAC_FW_PIPELINE_ALIGN 8
@@ -235,7 +235,7 @@ typedef struct WstacFwFormat WstacFwFormat;
 /// wstac_fw_init sets it up. A copied or moved pipeline is another one in the same state. Nothing has to be freed.
 typedef struct WstacFwPipeline {
   /// The library's own.
-  uint64_t opaque[314];
+  uint64_t opaque[316];
 } WstacFwPipeline;
 
 /// A tactile event.

@@ -20,7 +20,7 @@ use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
 use crate::status::{WstacFwBool, WstacFwStatus, choice, status};
 
 /// Bytes of a pipeline.
-pub const WSTAC_FW_PIPELINE_SIZE: usize = 2512;
+pub const WSTAC_FW_PIPELINE_SIZE: usize = 2528;
 /// The alignment of a pipeline in memory, in bytes.
 pub const WSTAC_FW_PIPELINE_ALIGN: usize = 8;
 
@@ -30,7 +30,7 @@ pub const WSTAC_FW_PIPELINE_ALIGN: usize = 8;
 #[repr(C)]
 pub struct WstacFwPipeline {
     /// The library's own.
-    opaque: [u64; 314],
+    opaque: [u64; 316],
 }
 
 const _: () = assert!(size_of::<WstacFwPipeline>() == WSTAC_FW_PIPELINE_SIZE);

@@ -228,9 +228,9 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
     factor
 }
 
-/// Returns what a slowness of rows and columns is, as far as the readout tells; or why that is unclear.
-fn contact_at(each: [f32; 2], readout: Readout) -> Result<Contact, Reason> {
-    let [least, most] = readout.bounds(each);
+/// Returns what slownesses of rows, columns and both are, as far as the readout tells; or why that is unclear.
+fn contact_at(each: [f32; 2], slowness: f32, readout: Readout) -> Result<Contact, Reason> {
+    let [least, most] = readout.bounds(each, slowness);
     if least > MOST_SLOWNESS {
         Err(Reason::TooSlow)
     } else if least >= LEAST_SLIDE[1] {
@@ -276,7 +276,7 @@ fn motion(
             Reason::NotOver
         })
     } else {
-        contact_at(each, readout)
+        contact_at(each, slowness, readout)
     };
     let doubt = doubt_of_event(event).or(contact.err());
     let contact = contact.unwrap_or(Contact::Unclear);

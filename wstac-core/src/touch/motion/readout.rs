@@ -100,12 +100,16 @@ impl Readout {
         self.delays
     }
 
-    /// Returns the least and the most that a slowness of rows and columns may be, if it is that of the assumed delays.
-    pub(super) fn bounds(self, [rows, columns]: [f32; 2]) -> [f32; 2] {
+    /// Returns the least and the most that a slowness may be, if it and those of rows and columns are of the assumed delays.
+    pub(super) fn bounds(self, [rows, columns]: [f32; 2], slowness: f32) -> [f32; 2] {
+        // Without a floating-point unit, each of these operations takes a hundred instructions.
+        if self.is_known() {
+            return [slowness; 2];
+        }
         let [a, b] = self.off;
         let along = rows * a + columns * b;
         let square = a * a + b * b;
-        let nearest = if square > 0.0 { (along / square).clamp(-1.0, 1.0) } else { 0.0 };
+        let nearest = (along / square).clamp(-1.0, 1.0);
         let far = if along < 0.0 { -1.0 } else { 1.0 };
         [-nearest, far].map(|part| super::length(rows + part * a, columns + part * b))
     }
@@ -113,6 +117,9 @@ impl Readout {
     /// Returns how far the speed may be off as a fraction, and the direction in radians, if the slowness is this one with
     /// this direction.
     pub(super) fn reach(self, slowness: f32, right: f32, up: f32) -> [f32; 2] {
+        if self.is_known() {
+            return [0.0; 2];
+        }
         let [rows, columns] = self.off;
         [(right * columns - up * rows).abs() / slowness, (right * rows + up * columns).abs() / slowness]
     }
@@ -128,6 +135,9 @@ pub(super) fn is_too_far(reach: [f32; 2]) -> bool {
 
 /// Returns a standard deviation together with that of what may be off by `reach`.
 pub(super) fn widened(sd: f32, reach: f32) -> f32 {
+    if reach == 0.0 {
+        return sd;
+    }
     let more = EVEN_SD * reach;
     sqrt(sd * sd + more * more)
 }
