@@ -494,7 +494,7 @@ def check_zephyr(programs):
 def build_camera(programs):
     """Builds the example of the STM32H743 with a model of ST's HAL: for this machine with sanitizers, and for the board."""
     model, include = TESTS / "stm32h743", programs.prefix / "include"
-    settings = {"WIDTH": "400u", "HEIGHT": "400u", "FORMAT": "WSTAC_FW_GREY", "PIXEL_BYTES": "1u"}
+    settings = {"WIDTH": "400u", "HEIGHT": "400u", "FORMAT": "WSTAC_FW_GREY", "PIXEL_BYTES": "1u", "READOUT_MS": "0.0f"}
     settings = [f"-DWSTAC_CAMERA_{name}={value}" for name, value in settings.items()]
     strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-g", "-I", model, "-I", include, "-I", CAMERA]
     # As it is, for a camera of 640 x 480 with YUYV, and for a Cortex-M7.

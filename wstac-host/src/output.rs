@@ -376,12 +376,12 @@ pub enum ReadoutUsed {
 }
 
 impl ReadoutUsed {
-    /// Creates that of a readout in milliseconds; `None` is unknown.
+    /// Creates it from milliseconds; `None` is unknown.
     pub(crate) fn of_ms(ms: Option<f32>) -> Self {
         ms.map_or(Self::Unknown, |ms| Self::Microseconds((1000.0 * ms).round() as i32))
     }
 
-    /// Returns what records say: nothing of a global shutter and of a board, else milliseconds, or `None` if it is unknown.
+    /// Returns the milliseconds for records, `Some(None)` if they are unknown; `None` for a global shutter and a board.
     pub fn recorded_ms(self) -> Option<Option<f64>> {
         match self {
             Self::OfBoard | Self::Microseconds(0) => None,

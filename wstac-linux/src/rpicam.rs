@@ -35,6 +35,8 @@ pub(crate) const START: &str = "rpicam:";
 const START_TIME: Duration = Duration::from_secs(10);
 /// Most frames of the program's queue that are skipped for newer ones.
 const MOST_SKIPPED: u32 = 8;
+/// Most reads for the rest of a frame that has begun to come: a pipe holds 64 kB.
+const MOST_READS: u32 = 1000;
 /// The size that other cameras are asked for.
 const SIZE: (u32, u32) = (1280, 720);
 /// Largest side that is asked for.
@@ -67,8 +69,8 @@ pub struct RpicamSource {
     told: VecDeque<Told>,
     /// Frames that came.
     number: u32,
-    /// Waits in a row that brought no frame.
-    waits: u32,
+    /// When the last frame came, or silence was reported.
+    heard: Duration,
     lag: Lag,
 }
 
@@ -99,19 +101,32 @@ impl RpicamSource {
         let timeline = Timeline::new(info.rate);
         let newest = options.delivery == FramePolicy::Newest;
         let (wall, told, lag) = (WallClock::default(), VecDeque::new(), Lag::default());
-        Ok(Self { subject, program, info, newest, timeline, wall, next: None, told, number: 0, waits: 0, lag })
+        Ok(Self {
+            subject,
+            program,
+            info,
+            newest,
+            timeline,
+            wall,
+            next: None,
+            told,
+            number: 0,
+            heard: monotonic(),
+            lag,
+        })
     }
 
     /// Makes a frame the next one, or adds events to report, or waits in vain.
     fn fetch(&mut self) -> Result<(), Error> {
-        if !self.program.has_frame() && !self.program.read(WAIT)? {
+        if !self.program.has_frame() {
+            self.program.read(WAIT)?;
             self.check_silence();
         }
         self.told.extend(self.program.faults().map(|line| Told::Fault(Fault::new(FaultKind::Decoder, line))));
         let mut skipped = 0;
         while self.program.has_frame() {
             let metadata = self.program.take();
-            (self.number, self.waits) = (self.number.wrapping_add(1), 0);
+            (self.number, self.heard) = (self.number.wrapping_add(1), monotonic());
             let lost = self.timeline.arrive(self.number, metadata.time);
             self.lose(lost, LossReason::Dropped);
             // The program writes whole frames: if the next one begins to come, all of it is there.
@@ -120,7 +135,12 @@ impl RpicamSource {
                 break;
             }
             skipped += 1;
-            while !self.program.has_frame() && self.program.read(WAIT)? {}
+            // The rest of it comes at once, whatever else the program says meanwhile.
+            for _ in 0..MOST_READS {
+                if self.program.has_frame() || !self.program.read(WAIT)? {
+                    break;
+                }
+            }
         }
         self.lag.frames = skipped;
         self.lag.most = self.lag.most.max(skipped);
@@ -135,12 +155,11 @@ impl RpicamSource {
         }
     }
 
-    /// Notes a wait in vain. The program itself starts a camera again that gives nothing.
+    /// Notes that no frame has come for long. The program itself starts a camera again that gives nothing.
     fn check_silence(&mut self) {
-        self.waits += 1;
-        let silence = WAIT * self.waits;
-        if silence >= longest_silence(self.info.rate) {
-            self.waits = 0;
+        let silence = monotonic().saturating_sub(self.heard);
+        if !self.program.has_frame() && silence >= longest_silence(self.info.rate) {
+            self.heard = monotonic();
             let message = format!("{}: no frame for {} s: check the cable", self.subject, silence.as_secs());
             let fault = Fault { remedy: Some(Remedy::Retry), ..Fault::new(FaultKind::Disconnected, message) };
             self.told.push_back(Told::Fault(fault));

@@ -3,9 +3,9 @@
 //! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher`
 //! sends what was found. Its handle makes messages between them, and `sums` those of taxels. A full queue makes it skip
 //! messages, so that a slow network never holds up a sensor. `orders` are what services ask of a sensor. `ending` ends
-//! all of it after a signal. `network` opens the session of Zenoh, and `refused`
-//! has in words what that refuses, and `threads` gives it enough threads. `records` and `message` are for any program that speaks Zenoh, and `ros` is for nodes
-//! of ROS 2.
+//! all of it after a signal. `network` opens the session of Zenoh, `refused` has in words
+//! what that refuses, and `threads` gives it enough threads. `records` and `message` are for any program that speaks
+//! Zenoh, and `ros` is for nodes of ROS 2.
 
 mod arguments;
 mod board;

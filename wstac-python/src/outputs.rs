@@ -343,5 +343,5 @@ pub(crate) fn shaped<T: numpy::Element, const N: usize>(
     array: Bound<'_, PyArray1<T>>,
     shape: [usize; N],
 ) -> PyResult<Bound<'_, PyAny>> {
-    Ok(array.reshape(&shape[..]).map_err(crate::failed_by)?.into_any())
+    Ok(array.reshape(&shape[..])?.into_any())
 }

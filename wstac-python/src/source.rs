@@ -59,7 +59,7 @@ impl SourceOptions {
         });
         let controls = self.controls.iter().map(|(name, &value)| ControlSetting { name: name.clone(), value });
         Ok(OpenOptions {
-            fps: rate.transpose().map_err(crate::failed_by)?,
+            fps: rate.transpose().map_err(refused)?,
             format: format.transpose()?,
             size: self.size,
             delivery: if self.every { FramePolicy::Every } else { FramePolicy::Newest },

@@ -48,7 +48,7 @@ pub(crate) fn pixels(format: &str) -> PyResult<PixelFormat> {
     if format == PLANAR_444 {
         return Ok(PixelFormat::Yuv444p);
     }
-    let format: SensorFormat = format.parse().map_err(crate::failed_by)?;
+    let format: SensorFormat = format.parse().map_err(refused)?;
     if format.is_jpeg() {
         return Err(refused(format_args!("format is {format}, expected pixels: decode the picture first, as RGB3")));
     }

@@ -206,7 +206,8 @@ impl<'h> Client<'h> {
     fn flush(&mut self) -> Result<(), Error> {
         match self.socket.flush() {
             Ok(()) => self.waiting = 0,
-            Err(Error::Io(error)) if is_wait(&error) => {}
+            // Answers to pings wait as well.
+            Err(Error::Io(error)) if is_wait(&error) => self.waiting = self.waiting.max(1),
             Err(error) => return Err(error),
         }
         Ok(())
@@ -221,7 +222,8 @@ impl<'h> Client<'h> {
             }
             match self.socket.read() {
                 Ok(Message::Text(text)) => self.take(&text),
-                Ok(_) => {}
+                // A client that does not take the answers to its pings is not heard any more.
+                Ok(_) => self.flush()?,
                 Err(Error::Io(error)) if is_wait(&error) => return Ok(()),
                 Err(error) => return Err(error),
             }

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 use rustix::net::sockopt::set_socket_send_buffer_size;
 use tungstenite::handshake::derive_accept_key;
 
@@ -112,9 +113,10 @@ impl<'h> Connections<'h> {
                     }
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-                Err(_) => {
+                Err(error) => {
+                    let lacks_files = matches!(Errno::from_io_error(&error), Some(Errno::MFILE | Errno::NFILE));
                     // A file for the next one.
-                    if self.guests.pop_front().is_none() {
+                    if !lacks_files || self.guests.pop_front().is_none() {
                         thread::sleep(PAUSE);
                     }
                     break;

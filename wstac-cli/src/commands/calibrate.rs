@@ -154,11 +154,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         .into());
     }
     outputs.check([output, &overlay])?;
+    if arguments.options.readout().is_some() {
+        let message = "--readout is found here, expected none; another one can be written into the configuration";
+        return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
+    }
     let (mut source, info) = open(arguments)?;
     note(&info.about);
     let mut watch = Watch::new(&info)?;
-    let progress = CalibrationLine::new(port_of(&arguments.source).is_some());
-    read(source.as_mut(), &mut watch, arguments.frames, progress)?;
+    let is_board = port_of(&arguments.source).is_some();
+    read(source.as_mut(), &mut watch, arguments.frames, is_board)?;
     let outcome = watch.calibrate();
     let calibration = match &outcome.result {
         Ok(calibration) => calibration,
@@ -196,13 +200,18 @@ fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
 }
 
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end.
-fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, progress: CalibrationLine) -> Result<(), Stop> {
+fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, is_board: bool) -> Result<(), Stop> {
+    let progress = CalibrationLine::new(is_board);
     let interrupted = finishing(Ending::InTime);
     let (mut frames, mut lost) = (0_u64, 0);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
         match source.next_event()? {
             SourceEvent::Frame(Frame { bytes, .. }) => {
                 watch.take(bytes);
+                if is_board {
+                    // Its pictures are no frames in a row.
+                    watch.lose(1);
+                }
                 frames += 1;
                 progress.say(watch, frames);
             }

@@ -106,7 +106,11 @@ impl LossReport {
         if self.has_frame || self.lost.is_empty() {
             return Ok(());
         }
-        Err(Error::new(ErrorKind::Data, about, "all of its frames are lost, expected at least one that can be used"))
+        Err(Error::new(
+            ErrorKind::Data,
+            about,
+            "all frames that were read are lost, expected at least one that can be used",
+        ))
     }
 
     /// Reports one line per reason.

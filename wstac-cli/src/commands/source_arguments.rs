@@ -39,7 +39,7 @@ pub(super) struct SourceArguments {
     ///
     /// It is from the first to the last row of the picture before it was turned: 0 for a global shutter, below 0 if the bottom
     /// comes first. Without it, [sensor] readout_ms holds, or what the source states.
-    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = readout)]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = parsed_readout)]
     readout: Option<f32>,
 
     /// Read this sensor of a recording of several
@@ -59,12 +59,17 @@ fn range() -> impl TypedValueParser<Value = QuantizationRange> {
     names.map(|name| if name == "full" { QuantizationRange::Full } else { QuantizationRange::Limited })
 }
 
-fn readout(text: &str) -> Result<f32, String> {
+fn parsed_readout(text: &str) -> Result<f32, String> {
     let ms = text.parse().ok().filter(|ms: &f32| (-1000.0..=1000.0).contains(ms));
     ms.ok_or_else(|| "expected -1000 to 1000 milliseconds".into())
 }
 
 impl SourceArguments {
+    /// Returns the readout that is stated.
+    pub(super) fn readout(&self) -> Option<f32> {
+        self.readout
+    }
+
     /// Opens a source and returns it with its stream information and its configuration. The configuration is that of
     /// the given file, or else of the source, or else the default.
     pub(super) fn open_configured(

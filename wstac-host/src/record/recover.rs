@@ -156,17 +156,31 @@ struct Recovery<'a> {
 /// # Errors
 /// The old file is no MCAP file or cannot be read, or the new one cannot be written.
 pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Error> {
-    if let Some(found) = attempt(old, &new, path, false)? {
+    let (found, is_final) = attempt(old, &new, path, Order::Doubted)?;
+    if is_final {
         return Ok(found);
     }
-    let emptied = new.set_len(0).and_then(|()| new.rewind());
-    emptied.map_err(|error| not_written(path, error.into()))?;
-    Ok(attempt(old, &new, path, true)?.unwrap_or_default())
+    let mut again = |order| {
+        let emptied = new.set_len(0).and_then(|()| new.rewind());
+        emptied.map_err(|error| not_written(path, error.into()))?;
+        attempt(old, &new, path, order).map(|(found, _)| found)
+    };
+    let sorted = again(Order::Sorted)?;
+    // What is missing may be lost, so that the file has more as it stands.
+    if sorted.frames < found.frames { again(Order::AsItStands) } else { Ok(sorted) }
 }
 
-/// Recovers a file as its messages stand, or in order. Returns `None` if they stand in another order than they are
-/// recorded in.
-fn attempt(old: &Path, new: &File, path: &Path, in_order: bool) -> Result<Option<Recovered>, Error> {
+/// In which order messages are read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Order {
+    /// As they stand, unless they turn out to be in another order than they were recorded in.
+    Doubted,
+    AsItStands,
+    Sorted,
+}
+
+/// Recovers a file. Returns false as well if its messages stand in another order than they were recorded in.
+fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recovered, bool), Error> {
     let failed = |error| Error::io(old.display(), error);
     let mut survey = Walk::open(old, Mode::Survey)?;
     survey.set_own(&Sensors::default());
@@ -250,13 +264,13 @@ fn attempt(old: &Path, new: &File, path: &Path, in_order: bool) -> Result<Option
     for (op, body) in definitions {
         recovery.define(op, &body, true);
     }
-    if in_order {
+    if order == Order::Sorted {
         recovery.sort().map_err(in_words)?;
     }
-    if !recovery.go(&stated).map_err(in_words)? {
-        return Ok(None);
+    if !recovery.go(&stated).map_err(in_words)? && order == Order::Doubted {
+        return Ok((recovery.found, false));
     }
-    recovery.finish(new).map(Some)
+    Ok((recovery.finish(new)?, true))
 }
 
 /// Returns whether a file has frames, and no checksums of them.

@@ -170,8 +170,9 @@ impl Index {
                 let fewest = first.counts.all();
                 let mut of_fewest =
                     group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
-                let found =
-                    of_fewest.find_map(|(at, (sum, _))| moment_of(sum, &last, &of_sensors).map(|moment| (at, moment)));
+                let found = of_fewest.find_map(|(at, (sum, entry))| {
+                    moment_of(sum, entry.time, &last, &of_sensors).map(|moment| (at, moment))
+                });
                 let (sum, entry) = group.remove(found.map_or(0, |(at, _)| at));
                 let tally = sum.tally();
                 for (sensor, queue) in of_sensors.iter_mut().enumerate() {
@@ -204,16 +205,17 @@ fn frames_of(tally: &Tally, sensor: usize) -> i128 {
     tally.of(sensor as u8).frames.into()
 }
 
-/// Returns the sensor whose first messages are the moment of a checksum, and their count; `None` if there is none. A sensor
-/// whose frames the checksum counts comes first.
-fn moment_of(sum: &Sum, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<(usize, usize)> {
+/// Returns the sensor whose first messages are the moment of a checksum with this time, and their count; `None` if there is
+/// none. A sensor whose frames the checksum counts comes first.
+fn moment_of(sum: &Sum, time: u64, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<(usize, usize)> {
     let tally = sum.tally();
     let mut sensors: Vec<usize> = (0..of_sensors.len()).collect();
     sensors.sort_by_key(|&sensor| tally.of(sensor as u8) == last.of(sensor as u8));
     let count = |queue: &VecDeque<Entry>| {
         let mut bytes = 0;
         let count = queue.iter().take(MOST_OF_FRAME).take_while(|entry| {
-            let is_part = bytes < sum.bytes;
+            // Those of a later moment may have as many bytes.
+            let is_part = bytes < sum.bytes && entry.time <= time;
             bytes += if is_part { entry.bytes() } else { 0 };
             is_part
         });

@@ -253,6 +253,12 @@ impl Processor {
     /// Creates a processor whose feature frames are counted from `first` on.
     fn starting_at(info: &StreamInfo, config: &Config, options: OutputOptions, first: u64) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
+        // Rows are read within a frame; a rate may be a little off.
+        let most = 1050.0 / info.rate.per_second();
+        if let Some(ms) = config.readout_ms(info).filter(|ms| f64::from(ms.abs()) > most) {
+            let message = format!("readout_ms is {ms}, expected at most a frame's time: {most:.1} ms");
+            return Err(config.does_not_fit(&info.about, "[sensor]", message));
+        }
         let mut pipeline = config.pipeline_at(info, first)?;
         let motion = config.motion_of(info).map_err(in_table)?;
         if options.paths {

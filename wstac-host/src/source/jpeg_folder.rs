@@ -111,6 +111,10 @@ impl Source for JpegFolder {
                 let message = format!("is {width}x{height}, expected {}x{} as {}", expected.0, expected.1, self.model);
                 return Err(self.fail(&file, ErrorKind::Format, message));
             }
+            if turn.row_order() != self.info.row_order {
+                let message = format!("has its rows in another direction than {}, by their Exif data", self.model);
+                return Err(self.fail(&file, ErrorKind::Format, message));
+            }
             // Pictures of one size may have been turned from two.
             let stored = turn.frame_size(self.info.size);
             if self.decoder.size() != stored {

@@ -54,7 +54,9 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<Vec<PathBuf>, Erro
     }
     match several(&files) {
         Some(series) => {
-            let message = format_args!("has several series of pictures ({series}), expected one");
+            let message = format_args!(
+                "has several series of pictures ({series}); help: put the pictures of each camera into a folder of its own"
+            );
             Err(Error::new(ErrorKind::Data, folder.display(), message))
         }
         None => Ok(files),

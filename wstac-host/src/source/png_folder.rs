@@ -87,6 +87,11 @@ impl Source for PngFolder {
         let Some(file) = self.again.take().or_else(|| self.files.next()) else { return Ok(SourceEvent::End) };
         let said = |kind, message| Ok(SourceEvent::Fault(Fault::new(kind, format!("{}: {message}", file.display()))));
         match self.read(&file) {
+            Ok((turn, _)) if turn.row_order() != self.info.row_order => {
+                let message = format!("has its rows in another direction than {}, by their Exif data", self.model);
+                self.files = Vec::new().into_iter();
+                Err(Error::new(ErrorKind::Format, file.display(), message))
+            }
             Ok((turn, converted)) => {
                 let bytes = if converted { &self.frame } else { &self.decoded };
                 if let Some(turn) = turn.turn()

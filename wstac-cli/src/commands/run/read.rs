@@ -117,8 +117,6 @@ impl<'a> Run<'a> {
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
-        // Only after opening, which a signal ends at once, and before the first output.
-        finishing(self.ending());
         let readout = doubt_of_readout(&info, &config);
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
@@ -129,6 +127,8 @@ impl<'a> Run<'a> {
             session = session.baseline_from(options.open(sensor.source, delivery)?.0, seconds);
         }
         let session = session.build()?;
+        // Only after opening and reading a baseline, which a signal ends at once, and before the first output.
+        finishing(self.ending());
         records.note(&info.about);
         if let Some(doubt) = doubt_of_layout(&info, &config) {
             records.notice("default-layout", doubt);

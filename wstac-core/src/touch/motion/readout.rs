@@ -80,6 +80,11 @@ impl Readout {
             moments[1] += at * ((taxel % COLUMNS) as i32 - (COLUMNS / 2) as i32);
             taxel += 1;
         }
+        // What is no time of rows is no readout.
+        let ms = match ms {
+            Some(ms) if ms >= -1000.0 && ms <= 1000.0 => Some(ms),
+            _ => None,
+        };
         let frames = match ms {
             Some(ms) => ms * NOMINAL_FRAME_RATE as f32 / (1000.0 * rate.nominal_frames()),
             None => 0.5 / rate.frames_added() as f32,

@@ -282,6 +282,10 @@ void wstac_camera_start(DCMI_HandleTypeDef *dcmi, UART_HandleTypeDef *uart, cons
     options.height = WSTAC_CAMERA_HEIGHT;
     options.fps_numerator = WSTAC_CAMERA_FPS;
     options.fps_denominator = 1;
+#ifdef WSTAC_CAMERA_READOUT_MS
+    options.readout_known = 1;
+    options.readout_ms = WSTAC_CAMERA_READOUT_MS;
+#endif
     camera = dcmi;
     serial = uart;
     has_model = model != NULL && wstac_fw_model_init(&texture_model, sizeof texture_model, model, model_bytes) >= 0;

@@ -30,6 +30,8 @@
 #ifndef WSTAC_CAMERA_FPS
 #define WSTAC_CAMERA_FPS 30u
 #endif
+/* WSTAC_CAMERA_READOUT_MS is the time from the camera's first to its last row: 0.0f for a global shutter. Without it, fast
+ * slides are not reliable. */
 /* The rows that arrive together. The DMA's buffer holds two of these stripes. */
 #ifndef WSTAC_CAMERA_STRIPE_ROWS
 #define WSTAC_CAMERA_STRIPE_ROWS 8u

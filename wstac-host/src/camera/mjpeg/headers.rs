@@ -241,6 +241,9 @@ impl<'a> JpegReader<'a> {
     /// Walks through the data of a scan, and writes its header and its data.
     fn scan(&mut self, segment: &[u8], to: &mut Vec<u8>) -> Result<(), Refusal> {
         let (count, rest) = segment.split_first().ok_or(BROKEN)?;
+        if !(1..=4).contains(count) {
+            return Err(BROKEN);
+        }
         let (scanned, rest) = rest.split_at_checked(2 * usize::from(*count)).ok_or(BROKEN)?;
         let scanned = scanned.as_chunks::<2>().0;
         let (from, last, bits) = match rest {
