@@ -15,7 +15,7 @@ use wstac_train::model::eval::is_sample;
 use wstac_train::model::trained::in_file_order;
 
 use crate::outputs::shaped;
-use crate::{refused, waiting};
+use crate::waiting;
 
 /// Samples between two looks for Ctrl-C.
 const AT_A_TIME: usize = 256;

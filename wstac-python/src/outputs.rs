@@ -23,7 +23,7 @@ use wstac_host::texture::Texture;
 use wstac_train::dataset::path::frames_of;
 use wstac_train::model::trained::in_set_order;
 
-use crate::{failed, refused};
+use crate::failed;
 
 /// An output, with the number of the camera frame that comes next: what becomes an object.
 pub(crate) type Numbered = (u64, Output);

@@ -175,8 +175,7 @@ impl RecordingReader {
             let Some((sensor, topic)) = self.own.of(channel) else { continue };
             let is_given =
                 sensor == self.sensor && (topic.is_frame() || matches!(topic, Topic::FaultsJson | Topic::Clock));
-            let is_unsure = self.stated.is_some()
-                && (self.sorted.is_some() || self.walk.crc() != Crc::Good || self.moment.is_some());
+            let is_unsure = self.stated.is_some() && (self.walk.crc() != Crc::Good || self.moment.is_some());
             let mut body = self.spare.pop().unwrap_or_default();
             body.clear();
             if is_given || is_unsure || matches!(topic, Topic::FaultsJson | Topic::Sums) {

@@ -214,8 +214,8 @@ fn moment_of(sum: &Sum, time: u64, last: &Tally, of_sensors: &[VecDeque<Entry>])
     let count = |queue: &VecDeque<Entry>| {
         let mut bytes = 0;
         let count = queue.iter().take(MOST_OF_FRAME).take_while(|entry| {
-            // Those of a later moment may have as many bytes.
-            let is_part = bytes < sum.bytes && entry.time <= time;
+            // A frame of a later moment may have as many bytes.
+            let is_part = bytes < sum.bytes && (entry.time <= time || !entry.is_frame());
             bytes += if is_part { entry.bytes() } else { 0 };
             is_part
         });
