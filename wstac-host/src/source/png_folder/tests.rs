@@ -145,7 +145,7 @@ fn pictures_are_turned_as_their_exif_data_say() {
     let folder = Folder::new("turned");
     for (name, orientation, size, pixels) in [
         ("1.png", 6, (3, 2), [1, 2, 3, 4, 5, 6]),
-        ("2.png", 1, (2, 3), [4, 1, 5, 2, 6, 3]),
+        ("2.png", 6, (3, 2), [1, 2, 3, 4, 5, 6]),
         ("3.png", 7, (3, 2), [3, 2, 1, 6, 5, 4]),
     ] {
         let mut info = png::Info::with_size(size.0, size.1);
