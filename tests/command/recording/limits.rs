@@ -33,8 +33,6 @@ const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 fn limited(folder: &Folder, arguments: &[&str]) -> Output {
     let mut command = program("python3");
     command.args(["-c", LIMITED, &SPACE.to_string(), "peak"]).arg(wstac()).args(arguments).current_dir(&folder.0);
-    // For each thread that asks for memory, glibc reserves up to 128 MB of addresses, which are no memory.
-    command.env("MALLOC_ARENA_MAX", "1");
     let done = command.output().unwrap();
     let kib: u32 = fs::read_to_string(folder.0.join("peak")).unwrap().parse().unwrap();
     let line = arguments.join(" ").replace(&format!("{}/", folder.0.display()), "");

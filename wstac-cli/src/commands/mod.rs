@@ -1,6 +1,5 @@
 //! The command line: arguments and output only, one file per command.
 
-#[cfg(feature = "serve")]
 mod arenas;
 mod board;
 mod calibrate;
@@ -143,6 +142,7 @@ enum Command {
 
 /// Runs the command line of this process. docs/EXIT.md lists the exit codes.
 pub(crate) fn main() -> ExitCode {
+    arenas::limit();
     if let Err(error) = signals::install() {
         return fail(&Error::io("signals", error));
     }

@@ -165,7 +165,6 @@ Who can see the page:
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    super::arenas::limit();
     let given = sensors(&arguments.sources)?;
     if given.len() > 1 && given.iter().any(|sensor| sensor.name.is_none()) {
         let message = "several sources need names, expected NAME=SOURCE for each";
