@@ -12,9 +12,9 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::orientation::Orientation;
-use super::picture_files::{JPEG, list, positions, rate, without_pictures};
+use super::picture_files::{JPEG, Pictures, list, rate, without_pictures};
 use super::spacing::Positions;
-use super::{Fault, FaultKind, Frame, Source, SourceEvent, StreamInfo};
+use super::{Frame, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::{Decoder, picture_facts};
 use crate::error::{Error, ErrorKind};
 
@@ -27,18 +27,11 @@ const BYTES_PER_PIXEL: usize = 3 + 3 * 2;
 pub struct JpegFolder {
     info: StreamInfo,
     decoder: Decoder,
-    /// The name of the first picture, whose size all have.
-    model: String,
-    files: std::vec::IntoIter<PathBuf>,
+    pictures: Pictures,
     /// The bytes of a file.
     bytes: Vec<u8>,
     /// A picture that is turned.
     turned: Vec<u8>,
-    /// The file of `bytes` if only a fault about it was reported yet.
-    again: Option<PathBuf>,
-    /// Whether a fault has said that a picture is lost or turned.
-    is_damage_said: bool,
-    is_turn_said: bool,
 }
 
 impl JpegFolder {
@@ -69,20 +62,32 @@ impl JpegFolder {
         let about = format!("{}: {} JPEG files, {width}x{height}, {said}", path.display(), files.len());
         let row_order = orientation.row_order();
         let info = StreamInfo { row_order, ..StreamInfo::new(about, size, PixelFormat::Rgb24, rate) };
-        let model = first.file_name().unwrap_or_default().display().to_string();
-        let (files, turned, again) = (files.into_iter(), Vec::new(), None);
-        Ok(Self { info, decoder, model, files, bytes, turned, again, is_damage_said: false, is_turn_said: false })
+        Ok(Self { info, decoder, pictures: Pictures::new(files, &first), bytes, turned: Vec::new() })
     }
 
     /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
     pub(super) fn positions(&self) -> Option<(Positions, Vec<f64>)> {
-        positions(self.files.as_slice())
+        self.pictures.positions()
     }
 
-    /// Ends the source with an error about a file.
-    fn fail(&mut self, file: &Path, kind: ErrorKind, message: impl std::fmt::Display) -> Error {
-        self.files = Vec::new().into_iter();
-        Error::new(kind, file.display(), message)
+    /// Returns the orientation of the picture that was read, and prepares the decoder for it. Damaged headers are left to
+    /// the decoder.
+    fn orientation(&mut self, file: &Path) -> Result<Orientation, Error> {
+        let Ok((size, exif)) = picture_facts(&self.bytes) else { return Ok(Orientation::default()) };
+        let turn = Orientation::of_exif(exif);
+        let ((width, height), expected) = (turn.size(size), self.info.size);
+        if (width, height) != (expected.width(), expected.height()) {
+            let (expected, model) = (format_args!("{}x{}", expected.width(), expected.height()), &self.pictures.model);
+            let message = format_args!("is {width}x{height}, expected {expected} as {model}");
+            return Err(Error::new(ErrorKind::Format, file.display(), message));
+        }
+        self.pictures.check_order(file, turn, self.info.row_order)?;
+        // Pictures of one size may have been turned from two.
+        let stored = turn.frame_size(expected);
+        if self.decoder.size() != stored {
+            self.decoder = Decoder::new(stored);
+        }
+        Ok(turn)
     }
 }
 
@@ -92,53 +97,20 @@ impl Source for JpegFolder {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        let file = if let Some(file) = self.again.take() {
-            file
-        } else {
-            let Some(file) = self.files.next() else { return Ok(SourceEvent::End) };
-            if let Err(error) = read(&file, &mut self.bytes) {
-                self.files = Vec::new().into_iter();
-                return Err(error);
-            }
-            file
-        };
-        let mut turn = Orientation::default();
-        if let Ok((size, exif)) = picture_facts(&self.bytes) {
-            turn = Orientation::of_exif(exif);
-            let expected = (self.info.size.width(), self.info.size.height());
-            let (width, height) = turn.size(size);
-            if (width, height) != expected {
-                let message = format!("is {width}x{height}, expected {}x{} as {}", expected.0, expected.1, self.model);
-                return Err(self.fail(&file, ErrorKind::Format, message));
-            }
-            if turn.row_order() != self.info.row_order {
-                let message = format!("has its rows in another direction than {}, by their Exif data", self.model);
-                return Err(self.fail(&file, ErrorKind::Format, message));
-            }
-            // Pictures of one size may have been turned from two.
-            let stored = turn.frame_size(self.info.size);
-            if self.decoder.size() != stored {
-                self.decoder = Decoder::new(stored);
-            }
-        }
+        let Some(file) = self.pictures.next() else { return Ok(SourceEvent::End) };
+        let turn = read(&file, &mut self.bytes).and_then(|()| self.orientation(&file));
+        let turn = self.pictures.or_end(turn)?;
         let (width, jpeg) = (usize::from(self.decoder.size().width()), &self.bytes[..]);
-        Ok(match (self.decoder.picture(jpeg), turn.turn()) {
-            (Ok(rgb), None) => SourceEvent::Frame(Frame { encoded: Some(jpeg), ..Frame::new(rgb) }),
-            (Ok(_), Some(turn)) if !std::mem::replace(&mut self.is_turn_said, true) => {
-                let message = format!("{}: {turn}, as its Exif data say; others are turned, too", file.display());
-                self.again = Some(file);
-                SourceEvent::Fault(Fault::new(FaultKind::Turned, message))
-            }
-            // A recording has the pixels: its pictures are not turned.
-            (Ok(rgb), Some(_)) => SourceEvent::Frame(Frame::new(turn.pixels(rgb, width, 3, &mut self.turned))),
-            (Err(why), _) if std::mem::replace(&mut self.is_damage_said, true) => {
-                SourceEvent::Lost { frames: 1, reason: why.reason() }
-            }
-            (Err(why), _) => {
-                let message = format!("{}: cannot be decoded: {why}; others count as lost, too", file.display());
-                self.again = Some(file);
-                SourceEvent::Fault(Fault::new(FaultKind::Decoder, message))
-            }
+        Ok(match self.decoder.picture(jpeg) {
+            Ok(rgb) => match self.pictures.turned(&file, turn) {
+                Some(fault) => fault,
+                None if turn == Orientation::default() => {
+                    SourceEvent::Frame(Frame { encoded: Some(jpeg), ..Frame::new(rgb) })
+                }
+                // A recording has the pixels: its pictures are not turned.
+                None => SourceEvent::Frame(Frame::new(turn.pixels(rgb, width, 3, &mut self.turned))),
+            },
+            Err(why) => self.pictures.lost(&file, why, why.reason()),
         })
     }
 }

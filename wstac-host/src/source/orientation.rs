@@ -6,7 +6,7 @@ use wstac_core::touch::motion::RowOrder;
 /// The directory entry of the orientation, and its type of 16 bits.
 const ORIENTATION: u32 = 0x0112;
 const SHORT: u32 = 3;
-/// What is done with the pixels, by orientation from 1 on.
+/// How pixels are turned, by orientation from 1 on.
 const TURNS: [&str; 8] = [
     "left as they are",
     "mirrored",
@@ -49,7 +49,7 @@ impl Orientation {
         None
     }
 
-    /// Returns what is done with the pixels; `None` if they stay as they are.
+    /// Returns how pixels are turned; `None` if they stay as they are.
     pub(super) fn turn(self) -> Option<&'static str> {
         TURNS.get(usize::from(self.0)).copied().filter(|_| self.0 > 0)
     }

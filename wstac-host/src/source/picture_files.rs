@@ -1,13 +1,16 @@
-//! The pictures of a folder: which there are, in which order.
+//! The pictures of a folder: which there are, in which order, and what was reported of them.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use wstac_core::rate::FrameRate;
 
 use super::natural;
+use super::orientation::Orientation;
 use super::replaced_rate::{self, readable};
 use super::spacing::{self, Positions};
+use super::{Fault, FaultKind, LossReason, RowOrder, SourceEvent};
 use crate::error::{Error, ErrorKind};
 
 /// The endings of pictures' names, without the dot and in small letters.
@@ -29,6 +32,73 @@ const RATES: std::ops::RangeInclusive<f64> = 0.5..=500.0;
 /// At most this number of series of pictures is told apart. Each has at least this part of the pictures.
 const MOST_SERIES: usize = 16;
 const LEAST_OF_SERIES: usize = 20;
+
+/// The pictures of a folder that are left. The first one that is turned, and the first one that is lost, each have a fault
+/// before their frame.
+pub(super) struct Pictures {
+    files: std::vec::IntoIter<PathBuf>,
+    /// The name of the first picture that can be read: all have its properties.
+    pub(super) model: String,
+    /// A file of which only a fault was reported yet.
+    again: Option<PathBuf>,
+    is_turn_reported: bool,
+    is_loss_reported: bool,
+}
+
+impl Pictures {
+    pub(super) fn new(files: Vec<PathBuf>, model: &Path) -> Self {
+        let model = model.file_name().unwrap_or_default().display().to_string();
+        Self { files: files.into_iter(), model, again: None, is_turn_reported: false, is_loss_reported: false }
+    }
+
+    pub(super) fn next(&mut self) -> Option<PathBuf> {
+        self.again.take().or_else(|| self.files.next())
+    }
+
+    /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
+    pub(super) fn positions(&self) -> Option<(Positions, Vec<f64>)> {
+        positions(self.files.as_slice())
+    }
+
+    /// Returns the result, and leaves no picture if it is an error.
+    pub(super) fn or_end<T>(&mut self, result: Result<T, Error>) -> Result<T, Error> {
+        if result.is_err() {
+            self.files = Vec::new().into_iter();
+        }
+        result
+    }
+
+    /// Refuses a picture whose rows are in another order than those of the first.
+    pub(super) fn check_order(&self, file: &Path, turn: Orientation, expected: RowOrder) -> Result<(), Error> {
+        if turn.row_order() == expected {
+            return Ok(());
+        }
+        let message = format_args!("has its rows in another direction than {}, by their Exif data", self.model);
+        Err(Error::new(ErrorKind::Format, file.display(), message))
+    }
+
+    /// Returns the fault about the first picture that is turned. The picture comes again after it.
+    pub(super) fn turned(&mut self, file: &Path, turn: Orientation) -> Option<SourceEvent<'static>> {
+        let turn = turn.turn()?;
+        if std::mem::replace(&mut self.is_turn_reported, true) {
+            return None;
+        }
+        Some(self.fault(file, FaultKind::Turned, format_args!("{turn}, as its Exif data say; others are turned, too")))
+    }
+
+    /// Returns the loss of a picture, or the fault about the first that is lost. That picture comes again after it.
+    pub(super) fn lost(&mut self, file: &Path, why: impl Display, reason: LossReason) -> SourceEvent<'static> {
+        if std::mem::replace(&mut self.is_loss_reported, true) {
+            return SourceEvent::Lost { frames: 1, reason };
+        }
+        self.fault(file, FaultKind::Decoder, format_args!("cannot be decoded: {why}; others count as lost, too"))
+    }
+
+    fn fault(&mut self, file: &Path, kind: FaultKind, message: impl Display) -> SourceEvent<'static> {
+        self.again = Some(file.to_owned());
+        SourceEvent::Fault(Fault::new(kind, format!("{}: {message}", file.display())))
+    }
+}
 
 /// Returns the files of a folder whose names end so, in natural order, or by their numbers if all are decimals.
 ///

@@ -3,8 +3,8 @@ use std::fs;
 use jpeg_encoder::{ColorType, Encoder};
 
 use super::*;
-use crate::source::LossReason;
 use crate::source::open::{OpenOptions, open};
+use crate::source::{Fault, LossReason};
 
 const SIDE: u16 = 48;
 

@@ -12,6 +12,7 @@ use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 
 use super::super::orientation::Orientation;
+use crate::error::{Error, ErrorKind};
 
 /// Most bytes that a decoded picture may take.
 const MOST_DECODED: usize = 1 << 30;
@@ -27,6 +28,17 @@ pub(super) enum Problem {
     Refused(String),
     /// The file cannot be opened.
     Io(std::io::Error),
+}
+
+impl Problem {
+    /// Returns why a file is corrupt, or the error that ends its folder.
+    pub(super) fn damage(self, file: &Path) -> Result<String, Error> {
+        match self {
+            Self::Corrupt(why) => Ok(why),
+            Self::Refused(message) => Err(Error::new(ErrorKind::Format, file.display(), message)),
+            Self::Io(error) => Err(Error::io(file.display(), error)),
+        }
+    }
 }
 
 impl From<png::DecodingError> for Problem {

@@ -4,6 +4,7 @@ use png::{BitDepth, ColorType};
 use wstac_core::green::any::PixelFormat;
 
 use super::*;
+use crate::source::FaultKind;
 
 /// A folder that is removed when the test is over.
 struct Folder(PathBuf);
