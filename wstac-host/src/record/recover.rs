@@ -18,11 +18,12 @@
 //! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
 
 mod moments;
+mod order;
 mod settle;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Seek};
+use std::io;
 use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,9 @@ use mcap::records::{Channel, MessageHeader, Record, op};
 use mcap::write::Metadata;
 use mcap::{McapError, Schema};
 
+pub use self::order::recover;
+
+use self::order::Order;
 use super::about::{About, is_description};
 use super::channels::Channels;
 use super::compression::Compression;
@@ -38,7 +42,7 @@ use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING,
 use super::parse::parse_record;
 use super::recorder::lost_line;
 use super::reserved::give_back_of_killed;
-use super::sorted::{Index, OrderCheck, Sorted};
+use super::sorted::{OrderCheck, Sorted};
 use super::summary::Summary;
 use super::sums::{self, Stated, Sum, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
@@ -147,36 +151,6 @@ struct Recovery<'a> {
     /// Why the number of lost frames is not certain.
     doubt: Option<String>,
     found: Recovered,
-}
-
-/// Recovers everything that was completely written. `new` is an empty file at `path`.
-///
-/// The new file is there even if the result names a problem.
-///
-/// # Errors
-/// The old file is no MCAP file or cannot be read, or the new one cannot be written.
-pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Error> {
-    let (found, is_final) = attempt(old, &new, path, Order::Doubted)?;
-    if is_final {
-        return Ok(found);
-    }
-    let mut again = |order| {
-        let emptied = new.set_len(0).and_then(|()| new.rewind());
-        emptied.map_err(|error| not_written(path, error.into()))?;
-        attempt(old, &new, path, order).map(|(found, _)| found)
-    };
-    let sorted = again(Order::Sorted)?;
-    // What is missing may be lost, so that the file has more as it stands.
-    if sorted.frames < found.frames { again(Order::AsItStands) } else { Ok(sorted) }
-}
-
-/// In which order messages are read.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Order {
-    /// As they stand, unless they turn out to be in another order than they were recorded in.
-    Doubted,
-    AsItStands,
-    Sorted,
 }
 
 /// Recovers a file. Returns false as well if its messages stand in another order than they were recorded in.
@@ -338,28 +312,6 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 }
 
 impl Recovery<'_> {
-    /// Puts the messages of the old file in order.
-    fn sort(&mut self) -> Result<(), RecoverFailure> {
-        let mut index = Index::default();
-        loop {
-            match self.walk.next()? {
-                WalkStep::Record(span) if span.op == op::MESSAGE => index.add(&mut self.walk, span)?,
-                WalkStep::Record(span) => self.record(span)?,
-                WalkStep::Damage(unread) => self.is_suspect |= unread.damaged,
-                WalkStep::ChunkEnd => {}
-                WalkStep::End { whole } => {
-                    self.found.whole = whole || self.walk.is_finished()?;
-                    break;
-                }
-            }
-        }
-        let owns: BTreeMap<_, _> =
-            self.channels.keys().filter_map(|&channel| Some((channel, self.own(channel)?))).collect();
-        let own = |channel: u16| owns.get(&channel).copied();
-        self.sorted = Some(index.sort(&mut self.walk, self.sensors.count(), own)?);
-        Ok(())
-    }
-
     /// Takes a record that is no message.
     fn record(&mut self, span: Span) -> Result<(), RecoverFailure> {
         match span.op {
