@@ -63,15 +63,12 @@ impl Result {
         result
     }
 
-    /// Returns a row of a table.
-    fn row(&self, name: &str) -> String {
+    /// Returns the cells of a row: the reliable part, errors of speed and direction, and the parts within one deviation.
+    fn cells(&self) -> [String; 7] {
         let of = |numbers: &[f64], fraction, unit: f64| {
             percentile(numbers.to_vec(), fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
         };
-        let wrong = self.speed.iter().filter(|error| **error > 0.1).count();
-        format!(
-            "| {name} | {} | {} | {} | {} | {} | {} | {wrong} | {} | {} |",
-            self.count,
+        [
             share(self.reliable, self.count),
             of(&self.speed, 0.5, 100.0),
             of(&self.speed, 0.95, 100.0),
@@ -79,7 +76,15 @@ impl Result {
             of(&self.degrees, 0.95, 1.0),
             share(self.within[0], self.reliable),
             share(self.within[1], self.reliable),
-        )
+        ]
+    }
+
+    /// Returns a row of a table.
+    fn row(&self, name: &str) -> String {
+        let wrong = self.speed.iter().filter(|error| **error > 0.1).count();
+        let cells = self.cells();
+        let (errors, within) = cells.split_at(5);
+        format!("| {name} | {} | {} | {wrong} | {} |", self.count, errors.join(" | "), within.join(" | "))
     }
 }
 

@@ -10,7 +10,7 @@ use wstac_core::params::{COLUMNS, TAXELS};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, RowOrder};
+use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, Slide};
 
@@ -75,7 +75,12 @@ fn answer(number: u64) -> (Slide, u32, [Motions; CAMERAS.len()]) {
             let found = update.event().map(|event| {
                 let ms = (5 * *delay) as f32 / PARTS as f32 * 1000.0 / 30.0;
                 [Some(ms), None].map(|ms| {
-                    let readout = Readout::of_layout(ms, RowOrder::Down, &layout, FrameRate::NOMINAL);
+                    let readout = Readout::of_layout(
+                        ms.and_then(ReadoutTime::from_ms),
+                        RowOrder::Down,
+                        &layout,
+                        FrameRate::NOMINAL,
+                    );
                     motion::by_coherence(&event, MotionConfig::published(FrameRate::NOMINAL).with_readout(readout))
                 })
             });
@@ -144,19 +149,6 @@ Reliable slides by speed and direction, in percent, by the readout in ms:
 
 fn row(found: &[Found]) -> String {
     let result = Result::new(&of(found, &|_| true));
-    let of = |errors: &[f64], fraction, unit: f64| {
-        percentile(errors.to_vec(), fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
-    };
     let wrong = result.speed.iter().zip(&result.degrees).filter(|(speed, degrees)| **speed > 0.1 || **degrees > 10.0);
-    format!(
-        "{} | {} | {} | {} | {} | {} | {} | {} |",
-        share(result.reliable, result.count),
-        of(&result.speed, 0.5, 100.0),
-        of(&result.speed, 0.95, 100.0),
-        of(&result.degrees, 0.5, 1.0),
-        of(&result.degrees, 0.95, 1.0),
-        share(result.within[0], result.reliable),
-        share(result.within[1], result.reliable),
-        share(wrong.count(), result.count),
-    )
+    format!("{} | {} |", result.cells().join(" | "), share(wrong.count(), result.count))
 }
