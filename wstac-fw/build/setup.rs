@@ -153,9 +153,13 @@ fn laws(config: &Config) -> String {
         }
         None => ("SpeedConfig".to_owned(), "durations(rate)".to_owned()),
     };
+    let readout = match config.sensor.readout {
+        Some(time) => format!("ReadoutTime::from_ms({:?})", time.ms()),
+        None => "None".to_owned(),
+    };
     format!(
-        "/// The time in ms in which the camera reads its rows, as the configuration states it.
-pub const READOUT_MS: Option<f32> = {:?};
+        "/// The time in which the camera reads its rows, as the configuration states it.
+pub const READOUT: Option<ReadoutTime> = {readout};
 /// The type of the law from an event to its answers.
 pub type Law = {law};
 /// Returns the law from an event to its answers, for a camera of this rate.
@@ -183,7 +187,7 @@ pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
     }}
 }}
 ",
-        config.sensor.readout_ms, config.sensor.pitch_mm, config.speed.threshold, config.speed.threshold_on,
+        config.sensor.pitch_mm, config.speed.threshold, config.speed.threshold_on,
     )
 }
 

@@ -15,7 +15,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 #[cfg(feature = "motion")]
 use wstac_core::touch::motion::LiveMotion;
-use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
+use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
 use wstac_core::touch::path_sample::TaxelRing;
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
@@ -118,7 +118,7 @@ impl Reader {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         let pipeline = setup::checked_with(camera, floor, trigger)?;
         // An error behind the built pipeline would leave a second one on the stack.
-        let readout = Readout::of_layout(setup::READOUT_MS, RowOrder::Down, &layout, rate);
+        let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
         let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
         Ok(Self {
             pipeline: pipeline.build(),
@@ -146,11 +146,10 @@ impl Reader {
         })
     }
 
-    /// States the milliseconds in which the camera reads the rows of the layout's frame, from the first to the last: 0 for a
-    /// global shutter. A configuration that states them comes first.
-    pub fn state_readout(&mut self, ms: f32) {
-        let (ms, geometry) = (setup::READOUT_MS.unwrap_or(ms), self.pipeline.geometry());
-        let readout = Readout::of_layout(Some(ms), RowOrder::Down, geometry.layout(), geometry.rate());
+    /// States the time in which the camera reads the rows of the layout's frame. A configuration that states it comes first.
+    pub fn state_readout(&mut self, time: ReadoutTime) {
+        let (time, geometry) = (setup::READOUT.unwrap_or(time), self.pipeline.geometry());
+        let readout = Readout::of_layout(Some(time), RowOrder::Down, geometry.layout(), geometry.rate());
         let sender = &mut self.sender;
         (sender.law, sender.motion) = (sender.law.with_readout(readout), sender.motion.with_readout(readout));
         #[cfg(feature = "motion")]

@@ -14,7 +14,7 @@ use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::pipeline::{CheckedBuilder, Pipeline};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, ReadoutTime};
 
 include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 

@@ -10,17 +10,14 @@ use serde::{Deserialize, Serialize};
 use wstac_core::error::ConfigError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::YcbcrMethod;
-use wstac_core::law::AnyLaw;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::baseline_policy::TrackingBaseline;
 use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
+use wstac_core::touch::motion::MotionConfig;
 
-#[cfg(feature = "mcap")]
-pub(crate) use self::speed::MOST_READOUT_MS;
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
 use crate::text_file::{toml_error, whole_if_any};
@@ -206,13 +203,10 @@ impl Config {
         })?;
         config.layout.check().map_err(wrong)?;
         config.speed.check().map_err(wrong)?;
-        config.sensor.check().map_err(wrong)?;
         config.trigger().map_err(|error| in_table("[trigger]", error))?;
         config.following().map_err(|error| in_table("[trigger]", error))?;
-        config.law(FrameRate::NOMINAL).map_err(|error| match error {
-            ConfigError::Pitch(_) => in_table("[sensor]", error),
-            _ => in_table("[speed]", error),
-        })?;
+        MotionConfig::new(config.sensor.pitch_mm, FrameRate::NOMINAL).map_err(|error| in_table("[sensor]", error))?;
+        config.durations(FrameRate::NOMINAL).map_err(|error| in_table("[speed]", error))?;
         if !(config.features.floor_levels >= 0.0 && config.features.floor_levels.is_finite()) {
             return Err(in_table("[features]", ConfigError::FloorLevels(config.features.floor_levels)));
         }
@@ -256,7 +250,7 @@ impl Config {
         own.trigger.margin = calibration.trigger.margin;
         own.speed.threshold = calibration.speed.threshold;
         own.speed.threshold_on = calibration.speed.threshold_on;
-        own.sensor.readout_ms = calibration.sensor.readout_ms.or(own.sensor.readout_ms);
+        own.sensor.readout = calibration.sensor.readout.or(own.sensor.readout);
         own
     }
 
@@ -280,26 +274,6 @@ impl Config {
             0 => Ok(None),
             windows => TrackingBaseline::new(windows).map(Some),
         }
-    }
-
-    /// Returns the law from an event to its answers, for a camera of this rate.
-    ///
-    /// # Errors
-    /// The errors of [`MotionConfig::new`], [`SpeedConfig::new`] and
-    /// [`SpeedConfig::fitted_on`].
-    pub fn law(&self, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
-        self.speed.in_force(self.motion(rate)?, rate)
-    }
-
-    /// Returns the parameters of motion by arrival times, for a camera of this rate, whatever the law is. The readout is
-    /// that of the paper's layout, over the full height of the picture.
-    ///
-    /// # Errors
-    /// The errors of [`MotionConfig::new`].
-    pub fn motion(&self, rate: FrameRate) -> Result<MotionConfig, ConfigError> {
-        let motion = MotionConfig::new(self.sensor.pitch_mm, rate)?;
-        let square = Layout::paper(FrameSize::new(400, 400)?)?;
-        Ok(motion.with_readout(Readout::of_layout(self.sensor.readout_ms, RowOrder::Down, &square, rate)))
     }
 
     /// Returns the law of durations for a camera of this rate: the one in force, or else the published one.
@@ -456,9 +430,17 @@ method = "centroid"
 
 #[cfg(test)]
 mod tests {
-    use wstac_core::law::ByCoherence;
+    use wstac_core::green::any::PixelFormat;
+    use wstac_core::law::{AnyLaw, ByCoherence};
 
     use super::*;
+    use crate::source::StreamInfo;
+
+    /// Returns the law for frames of the paper's shape.
+    fn law(config: &Config) -> AnyLaw {
+        let size = FrameSize::new(400, 400).unwrap();
+        config.law_of(&StreamInfo::new("", size, PixelFormat::Gray, FrameRate::NOMINAL)).unwrap()
+    }
 
     /// The configuration as `wstac run --help` prints it.
     const DOCUMENTED: &str = DEFAULT_CONFIGURATION;
@@ -471,10 +453,10 @@ mod tests {
             format!("{:?} {:?} {:?} {:?}", config.green, config.features, config.trigger, config.direction)
         };
         assert_eq!(without(&documented), without(&default));
-        assert_eq!(documented.law(FrameRate::NOMINAL).unwrap(), default.law(FrameRate::NOMINAL).unwrap());
+        assert_eq!(law(&documented), law(&default));
         assert_eq!(default.trigger().unwrap(), TriggerConfig::default().one_event_per_touch());
         let by_coherence = AnyLaw::Coherence(ByCoherence(MotionConfig::published(FrameRate::NOMINAL)));
-        assert_eq!(default.law(FrameRate::NOMINAL).unwrap(), by_coherence);
+        assert_eq!(law(&default), by_coherence);
     }
 
     #[test]
@@ -496,7 +478,7 @@ mod tests {
         let published = Config::parse("[speed]\nlaw = \"published\"").unwrap();
         assert_eq!(published.trigger().unwrap(), TriggerConfig::default());
         let durations = SpeedConfig::published(FrameRate::NOMINAL);
-        assert_eq!(published.law(FrameRate::NOMINAL).unwrap(), AnyLaw::Duration(durations));
+        assert_eq!(law(&published), AnyLaw::Duration(durations));
         assert_eq!(published.durations(FrameRate::NOMINAL).unwrap(), durations);
     }
 
@@ -523,7 +505,7 @@ mod tests {
             assert_eq!(again.trigger(), config.trigger(), "{full}");
             assert_eq!(format!("{:?}", again.following()), format!("{:?}", config.following()), "{full}");
             assert_eq!(config.following().unwrap().is_some(), text.contains("follow"), "{full}");
-            assert_eq!(again.law(FrameRate::NOMINAL), config.law(FrameRate::NOMINAL), "{full}");
+            assert_eq!(law(&again), law(&config), "{full}");
             assert_eq!(again.durations(FrameRate::NOMINAL), config.durations(FrameRate::NOMINAL), "{full}");
             let rest = |config: &Config| format!("{:?} {:?} {:?}", config.green, config.features, config.direction);
             assert_eq!(rest(&again), rest(&config), "{full}");

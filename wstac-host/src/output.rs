@@ -7,7 +7,7 @@ use std::fmt;
 use wstac_core::features::Features;
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, StreamEnd};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::touch::motion::Velocity;
+use wstac_core::touch::motion::{ReadoutTime, Velocity};
 
 pub(crate) use self::event::Answering;
 pub use self::event::{Paths, TactileEvent, TouchTime};
@@ -376,9 +376,9 @@ pub enum ReadoutUsed {
 }
 
 impl ReadoutUsed {
-    /// Creates it from milliseconds; `None` is unknown.
-    pub(crate) fn of_ms(ms: Option<f32>) -> Self {
-        ms.map_or(Self::Unknown, |ms| Self::Microseconds((1000.0 * ms).round() as i32))
+    /// Creates it from the time that was used; `None` is unknown.
+    pub(crate) fn of(time: Option<ReadoutTime>) -> Self {
+        time.map_or(Self::Unknown, |time| Self::Microseconds((1000.0 * time.ms()).round() as i32))
     }
 
     /// Returns the milliseconds for records, `Some(None)` if they are unknown; `None` for a global shutter and a board.

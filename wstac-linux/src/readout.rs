@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use v4l::v4l_sys as sys;
 use wstac_core::rate::FrameRate;
+use wstac_host::source::ReadoutTime;
 
 use crate::controls::Controls;
 use crate::device::Device;
@@ -23,8 +24,6 @@ const GLOBAL: [&str; 8] = ["ar0144", "ar0234", "imx296", "ov2311", "ov7251", "ov
 const LENSES: [&str; 4] = ["ad5398", "ak7375", "dw9714", "dw9807"];
 /// Part of a frame's time by which the product of its rows and their time may differ from it.
 const NEAR: f64 = 0.02;
-/// Longest time of a frame's rows, in ms.
-const LONGEST_MS: f64 = 1000.0;
 
 /// Returns the parts of cameras on the buses of sensors, `imx219 10-0010`: the name of the driver, and the node.
 pub(crate) fn sensors(parts: &Path) -> Vec<(String, PathBuf)> {
@@ -44,23 +43,28 @@ pub(crate) fn sensors(parts: &Path) -> Vec<(String, PathBuf)> {
     sensors
 }
 
-/// Returns the readout in ms of a camera whose own node has the sensor's controls; `None` if it is not certain.
+/// Returns the readout of a camera whose own node has the sensor's controls; `None` if it is not certain.
 ///
 /// The node does not name its sensor, so all sensors of this machine must have a rolling shutter.
-pub(crate) fn of_camera(camera: &impl Controls, size: (u32, u32), rate: FrameRate, parts: &Path) -> Option<f32> {
+pub(crate) fn of_camera(
+    camera: &impl Controls,
+    size: (u32, u32),
+    rate: FrameRate,
+    parts: &Path,
+) -> Option<ReadoutTime> {
     let sensors = sensors(parts);
     let is_rolling = !sensors.is_empty() && sensors.iter().all(|(name, _)| ROLLING.contains(&name.as_str()));
     let row_ms = is_rolling.then(|| row_ms(camera, size, 1000.0 / rate.per_second()))??;
-    Some((row_ms * f64::from(size.1.saturating_sub(1))) as f32)
+    ReadoutTime::from_ms((row_ms * f64::from(size.1.saturating_sub(1))) as f32)
 }
 
-/// Returns the readout in ms of a picture of a sensor with this name, in this mode of its own; `None` if it is not certain.
+/// Returns the readout of a picture of a sensor with this name, in this mode of its own; `None` if it is not certain.
 ///
 /// The picture shows as much of the mode as its shape allows, from the middle.
-pub(crate) fn of_sensor(name: &str, mode: (u32, u32), picture: (u32, u32), period_ms: f64) -> Option<f32> {
+pub(crate) fn of_sensor(name: &str, mode: (u32, u32), picture: (u32, u32), period_ms: f64) -> Option<ReadoutTime> {
     let name = name.split('_').next().unwrap_or(name);
     if GLOBAL.contains(&name) {
-        return Some(0.0);
+        return Some(ReadoutTime::GLOBAL);
     }
     if !ROLLING.contains(&name) {
         return None;
@@ -69,7 +73,8 @@ pub(crate) fn of_sensor(name: &str, mode: (u32, u32), picture: (u32, u32), perio
     let mut rows = nodes.filter_map(|(_, node)| row_ms(&Device::open(&node).ok()?, mode, period_ms));
     let row_ms = rows.next()?;
     // Two sensors of one kind that differ: which one it is, is not known.
-    rows.all(|other| (other / row_ms - 1.0).abs() < 1e-6).then(|| (row_ms * shown_rows(mode, picture)) as f32)
+    let are_alike = rows.all(|other| (other / row_ms - 1.0).abs() < 1e-6);
+    are_alike.then(|| ReadoutTime::from_ms((row_ms * shown_rows(mode, picture)) as f32))?
 }
 
 /// Returns the rows of a mode from the first to the last one that a picture shows.
@@ -87,7 +92,7 @@ fn row_ms(sensor: &impl Controls, (width, height): (u32, u32), period_ms: f64) -
     let pixels_per_ms = sensor.fixed(sys::V4L2_CID_PIXEL_RATE).filter(|rate| *rate > 0)? as f64 / 1000.0;
     let row_ms = (f64::from(width) + blanking(sys::V4L2_CID_HBLANK)?) / pixels_per_ms;
     let frame_ms = row_ms * (f64::from(height) + blanking(sys::V4L2_CID_VBLANK)?);
-    ((frame_ms / period_ms - 1.0).abs() < NEAR && frame_ms < LONGEST_MS).then_some(row_ms)
+    ((frame_ms / period_ms - 1.0).abs() < NEAR).then_some(row_ms)
 }
 
 #[cfg(test)]
@@ -139,7 +144,7 @@ mod tests {
         // The IMX219 in its mode of 1640x1232: 3448 pixels a row, 182.4 MHz, 1763 rows at 30 frames per second.
         let sensor = Sensor(3448 - 1640, 1763 - 1232, Some(182_400_000));
         let of = |sensor: &Sensor, size| of_camera(sensor, size, FrameRate::NOMINAL, &folder);
-        let found = of(&sensor, (1640, 1232)).unwrap();
+        let found = of(&sensor, (1640, 1232)).unwrap().ms();
         assert!((found - 23.27).abs() < 0.01, "{found}");
         // A picture that was cropped or scaled, a camera of other times, and drivers that do not state all.
         assert_eq!(of(&sensor, (1640, 922)), None);
@@ -161,7 +166,7 @@ mod tests {
             assert_eq!(of_camera(&sensor, (1640, 1232), FrameRate::NOMINAL, &folder), None, "{names:?}");
             let _ = std::fs::remove_dir_all(folder);
         }
-        assert_eq!(of_sensor("imx296", (1456, 1088), (1280, 720), 33.3), Some(0.0));
+        assert_eq!(of_sensor("imx296", (1456, 1088), (1280, 720), 33.3), Some(ReadoutTime::GLOBAL));
         assert_eq!(of_sensor("some", (1456, 1088), (1280, 720), 33.3), None);
     }
 

@@ -302,7 +302,7 @@ impl PiSettings {
             return Err(wrong(format!("a frame of rpicam-vid has {bytes} bytes, expected {width}x{height} in YUV420")));
         }
         if let (Some(mode), Some(period)) = (program.log.mode, metadata.period) {
-            info.readout_ms = readout::of_sensor(&state.card, mode, (width, height), f64::from(period) / 1000.0);
+            info.readout = readout::of_sensor(&state.card, mode, (width, height), f64::from(period) / 1000.0);
         }
         (info.clock, info.camera) = (StreamClock::Driver, Some(Box::new(state)));
         Ok(info)

@@ -96,7 +96,7 @@ impl CameraSource {
         info.bytes_per_row = negotiated.bytes_per_row;
         info.camera = Some(Box::new(camera.state.clone()));
         let pixels = (size.width().into(), size.height().into());
-        info.readout_ms = readout::of_camera(camera.buffers.device(), pixels, rate, Path::new(readout::PARTS));
+        info.readout = readout::of_camera(camera.buffers.device(), pixels, rate, Path::new(readout::PARTS));
         if camera.buffers.has_times() {
             info.clock = StreamClock::Driver;
         }

@@ -9,7 +9,7 @@ use crate::{Scene, SceneConfig, SimulatedFrame, Truth};
 use wstac_core::layout::FrameSize;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::open::{OpenOptions, SourceKind, without_controls};
-use wstac_host::source::{Frame, Source, SourceEvent, StreamInfo, SummedFrame};
+use wstac_host::source::{Frame, ReadoutTime, Source, SourceEvent, StreamInfo, SummedFrame};
 
 /// The frames of a scene.
 #[derive(Clone, Debug)]
@@ -41,7 +41,8 @@ impl SceneSource {
         let mut info = StreamInfo::new(about, script.sensor.size, sensor.format(), script.sensor.rate);
         info.color = sensor.color();
         info.bytes_per_row = sensor.bytes_per_row() as u32;
-        info.readout_ms = Some(script.sensor.readout_ms as f32);
+        info.readout = ReadoutTime::from_ms(script.sensor.readout_ms as f32);
+        info.is_simulated = true;
         info.taxels_only = script.fidelity == Fidelity::Taxel;
         Ok(Self { info, scene })
     }

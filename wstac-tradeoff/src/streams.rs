@@ -17,6 +17,7 @@ use super::parameters::{Format, Setting};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::session::HostPipeline;
+use wstac_host::source::{ReadoutTime, StreamInfo};
 use wstac_scene::sensor::Sensor;
 
 /// A slide's first event.
@@ -124,6 +125,9 @@ impl EvaluatedCamera {
     ) -> Result<Self, Error> {
         let own = |(_, setting): &(usize, &Setting)| setting.format.code() == format.code();
         let mut sums: Vec<(Format, Stride, StrideSums)> = Vec::new();
+        let mut info = StreamInfo::new("simulated frames", sensor.layout().frame(), sensor.format(), sensor.rate());
+        // A simulated camera has a global shutter.
+        info.readout = Some(ReadoutTime::GLOBAL);
         for (place, setting) in settings.iter().enumerate().filter(own) {
             let known =
                 sums.iter().position(|(format, stride, _)| (*format, *stride) == (setting.format, setting.stride));
@@ -134,7 +138,7 @@ impl EvaluatedCamera {
                 sums.push((setting.format, setting.stride, own));
             }
             let sums = &mut sums[at].2;
-            sums.streams.push(stream(place, *setting, taxels, sums.accumulators.camera(), config)?);
+            sums.streams.push(stream(place, *setting, taxels, sums.accumulators.camera(), config, &info)?);
         }
         let whole = camera(&sensor, format, Stride::One, config)?;
         let (floor, threshold) = (config.features.floor_levels, config.speed.threshold);
@@ -202,13 +206,10 @@ fn stream(
     taxels: bool,
     geometry: &FrameGeometry<Any>,
     config: &Config,
+    info: &StreamInfo,
 ) -> Result<SettingStream, Error> {
-    let mut config = setting.configured(config);
-    // A simulated camera has a global shutter.
-    config.sensor.readout_ms = config.sensor.readout_ms.or(Some(0.0));
-    let about = "simulated frames";
-    let in_speed = |error| config.does_not_fit(about, "[speed]", error);
-    let mut pipeline = config.pipeline_of(*geometry, about)?;
+    let config = setting.configured(config);
+    let mut pipeline = config.pipeline_of(*geometry, &info.about)?;
     if taxels && setting.law.is_with(Input::TaxelPath) {
         pipeline.keep_taxels();
     }
@@ -217,7 +218,7 @@ fn stream(
         first: None,
         error: FeatureError::default(),
         pipeline,
-        law: config.law(geometry.rate()).map_err(in_speed)?,
-        motion: config.motion(geometry.rate()).map_err(in_speed)?,
+        law: config.law_of(info)?,
+        motion: config.motion_of(info)?,
     })
 }

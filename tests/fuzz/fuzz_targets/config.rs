@@ -3,9 +3,11 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_host::config::Config;
+use wstac_host::source::StreamInfo;
 
 fuzz_target!(|text: &str| {
     let config = match Config::parse(text) {
@@ -23,9 +25,11 @@ fuzz_target!(|text: &str| {
     if let Err(error) = config.trigger() {
         assert!(!error.to_string().is_empty());
     }
-    let rate = FrameRate::NOMINAL;
-    let errors = [config.law(rate).err(), config.motion(rate).err(), config.durations(rate).err()];
-    for error in errors.into_iter().flatten().chain(config.following().err()) {
+    let errors = [config.durations(FrameRate::NOMINAL).err(), config.following().err()];
+    for error in errors.into_iter().flatten() {
         assert!(!error.to_string().is_empty());
+    }
+    if let Err(error) = config.law_of(&StreamInfo::new("", size, PixelFormat::Gray, FrameRate::NOMINAL)) {
+        assert!(!error.message().is_empty());
     }
 });

@@ -6,7 +6,7 @@ use libfuzzer_sys::fuzz_target;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::trigger::{Trigger, TriggerConfig};
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout, RowOrder};
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
 
 /// Frames of the baseline, which nothing touches.
 const BASELINE: usize = 25;
@@ -17,8 +17,8 @@ fuzz_target!(|data: &[u8]| {
     let config = MotionConfig::new(0.01 + f32::from(pitch), rate).expect("a pitch from 0.01 to 256 mm");
     let layout = Layout::paper(FrameSize::new(400, 400).expect("a size")).expect("it fits");
     // Unknown, or up to a second either way.
-    let ms = (rest & 2 > 0).then(|| 8.0 * (f32::from(readout) - 125.0));
-    let config = config.with_readout(Readout::of_layout(ms, RowOrder::Right, &layout, rate));
+    let time = (rest & 2 > 0).then(|| 8.0 * (f32::from(readout) - 125.0)).and_then(ReadoutTime::from_ms);
+    let config = config.with_readout(Readout::of_layout(time, RowOrder::Right, &layout, rate));
     let mut trigger = Trigger::new(TriggerConfig::default());
     for _ in 0..BASELINE {
         trigger.push([-3000; 10], false);

@@ -8,7 +8,7 @@ use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout, RowOrder};
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
 
 use super::case::{directory, read};
 use super::motion_of::{MotionOf, Tolerance};
@@ -124,7 +124,8 @@ fn every_motion_before_a_rolling_shutter_is_that_of_the_reference() {
         let event = Event::new(0, Sample::from_frames(frames), &baseline);
         for ReadoutAnswer { readout_ms, motion: expected } in &case.answers {
             let name = format!("{}, {readout_ms:?} ms", case.name);
-            let readout = Readout::of_layout(*readout_ms, RowOrder::Down, &layout, FrameRate::NOMINAL);
+            let time = readout_ms.map(|ms| ReadoutTime::from_ms(ms).unwrap());
+            let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
             let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(readout);
             let found = motion::by_coherence(&event, config);
             assert_eq!(Some(found.reliable), expected.reliable, "{name}: {found:?}");

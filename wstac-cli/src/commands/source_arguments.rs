@@ -17,7 +17,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::source::every_sensor::{NamedSource, every_sensor};
 use wstac_host::source::names::SensorSpec;
 use wstac_host::source::open::{OpenOptions, recorded_sensors};
-use wstac_host::source::{FramePolicy, Source, StreamInfo, config_of};
+use wstac_host::source::{FramePolicy, ReadoutTime, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
 
@@ -37,10 +37,10 @@ pub(super) struct SourceArguments {
 
     /// Time of the camera's rolling shutter, in ms
     ///
-    /// It is from the first to the last row of the picture before it was turned: 0 for a global shutter, below 0 if the bottom
-    /// comes first. Without it, [sensor] readout_ms holds, or what the source states.
+    /// It is from the first to the last row of the picture before it was turned: 0 for a global shutter, below 0 if the
+    /// bottom comes first. Without it, [sensor] readout_ms holds, or what the source states.
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = parsed_readout)]
-    readout: Option<f32>,
+    readout: Option<ReadoutTime>,
 
     /// Read this sensor of a recording of several
     ///
@@ -59,14 +59,14 @@ fn range() -> impl TypedValueParser<Value = QuantizationRange> {
     names.map(|name| if name == "full" { QuantizationRange::Full } else { QuantizationRange::Limited })
 }
 
-fn parsed_readout(text: &str) -> Result<f32, String> {
-    let ms = text.parse().ok().filter(|ms: &f32| (-1000.0..=1000.0).contains(ms));
-    ms.ok_or_else(|| "expected -1000 to 1000 milliseconds".into())
+fn parsed_readout(text: &str) -> Result<ReadoutTime, String> {
+    let time = text.parse().ok().and_then(ReadoutTime::from_ms);
+    time.ok_or_else(|| "expected -1000 to 1000 milliseconds".into())
 }
 
 impl SourceArguments {
     /// Returns the readout that is stated.
-    pub(super) fn readout(&self) -> Option<f32> {
+    pub(super) fn readout(&self) -> Option<ReadoutTime> {
         self.readout
     }
 
@@ -82,7 +82,7 @@ impl SourceArguments {
         let given = file.map(Config::read).transpose()?;
         let (source, info) = self.open(source, delivery)?;
         let mut config = config_of(&info, given)?;
-        config.sensor.readout_ms = self.readout.or(config.sensor.readout_ms);
+        config.sensor.readout = self.readout.or(config.sensor.readout);
         Ok((source, info, config))
     }
 
@@ -104,7 +104,6 @@ impl SourceArguments {
         }
         info.color.matrix = self.matrix.unwrap_or(info.color.matrix);
         info.color.range = self.range.unwrap_or(info.color.range);
-        info.readout_ms = self.readout.or(info.readout_ms);
         Ok((source, info))
     }
 
@@ -215,7 +214,7 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
 /// Returns a doubt about the places of taxels: if nothing states them. In a scene they are where the publication has them,
 /// and of a recording it was said when it was made.
 pub(super) fn doubt_of_layout(info: &StreamInfo, config: &Config) -> Option<&'static str> {
-    let is_known = config.layout.is_stated() || info.recorded.is_some() || info.about.starts_with("scene:");
+    let is_known = config.layout.is_stated() || info.recorded.is_some() || info.is_simulated;
     (!is_known).then_some(
         "no [layout] is given, so taxels are where the sensor of the publication has them; help: run wstac calibrate, \
          and give its file with --config",
@@ -224,7 +223,7 @@ pub(super) fn doubt_of_layout(info: &StreamInfo, config: &Config) -> Option<&'st
 
 /// Returns what an unknown readout does to answers, if that of a source is unknown.
 pub(super) fn doubt_of_readout(info: &StreamInfo, config: &Config) -> Option<&'static str> {
-    let is_unknown = config.readout_ms(info).is_none() && config.speed.law().is_none();
+    let is_unknown = config.readout(info).is_none() && config.speed.law().is_none();
     is_unknown.then_some(
         "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; state it with \
          --readout MS or [sensor] readout_ms (0: global shutter)",

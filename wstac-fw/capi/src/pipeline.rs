@@ -13,7 +13,7 @@ use wstac_core::params::{PITCH_MM, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
+use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
 
 use crate::format::{Chosen, WstacFwFormat};
 use crate::memory::{Memory, borrowed, bytes, fits, set_up, value_mut};
@@ -112,8 +112,7 @@ impl PipelineState {
         }
         let pitch = if options.pitch_mm == 0.0 { PITCH_MM } else { options.pitch_mm };
         let stated = choice(options.readout_known)?.then_some(options.readout_ms);
-        let stated = stated.filter(|ms| (-1000.0..=1000.0).contains(ms));
-        let readout = Readout::of_layout(stated, RowOrder::Down, &layout, rate);
+        let readout = Readout::of_layout(stated.and_then(ReadoutTime::from_ms), RowOrder::Down, &layout, rate);
         let trigger = TriggerConfig::default().one_event_per_touch();
         let builder = Pipeline::builder(camera).floor(format.default_floor()).trigger(trigger).baseline(None);
         // All that can fail comes first, so that the pipeline is built in its place.

@@ -7,6 +7,7 @@
 
 use cortex_m_rt::entry;
 use wstac_core::rate::FrameRate;
+use wstac_core::touch::motion::ReadoutTime;
 use wstac_core::wire::{self, Decoder, Message, Received, Request};
 use wstac_fw::emulated::bench::{LAW, LAYOUT};
 use wstac_fw::emulated::clock::Clock;
@@ -51,7 +52,7 @@ fn run() -> Option<()> {
     let mut reader = Reader::new(LAYOUT, LAYOUT.frame(), FrameRate::NOMINAL, LAW);
     let reader = reader.as_mut().ok()?;
     // Frames are of a file: all rows are of one time.
-    reader.state_readout(0.0);
+    reader.state_readout(ReadoutTime::GLOBAL);
     Clock::tick();
     let mut link = Link { uart: Uart::start(), sequence: 0 };
     let mut decoder = Decoder::<16>::new();

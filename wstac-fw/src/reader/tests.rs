@@ -72,7 +72,7 @@ fn long(t: usize) -> Vec<u8> {
 fn reader() -> Reader {
     let law = setup::law(FrameRate::NOMINAL).unwrap();
     let mut reader = Reader::new(layout(), layout().frame(), FrameRate::NOMINAL, law).unwrap();
-    reader.state_readout(0.0);
+    reader.state_readout(ReadoutTime::GLOBAL);
     reader
 }
 

@@ -7,7 +7,7 @@ use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
 use wstac_core::paper::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, ReadoutTime};
 
 use crate::text_file::whole_if_any;
 
@@ -57,28 +57,20 @@ pub enum Estimator {
 pub struct SensorKeys {
     /// The distance between neighboring whiskers, in mm.
     pub pitch_mm: f32,
-    /// Milliseconds from the first to the last row of the unrotated picture: negative if the bottom comes first, 0 for a
-    /// global shutter. `None` if the source's own counts.
-    pub readout_ms: Option<f32>,
+    /// The time from the first to the last row of the unrotated picture; `None` if the source's own counts.
+    #[serde(rename = "readout_ms", deserialize_with = "readout_time")]
+    pub readout: Option<ReadoutTime>,
 }
 
-/// The longest readout, in ms.
-pub(crate) const MOST_READOUT_MS: f32 = 1000.0;
+fn readout_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<ReadoutTime>, D::Error> {
+    let found = f32::deserialize(deserializer)?;
+    let wrong = || format!("[sensor] readout_ms is {found}, expected -1000 to 1000; 0 is a global shutter");
+    ReadoutTime::from_ms(found).ok_or_else(|| D::Error::custom(wrong())).map(Some)
+}
 
 impl Default for SensorKeys {
     fn default() -> Self {
-        Self { pitch_mm: params::PITCH_MM, readout_ms: None }
-    }
-}
-
-impl SensorKeys {
-    pub(super) fn check(&self) -> Result<(), String> {
-        match self.readout_ms {
-            Some(found) if !(-MOST_READOUT_MS..=MOST_READOUT_MS).contains(&found) => {
-                Err(format!("[sensor] readout_ms is {found}, expected -1000 to 1000; 0 is a global shutter"))
-            }
-            _ => Ok(()),
-        }
+        Self { pitch_mm: params::PITCH_MM, readout: None }
     }
 }
 

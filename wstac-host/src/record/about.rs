@@ -10,9 +10,9 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
 
 use crate::camera::CameraState;
-use crate::config::{Config, MOST_READOUT_MS};
+use crate::config::Config;
 use crate::error::{Error, ErrorKind};
-use crate::source::{Crop, Labels, RowOrder, StreamClock, StreamInfo};
+use crate::source::{Crop, Labels, ReadoutTime, RowOrder, StreamClock, StreamInfo};
 
 /// The names of the records of metadata.
 const STREAM: &str = "wstac.stream";
@@ -119,8 +119,8 @@ impl About {
         let driver_times = info.clock == StreamClock::Driver;
         let configuration =
             config.to_toml().map_err(|error| Error::with_cause(ErrorKind::Config, "configuration", error))?;
-        let readout_ms = config.sensor.readout_ms.or(info.readout_ms);
-        Ok(Self { info: StreamInfo { readout_ms, ..info.clone() }, driver_times, configuration, labels, models })
+        let readout = config.readout(info);
+        Ok(Self { info: StreamInfo { readout, ..info.clone() }, driver_times, configuration, labels, models })
     }
 
     /// Returns the description as records of an MCAP file.
@@ -175,7 +175,7 @@ impl About {
             models: models.clone(),
             crop: info.crop,
             taxels_only: info.taxels_only,
-            readout_ms: info.readout_ms,
+            readout_ms: info.readout.map(ReadoutTime::ms),
             row_order: info.row_order,
         };
         let one = |name: &str, key: &str, text: String| one(of_sensor(name, sensor), key, text);
@@ -214,7 +214,7 @@ impl About {
             clock: if stream.driver_times { StreamClock::Driver } else { StreamClock::Frames },
             crop: stream.crop,
             taxels_only: stream.taxels_only,
-            readout_ms: stream.readout_ms.filter(|ms| ms.abs() <= MOST_READOUT_MS),
+            readout: stream.readout_ms.and_then(ReadoutTime::from_ms),
             row_order: stream.row_order,
             color: stream.color,
             bytes_per_row: stream.bytes_per_row,

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 
-use wstac_core::error::ConfigError;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
@@ -14,7 +13,7 @@ use wstac_core::paper::trigger::{ContactEnd, InterruptedSample};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, ReadoutTime};
 use wstac_core::touch::path_sample::TaxelRing;
 
 use crate::config::{Config, Kernel};
@@ -152,28 +151,36 @@ impl Config {
         Ok(geometry)
     }
 
-    /// Returns the readout in milliseconds that holds for a source: the configuration's, else the source's own. `None` is
-    /// unknown.
-    pub fn readout_ms(&self, info: &StreamInfo) -> Option<f32> {
-        self.sensor.readout_ms.or(info.readout_ms)
+    /// Returns the readout that holds for a source: the configuration's, else the source's own. `None` is unknown.
+    pub fn readout(&self, info: &StreamInfo) -> Option<ReadoutTime> {
+        self.sensor.readout.or(info.readout)
     }
 
     /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.
     ///
     /// # Errors
-    /// The errors of [`Config::layout`] and of [`MotionConfig::new`].
-    pub fn motion_of(&self, info: &StreamInfo) -> Result<MotionConfig, ConfigError> {
-        let layout = self.layout(info.size)?;
-        let readout = Readout::of_layout(self.readout_ms(info), info.row_order, &layout, info.rate);
-        Ok(MotionConfig::new(self.sensor.pitch_mm, info.rate)?.with_readout(readout))
+    /// The readout is longer than a frame, or the errors of [`Config::layout`] and of [`MotionConfig::new`].
+    pub fn motion_of(&self, info: &StreamInfo) -> Result<MotionConfig, Error> {
+        let time = self.readout(info);
+        // Rows are read within a frame; a rate may be a little off.
+        let most = 1050.0 / info.rate.per_second();
+        if let Some(ms) = time.map(ReadoutTime::ms).filter(|ms| f64::from(ms.abs()) > most) {
+            let message = format!("readout_ms is {ms}, expected at most a frame's time: {most:.1} ms");
+            return Err(self.does_not_fit(&info.about, "[sensor]", message));
+        }
+        let layout = self.layout(info.size).map_err(|error| self.does_not_fit(&info.about, "[layout]", error))?;
+        let motion = MotionConfig::new(self.sensor.pitch_mm, info.rate);
+        let motion = motion.map_err(|error| self.does_not_fit(&info.about, "[sensor]", error))?;
+        Ok(motion.with_readout(Readout::of_layout(time, info.row_order, &layout, info.rate)))
     }
 
     /// Returns the law from an event to its answers for the frames of a source.
     ///
     /// # Errors
-    /// The errors of [`Config::motion_of`] and [`Config::law`].
-    pub fn law_of(&self, info: &StreamInfo) -> Result<AnyLaw, ConfigError> {
-        self.speed.in_force(self.motion_of(info)?, info.rate)
+    /// The errors of [`Config::motion_of`] and [`Config::durations`].
+    pub fn law_of(&self, info: &StreamInfo) -> Result<AnyLaw, Error> {
+        let law = self.speed.in_force(self.motion_of(info)?, info.rate);
+        law.map_err(|error| self.does_not_fit(&info.about, "[speed]", error))
     }
 
     /// Builds the pipeline of a stream.
@@ -253,24 +260,18 @@ impl Processor {
     /// Creates a processor whose feature frames are counted from `first` on.
     fn starting_at(info: &StreamInfo, config: &Config, options: OutputOptions, first: u64) -> Result<Self, Error> {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
-        // Rows are read within a frame; a rate may be a little off.
-        let most = 1050.0 / info.rate.per_second();
-        if let Some(ms) = config.readout_ms(info).filter(|ms| f64::from(ms.abs()) > most) {
-            let message = format!("readout_ms is {ms}, expected at most a frame's time: {most:.1} ms");
-            return Err(config.does_not_fit(&info.about, "[sensor]", message));
-        }
         let mut pipeline = config.pipeline_at(info, first)?;
-        let motion = config.motion_of(info).map_err(in_table)?;
+        let motion = config.motion_of(info)?;
         if options.paths {
             pipeline.keep_taxels();
         }
         Ok(Self {
             pipeline,
             taxels: None,
-            law: config.law_of(info).map_err(in_table)?,
+            law: config.law_of(info)?,
             durations: config.durations(info.rate).map_err(in_table)?,
             motion,
-            readout: ReadoutUsed::of_ms(config.readout_ms(info)),
+            readout: ReadoutUsed::of(config.readout(info)),
             clock: FrameClock::new(info.rate, info.clock),
             live: options.motion.then(|| LiveMotion::new(motion)),
             textures: Textures::default(),

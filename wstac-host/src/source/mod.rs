@@ -37,7 +37,7 @@ use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-pub use wstac_core::touch::motion::RowOrder;
+pub use wstac_core::touch::motion::{ReadoutTime, RowOrder};
 
 use crate::camera::CameraState;
 use crate::config::Config;
@@ -66,12 +66,13 @@ pub struct StreamInfo {
     pub rate: FrameRate,
     /// The clock of its frames' times. By [`StreamClock::Frames`], the default, their times do not count.
     pub clock: StreamClock,
-    /// Milliseconds from the first to the last row of the picture as the sensor reads it: negative if the bottom comes
-    /// first, 0 for a global shutter. `None` if the source does not know it.
-    pub readout_ms: Option<f32>,
+    /// The time from the first to the last row of the picture as the sensor reads it; `None` if the source does not know it.
+    pub readout: Option<ReadoutTime>,
     /// Where the sensor's rows follow each other in the picture. Another order than [`RowOrder::Down`] is that of a source
     /// that turns or mirrors what the sensor reads.
     pub row_order: RowOrder,
+    /// Whether its sensor is simulated, whose taxels are where the publication has them.
+    pub is_simulated: bool,
     /// Whether it gives taxel sums instead of bytes.
     pub taxels_only: bool,
     /// The part of its frames that is known; `None` if all is. The rest is black, and no taxel may be there.
@@ -348,8 +349,9 @@ impl StreamInfo {
             bytes_per_row,
             rate,
             clock: StreamClock::Frames,
-            readout_ms: None,
+            readout: None,
             row_order: RowOrder::Down,
+            is_simulated: false,
             taxels_only: false,
             crop: None,
             about,

@@ -14,7 +14,7 @@ use wstac_host::camera::CameraState;
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
-use wstac_host::source::{Fault, Frame, LossReason, Source, SourceEvent, SummedFrame};
+use wstac_host::source::{Fault, Frame, LossReason, ReadoutTime, Source, SourceEvent, SummedFrame};
 use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
 use wstac_scene::source::SceneSource;
@@ -229,7 +229,7 @@ fn what_an_unknown_readout_costs_is_told_of_cameras_only() {
     // The camera is as good as it can be, so nothing is to be changed.
     let text = report.to_string();
     assert!(report.healthy && text.contains("\nNothing to change.\n- readout unknown"), "{text}");
-    config.sensor.readout_ms = Some(12.0);
+    config.sensor.readout = ReadoutTime::from_ms(12.0);
     assert!(of(&config).verdict.is_empty());
 }
 

@@ -50,7 +50,7 @@ pub(super) fn verdict(report: &Report, info: &StreamInfo, config: &Config, measu
         trigger(&mut findings, report);
         mjpeg(&mut findings, report);
     }
-    if report.camera.is_some() && config.readout_ms(info).is_none() {
+    if report.camera.is_some() && config.readout(info).is_none() {
         readout(&mut findings);
     }
     findings.0

@@ -16,7 +16,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, RowOrder, Velocity};
+use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
 
 entries! {
@@ -108,8 +108,10 @@ entries! {
     motion_with_readout(config: MotionConfig, readout: Readout) -> MotionConfig { config.with_readout(readout) }
     motion_readout(config: MotionConfig) -> Readout { config.readout() }
     unknown_readout(rate: FrameRate) -> Readout { Readout::unknown(rate) }
-    readout_of_layout(ms: Option<f32>, order: RowOrder, layout: &Layout, rate: FrameRate) -> Readout {
-        Readout::of_layout(ms, order, layout, rate)
+    readout_time(ms: f32) -> Option<ReadoutTime> { ReadoutTime::from_ms(ms) }
+    readout_ms(time: ReadoutTime) -> f32 { time.ms() }
+    readout_of_layout(time: Option<ReadoutTime>, order: RowOrder, layout: &Layout, rate: FrameRate) -> Readout {
+        Readout::of_layout(time, order, layout, rate)
     }
     readout_is_known(readout: Readout) -> bool { readout.is_known() }
     readout_delays(readout: Readout) -> [f32; 2] { readout.delays() }

@@ -117,10 +117,10 @@ impl<'a> Run<'a> {
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
-        let readout = doubt_of_readout(&info, &config);
+        let (layout, readout) = (doubt_of_layout(&info, &config), doubt_of_readout(&info, &config));
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
-            .config(config.clone())
+            .config(config)
             .outputs(self.wanted())
             .textures(Textures::new(files)?);
         if let Some(seconds) = arguments.baseline_at {
@@ -130,7 +130,7 @@ impl<'a> Run<'a> {
         // Only after opening and reading a baseline, which a signal ends at once, and before the first output.
         finishing(self.ending());
         records.note(&info.about);
-        if let Some(doubt) = doubt_of_layout(&info, &config) {
+        if let Some(doubt) = layout {
             records.notice("default-layout", doubt);
         }
         if let Some(doubt) = doubts_of_textures(&info, files) {

@@ -24,7 +24,7 @@ use crate::reason::Reason;
 use axis::Axis;
 pub use contact::Contact;
 pub use live::{LiveContact, LiveMotion};
-pub use readout::{Readout, RowOrder};
+pub use readout::{Readout, ReadoutTime, RowOrder};
 use sqrt::sqrt;
 
 /// A speed and a direction, each with its standard deviation.

@@ -21,6 +21,28 @@ pub enum RowOrder {
     Left,
 }
 
+/// The time from the first to the last row of a picture as the sensor reads it, within a second; below 0 if the last row comes
+/// first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct ReadoutTime(f32);
+
+impl ReadoutTime {
+    /// A global shutter, or one strobe per frame: all rows are exposed at once.
+    pub const GLOBAL: Self = Self(0.0);
+
+    /// Creates it from milliseconds; `None` unless they are from −1000 to 1000.
+    pub const fn from_ms(ms: f32) -> Option<Self> {
+        if ms >= -1000.0 && ms <= 1000.0 { Some(Self(ms)) } else { None }
+    }
+
+    /// Returns the milliseconds.
+    pub const fn ms(self) -> f32 {
+        self.0
+    }
+}
+
 /// How much later each row and column of taxels is exposed than the one before it.
 ///
 /// A slide's light arrives in a row's own time. So a row's slowness is that of the light less the row's delay.
@@ -49,22 +71,22 @@ impl Readout {
         Self { delays, off: delays }
     }
 
-    /// Creates the readout of a layout: `ms` milliseconds from the picture's first row to its last as the sensor reads them,
-    /// below 0 if the last comes first. `None` is unknown: between 0 and the time of a camera's frame.
+    /// Creates the readout of a layout whose whole picture takes this time. `None` is unknown: between 0 and the time of a
+    /// camera's frame.
     ///
     /// `order` says where these rows follow each other in the layout's picture.
     ///
     /// ```
     /// use wstac_core::{layout::{FrameSize, Layout}, rate::FrameRate};
-    /// use wstac_core::touch::motion::{MotionConfig, Readout, RowOrder};
+    /// use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
     ///
     /// let layout = Layout::paper(FrameSize::new(640, 480)?)?;
-    /// let readout = Readout::of_layout(Some(30.0), RowOrder::Down, &layout, FrameRate::NOMINAL);
+    /// let readout = Readout::of_layout(ReadoutTime::from_ms(30.0), RowOrder::Down, &layout, FrameRate::NOMINAL);
     /// let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(readout);
     /// # assert!(config != MotionConfig::published(FrameRate::NOMINAL));
     /// # Ok::<(), wstac_core::error::Error>(())
     /// ```
-    pub const fn of_layout(ms: Option<f32>, order: RowOrder, layout: &Layout, rate: FrameRate) -> Self {
+    pub const fn of_layout(time: Option<ReadoutTime>, order: RowOrder, layout: &Layout, rate: FrameRate) -> Self {
         let (axis, side, sign) = match order {
             RowOrder::Down => (1, layout.frame().height(), 1.0),
             RowOrder::Up => (1, layout.frame().height(), -1.0),
@@ -80,18 +102,13 @@ impl Readout {
             moments[1] += at * ((taxel % COLUMNS) as i32 - (COLUMNS / 2) as i32);
             taxel += 1;
         }
-        // What is no time of rows is no readout.
-        let ms = match ms {
-            Some(ms) if ms >= -1000.0 && ms <= 1000.0 => Some(ms),
-            _ => None,
-        };
-        let frames = match ms {
-            Some(ms) => ms * NOMINAL_FRAME_RATE as f32 / (1000.0 * rate.nominal_frames()),
+        let frames = match time {
+            Some(ReadoutTime(ms)) => ms * NOMINAL_FRAME_RATE as f32 / (1000.0 * rate.nominal_frames()),
             None => 0.5 / rate.frames_added() as f32,
         };
         let whole = side as f32 * SPREAD as f32;
         let delays = [moments[0] as f32 / whole * (sign * frames), moments[1] as f32 / whole * (sign * frames)];
-        Self { delays, off: if ms.is_some() { [0.0; 2] } else { delays } }
+        Self { delays, off: if time.is_some() { [0.0; 2] } else { delays } }
     }
 
     /// Returns whether it is known.

@@ -202,7 +202,7 @@ fn any_sample_has_an_answer_in_range() {
 /// Returns the readout of the paper's layout.
 fn readout(ms: Option<f32>, order: RowOrder) -> Readout {
     let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
-    Readout::of_layout(ms, order, &layout, FrameRate::NOMINAL)
+    Readout::of_layout(ms.and_then(ReadoutTime::from_ms), order, &layout, FrameRate::NOMINAL)
 }
 
 /// Checks that a wave has its own velocity whatever the time in which the camera reads its rows.
@@ -282,7 +282,9 @@ fn an_unknown_readout_widens_deviations_or_refuses() {
 /// frame.
 #[test]
 fn delays_follow_the_layout_and_the_rate() {
-    let of = |layout: &Layout, ms, rate| Readout::of_layout(ms, RowOrder::Down, layout, rate).delays();
+    let of = |layout: &Layout, ms: Option<f32>, rate| {
+        Readout::of_layout(ms.and_then(ReadoutTime::from_ms), RowOrder::Down, layout, rate).delays()
+    };
     let near = |found: [f32; 2], expected: [f32; 2]| {
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?}, expected {expected:?}");
     };
@@ -300,5 +302,9 @@ fn delays_follow_the_layout_and_the_rate() {
     let corners = core::array::from_fn(|taxel| [300 - 60 * (taxel / 5) as u16, 60 * (taxel % 5) as u16]);
     let turned = Layout::new(FrameSize::new(400, 600).unwrap(), [50, 50], corners).unwrap();
     near(of(&turned, Some(20.0), FrameRate::NOMINAL), [0.0, 0.06]);
-    near(Readout::of_layout(Some(20.0), RowOrder::Right, &turned, FrameRate::NOMINAL).delays(), [-0.09, 0.0]);
+    let time = ReadoutTime::from_ms(20.0);
+    near(Readout::of_layout(time, RowOrder::Right, &turned, FrameRate::NOMINAL).delays(), [-0.09, 0.0]);
+    for (ms, is_possible) in [(-1000.0, true), (1000.0, true), (1000.1, false), (f32::NAN, false), (-1001.0, false)] {
+        assert_eq!(ReadoutTime::from_ms(ms).map(ReadoutTime::ms), is_possible.then_some(ms), "{ms}");
+    }
 }
