@@ -11,7 +11,6 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
-use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, Slide};
 
 use crate::touches::{Kind, each, script};
@@ -73,14 +72,9 @@ fn answer(number: u64) -> (Slide, u32, [Motions; CAMERAS.len()]) {
             });
             let update = pipeline.push_taxels(&camera.sums(&light));
             let found = update.event().map(|event| {
-                let ms = (5 * *delay) as f32 / PARTS as f32 * 1000.0 / 30.0;
-                [Some(ms), None].map(|ms| {
-                    let readout = Readout::of_layout(
-                        ms.and_then(ReadoutTime::from_ms),
-                        RowOrder::Down,
-                        &layout,
-                        FrameRate::NOMINAL,
-                    );
+                let time = ReadoutTime::from_ms((5 * *delay) as f32 / PARTS as f32 * 1000.0 / 30.0);
+                [time, None].map(|time| {
+                    let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
                     motion::by_coherence(&event, MotionConfig::published(FrameRate::NOMINAL).with_readout(readout))
                 })
             });

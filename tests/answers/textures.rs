@@ -1,4 +1,4 @@
-//! What the shipped models of the path say about textures: the ten of the paper, unknown ones, and new ones.
+//! The answers of the shipped models of the path about textures: the ten of the paper, unknown ones, and new ones.
 
 use std::fmt::Write as _;
 

@@ -94,21 +94,21 @@ fn an_output_that_cannot_be_written_ends_every_command_with_1() {
     assert!(names.iter().all(|name| !name.contains(".part") && !name.starts_with("new")), "{names:?}");
 }
 
-/// What a person gave wrong is no output that cannot be written.
+/// A wrong argument about an output is not reported as an output that cannot be written.
 #[test]
 fn wrong_arguments_about_outputs_end_with_2() {
     let folder = Folder::new("exit-outputs-usage");
     good(&["record", "scene:Saw3@150", "--size", "40x40", "-o", &folder.path("a.mcap")]);
     for (command, expected) in [
         ("run scene:Saw3@150 -o a", "expected .jsonl, .json, .csv or .txt, or --output-format"),
-        ("run scene:Saw3@150 -o a.csv --json", "its name ends in .csv, expected no name of another form: json"),
+        ("run scene:Saw3@150 -o a.csv --json", "its name ends in .csv, the ending of another form (found json)"),
         ("record scene:Saw3@150 -o a.csv", "expected .mcap"),
         ("record cam:a=scene:Saw3@150 cam:b=scene:Saw3@150 -o a.csv", "expected .mcap"),
         ("record a.mcap --force -o a.mcap", "is an input of the command"),
         ("recover a.mcap --force -o a.mcap", "is the recording itself"),
         ("plot scene:Saw3@150 -o a.jsonl", "expected one of .svg"),
         ("scene render Saw3@150 -o a.svg", ".y4m or .raw"),
-        ("run scene:Saw3@150 -o a.txt --output-format csv", "expected no name of another form: csv"),
+        ("run scene:Saw3@150 -o a.txt --output-format csv", "the ending of another form (found csv)"),
         ("run scene:Saw3@150 -o b.mcap --json", "its name ends in .mcap, expected .jsonl"),
         ("trade --budget M4F<60k -o b.svg", "only the figure of a map is a file"),
         ("trade --slides 1 -o b.pdf", "only the figure of a map is a file"),

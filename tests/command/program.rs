@@ -254,12 +254,11 @@ fn several_sensors_give_what_each_gives_alone_under_its_name() {
 
 #[test]
 fn a_sensor_that_fails_leaves_the_others_to_their_ends() {
-    let path = std::env::temp_dir().join(format!("wstac-sensor-{}.y4m", std::process::id()));
-    std::fs::write(&path, b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\nshort").unwrap();
+    let folder = Folder::new("sensor-fails");
+    let path = folder.file("broken.y4m", b"YUV4MPEG2 W40 H40 F30:1 Cmono\nFRAME\nshort");
     let run = |sources: &[&str]| run(["run", "--json"].iter().chain(sources));
     let broken = format!("cam:broken={}", path.display());
     let both = run(&[&broken, "cam:sound=scene:Saw3@150"]);
-    std::fs::remove_file(&path).unwrap();
     assert_eq!(both.status.code(), Some(1));
     let (out, said) = (String::from_utf8_lossy(&both.stdout), String::from_utf8_lossy(&both.stderr));
     assert!(out.contains(r#"{"sensor":"broken","kind":"end","frames":0"#), "{out}");

@@ -112,7 +112,7 @@ fn controls_are_locked_and_can_be_set() {
         (&["--control", "gain=99"], "control gain is 99, expected one of"),
         (&["--size", "641x480"], "size is 641x480, expected even numbers"),
         (&["--format", "YUYV"], "format is YUYV, expected YU12"),
-        (&["--keep-controls", "--control", "gain=100"], "expected none with --keep-controls"),
+        (&["--keep-controls", "--control", "gain=100"], "cannot be set with --keep-controls"),
     ] {
         let done = with(&folder, &json!({}), &[&["run", "rpicam:"], options].concat());
         assert!(said(&done).contains(expected), "{}", said(&done));

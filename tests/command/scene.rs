@@ -1,19 +1,8 @@
 //! Tests the simulated sensor through the command: every specimen, direction and speed, and `wstac scene`.
 
-use std::path::PathBuf;
-
 use serde_json::Value;
 use wstac_tests::command::{Signal, good, refusal, run, send, start};
 use wstac_tests::folder::Folder;
-
-/// Writes a file in a folder of its own.
-fn file(name: &str, content: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("wstac-scene-{}-{name}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.join(name);
-    std::fs::write(&path, content).unwrap();
-    path
-}
 
 /// Tests every published specimen: each slide is an event of its own, its direction within 5° and its speed within 5 %.
 /// `ci/long answers` tests many more.
@@ -36,12 +25,13 @@ fn every_direction_is_right() {
 
 #[test]
 fn a_rendered_file_gives_the_events_of_its_scene() {
-    let scene = file(
+    let folder = Folder::new("scene-rendered");
+    let scene = folder.file(
         "s.toml",
         "specimen = \"Saw3\"\nspeed = 150\ndirection = 180\n[sensor]\nsize = [80, 60]\nformat = \"422P\"",
     );
     let scene = scene.to_str().unwrap();
-    let y4m = file("s.y4m", "");
+    let y4m = folder.file("s.y4m", "");
     let y4m = y4m.to_str().unwrap();
     run(&["scene", "render", scene, "-o", y4m, "--force"]);
     let live = good(&["run", &format!("scene:{scene}"), "--json", "--features"]);
@@ -52,13 +42,13 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
         Some((true, &*live))
     );
     assert!(live.contains("\"deg\":180"));
-    let taxel = file("t.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
+    let taxel = folder.file("t.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     assert!(
         refusal(&["scene", "render", taxel.to_str().unwrap(), "-o", "x.y4m"])
             .contains("expected fidelity = \"rendered\"")
     );
     assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m or .raw"));
-    let yuyv = file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
+    let yuyv = folder.file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
     assert!(refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"]).contains("expected GREY, Y10"));
 }
 
@@ -82,21 +72,21 @@ fn an_interrupted_rendering_keeps_the_old_file() {
 
 #[test]
 fn taxel_sums_need_the_papers_layout() {
-    let scene = file("c.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
-    let scene = format!("scene:{}", scene.to_str().unwrap());
+    let folder = Folder::new("scene-layout");
+    let scene = folder.scene("c.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     assert!(good(&["run", &scene, "--json"]).contains("\"deg\":0"));
-    let config = file("c2.toml", "[green]\nstride = 2");
+    let config = folder.file("c2.toml", "[green]\nstride = 2");
     let error = refusal(&["run", &scene, "--config", config.to_str().unwrap()]);
     assert!(error.contains("expected no other layout or stride"), "{error}");
-    let raw = std::env::temp_dir().join("wstac-never-written.raw");
-    assert!(refusal(&["run", &scene, "--save-raw", raw.to_str().unwrap()]).contains("rendered"));
+    assert!(refusal(&["run", &scene, "--save-raw", &folder.path("never-written.raw")]).contains("rendered"));
 }
 
 /// Tests the published figure 2c.
 #[test]
 fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
     let whisker = "[whisker]\npresent = \"middle\"\noverlap_mm = 0.4";
-    let scene = file("2c.toml", &format!("specimen = \"Sphere\"\nspeed = 100\n{whisker}"));
+    let folder = Folder::new("scene-whisker");
+    let scene = folder.file("2c.toml", format!("specimen = \"Sphere\"\nspeed = 100\n{whisker}"));
     let scene = scene.to_str().unwrap();
     let printed = good(&["scene", "strain", scene]);
     assert!(printed.ends_with("at 0.00 mm, the base, after 5.00 ms\n"), "{printed}");
@@ -116,7 +106,8 @@ fn a_scene_explains_itself() {
     // Effects that are off are listed below those that are on.
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() < off && explained.find("  leak").unwrap() > off);
-    let dark = file("d.toml", "specimen = \"Saw3\"\nspeed = 150\n[light]\nleak = 0.1\nrubbing_ms = 0");
+    let folder = Folder::new("scene-dark");
+    let dark = folder.file("d.toml", "specimen = \"Saw3\"\nspeed = 150\n[light]\nleak = 0.1\nrubbing_ms = 0");
     let explained = good(&["scene", "explain", dark.to_str().unwrap(), "--no-cost"]);
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
@@ -126,10 +117,10 @@ fn a_scene_explains_itself() {
 #[test]
 fn a_rolling_shutter_is_taken_into_account() {
     let text = "specimen = \"Saw3\"\nspeed = 200\ndirection = 60\n[sensor]\nsize = [80, 60]\nreadout_ms = 33";
-    let scene = file("rolling.toml", text);
+    let folder = Folder::new("scene-rolling");
+    let scene = folder.file("rolling.toml", text);
     let source = format!("scene:{}", scene.display());
-    let folder = scene.parent().unwrap();
-    let [y4m, recording, config] = ["r.y4m", "r.mcap", "r.cfg"].map(|name| folder.join(name).display().to_string());
+    let [y4m, recording, config] = ["r.y4m", "r.mcap", "r.cfg"].map(|name| folder.path(name));
     run(&["scene", "render", scene.to_str().unwrap(), "-o", &y4m, "--force"]);
     run(&["record", &source, "-o", &recording, "--force"]);
     std::fs::write(&config, "[sensor]\nreadout_ms = 33\n").unwrap();

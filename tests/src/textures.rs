@@ -54,7 +54,7 @@ pub const NEW: [Specimen; 10] = [
 /// Returns random textures of the paper's three textured patterns: depths of 1 to 6 mm, periods of 2 to 16 mm, both with
 /// an even logarithm.
 ///
-/// The same seed gives the same textures. None is within 5 % of one of [`NEW`] in both.
+/// Equal seeds give equal textures. None is within 5 % of one of [`NEW`] in both.
 pub fn random(seed: u64, number: usize) -> Vec<Specimen> {
     let mut rng = Rng::new(seed, 7_000_000);
     let mut found = Vec::with_capacity(number);

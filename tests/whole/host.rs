@@ -1,4 +1,4 @@
-//! What a host answers to taxel sums of a simulated sensor, some of which may be lost.
+//! The answers of a host to taxel sums of a simulated sensor, some of which may be lost.
 
 use wstac_core::params::TAXELS;
 use wstac_host::config::Config;

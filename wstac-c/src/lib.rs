@@ -35,7 +35,7 @@ use self::status::{Failure, Said, WstacStatus, failed, kind, message, path, reme
 pub struct Wstac {
     /// `None` after a panic: then the handle can only be closed.
     sensor: Option<SensorSession>,
-    /// What the last call said that failed.
+    /// The message of the last call that failed.
     said: Said,
 }
 
@@ -70,7 +70,7 @@ const PANICKED: &str = "something inside has failed, which is a fault of this li
 /// `handle` is null or a handle that is open, and that no other thread uses.
 unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut SensorSession) -> Result<(), Failure>) -> WstacStatus {
     if handle.is_null() {
-        return remember(failed(WstacStatus::Null, "handle is null, expected one that is open"));
+        return remember(failed(WstacStatus::Null, "handle is null, expected an open handle"));
     }
     // SAFETY: not null, an open handle that nobody else uses (the caller).
     let wstac = unsafe { &mut *handle };

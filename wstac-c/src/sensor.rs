@@ -96,7 +96,7 @@ impl SensorSession {
 
     pub(super) fn finish(&mut self) -> Result<(), Failure> {
         if self.session.is_over() {
-            return Err(failed(WstacStatus::State, "the stream has ended already, expected one that has not"));
+            return Err(failed(WstacStatus::State, "the stream has ended already; wstac_finish is called once"));
         }
         self.session.push(&SourceEvent::End);
         Ok(())

@@ -1,5 +1,5 @@
-//! What both C interfaces share. cbindgen makes `include/wstac_types.h` of this file, which `wstac.h` and `wstac_fw.h`
-//! include.
+//! The types that both C interfaces share. cbindgen makes `include/wstac_types.h` of this file, which `wstac.h` and
+//! `wstac_fw.h` include.
 
 use wstac_core::params;
 

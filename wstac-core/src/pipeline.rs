@@ -126,7 +126,7 @@ impl<'a> Update<'a> {
 
     /// Returns the first `frames` frames of the sample under way, if this push brought the last of them.
     ///
-    /// That happens once per sample for each number of frames, and before the sample's event. 70 or more frames are a
+    /// It does so once per sample for each number of frames, and before the sample's event. 70 or more frames are a
     /// whole sample and never a prefix.
     ///
     /// A texture model that needs no more frames gives the same answer for the prefix as for the whole sample. By

@@ -89,7 +89,7 @@ impl Learner {
         if let Some(course) = &mut self.course {
             course.heard_at = now;
         }
-        // What was learned is kept first. A host asks again.
+        // A learned texture is kept first. A host asks again.
         if matches!(self.task, Some(TextureTask::Keep(_))) {
             return;
         }
@@ -102,7 +102,7 @@ impl Learner {
             Request::ForgetTexture(name) => {
                 self.task = Some(self.place_of(&name).map_or(TextureTask::TellAll, TextureTask::Forget));
             }
-            // What has to be told goes first.
+            // A message that already waits goes first.
             _ => self.task = self.task.or(Some(TextureTask::TellAll)),
         }
     }
@@ -154,7 +154,7 @@ impl Learner {
             None
         };
         course.takes_sample = reason.is_none();
-        // That is so if no sample comes.
+        // This step stays if no sample comes.
         course.step = LearningStep::NotTaken(reason.unwrap_or(NotTaken::TooShort));
     }
 

@@ -5,7 +5,7 @@
 //! when the whole model was read again and checked, so a model that was not sent to its end is never used. The second
 //! one is written to forget the model. The whole model with the highest number is used, where it lies in the flash.
 //!
-//! What is in use is never written to, because events that are kept have the names of its classes. So another model
+//! The model in use is never written to, because events that are kept have the names of its classes. So another model
 //! takes a new start, which waits until no event is under way.
 
 use core::ops::Range;

@@ -172,7 +172,7 @@ fn put<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) {
             Ok(found) => found.is_none(),
             Err(failure) => matches!(failure, StoreFailure::Map),
         };
-        // What is there is no map with items, so nothing is lost with it.
+        // The flash holds no map with items, so nothing is lost with it.
         if keys().all(is_lost) && block_on(flash.erase(range.start, range.end)).is_ok() {
             let _ = store(flash, range, key, item);
         }

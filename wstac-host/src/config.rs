@@ -346,7 +346,7 @@ impl LayoutConfig {
     fn check(&self) -> Result<(), String> {
         match (self.preset, &self.taxel, &self.corners) {
             (Some(Preset::Paper) | None, None, None) => Ok(()),
-            (Some(_), ..) => Err("[layout] has a preset beside taxel or corners, expected one or the other".into()),
+            (Some(_), ..) => Err("[layout] has a preset beside taxel or corners; leave one of them out".into()),
             (None, Some(taxel), Some(corners)) => {
                 if pair(taxel).is_none() {
                     return Err(format!("[layout] taxel has {} numbers, expected width and height", taxel.len()));
@@ -544,9 +544,9 @@ mod tests {
             ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
             ("[speed]\nthreshold = inf", vec!["threshold is inf"]),
             ("[speed]\nlaw = \"published\"\nslope = 0", vec!["slope is 0"]),
-            ("[speed]\nslope = 4.0", vec!["slope with law = \"arrival\"", "with law = \"published\" only"]),
-            ("[speed]\nrange_mm_s = [1, 2]", vec!["range_mm_s", "law = \"published\" only"]),
-            ("[speed]\nlaw = \"published\"\nestimator = \"edges\"", vec!["estimator", "law = \"arrival\" only"]),
+            ("[speed]\nslope = 4.0", vec!["[speed] slope needs law = \"published\"", "found law = \"arrival\""]),
+            ("[speed]\nrange_mm_s = [1, 2]", vec!["range_mm_s needs law = \"published\""]),
+            ("[speed]\nlaw = \"published\"\nestimator = \"edges\"", vec!["estimator needs law = \"arrival\""]),
             (
                 "[speed]\ntrack_mm = 9.0\nlaw = \"physical\"",
                 vec!["has law = \"physical\"", "removed", "help: law = \"arrival\""],

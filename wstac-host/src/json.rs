@@ -118,7 +118,7 @@ pub enum JsonLine<'a> {
         frames: u64,
         /// Camera frames that were lost.
         dropped: u64,
-        /// The same frames by reason, if any were lost and the reasons are known.
+        /// The lost frames by reason, if any were lost and the reasons are known.
         #[serde(skip_serializing_if = "LossCounts::is_empty")]
         dropped_by: LossCounts,
         /// `complete` or `incomplete`.

@@ -353,7 +353,7 @@ pub struct StreamSummary {
     pub stamp: Option<Stamp>,
     /// Camera frames that were lost or unusable.
     pub dropped: u64,
-    /// The same frames by reason. Of a board and of a part of a recording, no reasons are known.
+    /// The lost or unusable frames by reason. Of a board and of a part of a recording, no reasons are known.
     pub dropped_by: LossCounts,
     /// Whether the stream was long enough for the baseline.
     pub baseline_complete: bool,

@@ -76,7 +76,7 @@ impl Texture {
             all.merge(one);
             all
         })?;
-        // What one model does not know has no names, whatever others say.
+        // If one model does not know the texture, it has no names, whatever others say.
         Some(if merged.known == Some(false) { Self { known: merged.known, ..Self::default() } } else { merged })
     }
 

@@ -94,7 +94,7 @@ impl RpicamSource {
                                of rpicam-apps 1.0.2 or newer)";
                 return Err(Error::new(ErrorKind::Device, subject, message));
             }
-            // What is reported is in the error, if the program ends.
+            // If the program ends, the error has its last messages.
             program.read(WAIT)?;
         }
         let info = settings.describe(&subject, &program, &program.metadata(), rate)?;
@@ -210,7 +210,7 @@ impl PiSettings {
         let exposed = (MOST_EXPOSED * 1e6 / rate.per_second()) as i32;
         values[0] = values[0].min(exposed).max(CONTROLS[0].1);
         if let Some(ControlSetting { name, .. }) = options.controls.first().filter(|_| options.keep_controls) {
-            return wrong(format!("control {name} is set, expected none with --keep-controls"));
+            return wrong(format!("control {name} cannot be set with --keep-controls"));
         }
         for ControlSetting { name, value } in &options.controls {
             let place =
@@ -281,7 +281,7 @@ impl PiSettings {
             Some(other) => return Err(wrong(format!("rpicam-vid gives the color space {other:?}, expected sYCC"))),
         };
         if metadata.time.is_none() {
-            return Err(wrong("the metadata of rpicam-vid have no SensorTimestamp, expected one per frame".into()));
+            return Err(wrong("the metadata of rpicam-vid lack the SensorTimestamp of a frame".into()));
         }
         let measured = metadata.period.and_then(|period| FrameRate::new(1_000_000, period).ok());
         let is_off = |rate: &FrameRate| (rate.per_second() / asked.per_second() - 1.0).abs() > NEAR;

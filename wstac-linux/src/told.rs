@@ -1,4 +1,4 @@
-//! What cameras have in common as sources: events that wait, and how long a wait may be.
+//! The common part of cameras as sources: events that wait, and how long a wait may be.
 
 use std::time::Duration;
 

@@ -71,7 +71,7 @@ pub(crate) struct Arguments {
     #[arg(long = "domain", value_name = "N", value_parser = clap::value_parser!(u32).range(..=232))]
     given_domain: Option<u32>,
 
-    /// That of the argument or of the environment.
+    /// `--domain`, else ROS_DOMAIN_ID.
     #[arg(skip)]
     pub(crate) domain: u32,
 

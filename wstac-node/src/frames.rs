@@ -137,13 +137,13 @@ fn follow(action: Action, name: &str, station: &mut Station, reader: &mut Publis
             Some(ended) => recorded(ended),
             None => state("has no recording in progress"),
         },
-        _ if station.recording().is_some() => state("has a recording in progress, expected none: stop it first"),
+        _ if station.recording().is_some() => state("has a recording in progress; stop it first"),
         Action::RestartBaseline => {
             station.rezero();
             Ok("the baseline is gathered; leave the sensor untouched for 25 frames".to_owned())
         }
         Action::UseConfig { config, file } => {
-            // What was being captured ends here. Numbers and times of frames go on.
+            // The sample under way ends here. Numbers and times of frames go on.
             station.reconfigure(*config)?;
             reader.sums.restart();
             replace(&reader.publisher.settings().config, shown(&file));

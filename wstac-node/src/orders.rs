@@ -1,4 +1,4 @@
-//! What services ask of a sensor, and the settings that others may read and change while it is read.
+//! The orders of services to a sensor, and the settings that others may read and change while it is read.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -16,7 +16,7 @@ use crate::arguments::Arguments;
 /// The orders that wait for a sensor at most.
 pub(crate) const MOST_WAITING: usize = 16;
 
-/// What a service asks a sensor to do. Files were read before: a sensor waits for none.
+/// An order of a service to a sensor. Files were read before: a sensor waits for none.
 #[derive(Debug)]
 pub(crate) enum Action {
     RestartBaseline,

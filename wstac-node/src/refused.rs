@@ -1,4 +1,4 @@
-//! What Zenoh says when it refuses something, for people.
+//! Zenoh's refusals, in words for people.
 
 use wstac_host::error::{Error, ErrorKind};
 

@@ -116,7 +116,7 @@ pub fn find(
             if seen == number {
                 let found = gathered(event, seen, info, processor, config, &recent);
                 return found
-                    .ok_or_else(|| Error::new(ErrorKind::Data, &info.about, "the event has no sample, expected one"));
+                    .ok_or_else(|| Error::new(ErrorKind::Data, &info.about, "the event has no sample to draw"));
             }
         }
         if !goes_on {

@@ -32,7 +32,7 @@ impl Config {
         waiting(py, || Parsed::read(&path).map(Self))
     }
 
-    /// The same as tables of keys, such as `{"trigger": {"window": 7}}`, in JSON.
+    /// Reads a configuration of tables of keys, such as `{"trigger": {"window": 7}}`, in JSON.
     #[staticmethod]
     fn from_json(json: &str) -> PyResult<Self> {
         let table = table("configuration", json)?;

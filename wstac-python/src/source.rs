@@ -207,7 +207,7 @@ impl Source {
                 let goes_on = state.step();
                 let has_frame = state.gathered.frames.as_ref().is_some_and(|frames| !frames.numbers.is_empty());
                 let gathered = (has_frame || !goes_on).then(|| state.gathered.take_all());
-                // What came before a failure is returned first.
+                // Frames and outputs before a failure are returned first.
                 let is_all = !has_frame && gathered.as_ref().is_some_and(|gathered| gathered.outputs.is_empty());
                 let failure = if is_all { state.failure.take() } else { None };
                 (gathered, failure, state.closed && is_all)
@@ -279,7 +279,7 @@ impl Source {
         let mut info = source.info().clone();
         if (options.matrix.is_some() || options.range.is_some()) && !info.format.is_ycbcr() {
             let about = &info.about;
-            return Err(refused(format_args!("{about}: matrix and range are for YCbCr sources, expected neither")));
+            return Err(refused(format_args!("{about}: has no Y, Cb and Cr; leave matrix and range out")));
         }
         info.color = stream::color(info.color, options.matrix.as_deref(), options.range.as_deref())?;
         let given = options.config.as_ref().map(|given| given.0.clone());
@@ -311,7 +311,7 @@ impl Source {
 
     /// Returns the error of a read after `close`.
     fn is_closed(&self) -> PyErr {
-        refused(format_args!("{}: the stream is closed, expected one that is open", self.about))
+        refused(format_args!("{}: the stream is closed; open its source again", self.about))
     }
 
     /// Uses the state without the interpreter's lock: another thread that has the state may wait for that lock.

@@ -1,4 +1,4 @@
-//! What frames have in common, in Python's words.
+//! The properties that frames have in common, in Python's words.
 
 use pyo3::prelude::*;
 use wstac_core::green::GreenChannel;

@@ -47,7 +47,7 @@ def dataset(
         threads = _frames.count("threads", threads, 1, 1024)
     if input != "frames":
         if config is not None:
-            raise Error(f"config: is given for the input {input!r}, expected none: such a sweep has the default")
+            raise Error(f"config: a sweep for the input {input!r} has the default one; leave it out")
         with np.load(io.BytesIO(_wstac.path_dataset(text, is_table, input, threads))) as arrays:
             return dict(arrays)
     made, no_event, incomplete = _wstac.dataset(text, is_table, native_config(config), threads)

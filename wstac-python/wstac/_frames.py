@@ -46,7 +46,7 @@ def guess(frames: Frames, single: bool) -> str:
 def without_mask(name: str, array: NDArray[Any]) -> None:
     """Refuses a masked array: its mask would be lost."""
     if isinstance(array, np.ma.MaskedArray):
-        raise Error(f"{name}: a masked array, expected one without a mask, such as array.filled(…)")
+        raise Error(f"{name}: a masked array, expected an array without a mask, such as array.filled(…)")
 
 
 def array(frames: Any) -> Frames:

@@ -167,7 +167,7 @@ def simulate(
     if isinstance(scene, Mapping):
         for name, value in (("fps", fps), ("format", format), ("size", size)):
             if value is not None:
-                raise Error(f'scene: {name} is {value!r}, expected it in the scene\'s table "sensor"')
+                raise Error(f'scene: {name} is {value!r}; write it into the scene\'s table "sensor"')
         native, truth = _wstac.open_scene(as_json("scene", scene), True, options)
     else:
         native, truth = _wstac.open_scene(os.fsdecode(scene).removeprefix("scene:"), False, options)

@@ -242,7 +242,7 @@ class Stream(Recorded):
         >>> stream.close()
         >>> next(stream)
         Traceback (most recent call last):
-        wstac.Error: scene: Saw3 at 150 mm/s, 90 degrees, seed 0, 140 frames of 1280x720 GREY: the stream is closed, expected one that is open
+        wstac.Error: scene: Saw3 at 150 mm/s, 90 degrees, seed 0, 140 frames of 1280x720 GREY: the stream is closed; open its source again
         """
         self._native.close()
 

@@ -93,7 +93,7 @@ pub struct Scene {
     truth: Vec<Truth>,
     elastomer: Elastomer,
     sensor: Sensor,
-    /// The same camera with long exposures, if they differ by more than their light.
+    /// The camera with long exposures, if they differ by more than their light.
     long: Option<Sensor>,
     config: SensorConfig,
     fidelity: Fidelity,

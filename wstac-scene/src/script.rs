@@ -175,7 +175,7 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
     let specimen: Specimen = specimen.parse().map_err(|error: String| error.replace(", or Sphere", ""))?;
     let speed = parsed_speed(speed)?;
     if specimen.pattern == Pattern::Sphere {
-        return Err("specimen is \"Sphere\", expected it in a FILE.toml, with overlap_mm under [whisker]".into());
+        return Err("specimen \"Sphere\" needs a FILE.toml, with overlap_mm under [whisker]".into());
     }
     let (mut direction, mut length, mut seed) = (None, None, None);
     for part in parts {
@@ -208,7 +208,7 @@ fn check(file: SceneFile) -> Result<SceneConfig, String> {
         ([], []) => vec![one.check().map(Touch::Slide)?],
         _ if one != FileSlide::default() => {
             let name = if file.touch.is_empty() { "slide" } else { "touch" };
-            return Err(format!("a slide's key stands beside [[{name}]], expected one or the other"));
+            return Err(format!("a slide's key stands beside [[{name}]]; leave one of them out"));
         }
         (slides, []) => {
             let check = |(n, slide): (usize, &FileSlide)| slide.check().map_err(|e| numbered("slide", n, e));
@@ -219,7 +219,7 @@ fn check(file: SceneFile) -> Result<SceneConfig, String> {
                 |(n, touch): (usize, &FileTouch)| touch.check(&file.whisker).map_err(|e| numbered("touch", n, e));
             (1..).zip(touches).map(check).collect::<Result<Vec<_>, _>>()?
         }
-        _ => return Err("[[slide]] stands beside [[touch]], expected one or the other".into()),
+        _ => return Err("[[slide]] stands beside [[touch]]; leave one of them out".into()),
     };
     if touches.len() > MOST_TOUCHES {
         let name = if file.touch.is_empty() { "slide" } else { "touch" };
@@ -338,7 +338,7 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\nseed = -1", ["seed is -1", "expected 0"]),
             ("specimen = \"Saw3\"\nspeed = 9\ngap = 0", ["gap is 0", "1 to 100000"]),
             ("specimen = \"Saw3\"\nspeed = 9\nlead_in = -1", ["lead_in is -1", "0 to 100000"]),
-            ("speed = 9\n[[slide]]\nspeed = 9", ["beside [[slide]]", "one or the other"]),
+            ("speed = 9\n[[slide]]\nspeed = 9", ["beside [[slide]]", "leave one of them out"]),
             ("[[slide]]\nspeed = 9", ["[[slide]] 1: specimen is missing", "Saw3"]),
             ("[[slide]", ["TOML", "1"]),
             ("specimen = \"Saw3\"\nspeed = 9\nnoise = -1", ["noise is -1", "0 to 100"]),

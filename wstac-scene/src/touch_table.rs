@@ -70,9 +70,9 @@ pub(crate) struct FileTouch {
 impl FileSlide {
     /// Returns the slide; an error names the key, the value found and the values expected.
     pub(crate) fn check(&self) -> Result<Slide, String> {
-        let specimen = self.specimen.as_ref().ok_or("specimen is missing, expected one as in \"Saw3\"")?;
+        let specimen = self.specimen.as_ref().ok_or("specimen is missing, expected a name such as \"Saw3\"")?;
         let specimen = self.check_specimen(specimen.parse()?)?;
-        let (speed_mm_s, profile) = match self.speed.as_ref().ok_or("speed is missing, expected one in mm/s")? {
+        let (speed_mm_s, profile) = match self.speed.as_ref().ok_or("speed is missing, expected a number in mm/s")? {
             FileSpeed::Even(speed) => (checked_speed(*speed)?, None),
             FileSpeed::Points(points) => {
                 let profile = SpeedProfile::new(points).ok_or_else(|| {

@@ -102,7 +102,7 @@ impl<'h> Connections<'h> {
         for _ in 0..MOST_AT_ONCE {
             match self.listener.accept() {
                 Ok((stream, _)) => {
-                    // What the system keeps besides is memory, too.
+                    // The system's own buffers are memory, too.
                     let _ = set_socket_send_buffer_size(&stream, SENDING);
                     if self.guests.len() >= MOST_GUESTS {
                         self.guests.pop_front();

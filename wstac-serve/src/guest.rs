@@ -33,7 +33,7 @@ enum Stage {
     Leaving,
 }
 
-/// What becomes of a guest.
+/// The next state of a guest.
 pub(crate) enum Fate {
     Stays,
     Goes,

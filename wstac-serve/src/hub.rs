@@ -1,4 +1,4 @@
-//! What sensors have found, kept for the clients. A sensor never waits for a client: it replaces what is older.
+//! The newest outputs of sensors, kept for the clients. A sensor never waits for a client: it replaces what is older.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -78,7 +78,7 @@ pub(crate) struct News {
     pub(crate) records: Vec<String>,
     pub(crate) motion: Option<String>,
     pub(crate) picture: Option<PackedPicture>,
-    /// What the page shows of recordings, calibrations and examinations, if it has changed.
+    /// The state of recordings, calibrations and examinations, if it has changed.
     pub(crate) jobs: Option<String>,
     /// The light that a calibration has seen.
     pub(crate) glow: Option<PackedPicture>,
@@ -254,7 +254,7 @@ impl Hub {
     pub(crate) fn update(&self, sensor: usize, cursor: &mut Cursor) -> Option<Update> {
         let channels = self.locked();
         let channel = channels.get(sensor).filter(|channel| channel.steps != cursor.steps)?;
-        // What was there before the client came was not skipped.
+        // Updates before the client came were not skipped.
         if cursor.steps > 0 {
             cursor.skipped += channel.steps - cursor.steps - 1;
         }

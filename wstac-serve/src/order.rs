@@ -1,4 +1,4 @@
-//! What a page asks of a sensor: a word, with labels or a number, and nothing else. Names of files come from the
+//! An order of a page to a sensor: a word, with labels or a number, and nothing else. Names of files come from the
 //! server.
 
 use std::sync::mpsc::Sender;

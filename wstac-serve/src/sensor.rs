@@ -153,7 +153,7 @@ impl NewsObserver<'_> {
                 }
                 station.is_paused |= pause;
             }
-            _ if station.is_over() => return Err("the source has ended, expected one that is read".to_owned()),
+            _ if station.is_over() => return Err("the source has ended, so nothing can be done with it".to_owned()),
             Action::Rezero {} => {
                 self.jobs.expect_none(true)?;
                 station.rezero();

@@ -1,4 +1,4 @@
-//! What a page may do with a sensor besides showing it, as the program allows it.
+//! The actions that a program allows a page besides showing a sensor.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use wstac_host::camera::{ControlValue, DeviceInfo};
 use wstac_host::error::Error;
 
-/// What a page may do with a sensor besides showing it. By default it may calibrate and examine the sensor; nothing is
+/// The actions that a page has besides showing a sensor. By default it may calibrate and examine the sensor; nothing is
 /// written.
 #[derive(Default)]
 pub struct Tools {

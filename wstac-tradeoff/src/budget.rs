@@ -149,7 +149,7 @@ impl Budget {
             return Err(format!("{value:?}, expected one of {}", values.join(", ")));
         };
         match self.fixed.insert(lower, known.clone()) {
-            Some(_) => Err(format!("{name} a second time, expected it once")),
+            Some(_) => Err(format!("{name} stands twice, expected once")),
             None => Ok(()),
         }
     }

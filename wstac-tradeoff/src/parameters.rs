@@ -161,7 +161,7 @@ impl Setting {
     /// The setting of an empty configuration file, with a camera of 8 bits of gray.
     pub const DEFAULT: Self =
         Self { format: Format::Gray, stride: Stride::One, kernel: Kernel::Fixed, law: AnswerLaw::Coherence };
-    /// The same setting with the published law.
+    /// The default setting with the published law.
     pub const PUBLISHED: Self = Self { law: AnswerLaw::Published, ..Self::DEFAULT };
 
     /// Returns whether this is the default setting of a model of this input, or of no model: with coherence, or with

@@ -9,7 +9,7 @@ use wstac_tests::command::{printed, said};
 use super::board::Sent;
 use super::settings::{Board, compiled_in};
 
-/// What the line does to the messages about learning.
+/// The loss of messages about learning on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Line {
     /// All arrive.

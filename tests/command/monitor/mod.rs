@@ -111,7 +111,7 @@ fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
 /// The most starts of a board until their requests fill a connection that nobody reads.
 const MOST_STARTS: u32 = 500_000;
 
-/// What the link does not say: at which speeds the model of a board holds.
+/// The doubt that the link does not say: at which speeds the model of a board holds.
 const MODEL_DOUBT: &str = r#""texture":"the speed is outside of those that the model knows: 100 to 200 mm/s","#;
 
 const WANTED: [&str; 4] = ["--json", "--features", "--samples", "--motion"];

@@ -13,7 +13,7 @@ use super::board::Sent;
 use super::path;
 use super::settings::{Board, compiled_in};
 
-/// What happens to a model on its way.
+/// The damage of a model on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Line {
     /// All arrives.

@@ -37,7 +37,7 @@ pub(super) fn recorded(folder: &Folder, options: &[&str]) -> Vec<u8> {
     fs::read(file).unwrap()
 }
 
-/// What a sensor has in a file.
+/// The records of a sensor in a file.
 pub(super) struct Stream {
     /// Its frames by their numbers; `None` stands for a lost one.
     pub(super) frames: Vec<Option<Vec<u8>>>,

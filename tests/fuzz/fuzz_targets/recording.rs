@@ -1,5 +1,5 @@
 //! Reads any bytes as a recording. The result is its items, or an error that names the file, but never a panic.
-//! What `recover` writes without a problem can be read to its end, and a second recovery changes nothing.
+//! A file that `recover` writes without a problem can be read to its end, and a second recovery changes nothing.
 #![no_main]
 
 use std::fs::File;

@@ -30,7 +30,7 @@ pub(crate) const QMI: u32 = 0x400D_0000;
 /// LDR r0, [pc, #4]; STR r0, [r0]; BX lr; and the address of a register of the memory interface.
 const SETS_UP: [u32; 3] = [0x6000_4801, 0xBF00_4770, QMI];
 
-/// What the flash does.
+/// The mode of the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FlashMode {
     Memory,

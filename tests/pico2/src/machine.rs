@@ -62,12 +62,12 @@ const FRAME: u64 = HERTZ / 30;
 /// The cycles of a byte on the serial line to the board: 10 bits.
 const BYTE: u64 = HERTZ * 10 / 115_200;
 
-/// What the emulator lacks.
+/// The parts that the emulator lacks.
 struct Outside {
     sensor: Hm01b0,
     sent: Vec<u8>,
     received: VecDeque<u8>,
-    /// What the host sends, and when its next byte comes.
+    /// Bytes from the host, and when the next one comes.
     incoming: VecDeque<u8>,
     next_byte: u64,
     i2c: HashMap<u32, u32>,

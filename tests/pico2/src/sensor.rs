@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 const ADDRESS: u8 = 0x24;
-/// What a reset sets, as far as public drivers say it.
+/// The registers after a reset, as far as public drivers say it.
 const DEFAULTS: [(u16, u8); 24] = [
     (0x0000, 0x01),
     (0x0001, 0xB0),

@@ -1,10 +1,11 @@
-//! The memory that glibc reserves for threads. Only this file of the command holds unsafe code: the setting is a function of
-//! C.
+//! The memory that glibc reserves for threads.
+//!
+//! Only this file of the command holds unsafe code: the setting is a function of C.
 
 /// Limits the reserves of all threads together to two.
 ///
-/// glibc reserves 64 MB of addresses for each thread. With twenty sensors, each of which has threads to read and to record,
-/// little is left where addresses are limited, and a request for memory that fails ends the program.
+/// glibc reserves 64 MB of addresses for each thread, or 128 MB to align them. If addresses are limited, few are left for
+/// threads that read and record, and a request for memory that fails ends the program.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub(super) fn limit() {
     /// `M_ARENA_MAX` of malloc.h.

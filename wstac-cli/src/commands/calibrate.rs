@@ -155,7 +155,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     outputs.check([output, &overlay])?;
     if arguments.options.readout().is_some() {
-        let message = "--readout is found here, expected none; another one can be written into the configuration";
+        let message = "--readout is what this command measures; leave it out, or write [sensor] readout_ms yourself";
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
     }
     let (mut source, info) = open(arguments)?;

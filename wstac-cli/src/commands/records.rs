@@ -242,7 +242,7 @@ impl<'a> Records<'a> {
         }
         let line = NoteLine { sensor: self.sensor.as_deref(), kind: "note", note: name, message };
         let line = serde_json::to_string(&line).unwrap_or_default() + "\n";
-        // What cannot be written is an error of the next record.
+        // If this cannot be written, neither can the next record, whose error is reported.
         let _ = self.destination.unwrap_or(&Destination::default()).write(&line);
     }
 

@@ -1,4 +1,4 @@
-//! What `wstac` no longer has, and what to use instead.
+//! The commands and options that `wstac` no longer has, and what to use instead.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 

@@ -452,7 +452,7 @@ fn form(arguments: &Arguments) -> Result<Form, Error> {
     let refused = |message: String| Err(Error::new(Kind::Usage, path.display(), message));
     match (stated, named) {
         (Some(stated), Some(named)) if stated != named => {
-            refused(format!("its name ends in .{ending}, expected no name of another form: {}", stated.name()))
+            refused(format!("its name ends in .{ending}, the ending of another form (found {})", stated.name()))
         }
         (Some(form), None) => {
             let endings = ENDINGS.iter().find(|(known, _)| *known == form).map_or(&[][..], |(_, endings)| endings);

@@ -73,7 +73,7 @@ impl Screen {
 
     /// Draws the state and passes keys on until the end, or until the terminal is gone.
     pub(super) fn show(mut self, shared: &SharedView, keys: &Sender<Key>) {
-        // What a camera brings is not drawn while the screen is paused.
+        // New frames are not drawn while the screen is paused.
         let mut frozen = None;
         while !shared.is_over() {
             if self.draw(shared, &mut frozen).is_err() {

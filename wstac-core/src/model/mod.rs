@@ -89,7 +89,7 @@ macro_rules! common {
             /// Returns the probability of every class in units of 2^-15, for as many classes as there are
             /// [`labels`](Self::labels); `None` if the model has no calibration.
             ///
-            /// That of the answer is the [`confidence`](Classification::confidence). All are rounded.
+            /// The probability of the answer is the [`confidence`](Classification::confidence). All are rounded.
             pub fn probabilities(&self, sample: &[i16; INPUTS]) -> Option<[u16; MOST_CLASSES]> {
                 if !self.calibration.is_some() {
                     return None;

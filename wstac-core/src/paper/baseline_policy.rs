@@ -1,4 +1,4 @@
-//! What happens to the baseline after its first 5m frames (SPEC §3, "Slow drift").
+//! Whether the baseline changes after its first 5m frames (SPEC §3, "Slow drift").
 //!
 //! The baseline stays fixed, or it tracks slow drift while nothing touches the sensor.
 //!

@@ -86,7 +86,7 @@ impl Learning {
     }
 }
 
-/// What happened last while a texture is learned.
+/// The last step of learning a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

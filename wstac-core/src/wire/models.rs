@@ -132,7 +132,7 @@ pub struct BoardModel {
     pub sent: bool,
     /// The models that the board takes.
     pub accepts: AcceptedModels,
-    /// What happened last.
+    /// The last step.
     pub step: ModelStep,
 }
 
@@ -143,7 +143,7 @@ impl BoardModel {
     }
 }
 
-/// What happened last to a board's models.
+/// The last change of a board's models.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

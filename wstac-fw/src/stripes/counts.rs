@@ -1,4 +1,4 @@
-//! What the interrupts of a camera interface count: complete stripes, vertical syncs, and for a self-test lines and
+//! The counts of a camera interface's interrupts: complete stripes, vertical syncs, and for a self-test lines and
 //! words.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};

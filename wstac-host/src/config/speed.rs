@@ -176,9 +176,7 @@ impl SpeedKeys {
         for (key, is_given, law) in keys {
             if is_given && law != self.law {
                 let (found, expected) = (self.law.name(), law.name());
-                return Err(format!(
-                    "[speed] has {key} with law = \"{found}\", expected it with law = \"{expected}\" only"
-                ));
+                return Err(format!("[speed] {key} needs law = \"{expected}\" (found law = \"{found}\")"));
             }
         }
         Ok(())

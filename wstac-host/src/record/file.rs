@@ -222,7 +222,7 @@ impl Seek for SharedFile {
 /// Adds a compression, which this build has.
 #[cfg(feature = "compression")]
 fn compressed(options: WriteOptions, compression: Compression) -> WriteOptions {
-    // The same bytes on every machine, whatever processors it has.
+    // So the bytes are the same on every machine, whatever processors it has.
     let options = options.compression_threads(0);
     options.compression(match compression {
         Compression::None => None,

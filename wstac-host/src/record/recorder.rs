@@ -44,7 +44,7 @@ struct Lost<'a> {
 pub(crate) struct ClockLine {
     /// When the frame was taken, by the driver's clock.
     pub(crate) time_ns: u64,
-    /// The same by the wall clock: RFC 3339 in UTC, with nanoseconds.
+    /// When the frame was taken, by the wall clock: RFC 3339 in UTC, with nanoseconds.
     pub(crate) stamp: String,
     /// The uncertainty of wall-clock times in nanoseconds.
     pub(crate) within_ns: u64,

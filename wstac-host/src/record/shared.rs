@@ -23,7 +23,7 @@ pub struct RecordedSensor<'a> {
     pub name: &'a str,
     /// The description of its recording.
     pub about: &'a About,
-    /// What reads its stream.
+    /// The processor of its stream.
     pub processor: &'a Processor,
     /// If its source is a recording with wall-clock times: the time when the driver's clock showed 0
     /// ([`McapSource::wall_zero`](crate::source::mcap::McapSource::wall_zero)). Recordings of different starts of a machine

@@ -130,10 +130,10 @@ impl Tally {
 /// The checksum of a moment.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub(super) struct Sum {
-    /// What the recording has so far.
+    /// The counts of the recording so far.
     #[serde(flatten)]
     pub(super) counts: Counts,
-    /// What it has of each sensor: frames, lost frames, and both from the first frame on.
+    /// The counts of each sensor: frames, lost frames, and both from the first frame on.
     #[serde(default, rename = "sensors")]
     each: Vec<Counts>,
     /// Bytes of the moment's records before this message.

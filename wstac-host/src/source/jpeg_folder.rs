@@ -70,8 +70,7 @@ impl JpegFolder {
         self.pictures.positions()
     }
 
-    /// Returns the orientation of the picture that was read, and prepares the decoder for it. Damaged headers are left to
-    /// the decoder.
+    /// Returns the orientation of the picture that was read, and prepares the decoder. It finds damaged headers itself.
     fn orientation(&mut self, file: &Path) -> Result<Orientation, Error> {
         let Ok((size, exif)) = picture_facts(&self.bytes) else { return Ok(Orientation::default()) };
         let turn = Orientation::of_exif(exif);

@@ -100,7 +100,7 @@ impl McapSource {
         let names = about::sensors(&metadata).map_err(|error| failed(&error))?;
         check_sensor(&subject, sensor, &names)?;
         let about = About::from_metadata(&metadata, sensor).map_err(|error| failed(&error))?;
-        let expected = "is an MCAP file without the metadata of a recording, expected one that wstac record wrote";
+        let expected = "is an MCAP file without the metadata of a recording, expected a file that wstac record wrote";
         let about = about.ok_or_else(|| failed(&expected))?;
         check_frame_bytes(&subject, &about.info)?;
         let mut info = about.info.clone();

@@ -66,7 +66,7 @@ pub struct StreamInfo {
     pub rate: FrameRate,
     /// The clock of its frames' times. By [`StreamClock::Frames`], the default, their times do not count.
     pub clock: StreamClock,
-    /// The time from the first to the last row of the picture as the sensor reads it; `None` if the source does not know it.
+    /// The time from the first to the last row of the picture as the sensor reads it; `None` if it is unknown.
     pub readout: Option<ReadoutTime>,
     /// Where the sensor's rows follow each other in the picture. Another order than [`RowOrder::Down`] is that of a source
     /// that turns or mirrors what the sensor reads.

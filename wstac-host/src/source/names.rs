@@ -47,7 +47,7 @@ pub fn sensors(sources: &[OsString]) -> Result<Vec<SensorSpec<'_>>, Error> {
             return Err(refused(&sources[index], "the name is taken, expected another for each source"));
         }
         if sensor.source == "-" && before.iter().any(|other| other.source == "-") {
-            return Err(refused(&sources[index], "standard input is read already, expected it once"));
+            return Err(refused(&sources[index], "standard input is read already, and can be read only once"));
         }
     }
     Ok(sensors)
@@ -80,7 +80,7 @@ pub(super) fn is_named(text: &OsStr) -> bool {
 fn named(text: &OsStr) -> Option<&[u8]> {
     let bytes = text.as_bytes();
     let name = bytes.split(|byte| *byte == b'=').next().filter(|name| name.len() < bytes.len() && !name.is_empty())?;
-    // What starts as a path or names a folder that is there is meant as a file, whatever is wrong with it.
+    // A name that starts as a path, or lies in a folder that is there, is meant as a file, whatever is wrong with it.
     let folder = Path::new(OsStr::from_bytes(name)).parent().filter(|folder| folder.is_dir());
     let is_file = matches!(name[0], b'.' | b'/') || name.contains(&b':') || folder.is_some();
     (!is_file && !Path::new(text).exists()).then_some(bytes)

@@ -29,11 +29,12 @@ const NS_PER_MS: f64 = 1e6;
 const EPOCH: std::ops::Range<i128> = 1_000_000_000..5_000_000_000;
 /// The rates that times in names may have, in frames per second.
 const RATES: std::ops::RangeInclusive<f64> = 0.5..=500.0;
-/// At most this number of series of pictures is told apart. Each has at least this part of the pictures.
+/// Most series of pictures that are told apart.
 const MOST_SERIES: usize = 16;
+/// Each series has at least one in so many pictures.
 const LEAST_OF_SERIES: usize = 20;
 
-/// The pictures of a folder that are left. The first one that is turned, and the first one that is lost, each have a fault
+/// The pictures of a folder that are left. The first one that is turned, and the first one that is lost, have a fault
 /// before their frame.
 pub(super) struct Pictures {
     files: std::vec::IntoIter<PathBuf>,

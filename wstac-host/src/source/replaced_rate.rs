@@ -1,4 +1,4 @@
-//! What a file's description says if its frame rate was replaced.
+//! The words in a file's description if its frame rate was replaced.
 
 use wstac_core::rate::FrameRate;
 

@@ -36,11 +36,11 @@ const KEPT: [&str; 10] =
 const RGB: [&str; 13] =
     ["0bgr", "0rgb", "abgr", "argb", "bayer", "bgr", "gbr", "pal8", "rgb", "rgba", "x2bgr", "x2rgb", "xyz"];
 const GRAY: [&str; 4] = ["gray", "mono", "ya16", "ya8"];
-/// The formats of ffmpeg that are streams without times: it makes up 25 frames per second, unless the coded stream states
+/// The formats of ffmpeg that are streams without times: ffmpeg makes up 25 frames per second, unless the stream states
 /// another rate.
 const WITHOUT_TIMES: [&str; 9] = ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "obu", "vc1"];
 const MADE_UP: (u32, u32) = (25, 1);
-/// The rate that ffmpeg makes up instead, if it is told so: what stays at 25 is stated.
+/// Another rate for ffmpeg to make up. A rate that is 25 with it, too, is stated by the stream.
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
 /// The highest rate that a file may state.
 const MOST_PER_SECOND: f64 = 1000.0;
@@ -72,7 +72,7 @@ pub struct Video {
     has_arrived: bool,
     /// Waits for the time of the next frame.
     waits: u32,
-    /// What is not yet said of its rotation.
+    /// The fault about its rotation, until it is reported.
     turned: Option<Fault>,
     ended: bool,
 }
@@ -202,7 +202,7 @@ impl Source for Video {
             Ok(SourceEvent::End) => {
                 *ended = true;
                 spacing.iter_mut().for_each(Spacing::finish);
-                // What it could not decode, it has replaced or left out.
+                // ffmpeg has replaced or left out the frames that it could not decode.
                 Ok(decoder.end().map_or(SourceEvent::Waiting, |why| {
                     SourceEvent::Fault(Fault::new(FaultKind::Decoder, format!("ffmpeg reports about {subject}: {why}")))
                 }))

@@ -39,7 +39,7 @@ pub(super) struct Program {
     pub(super) log: Log,
 }
 
-/// What the program states of a frame, as far as it does.
+/// The metadata of a frame, as far as the program states them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Metadata {
     /// The time when the first row began to be exposed, on the monotonic clock.
@@ -54,7 +54,7 @@ pub(super) struct Metadata {
     pub(super) lens: Option<f64>,
 }
 
-/// What the log has told.
+/// The facts that the log has told.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Log {
     /// The size of frames, and their color space.

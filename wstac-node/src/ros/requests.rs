@@ -1,4 +1,4 @@
-//! What requests to services ask of a sensor. Files are read here: reading one may take longer than a frame.
+//! The orders that requests to services contain. Files are read here: reading one may take longer than a frame.
 
 use std::path::{Path, PathBuf};
 
@@ -50,7 +50,7 @@ fn start_recording(folder: Option<&Path>, file: &str, features_only: bool, label
 /// Returns labels that are written as NAME=VALUE.
 fn labels_of(given: &[&str]) -> Result<Labels, String> {
     if let Some(wrong) = given.iter().find(|text| visible::line(text) != **text) {
-        return Err(format!("\"{}\" has control characters, expected none", visible::line(wrong)));
+        return Err(format!("\"{}\" has control characters; leave them out", visible::line(wrong)));
     }
     by_name(given.iter().map(|text| parse(text)).collect::<Result<Vec<_>, _>>()?)
 }

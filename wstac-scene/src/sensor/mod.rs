@@ -1,7 +1,7 @@
 //! The camera: it turns the taxels' light into noisy, quantized values in the bytes of a pixel format, or into their
 //! sums.
 //!
-//! The same configuration, light and random numbers give the same bytes on every machine.
+//! Equal configurations, light and random numbers give equal bytes on every machine.
 
 pub(crate) mod auto_exposure;
 mod config;
@@ -122,14 +122,10 @@ impl Sensor {
         let pixel = Pixel::new(config, camera.full_scale(), leak);
         let spot = Spot::new(camera.layout().taxel().map(usize::from), config.blur, Mosaic::of(format));
         if let (Fidelity::Taxel, Some(_)) = (fidelity, config.pose) {
-            return Err(Error::new(
-                ErrorKind::Config,
-                "scene",
-                "[sensor] has a pose, expected one with fidelity = \"rendered\" only",
-            ));
+            return Err(Error::new(ErrorKind::Config, "scene", "[sensor.pose] needs fidelity = \"rendered\""));
         }
         let Some(encoder) = encoder(config.format, config.color) else {
-            let message = format!("format is {}, expected one that the simulator writes", config.format);
+            let message = format!("format is {}, expected a format that the simulator writes", config.format);
             return Err(Error::new(ErrorKind::Unsupported, "scene", message));
         };
         let rendered = |rng| match &config.pose {

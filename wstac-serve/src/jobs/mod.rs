@@ -1,4 +1,4 @@
-//! What a page has asked of a sensor: a recording, a calibration or an examination, one at a time.
+//! The job that a page has asked of a sensor: a recording, a calibration or an examination, one at a time.
 
 mod calibration;
 mod examination;
@@ -128,7 +128,7 @@ impl Jobs {
             Some(Job::Calibration(_)) => "a calibration",
             Some(Job::Examination(_)) => "an examination",
         };
-        Err(format!("{what} is in progress, expected none: end it first"))
+        Err(format!("{what} is in progress; end it first"))
     }
 
     /// Starts a recording, whose first frame is the next one. If it is refused, nothing has changed.
@@ -171,7 +171,7 @@ impl Jobs {
     /// Finds the whiskers in what the calibration in progress has seen.
     pub(crate) fn find(&mut self) -> Result<(), JobRefusal> {
         let Some(Job::Calibration(calibrating)) = &mut self.job else {
-            return Err("there is no calibration in progress, expected one".to_owned());
+            return Err("there is no calibration in progress; start one first".to_owned());
         };
         if calibrating.is_found() {
             return Ok(());
@@ -190,7 +190,7 @@ impl Jobs {
     pub(crate) fn confirm(&mut self, proposal: u64, station: &mut Station) -> Result<(), JobRefusal> {
         let refused = |error: Error| error.to_string();
         let Some(Job::Calibration(calibrating)) = &self.job else {
-            return Err("there is no calibration in progress, expected one".to_owned());
+            return Err("there is no calibration in progress; start one first".to_owned());
         };
         let found = calibrating.proposed(proposal);
         let found = found.ok_or("this calibration is not the one that is shown now: look at it again")?;

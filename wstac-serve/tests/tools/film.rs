@@ -100,7 +100,7 @@ fn what_can_be_read_once_or_is_recorded_has_no_way_back() {
     page.until_frame(50);
     page.record(&json!({}));
     let why = page.refusal(&json!({"order": "seek", "frames": -1, "pause": true}));
-    assert_eq!(why, "a recording is in progress, expected none: end it first");
+    assert_eq!(why, "a recording is in progress; end it first");
     assert_eq!((&page.status["frame"], &page.status["paused"]), (&json!(50), &json!(false)));
     served.allow(60);
     page.until_frame(60);

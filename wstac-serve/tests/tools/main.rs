@@ -1,4 +1,4 @@
-//! What a page can ask of a sensor, over the same WebSocket as the page: recordings, calibration, the doctor, and a
+//! The orders of a page to a sensor, over the same WebSocket as the page: recordings, calibration, the doctor, and a
 //! way back and forth in a file.
 //!
 //! The sensor is a scene whose frames come when the test lets them.

@@ -189,10 +189,10 @@ impl Drop for Served {
 /// A client that stands for the page.
 pub(crate) struct Page {
     pub(crate) socket: WebSocket<TcpStream>,
-    /// What the page would show.
+    /// The jobs that the page would show.
     pub(crate) jobs: Value,
     pub(crate) status: Value,
-    /// What it would list: a source that starts again has none.
+    /// The records that it would list: a source that starts again has none.
     pub(crate) records: Vec<Value>,
     pub(crate) about: Value,
 }

@@ -1,4 +1,4 @@
-//! What is refused, and why.
+//! The refusals of the server, and their reasons.
 
 use std::io::{Read, Write};
 
@@ -67,7 +67,7 @@ fn there_is_one_job_at_a_time_and_no_baseline_in_a_recording() {
     page.record(&json!({}));
     for order in ["record", "calibrate", "examine", "rezero"] {
         let why = other.refusal(&json!({"order": order}));
-        assert_eq!(why, "a recording is in progress, expected none: end it first", "{order}");
+        assert_eq!(why, "a recording is in progress; end it first", "{order}");
     }
     // Whoever sees the page may end it.
     other.stop();
@@ -75,7 +75,7 @@ fn there_is_one_job_at_a_time_and_no_baseline_in_a_recording() {
     page.order(&json!({"order": "calibrate"}));
     page.until("calibrating", |page| page.jobs["job"]["kind"] == "calibration");
     let why = page.refusal(&json!({"order": "record"}));
-    assert_eq!(why, "a calibration is in progress, expected none: end it first");
+    assert_eq!(why, "a calibration is in progress; end it first");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
@@ -156,7 +156,8 @@ fn half_requests_lock_nobody_out() {
     assert_eq!(served.end().0, 0);
 }
 
-/// What comes byte by byte is read, and an answer arrives although the client has said more, or has nothing more to say.
+/// Requests that come byte by byte are read. An answer arrives although the client has said more, or has nothing more to
+/// say.
 #[test]
 fn slow_and_odd_requests_are_answered() {
     let served = Served::new(None, &Config::default(), Tools::default());

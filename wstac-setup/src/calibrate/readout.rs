@@ -169,7 +169,7 @@ fn lateness(light: &Light, (start, end): (usize, usize), left: f64) -> Option<[O
 /// has faded at its end. So the middle of a bending that is shorter than some frames depends on when it comes. It is taken
 /// for even, of the length that gives the variance.
 fn bent(middle: f64, variance: f64, left: f64) -> f64 {
-    // What an instant at this part of a frame gives to the next frame.
+    // The light that an instant at this part of a frame gives to the next frame.
     let next = |part: f64| {
         if left < 0.01 { 0.0 } else { (left.powf(1.0 - part) - left) / (1.0 - left) }
     };

@@ -1,6 +1,6 @@
 //! Writes NumPy's `.npz`: a zip archive without compression, with one `.npy` (version 1.0) for each array.
 //!
-//! The same arrays give the same bytes: every time in it is 1 January 1980.
+//! Equal arrays give equal bytes: every time in it is 1 January 1980.
 //!
 //! The project has its own writer, as it has its own reader (`model/npz.rs` gives the reasons). It writes arrays of any
 //! size element by element.

@@ -48,7 +48,7 @@ pub struct RandomSlides {
     pub sensors: [u32; 2],
     /// Range of the gain of all light, that of a sensor as it is mounted for one run.
     pub gains: [f64; 2],
-    /// What is unusual; nothing by default.
+    /// The unusual conditions; none by default.
     pub conditions: Conditions,
 }
 

@@ -219,7 +219,7 @@ fn read_with(part: &RecordingPart, config: Option<&Config>, paths: bool) -> Resu
 fn labeled(name: &str, labels: &Labels, about: &About, config: Config) -> Result<Recording, String> {
     let found = || labels.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(", ");
     let Some(specimen) = labels.get("specimen") else {
-        return Err(format!("has no label specimen (labels: {}), expected one such as specimen=Saw3", found()));
+        return Err(format!("has no label specimen (labels: {}), expected a label such as specimen=Saw3", found()));
     };
     let (speed_mm_s, direction) = check(labels)?;
     let (pattern, depth_mm) = pattern_and_depth(specimen);

@@ -126,7 +126,7 @@ fn check<L>(tree: &Tree<L>, inputs: usize) -> Result<(), String> {
         }
         if let Node::Split { input, threshold, left, right, .. } = &tree.nodes[node] {
             if *input >= inputs {
-                return Err(format!("node {node}: input {input}, expected one below {inputs}"));
+                return Err(format!("node {node}: input {input}, expected an input below {inputs}"));
             }
             if !threshold.is_finite() {
                 return Err(format!("node {node}: threshold {threshold}, expected a finite number"));

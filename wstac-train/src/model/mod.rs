@@ -145,7 +145,7 @@ fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), 
                                   model.save_model(\"my.json\") for XGBoost"
                 .into())
         }
-        [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected one of XGBoost or ONNX".into()),
+        [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected a model of XGBoost or ONNX".into()),
         // A UBJSON object starts with the length of a key, a JSON object with a quotation mark.
         [b'{', b'i' | b'U' | b'I' | b'l' | b'L' | b'#' | b'$' | b'N', ..] => {
             let file = ubjson::from_slice(start).map_err(|error| format!("UBJSON: {error}"))?;

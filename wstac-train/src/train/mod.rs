@@ -41,7 +41,7 @@ const LIMITS: Limits = Limits { penalty: 0.02, iterations: 200 };
 /// Fraction of the groups for training that is kept aside for the calibration.
 const ASIDE: f64 = 0.15;
 
-/// What to train.
+/// The choices for a training.
 #[derive(Clone, Debug)]
 pub struct TrainOptions {
     /// The sample that the model takes.
@@ -73,7 +73,7 @@ pub struct TrainedModel {
     pub groups: usize,
     /// Number of slides for training that have no sample, and were left out.
     pub left_out: usize,
-    /// What it says about the slides that were kept aside for its calibration; `None` without a calibration.
+    /// The quality of its answers for the slides that its calibration kept aside; `None` without a calibration.
     pub calibration: Option<Quality>,
     /// Why it has no calibration.
     pub why_uncalibrated: Option<String>,
@@ -151,7 +151,7 @@ pub fn wilson(right: u32, of: u32) -> [f64; 2] {
 /// If every label has three groups for training or more, and about 50 slides, some are kept aside for the calibration:
 /// then the model says how sure it is, and what it does not know.
 ///
-/// The same slides give the same file, with any number of threads.
+/// Equal slides give equal files, with any number of threads.
 ///
 /// # Errors
 /// There are too few slides, classes or groups; the message says what is missing.

@@ -113,7 +113,7 @@ impl TrainingSet {
         for recording in recordings {
             if options.task == Task::Depth && recording.depth_mm.is_none() {
                 let found = &recording.specimen;
-                let message = format_args!("label specimen is {found:?}, expected one with a depth, such as Saw3");
+                let message = format_args!("label specimen is {found:?}, expected a name with a depth, such as Saw3");
                 return Err(Error::new(ErrorKind::Data, &recording.name, message));
             }
             let label = recording.label(options.task);

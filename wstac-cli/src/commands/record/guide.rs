@@ -81,7 +81,7 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
         return Err(Error::new(
             ErrorKind::Usage,
             "--label",
-            format_args!("{name} is {value:?}, expected none: {plan} gives it"),
+            format_args!("{name} is {value:?}, but {plan} gives it; leave it out"),
         )
         .into());
     }

@@ -187,7 +187,7 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &StopCondition<'_>) -> E
 
 /// Reads a sensor. If that panics, the sensor has failed as by any other error, and the recording of all ends.
 fn whatever_happens(name: &str, shared: &StopCondition<'_>, read: impl FnOnce() -> Ended) -> Ended {
-    // What it worked with is not used any more.
+    // The reader is not used any more after a panic.
     panic::catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
         shared.is_over.store(true, Ordering::Relaxed);
         let failure = Error::new(ErrorKind::Io, name, "its reading ended unexpectedly");

@@ -287,7 +287,7 @@ impl<'a> Reading<'a> {
                 self.ended = self.read_next();
                 return None;
             }
-            // That the source fails, or that the file of --save-raw cannot be written, matters more than the output.
+            // A failure of the source, or of the file of --save-raw, matters more than the output.
             (Err(_), Some(Err(Stop::Failed(_)))) | (Ok(false), Some(_)) => {}
             (Err(stop), ended) => *ended = Some(Err(stop)),
         }

@@ -21,8 +21,8 @@ pub enum RowOrder {
     Left,
 }
 
-/// The time from the first to the last row of a picture as the sensor reads it, within a second; below 0 if the last row comes
-/// first.
+/// The time from the first to the last row of a picture as the sensor reads it, at most a second. It is below 0 if the
+/// last row comes first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]

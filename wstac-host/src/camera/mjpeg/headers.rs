@@ -45,7 +45,7 @@ struct Component {
     nonzero: Vec<u64>,
 }
 
-/// What comes next in a picture.
+/// The next part of a picture.
 enum Segment<'a> {
     /// A definition of tables, as a whole.
     Tables(&'a [u8]),

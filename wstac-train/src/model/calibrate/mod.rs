@@ -57,7 +57,8 @@ impl LabeledSamples {
     pub fn read_split(model: &Model, path: &Path) -> Result<[Self; 2], Error> {
         let split = eval::beside(path, "split", eval::array_of(model.input()))?;
         let split = split.ok_or_else(|| {
-            let message = "has no array split, expected one that says train and test, or a second data set";
+            let message =
+                "has no array split, whose values are train and test; help: add it, or give a second data set";
             Error::new(ErrorKind::Data, path.display(), message)
         })?;
         let of = |side: &str| Self::read_where(model, path, |row| split.get(row).is_some_and(|found| found == side));
@@ -161,7 +162,7 @@ pub struct Calibrated {
     pub held_out: Quality,
 }
 
-/// What a calibrated model says about samples whose classes are known.
+/// The answers of a calibrated model for samples whose classes are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quality {
     /// The number of samples.

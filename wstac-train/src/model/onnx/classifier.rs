@@ -21,7 +21,7 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
         return Err(wrong(format!("post_transform {transform}, expected NONE, a forest; {BOOSTED}")));
     }
     if numbers(node, "base_values")?.iter().any(|&base| base != 0.0) {
-        return Err(wrong(format!("base_values, expected none, a forest; {BOOSTED}")));
+        return Err(wrong(format!("base_values, expected a forest, which has none; {BOOSTED}")));
     }
     let mut ensemble = Ensemble::read(node, &before.scalers).map_err(wrong)?;
     ensemble.weights(node, labels.len()).map_err(wrong)?;

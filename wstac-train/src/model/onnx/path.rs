@@ -138,7 +138,7 @@ fn picked(graph: &Graph, node: &Node, name: &String, labels: &[String]) -> Resul
         return Err(format!("ONNX node {kind} has less than two inputs"));
     };
     if index != name {
-        return Err(format!("ONNX node {kind} picks from the label, expected it to pick a label from a list"));
+        return Err(format!("ONNX node {kind} picks from the label, expected a pick of a label from a list"));
     }
     let list = texts(constant(graph, list).ok_or_else(|| format!("ONNX node {kind}: {list} is no constant"))?)?;
     let picked = |label: &String| label.parse::<usize>().ok().and_then(|place| list.get(place)).cloned();

@@ -13,7 +13,7 @@ pub(super) fn graph(bytes: &[u8]) -> Result<(Graph, String), String> {
     limits::check(bytes)?;
     let model = ModelProto::decode(bytes).map_err(|error| format!("cannot be decoded: {error}"))?;
     let producer = [model.producer_name(), model.producer_version()].join(" ").trim().to_owned();
-    Ok((model.graph.ok_or("has no graph, expected one")?, producer))
+    Ok((model.graph.ok_or("has no graph")?, producer))
 }
 
 /// Returns ONNX's number of an input's type, or 0 if none is stated, and its last dimension, if it is stated.

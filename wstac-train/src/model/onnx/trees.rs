@@ -164,7 +164,7 @@ pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, Strin
     for (number, tree) in trees.iter().enumerate() {
         let inexact = |weight: &f64| f64::from(*weight as f32).to_bits() != weight.to_bits();
         if let Some(weight) = tree.leaves().flatten().map(|share| share.1).find(inexact) {
-            return Err(format!("tree {number} has weight {weight}, expected one of float32"));
+            return Err(format!("tree {number} has weight {weight}, expected a number of float32"));
         }
         for (class, score) in scores.iter_mut().enumerate() {
             let of_class = |leaf: &Leaf| leaf.iter().find(|share| usize::from(share.0) == class).map(|share| share.1);

@@ -38,7 +38,7 @@ pub(super) fn lay_out(trees: &[Vec<Part>], leaves: LeafSize) -> Result<(Vec<u16>
         }
         return Ok((halves, shift));
     }
-    Err("a tree is too large, expected one below 32 MiB".into())
+    Err("a tree is too large, expected less than 32 MiB".into())
 }
 
 enum Unfit {

@@ -35,7 +35,7 @@ pub(super) struct Level {
 pub(super) struct Change {
     /// The natural logarithm of the factor by which light has grown; 0 if lines do not share it.
     pub number: f32,
-    /// The same in units of 2^-11, if it is so large that the speed has changed.
+    /// The logarithm in units of 2^-11, if it is so large that the speed has changed.
     pub large: Option<i16>,
 }
 
