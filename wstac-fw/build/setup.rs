@@ -153,10 +153,8 @@ fn laws(config: &Config) -> String {
         }
         None => ("SpeedConfig".to_owned(), "durations(rate)".to_owned()),
     };
-    let readout = match config.sensor.readout {
-        Some(time) => format!("ReadoutTime::from_ms({:?})", time.ms()),
-        None => "None".to_owned(),
-    };
+    let readout = config.sensor.readout.map(|time| format!("ReadoutTime::from_ms({:?})", time.ms()));
+    let readout = readout.as_deref().unwrap_or("None");
     format!(
         "/// The time in which the camera reads its rows, as the configuration states it.
 pub const READOUT: Option<ReadoutTime> = {readout};

@@ -146,7 +146,7 @@ impl Reader {
         })
     }
 
-    /// States the time in which the camera reads the rows of the layout's frame. A configuration that states it comes first.
+    /// States the time in which the camera reads the rows of a frame. A configuration that states it comes first.
     pub fn state_readout(&mut self, time: ReadoutTime) {
         let (time, geometry) = (setup::READOUT.unwrap_or(time), self.pipeline.geometry());
         let readout = Readout::of_layout(Some(time), RowOrder::Down, geometry.layout(), geometry.rate());

@@ -46,15 +46,10 @@ pub(crate) fn sensors(parts: &Path) -> Vec<(String, PathBuf)> {
 /// Returns the readout of a camera whose own node has the sensor's controls; `None` if it is not certain.
 ///
 /// The node does not name its sensor, so all sensors of this machine must have a rolling shutter.
-pub(crate) fn of_camera(
-    camera: &impl Controls,
-    size: (u32, u32),
-    rate: FrameRate,
-    parts: &Path,
-) -> Option<ReadoutTime> {
+pub(crate) fn of_camera(node: &impl Controls, size: (u32, u32), rate: FrameRate, parts: &Path) -> Option<ReadoutTime> {
     let sensors = sensors(parts);
     let is_rolling = !sensors.is_empty() && sensors.iter().all(|(name, _)| ROLLING.contains(&name.as_str()));
-    let row_ms = is_rolling.then(|| row_ms(camera, size, 1000.0 / rate.per_second()))??;
+    let row_ms = is_rolling.then(|| row_ms(node, size, 1000.0 / rate.per_second()))??;
     ReadoutTime::from_ms((row_ms * f64::from(size.1.saturating_sub(1))) as f32)
 }
 
@@ -73,8 +68,8 @@ pub(crate) fn of_sensor(name: &str, mode: (u32, u32), picture: (u32, u32), perio
     let mut rows = nodes.filter_map(|(_, node)| row_ms(&Device::open(&node).ok()?, mode, period_ms));
     let row_ms = rows.next()?;
     // Two sensors of one kind that differ: which one it is, is not known.
-    let are_alike = rows.all(|other| (other / row_ms - 1.0).abs() < 1e-6);
-    are_alike.then(|| ReadoutTime::from_ms((row_ms * shown_rows(mode, picture)) as f32))?
+    let ms = rows.all(|other| (other / row_ms - 1.0).abs() < 1e-6).then(|| row_ms * shown_rows(mode, picture))?;
+    ReadoutTime::from_ms(ms as f32)
 }
 
 /// Returns the rows of a mode from the first to the last one that a picture shows.

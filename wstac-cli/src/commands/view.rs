@@ -81,11 +81,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         super::wrong_arguments(clap::error::ErrorKind::TooManyValues, message).exit();
     };
     if !std::io::stdout().is_terminal() {
-        let message = "is no terminal, which wstac view draws on; help: wstac run prints events to files and pipes";
+        let message = "is no terminal, which wstac view draws on; wstac run prints events to files and pipes";
         return Err(Error::new(ErrorKind::Unsupported, "standard output", message).into());
     }
     if std::env::var_os("TERM").is_some_and(|term| term == "dumb") {
-        let message = "is dumb, a terminal that shows only lines; help: wstac run prints events as lines";
+        let message = "is dumb, a terminal that shows only lines; wstac run prints events as lines";
         return Err(Error::new(ErrorKind::Unsupported, "TERM", message).into());
     }
     let (state, signal) = match port_of(sensor.source) {

@@ -86,7 +86,7 @@ impl Readout {
     /// # assert!(config != MotionConfig::published(FrameRate::NOMINAL));
     /// # Ok::<(), wstac_core::error::Error>(())
     /// ```
-    pub const fn of_layout(time: Option<ReadoutTime>, order: RowOrder, layout: &Layout, rate: FrameRate) -> Self {
+    pub fn of_layout(time: Option<ReadoutTime>, order: RowOrder, layout: &Layout, rate: FrameRate) -> Self {
         let (axis, side, sign) = match order {
             RowOrder::Down => (1, layout.frame().height(), 1.0),
             RowOrder::Up => (1, layout.frame().height(), -1.0),
@@ -95,12 +95,10 @@ impl Readout {
         };
         // The slope of straight lines through the corners, of a row's number and of a column's.
         let mut moments = [0_i32; 2];
-        let mut taxel = 0;
-        while taxel < TAXELS {
-            let at = layout.corners()[taxel][axis] as i32;
+        for (taxel, corner) in layout.corners().iter().enumerate() {
+            let at = i32::from(corner[axis]);
             moments[0] += at * ((taxel / COLUMNS) as i32 - (ROWS / 2) as i32);
             moments[1] += at * ((taxel % COLUMNS) as i32 - (COLUMNS / 2) as i32);
-            taxel += 1;
         }
         let frames = match time {
             Some(ReadoutTime(ms)) => ms * NOMINAL_FRAME_RATE as f32 / (1000.0 * rate.nominal_frames()),

@@ -57,8 +57,7 @@ impl LabeledSamples {
     pub fn read_split(model: &Model, path: &Path) -> Result<[Self; 2], Error> {
         let split = eval::beside(path, "split", eval::array_of(model.input()))?;
         let split = split.ok_or_else(|| {
-            let message =
-                "has no array split, whose values are train and test; help: add it, or give a second data set";
+            let message = "has no array split, whose values are train and test; give a second data set instead";
             Error::new(ErrorKind::Data, path.display(), message)
         })?;
         let of = |side: &str| Self::read_where(model, path, |row| split.get(row).is_some_and(|found| found == side));
