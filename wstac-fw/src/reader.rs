@@ -148,6 +148,8 @@ impl Reader {
 
     /// States the milliseconds in which the camera reads the rows of the layout's frame, from the first to the last: 0 for a
     /// global shutter. A configuration that states them comes first.
+    // It is not inlined: what follows slides would lie on the stack of a function that runs for ever.
+    #[inline(never)]
     pub fn state_readout(&mut self, ms: f32) {
         let (ms, geometry) = (setup::READOUT_MS.unwrap_or(ms), self.pipeline.geometry());
         let readout = Readout::of_layout(Some(ms), RowOrder::Down, geometry.layout(), geometry.rate());

@@ -59,6 +59,8 @@ pub struct CameraSensor {
     pub settle_ms: u32,
     /// The size of the sensor's frames, as they are used.
     pub size: FrameSize,
+    /// The milliseconds from the first of these rows to the last: a shutter that rolls reads one after the other.
+    pub readout_ms: f32,
     /// The pixels that the sensor sends on every side of that, and that the camera interface leaves out.
     pub border: u16,
     /// The signals of the sensor's parallel port.
@@ -271,6 +273,13 @@ const QVGA: FrameSize = match FrameSize::new(320, 240) {
     Ok(size) => size,
     Err(_) => panic!("a valid size: decided at compile time"),
 };
+
+/// Returns the milliseconds from the first of [`QVGA`]'s rows to the last, which come so many clocks of 24 MHz apart.
+///
+/// A sensor whose clock is divided had a faster one: its rate is checked.
+const fn readout_ms(clocks: u32) -> f32 {
+    ((QVGA.height() as u32 - 1) * clocks) as f32 / 24_000.0
+}
 
 #[cfg(test)]
 mod tests;
