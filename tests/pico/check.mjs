@@ -9,7 +9,7 @@
 
 import { learning, models } from './models.mjs';
 import { Board } from './machine.mjs';
-import { BACK, FORGETS, GONE, Host, LOST_SYNC, OVERRUN, SILENT, ofKind, range, same } from './host.mjs';
+import { BACK, FORGETS, GONE, Host, LOST_SYNC, OVERRUN, READOUT_MS, SILENT, ofKind, range, same } from './host.mjs';
 import { exposure, settings } from './settings.mjs';
 import { FEATURES, HELLO, request } from './wire.mjs';
 
@@ -29,6 +29,9 @@ function plain(name, program) {
   const lines = ofKind(ofLine(sent), 'event');
   const problems = same(lines, host.events) ? [] : [`events are ${lines}, expected ${host.events}`];
   if (told().length > 0) problems.push(`the host is told ${told()}`);
+  // The program's table states it, and the sensor has it by its registers.
+  const readout = (239_000 * board.sensor.period(24e6)) / board.sensor.lines();
+  if (Math.abs(readout - READOUT_MS) > 1e-6) problems.push(`rows are read in ${readout} ms, expected ${READOUT_MS}`);
   if (board.resets) problems.push(`the chip restarted ${board.resets} times`);
   say(name, problems);
   host.budget('pico', program, sent, (board.instructions - board.instructionsBefore) / frames.length);

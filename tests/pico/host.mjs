@@ -9,6 +9,8 @@ import { fileURLToPath } from 'node:url';
 import { asToml } from './layout.mjs';
 
 const SIZE = 320 * 240;
+/** Of the HM01B0: 240 rows of 376 pixel clocks, each of 8 clocks of 24 MHz. */
+export const READOUT_MS = (239 * 376 * 8) / 24_000;
 const FIRMWARE = (name) => fileURLToPath(new URL(`../firmware/${name}`, import.meta.url));
 const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml');
 // What the host says.
@@ -42,10 +44,10 @@ export class Host {
     return path.join(this.folder, name);
   }
 
-  /** Renders a scene. Returns the paths of a clip and of its raw pixels, and its frames. */
+  /** Renders a scene before a rolling shutter. Returns the paths of a clip and of its raw pixels, and its frames. */
   rendered(name, toml) {
     const [scene, clip, raw] = ['toml', 'y4m', 'raw'].map((ending) => this.file(`${name}.${ending}`));
-    fs.writeFileSync(scene, toml);
+    fs.writeFileSync(scene, `${toml}`.replace('[sensor]\n', `[sensor]\nreadout_ms = ${READOUT_MS}\n`));
     for (const output of [clip, raw]) execFileSync(this.wstac, ['scene', 'render', scene, '-o', output], { stdio: 'ignore' });
     const pixels = fs.readFileSync(raw);
     const frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
@@ -61,7 +63,12 @@ export class Host {
   }
 
   ofClip(...options) {
-    return this.says('run', this.clip, '--json', ...options);
+    return this.of(this.clip, ...options);
+  }
+
+  /** Returns the lines of `wstac run` on another clip. */
+  of(clip, ...options) {
+    return this.says('run', clip, '--json', '--readout', `${READOUT_MS}`, ...options);
   }
 
   /** Returns the events of the clip with these corners of taxels. */

@@ -144,7 +144,7 @@ export function learning(name, host, program, model) {
   const asks = { 20: (other) => void other.requests.push(request(TEXTURES)) };
   const after = new Board(program, afterwards.frames, asks, carried(board.flash));
   const events = ofKind(host.ofLine(after.play()), 'event');
-  const expected = ofKind(host.says('run', afterwards.clip, '--json', '--model', model), 'event').map((line) => JSON.parse(line));
+  const expected = ofKind(host.of(afterwards.clip, '--model', model), 'event').map((line) => JSON.parse(line));
   expected[0].texture = {
     specimen: null,
     pattern: null,

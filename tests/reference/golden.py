@@ -24,6 +24,7 @@ from vectors.known_cases import known_cases
 from vectors.live_cases import live_cases
 from vectors.motion_cases import motion_cases, readout_cases
 from vectors.path_cases import path_cases
+from vectors.shutters import SHUTTERS, named
 from vectors.touch_cases import touch_cases
 from wstac_reference.formats import FORMATS
 
@@ -61,7 +62,7 @@ def made_files() -> dict[str, bytes]:
         "known.json": lines_of({"cases": known_cases()}).encode(),
         "live.json": lines_of({"cases": live_cases()}).encode(),
         "motion.json": lines_of({"cases": motion_cases()}).encode(),
-        "readout.json": lines_of({"cases": readout_cases()}).encode(),
+        "readout.json": lines_of({"shutters": [named(shutter) for shutter in SHUTTERS], "cases": readout_cases()}).encode(),
         "path.json": lines_of({"cases": path_cases()}).encode(),
     }
 

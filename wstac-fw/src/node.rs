@@ -235,6 +235,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         let frame_bytes = WIDTH * usize::from(sensor.size.height());
         let picture = Picture::new(stripes.capture().rows(0).len(), frame_bytes);
         stripes.capture_mut().set_signals(sensor.signals);
+        reader.state_readout(sensor.readout);
         Self {
             store,
             i2c,

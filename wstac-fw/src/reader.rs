@@ -147,6 +147,8 @@ impl Reader {
     }
 
     /// States the time in which the camera reads the rows of a frame. A configuration that states it comes first.
+    // It is not inlined: what follows slides would lie on the stack of a function that runs for ever.
+    #[inline(never)]
     pub fn state_readout(&mut self, time: ReadoutTime) {
         let (time, geometry) = (setup::READOUT.unwrap_or(time), self.pipeline.geometry());
         let readout = Readout::of_layout(Some(time), RowOrder::Down, geometry.layout(), geometry.rate());

@@ -103,6 +103,14 @@ class Sensor:
         """Returns the seconds of a frame."""
         raise NotImplementedError
 
+    def row(self):
+        """Returns the seconds from a row of what is sent to the next."""
+        raise NotImplementedError
+
+    def readout_ms(self):
+        """Returns the milliseconds from the first row of what is sent to the last."""
+        return 1000 * self.row() * (self.size()[1] - 1)
+
     def size(self):
         """Returns pixels per line and lines of what is sent."""
         raise NotImplementedError
@@ -259,11 +267,18 @@ class Ov7690(Sensor):
 
     def period(self):
         """Returns the seconds of a frame: 776 pixels by 516 lines at reset, fewer lines in skip mode."""
-        line = (self[0x2A] & 0x70) << 4 | self[0x2B]
         lines = (self.LINES // 2 if self[0x12] & 0x40 else self.LINES) + ((self[0x2A] & 0x0F) << 8 | self[0x2C])
         lines += self[0x2D] | self[0x2E] << 8
         night = {0: 1, 1: 2, 2: 3, 3: 4}.get(self[0x15] >> 4 & 7, 8) if self[0x15] & 0x80 else 1
-        return night * max(line, 1) * lines / self.clock()
+        return night * self.line() * lines
+
+    def line(self):
+        """Returns the seconds of a line of the array."""
+        return max((self[0x2A] & 0x70) << 4 | self[0x2B], 1) / self.clock()
+
+    def row(self):
+        """Returns the seconds of the lines of the array that the scaler makes a row of."""
+        return self.line() * self.number(0xCA, 0xCB, 1) / self.size()[1]
 
     def size(self):
         """Returns the size behind the scaler: what goes in where it is off, which is at reset."""
@@ -360,14 +375,22 @@ class Ov7725(Sensor):
 
     def period(self):
         """Returns the seconds of a frame: 784 x 510 pixels for VGA, 576 x 278 for QVGA, each two clocks."""
-        multiplier = (1, 4, 6, 8)[self[0x0D] >> 6]
-        divider = 1 if self[0x11] & 0x40 else 2 * ((self[0x11] & 0x3F) + 1)
-        pixels, lines = (576, 278) if self[0x12] & 0x40 else (784, 510)
-        pixels += self[0x2B] | (self[0x2A] & 0xF0) << 4
+        lines = 278 if self[0x12] & 0x40 else 510
         lines += self[0x2D] | self[0x2E] << 8 | 0
         lines += self[0x33] | self[0x34] << 8
         night = {0: 1, 1: 2, 2: 4, 3: 8}[self[0x0E] >> 4 & 3] if self[0x0E] & 0x80 else 1
-        return night * pixels * lines * 2 * divider / (XCLK * multiplier)
+        return night * self.line() * lines
+
+    def line(self):
+        """Returns the seconds of a line of the array."""
+        multiplier = (1, 4, 6, 8)[self[0x0D] >> 6]
+        divider = 1 if self[0x11] & 0x40 else 2 * ((self[0x11] & 0x3F) + 1)
+        pixels = (576 if self[0x12] & 0x40 else 784) + (self[0x2B] | (self[0x2A] & 0xF0) << 4)
+        return pixels * 2 * divider / (XCLK * multiplier)
+
+    def row(self):
+        """Returns the seconds of the lines of the array that the scaler makes a row of."""
+        return self.line() * 2 * self[0x1A] / self.size()[1]
 
     def size(self):
         """Returns the size behind the scaler."""

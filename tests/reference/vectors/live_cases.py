@@ -9,9 +9,11 @@ import numpy as np
 
 from wstac_reference.constants import FEATURES, ROWS, SAMPLE_FRAMES, UNIT
 from wstac_reference.live import Live
+from wstac_reference.readout import GLOBAL, Readout
 from wstac_reference.rng import SplitMix64, seed_of
 
 from . import SEED
+from .shutters import SHUTTERS, readout_of
 from .stored import stored
 
 DARK = 0.012
@@ -22,6 +24,8 @@ PARTS = 8
 """Moments of a frame's exposure."""
 SLIDES = ((600, 20), (400, 123), (250, 251), (150, 0), (120, 90), (90, 305), (60, 47), (40, 180), (25, 222), (18, 275))
 """Speed in mm/s and direction in degrees."""
+ROLLING = ((350, 20), (250, 123), (150, 251), (90, 40), (60, 305), (40, 180), (120, 90), (50, 215), (700, 300), (400, 0))
+"""Slides of which each is before one of the shutters, in their order."""
 CHANGES = ((60, 130), (50, 30))
 """Speed in mm/s before and after 45 mm of path; texture is weak."""
 
@@ -35,7 +39,13 @@ def surface(path: float, length: float, texture: float) -> float:
 
 
 def frames_of(
-    rng: SplitMix64, speeds: tuple[float, float], degrees: float, texture: float, lines: range, outer: float = 1.0
+    rng: SplitMix64,
+    speeds: tuple[float, float],
+    degrees: float,
+    texture: float,
+    lines: range,
+    outer: float = 1.0,
+    readout: Readout = GLOBAL,
 ) -> np.ndarray:
     """Frames of ten features. Lines that are not in `lines` stay dark; those at the rim have `outer` times the light."""
     gains = 0.8 + rng.below(400, FEATURES) / 1000
@@ -43,6 +53,8 @@ def frames_of(
     angle = math.radians(degrees)
     lags = [PITCH * (k - 2) * -math.sin(angle) for k in range(ROWS)]
     lags += [PITCH * (k - 2) * math.cos(angle) for k in range(ROWS)]
+    delays = [of * (k - 2) for of in (readout.rows, readout.columns) for k in range(ROWS)]
+    lags = [lag - delay * speeds[0] / 30 for lag, delay in zip(lags, delays)]
     length, start = 70.0, -14.0
     path, light, made = start, np.zeros(FEATURES), []
     count = 40 + int(30 * (-start + length + 20) / min(speeds)) if max(speeds) > 0 else 40
@@ -68,20 +80,27 @@ def flash(rng: SplitMix64, lines: range) -> np.ndarray:
 
 
 def live_cases() -> list[dict[str, Any]]:
-    """Every case with its frames and answers. Frames before those of a case are dark."""
+    """Every case with its frames, the number of its shutter and answers. Frames before those of a case are dark."""
     made = []
     every = range(FEATURES)
     cases = [(f"slide-{speed}-{angle}", ((speed, speed), angle, 0.05, every)) for speed, angle in SLIDES]
     cases += [(f"change-{before}-{after}", ((before, after), 30.0, 0.0, every)) for before, after in CHANGES]
     cases.append(("narrow-60-47", ((60, 60), 47, 0.05, every, 0.4)))
     cases += [("press", every), ("poke", range(1, FEATURES, 5)), ("dark", range(0))]
-    for name, how in cases:
+    cases = [(name, how, None) for name, how in cases]
+    for number, (speed, angle) in enumerate(ROLLING):
+        how = ((speed, speed), angle, 0.05, every, 1.0, readout_of(SHUTTERS[number]))
+        cases.append((f"rolling-{speed}-{angle}", how, number))
+    cases.append(("rolling-change", ((60, 130), 30.0, 0.0, every), 3))
+    cases += [("rolling-press", every, 7), ("rolling-poke", range(1, FEATURES, 5), 5)]
+    for name, how, shutter in cases:
         rng = SplitMix64(seed_of(f"live-{name}", SEED))
         light = flash(rng, how) if isinstance(how, range) else frames_of(rng, *how)
         noise = rng.below(9, light.shape) - 4
         features = np.round(UNIT * np.log(light)).astype(np.int64) + noise
         dark = round(UNIT * math.log(DARK))
-        live = Live(np.full(FEATURES, BASELINE_FRAMES * dark), BASELINE_FRAMES)
+        readout = GLOBAL if shutter is None else readout_of(SHUTTERS[shutter])
+        live = Live(np.full(FEATURES, BASELINE_FRAMES * dark), BASELINE_FRAMES, readout)
         live.history = [np.full(FEATURES, dark / UNIT)] * SAMPLE_FRAMES
         said = [live.push(frame) for frame in features]
         if not isinstance(how, range):
@@ -93,6 +112,7 @@ def live_cases() -> list[dict[str, Any]]:
                 "name": name,
                 "dark": dark,
                 "frames": BASELINE_FRAMES,
+                "shutter": shutter,
                 "features": features[: len(said)].tolist(),
                 "said": [None if one is None else stored(one) for one in said],
             }

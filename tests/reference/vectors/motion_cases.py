@@ -12,6 +12,7 @@ from wstac_reference.motion import measure_motion
 from wstac_reference.rng import SplitMix64, seed_of
 
 from . import SEED
+from .shutters import SHUTTERS, readout_of
 from .stored import stored
 
 DARK = 0.006
@@ -100,28 +101,23 @@ def motion_cases() -> list[dict[str, Any]]:
     return made
 
 
-READOUTS = (20.0, 0.0, -10.0, None)
-"""Readouts in ms that samples are answered with, of which the first is theirs; None is unknown."""
-
-
 def readout_cases() -> list[dict[str, Any]]:
-    """Slides and a press before a rolling shutter, each with the answers of known readouts and of an unknown one."""
+    """Slides and a press before the first of the shutters, each with the answers for all of them."""
     each = [(speed, 120 / speed, math.radians(angle)) for speed, angle in MOTIONS[2:12]]
     touches = [(f"slide-{speed}", (-s * math.sin(angle), s * math.cos(angle))) for speed, s, angle in each]
+    readouts = [readout_of(shutter) for shutter in SHUTTERS]
     made = []
     for name, (row, column) in [*touches, ("press", (0.0, 0.0))]:
         rng = SplitMix64(seed_of(f"readout-{name}", SEED))
-        delay = READOUTS[0] / 1000 * 30 / ROWS
-        features = sample(rng, ((22.0, row - delay, column),), 20)
+        features = sample(rng, ((22.0, row - readouts[0].rows, column),), 20)
         totals = np.full(FEATURES, BASELINE_FRAMES * round(UNIT * math.log(DARK)))
-        motion = lambda ms: stored(measure_motion(features, totals, BASELINE_FRAMES, readout_ms=ms))
         made.append(
             {
                 "name": name,
                 "totals": totals.tolist(),
                 "frames": BASELINE_FRAMES,
                 "features": features.T.tolist(),
-                "answers": [{"readout_ms": ms, "motion": motion(ms)} for ms in READOUTS],
+                "answers": [stored(measure_motion(features, totals, BASELINE_FRAMES, readout=of)) for of in readouts],
             }
         )
     return made

@@ -9,9 +9,11 @@ import numpy as np
 
 from wstac_reference.constants import COLUMNS, FEATURES, ROWS, SAMPLE_FRAMES, UNIT
 from wstac_reference.path_sample import sums_along, taxels_along
+from wstac_reference.readout import GLOBAL, Readout
 from wstac_reference.rng import SplitMix64, seed_of
 
 from . import SEED
+from .shutters import SHUTTERS, readout_of
 
 TAXELS = ROWS * COLUMNS
 DARK = 800
@@ -36,7 +38,7 @@ def light(bumps: list[tuple[float, float, float]], x: float) -> float:
     return sum(bright * math.exp(-(((x - where) / width) ** 2)) for where, bright, width in bumps)
 
 
-def taxel_sums(rng: SplitMix64, mm_s: float, degrees: float, weak: int | None) -> np.ndarray:
+def taxel_sums(rng: SplitMix64, mm_s: float, degrees: float, weak: int | None, readout: Readout) -> np.ndarray:
     """25 sums over 70 frames of a texture that slides over them; every whisker has its gain and its own bumps."""
     bumps = texture(rng)
     gains = (600 + rng.below(800, TAXELS)) / 1000
@@ -46,9 +48,10 @@ def taxel_sums(rng: SplitMix64, mm_s: float, degrees: float, weak: int | None) -
     for k in range(TAXELS):
         own = bumps[: 10 + k % 5]
         behind = 4 * ((k % 5 - 2) * right + (2 - k // 5) * up)
+        late = (k // 5 - 2) * readout.rows + (k % 5 - 2) * readout.columns
         gain = 0.01 if k == weak else gains[k]
         for t in range(SAMPLE_FRAMES):
-            at = (t - 14) * mm_s / 30 - behind - 14
+            at = (t + late - 14) * mm_s / 30 - behind - 14
             sums[k, t] = DARK + round(90_000 * gain * light(own, at)) + shake[k, t]
     return sums
 
@@ -67,27 +70,31 @@ def rounded(numbers: np.ndarray | None) -> list[int] | None:
 
 def path_cases() -> list[dict[str, Any]]:
     """Every case with its numbers and answers."""
-    cases: list[tuple[str, float, float, int | None]] = []
+    cases: list[tuple[str, float, float, int | None, int | None]] = []
     for mm_s, degrees in MOTIONS:
-        cases.append((f"path-{mm_s}-{degrees}", mm_s, degrees, None))
-    cases += [("path-weak-100-20", 100, 20, 7), ("path-weak-200-290", 200, 290, 12)]
+        cases.append((f"path-{mm_s}-{degrees}", mm_s, degrees, None, None))
+    cases += [("path-weak-100-20", 100, 20, 7, None), ("path-weak-200-290", 200, 290, 12, None)]
+    for shutter, (mm_s, degrees) in zip((0, 2, 3, 4, 6, 7), MOTIONS[4:]):
+        cases.append((f"path-rolling-{mm_s}-{degrees}", mm_s, degrees, None, shutter))
     totals = np.full(FEATURES, BASELINE_FRAMES * round(UNIT * math.log(DARK / FULL_SCALE)))
     made = []
-    for name, mm_s, degrees, weak in cases:
-        sums = taxel_sums(SplitMix64(seed_of(f"path-{name}", SEED)), mm_s, degrees, weak)
+    for name, mm_s, degrees, weak, shutter in cases:
+        readout = GLOBAL if shutter is None else readout_of(SHUTTERS[shutter])
+        sums = taxel_sums(SplitMix64(seed_of(f"path-{name}", SEED)), mm_s, degrees, weak, readout)
         features = features_of(sums)
         made.append(
             {
                 "name": name,
                 "mm_s": mm_s,
                 "deg": degrees,
+                "shutter": shutter,
                 "full_scale": FULL_SCALE,
                 "totals": totals.tolist(),
                 "frames": BASELINE_FRAMES,
                 "sums": sums.T.tolist(),
                 "features": features.T.tolist(),
-                "path": rounded(sums_along(features, totals, BASELINE_FRAMES, mm_s, degrees)),
-                "taxel_path": rounded(taxels_along(sums, mm_s, degrees)),
+                "path": rounded(sums_along(features, totals, BASELINE_FRAMES, mm_s, degrees, readout)),
+                "taxel_path": rounded(taxels_along(sums, mm_s, degrees, readout)),
             }
         )
     return made

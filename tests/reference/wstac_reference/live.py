@@ -9,6 +9,7 @@ import numpy as np
 
 from .constants import FEATURES, NOMINAL_FPS, UNIT
 from .motion import PITCH_MM
+from .readout import GLOBAL, Readout, contact
 
 LIT = 409 / UNIT
 EDGE = 77 / 256
@@ -29,7 +30,7 @@ class LiveAnswer:
 
 @dataclass
 class Axis:
-    """The slowness along one axis, what was known of it before, and the sums of its comparisons."""
+    """The slowness of the lines along one axis, what was known of it before, and the sums of its comparisons."""
 
     slowness: float
     variance: float
@@ -61,7 +62,8 @@ def alike(light: np.ndarray) -> bool:
 class Live:
     """Follows one stream. `totals` are the baseline's sums over `frames` frames."""
 
-    def __init__(self, totals: np.ndarray, frames: int) -> None:
+    def __init__(self, totals: np.ndarray, frames: int, readout: Readout = GLOBAL) -> None:
+        self.readout = readout
         self.means = np.floor(totals / frames) / UNIT
         self.base = np.exp(self.means)
         self.history: list[np.ndarray] = []
@@ -77,9 +79,13 @@ class Live:
         return math.exp(self.history[frame][line]) - self.base[line]
 
     @property
-    def whole(self) -> float:
+    def of_light(self) -> tuple[float, float]:
         assert self.axes is not None
-        return math.hypot(self.axes[0].slowness, self.axes[1].slowness)
+        return self.readout.of_light(self.axes[0].slowness, self.axes[1].slowness)
+
+    @property
+    def whole(self) -> float:
+        return math.hypot(*self.of_light)
 
     def push(self, features: np.ndarray) -> LiveAnswer | None:
         """Takes the ten features of the next frame, in units of 2^-11."""
@@ -134,7 +140,7 @@ class Live:
         self.seen = [0, 0]
         self.all_seen = [math.floor(4 * abs(axis.slowness)) + 3 for axis in reversed(axes)]
         self.look(now, 16)
-        return self.contact()
+        return contact(*self.of_light, self.readout)
 
     def look(self, now: int, most: int) -> None:
         """Compares the lines of each axis in up to `most` further frames since each was first lit."""
@@ -159,21 +165,18 @@ class Live:
                 return onset + t - 1 + min(max(level - before, 0.0) / (here - before), 1.0)
         raise AssertionError("a peak is above 30 % of itself")
 
-    def contact(self) -> str:
-        if self.whole < 0.1:
-            return "press"
-        return "unclear" if self.whole < 0.17 or self.whole > 13 else "slide"
-
     def follow(self, now: int) -> None:
         whole = self.whole
         length, usual = 3 + 1.5 * whole, 0.0065 + 0.017 * min(whole, 2)
         change = self.level(now, whole)
-        for first, axis in zip((0, 5), self.axes):
+        for first, axis, delay in zip((0, 5), self.axes, (self.readout.rows, self.readout.columns)):
             if change:
-                slowness = axis.slowness * math.exp(-change)
-                sd = math.sqrt(axis.variance) * math.exp(-change) + 0.06 * abs(change) * abs(slowness)
+                light = (axis.slowness + delay) * math.exp(-change)
+                sd = math.sqrt(axis.variance) * math.exp(-change) + 0.06 * abs(change) * abs(light)
+                slowness = light - delay
                 axis.__init__(slowness, min(sd * sd, 1.0), now + 1 + math.floor(2 * abs(slowness)))
             self.compare(axis, first, now, length, usual)
+
     def level(self, now: int, whole: float) -> float:
         """The natural logarithm of the factor by which all lines have grown, if they tell another speed."""
         self.off = 0.0
@@ -242,18 +245,21 @@ class Live:
         axis.moments = axis.moments - moved * axis.normal[:, 1]
 
     def answer(self) -> LiveAnswer:
-        contact, whole = self.contact(), self.whole
-        if contact != "slide" or self.faded < -717 / UNIT or not self.is_alike:
-            return LiveAnswer(contact)
+        (rows, columns), whole = self.of_light, self.whole
+        kind = contact(rows, columns, self.readout)
+        if kind != "slide" or self.faded < -717 / UNIT or not self.is_alike:
+            return LiveAnswer(kind)
         always = (0.001 + 0.005 * min(whole, 1.5)) ** 2 + self.excess**2
-        (row, row_sd), (column, column_sd) = (
-            (axis.slowness / whole, math.sqrt(axis.variance + always) / whole) for axis in self.axes
-        )
+        row_sd, column_sd = (math.sqrt(axis.variance + always) / whole for axis in self.axes)
+        row, column = rows / whole, columns / whole
         sd = math.sqrt((column * column_sd) ** 2 + (row * row_sd) ** 2 + self.off**2)
-        if sd > 0.06 or (whole < 0.6 and any(axis.is_behind for axis in self.axes)):
-            return LiveAnswer(contact)
+        is_behind = whole < 0.6 and any(axis.is_behind for axis in self.axes)
+        if sd > 0.06 or is_behind or self.readout.moves_too_far(rows, columns):
+            return LiveAnswer(kind)
         mm_s = PITCH_MM * NOMINAL_FPS / whole
         turned = math.hypot(row * column_sd, column * row_sd)
+        off = [of / math.sqrt(3) for of in self.readout.off(rows, columns)]
+        direction = math.degrees(math.atan2(-row, column)) % 360
         return LiveAnswer(
-            contact, mm_s, mm_s * sd, math.degrees(math.atan2(-row, column)) % 360, math.degrees(turned)
+            kind, mm_s, mm_s * math.hypot(sd, off[0]), direction, math.degrees(math.hypot(turned, off[1]))
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .constants import NOMINAL_FPS, ROWS, SAMPLE_FRAMES, UNIT
+from .readout import GLOBAL, Readout, contact as contact_of
 
 PITCH_MM = 4.0
 LIT = 1 / 8
@@ -32,9 +33,6 @@ RISING = 0.4
 FILLED = 0.02
 FACTORS = ((0.2, 0.95), (0.27, 0.6), (4.0, 0.58), (8.0, 0.22))
 ACROSS = ((1.5, 0.82), (3.0, 0.71))
-MOST_OFF = (0.09, 0.157)
-"""How far an unknown readout may move a reliable speed, as a fraction, and direction, in radians."""
-MOST_PRESS = 0.22
 
 
 @dataclass(frozen=True)
@@ -193,38 +191,30 @@ def measure_motion(
     fps: float = NOMINAL_FPS,
     reliable: bool = True,
     filled: int = 0,
-    readout_ms: float | None = 0.0,
+    readout: Readout = GLOBAL,
 ) -> MotionAnswer:
     """The motion of a sample: `features` has ten rows of 70, `totals` the baseline's ten sums over `frames` frames.
 
-    `filled` frames of the touch were lost. `readout_ms` is that of the paper's layout over the full height; None is unknown.
+    `filled` frames of the touch were lost.
     """
     rows = axis(features[:ROWS], totals[:ROWS], frames)
     columns = axis(features[ROWS:], totals[ROWS:], frames)
     coherence = min(rows.coherence, columns.coherence)
-    delay = (0.5 if readout_ms is None else readout_ms / 1000 * fps) / ROWS
-    rows = replace(rows, slowness=rows.slowness + delay)
-    slowness = math.hypot(rows.slowness, columns.slowness)
-    least = most = slowness
-    if readout_ms is None:
-        lowest, highest = rows.slowness - delay, rows.slowness + delay
-        least = math.hypot(min(max(lowest, 0.0), highest), columns.slowness)
-        most = math.hypot(max(abs(lowest), abs(highest)), columns.slowness)
+    slownesses = readout.of_light(rows.slowness, columns.slowness)
+    slowness = math.hypot(*slownesses)
     if max(rows.lit, columns.lit) < 3:
         contact = "poke" if min(rows.lit, columns.lit) > 0 else "unclear"
-    elif coherence < 0.9 or least > 13 or (readout_ms is None and least < 0.17 and most >= MOST_PRESS):
-        contact = "unclear"
     else:
-        contact = "press" if least < 0.1 else "unclear" if least < 0.17 else "slide"
+        contact = "unclear" if coherence < 0.9 else contact_of(*slownesses, readout)
     if contact != "slide":
         return MotionAnswer(contact, None, None, None, None, coherence, False)
     mm_s = PITCH_MM * fps / slowness
-    right, up = columns.slowness / slowness, -rows.slowness / slowness
+    right, up = slownesses[1] / slowness, -slownesses[0] / slowness
     factor = float(np.interp(slowness, *zip(*FACTORS, strict=True)))
     lost = FILLED * math.sqrt(filled)
     right_sd = math.hypot(factor * math.hypot(columns.scatter, 2 * columns.fit_sd), lost) / slowness
     up_sd = math.hypot(factor * math.hypot(rows.scatter, 2 * rows.fit_sd), lost) / slowness
-    off = [delay / slowness * abs(part) if readout_ms is None else 0.0 for part in (up, right)]
+    off = readout.off(*slownesses)
     mm_s_sd = mm_s * math.hypot(right * right_sd, up * up_sd, off[0] / math.sqrt(3))
     across = float(np.interp(slowness, *zip(*ACROSS, strict=True)))
     deg_sd = math.degrees(math.hypot(across * up * right_sd, across * right * up_sd, off[1] / math.sqrt(3)))
@@ -232,7 +222,7 @@ def measure_motion(
     steady = max(rows.change, columns.change) <= 0.04 * slowness + 0.004
     crossed = rows.is_crossed and columns.is_crossed
     in_line = farthest <= 0.16 * slowness + 0.01
-    near = off[0] <= MOST_OFF[0] and off[1] <= MOST_OFF[1]
+    near = not readout.moves_too_far(*slownesses)
     sure = in_line and steady and crossed and coherence >= 0.97 and near and mm_s_sd < 0.06 * mm_s
     deg = math.degrees(math.atan2(up, right)) % 360
     return MotionAnswer(contact, mm_s, mm_s_sd, deg, deg_sd, coherence, reliable and sure)

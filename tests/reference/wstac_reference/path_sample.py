@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .constants import COLUMNS, NOMINAL_FPS, ROWS, SAMPLE_FRAMES, UNIT
+from .readout import GLOBAL, Readout
 
 PITCH_MM = 4.0
 MIDDLE_MM_S = 120.0
@@ -110,19 +111,22 @@ def way(mm_s: float, degrees: float) -> tuple[float, float, float, float, float]
     return NOMINAL_FPS / mm_s, right, up, speed, math.cos(math.radians(4 * degrees))
 
 
-def sums_along(features: np.ndarray, totals: np.ndarray, frames: int, mm_s: float, degrees: float) -> np.ndarray | None:
+def sums_along(
+    features: np.ndarray, totals: np.ndarray, frames: int, mm_s: float, degrees: float, readout: Readout = GLOBAL
+) -> np.ndarray | None:
     """The sample of ten features, in natural logarithms; None if it is dark."""
     per_mm, right, up, speed, direction = way(mm_s, degrees)
-    place = [2 - k for k in range(ROWS)] + [k - 2 for k in range(COLUMNS)]
-    part = [up] * ROWS + [right] * COLUMNS
-    delays = np.array([per_mm * PITCH_MM * at * of for at, of in zip(place, part, strict=True)])
+    number = np.arange(ROWS) - 2
+    delays = per_mm * PITCH_MM * np.concatenate([-number * up, number * right])
+    delays -= np.concatenate([number * readout.rows, number * readout.columns])
     weights = np.array([up * up] * ROWS + [right * right] * COLUMNS)
     plan = by_lines(0, 5) if abs(up) > abs(right) else by_lines(5, 0)
     return numbers(light_of_sums(features, totals, frames), plan, delays, weights, speed, direction, per_mm)
 
 
-def taxels_along(sums: np.ndarray, mm_s: float, degrees: float) -> np.ndarray | None:
+def taxels_along(sums: np.ndarray, mm_s: float, degrees: float, readout: Readout = GLOBAL) -> np.ndarray | None:
     """The sample of 25 taxels' sums, in natural logarithms; None if it is dark."""
     per_mm, right, up, speed, direction = way(mm_s, degrees)
-    delays = np.array([per_mm * PITCH_MM * ((k % 5 - 2) * right + (2 - k // 5) * up) for k in range(ROWS * COLUMNS)])
+    row, column = (np.arange(ROWS * COLUMNS) // COLUMNS - 2, np.arange(ROWS * COLUMNS) % COLUMNS - 2)
+    delays = per_mm * PITCH_MM * (column * right - row * up) - row * readout.rows - column * readout.columns
     return numbers(light_of_taxels(sums), BY_TAXELS, delays, np.ones(ROWS * COLUMNS), speed, direction, per_mm)

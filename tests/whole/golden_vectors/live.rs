@@ -5,11 +5,11 @@ use wstac_core::features::Features;
 use wstac_core::paper::baseline::Baseline;
 use wstac_core::paper::sample::Sample;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout};
+use wstac_core::touch::motion::LiveMotion;
 
 use super::case::{directory, read};
 use super::motion_of::{MotionOf, Tolerance};
+use super::shutter::{config_of, rolling};
 
 #[derive(Deserialize)]
 struct Cases {
@@ -24,6 +24,8 @@ struct LiveCase {
     dark: i16,
     /// Frames of the baseline.
     frames: u16,
+    /// The number of the rolling shutter; `None` for a global one.
+    shutter: Option<usize>,
     features: Vec<Features>,
     said: Vec<Option<MotionOf>>,
 }
@@ -36,11 +38,12 @@ const MOST: Tolerance =
 #[test]
 fn every_live_answer_is_that_of_the_reference() {
     let Cases { cases } = read(&directory().join("live.json"));
-    assert!(cases.len() >= 15, "{} cases", cases.len());
+    let rolling = rolling();
+    assert!(cases.len() >= 25, "{} cases", cases.len());
     let (mut worst, mut velocities) = (0.0_f64, 0);
     for case in &cases {
         let baseline = Baseline::new([i32::from(case.frames) * i32::from(case.dark); FEATURES], case.frames);
-        let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
+        let mut live = LiveMotion::new(config_of(case.shutter, &rolling));
         let mut all = vec![[case.dark; FEATURES]; SAMPLE_FRAMES];
         assert_eq!(case.features.len(), case.said.len(), "{}", case.name);
         for (frame, (features, expected)) in case.features.iter().zip(&case.said).enumerate() {
@@ -58,6 +61,6 @@ fn every_live_answer_is_that_of_the_reference() {
             }
         }
     }
-    assert!(velocities > 300, "{velocities} velocities");
+    assert!(velocities > 500, "{velocities} velocities");
     println!("{velocities} velocities, speeds off by at most {:.3} %", 100.0 * worst);
 }

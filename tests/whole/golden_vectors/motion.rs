@@ -2,16 +2,16 @@
 
 use serde::Deserialize;
 use wstac_core::features::Features;
-use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::baseline::Baseline;
 use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout};
 
 use super::case::{directory, read};
 use super::motion_of::{MotionOf, Tolerance};
+use super::shutter;
 
 #[derive(Deserialize)]
 struct Cases {
@@ -102,32 +102,24 @@ struct ReadoutCase {
     totals: [i32; FEATURES],
     frames: u16,
     features: Vec<Features>,
-    answers: Vec<ReadoutAnswer>,
+    /// One for each shutter.
+    answers: Vec<MotionOf>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ReadoutAnswer {
-    readout_ms: Option<f32>,
-    motion: MotionOf,
-}
-
-/// Checks touches before a rolling shutter, with known readouts and an unknown one.
+/// Checks touches before rolling shutters, with known readouts and unknown ones, along either axis.
 #[test]
 fn every_motion_before_a_rolling_shutter_is_that_of_the_reference() {
     let ReadoutCases { cases } = read(&directory().join("readout.json"));
-    let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
-    assert!(cases.len() >= 10, "{} cases", cases.len());
+    let rolling = shutter::rolling();
+    assert!(cases.len() >= 10 && rolling.len() >= 10, "{} cases, {} shutters", cases.len(), rolling.len());
     for case in &cases {
         let frames: &[Features; SAMPLE_FRAMES] = case.features.as_slice().try_into().unwrap();
         let baseline = Baseline::new(case.totals, case.frames);
         let event = Event::new(0, Sample::from_frames(frames), &baseline);
-        for ReadoutAnswer { readout_ms, motion: expected } in &case.answers {
-            let name = format!("{}, {readout_ms:?} ms", case.name);
-            let time = readout_ms.map(|ms| ReadoutTime::from_ms(ms).unwrap());
-            let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
-            let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(readout);
-            let found = motion::by_coherence(&event, config);
+        assert_eq!(case.answers.len(), rolling.len(), "{}", case.name);
+        for (expected, config) in case.answers.iter().zip(&rolling) {
+            let name = format!("{}, {:?}", case.name, config.readout());
+            let found = motion::by_coherence(&event, *config);
             assert_eq!(Some(found.reliable), expected.reliable, "{name}: {found:?}");
             expected.check(&name, found.contact, found.velocity, &MOST);
         }

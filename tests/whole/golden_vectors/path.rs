@@ -7,11 +7,11 @@ use wstac_core::paper::baseline::Baseline;
 use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::rate::FrameRate;
-use wstac_core::touch::motion::{MotionConfig, Readout, Velocity};
+use wstac_core::touch::motion::Velocity;
 use wstac_core::touch::path_sample::{PathSample, TaxelRing};
 
 use super::case::{directory, read};
+use super::shutter::{config_of, rolling};
 
 #[derive(Deserialize)]
 struct Cases {
@@ -24,6 +24,8 @@ struct PathCase {
     name: String,
     mm_s: f32,
     deg: f32,
+    /// The number of the rolling shutter; `None` for a global one.
+    shutter: Option<usize>,
     full_scale: u32,
     totals: [i32; FEATURES],
     frames: u16,
@@ -60,11 +62,11 @@ fn worst(name: &str, found: &PathSample, expected: &[i16], input: Input) -> [u16
 #[test]
 fn every_path_is_that_of_the_reference() {
     let Cases { cases } = read(&directory().join("path.json"));
-    assert!(cases.len() >= 13, "{} cases", cases.len());
-    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
+    assert!(cases.len() >= 19, "{} cases", cases.len());
+    let rolling = rolling();
     let mut most = [[0; 2]; 2];
     for case in &cases {
-        let name = &case.name;
+        let (name, config) = (&case.name, config_of(case.shutter, &rolling));
         let mut velocity = Velocity::default();
         (velocity.mm_s, velocity.degrees) = (case.mm_s, case.deg);
         let frames: &[Features; SAMPLE_FRAMES] = case.features.as_slice().try_into().unwrap();

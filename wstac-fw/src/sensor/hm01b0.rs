@@ -29,7 +29,7 @@
 //! | 0x3060 | 5: PCLK only with pixels, 4: high bits first, 3–2: register clock, 1–0: pixel clock, 0 for / 8 |
 //! | 0x3068 | 0: PCLK inverted |
 
-use super::{Addressing, CameraSensor, QVGA, Setting, Signals, Suspects, set};
+use super::{Addressing, CameraSensor, QVGA, Setting, Signals, Suspects, readout, set};
 
 /// The width of the data bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +74,8 @@ pub const fn hm01b0(wires: DataWires) -> CameraSensor {
         // The time of six frames.
         settle_ms: 200,
         size: QVGA,
+        // Its clock is divided by 8.
+        readout: readout(8 * CLOCKS as u32),
         border: 2,
         signals: Signals {
             vsync_high_between_frames: false,
@@ -95,6 +97,9 @@ pub const fn hm01b0(wires: DataWires) -> CameraSensor {
 /// The lines of a frame. An exposure of more than two less would take longer than a frame.
 const LINES: u16 = 266;
 
+/// The pixel clocks of a line.
+const CLOCKS: u16 = 376;
+
 /// Every pixel of the window, at 30 frames per second from a clock of 24 MHz.
 static FORMAT: [Setting; 15] = [
     set(0x3010, 0x01), // 324 x 244
@@ -103,8 +108,8 @@ static FORMAT: [Setting; 15] = [
     set(0x0390, 0x00), // no binning
     set(0x0340, (LINES >> 8) as u8),
     set(0x0341, LINES as u8),
-    set(0x0342, 0x01), // of 376 clocks
-    set(0x0343, 0x78),
+    set(0x0342, (CLOCKS >> 8) as u8),
+    set(0x0343, CLOCKS as u8),
     set(0x3022, 0x02), // VSYNC two lines before the first, so that the interrupt at it comes before the pixels
     set(0x3023, 0x02), // HREF two pixels before the first, for machine 1 of the PIO
     set(0x1012, 0x00),

@@ -15,6 +15,7 @@ use core::fmt;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 use wstac_core::layout::FrameSize;
+use wstac_core::touch::motion::ReadoutTime;
 
 pub use crate::sccb::Addressing;
 use crate::sccb::Registers;
@@ -59,6 +60,8 @@ pub struct CameraSensor {
     pub settle_ms: u32,
     /// The size of the sensor's frames, as they are used.
     pub size: FrameSize,
+    /// The time from the first of these rows to the last: a shutter that rolls reads one after the other.
+    pub readout: ReadoutTime,
     /// The pixels that the sensor sends on every side of that, and that the camera interface leaves out.
     pub border: u16,
     /// The signals of the sensor's parallel port.
@@ -271,6 +274,16 @@ const QVGA: FrameSize = match FrameSize::new(320, 240) {
     Ok(size) => size,
     Err(_) => panic!("a valid size: decided at compile time"),
 };
+
+/// Returns the time from the first of [`QVGA`]'s rows to the last, which come so many clocks of 24 MHz apart.
+///
+/// A sensor whose clock is divided had a faster one: its rate is checked.
+const fn readout(clocks: u32) -> ReadoutTime {
+    match ReadoutTime::from_ms(((QVGA.height() as u32 - 1) * clocks) as f32 / 24_000.0) {
+        Some(time) => time,
+        None => panic!("within a second: decided at compile time"),
+    }
+}
 
 #[cfg(test)]
 mod tests;

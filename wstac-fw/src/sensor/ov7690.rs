@@ -25,7 +25,7 @@
 //! | 0xC8–0xCF | width and height into the scaler, and out of it |
 //! | 0xD2, 0xDA, 0xDB | effects: 4–3 fix U and V at these two values; 2: contrast |
 
-use super::{Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, set};
+use super::{Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, readout, set};
 
 /// The OV7690.
 pub const OV7690: CameraSensor = CameraSensor {
@@ -42,6 +42,8 @@ pub const OV7690: CameraSensor = CameraSensor {
     // The time of six frames.
     settle_ms: 200,
     size: QVGA,
+    // Two rows of the array, with two clocks per pixel.
+    readout: readout(2 * 776 * 2),
     border: 0,
     signals: Signals {
         vsync_high_between_frames: true,

@@ -26,7 +26,7 @@
 //! | 0xAC | 3–2: scale factors follow from the sizes |
 
 use super::ov7690::OV7690;
-use super::{CameraSensor, FIXED_CHROMA, Setting, Suspects, set};
+use super::{CameraSensor, FIXED_CHROMA, Setting, Suspects, readout, set};
 
 /// The OV7725.
 pub const OV7725: CameraSensor = CameraSensor {
@@ -37,6 +37,8 @@ pub const OV7725: CameraSensor = CameraSensor {
     suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
     slower: Some([0x03, 0x07]),
     exposure: [0x08, 0x10],
+    // Two rows of the array, with two clocks per pixel.
+    readout: readout(2 * 784 * 2),
     // Its address, the register of its reset and its signals are those of the OV7690.
     ..OV7690
 };

@@ -219,6 +219,36 @@ fn the_longest_exposure_fits_in_a_frame() {
 }
 
 #[test]
+fn a_readout_is_that_of_the_tables_rows_and_clocks() {
+    let at = |sensor: &CameraSensor, register| {
+        u32::from(sensor.table().find(|setting| setting.register == register).unwrap().value)
+    };
+    let word = |sensor: &CameraSensor, register| at(sensor, register) << 8 | at(sensor, register + 1);
+    // Rows of the array for each row of the picture, clocks of a line, lines of a frame, clocks per millisecond.
+    let all = [OV7690, OV7692].map(|sensor| {
+        let pixels = (at(&sensor, 0x2A) & 0x70) << 4 | at(&sensor, 0x2B);
+        let pll = 24_000 * [1, 4, 6, 8][(at(&sensor, 0x29) >> 4 & 3) as usize] / ((at(&sensor, 0x29) >> 6) + 1);
+        let clock = pll / ((at(&sensor, 0x11) & 0x3F) + 1) / 2;
+        (sensor, word(&sensor, 0xCA) / word(&sensor, 0xCE), 2 * pixels, 516 + at(&sensor, 0x2C), clock)
+    });
+    let pll = 24_000 * [1, 4, 6, 8][(at(&OV7725, 0x0D) >> 6) as usize] / (2 * (1 + (at(&OV7725, 0x11) & 0x3F)));
+    let rows = 2 * at(&OV7725, 0x1A) / (2 * at(&OV7725, 0x2C));
+    let ov7725 = (OV7725, rows, 2 * (784 + at(&OV7725, 0x2B)), 510 + at(&OV7725, 0x2D), pll);
+    let hm01b0 = [DataWires::One, DataWires::Four, DataWires::Eight].map(hm01b0).map(|sensor| {
+        let clock = 24_000 / [8, 4, 2, 1][(at(&sensor, 0x3060) & 3) as usize];
+        (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock)
+    });
+    for (sensor, rows, clocks, lines, clock) in all.into_iter().chain([ov7725]).chain(hm01b0) {
+        let row_ms = f64::from(rows * clocks) / f64::from(clock);
+        let between = f64::from(sensor.size.height() - 1);
+        assert!((f64::from(sensor.readout.ms()) - between * row_ms).abs() < 1e-5, "{}: {row_ms}", sensor.name);
+        // The same clocks give the rate, which the firmware measures.
+        let rate = f64::from(clock) * 1000.0 / f64::from(clocks * lines);
+        assert!((rate / 30.0 - 1.0).abs() < 0.002, "{}: {rate}", sensor.name);
+    }
+}
+
+#[test]
 fn every_setting_is_read_back_within_a_second() {
     for sensor in ALL {
         let table: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();

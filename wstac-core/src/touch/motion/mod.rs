@@ -231,7 +231,7 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
 /// Returns what slownesses of rows, columns and both are, as far as the readout tells; or why that is unclear.
 fn contact_at(each: [f32; 2], slowness: f32, readout: Readout) -> Result<Contact, Reason> {
     let [least, most] = readout.bounds(each, slowness);
-    if most > MOST_SLOWNESS {
+    if least > MOST_SLOWNESS {
         Err(Reason::TooSlow)
     } else if least >= LEAST_SLIDE[1] {
         Ok(Contact::Slide)
