@@ -377,16 +377,23 @@ pub enum ReadoutUsed {
 
 impl ReadoutUsed {
     /// Creates it from milliseconds; `None` is unknown.
-    pub(crate) fn of_ms(ms: Option<f32>) -> Self {
+    pub fn of_ms(ms: Option<f32>) -> Self {
         ms.map_or(Self::Unknown, |ms| Self::Microseconds((1000.0 * ms).round() as i32))
+    }
+
+    /// Returns the milliseconds, 0 for a global shutter; `None` if they are unknown.
+    pub fn ms(self) -> Option<f64> {
+        match self {
+            Self::OfBoard | Self::Unknown => None,
+            Self::Microseconds(us) => Some(f64::from(us) / 1000.0),
+        }
     }
 
     /// Returns the milliseconds for records, `Some(None)` if they are unknown; `None` for a global shutter and a board.
     pub fn recorded_ms(self) -> Option<Option<f64>> {
         match self {
             Self::OfBoard | Self::Microseconds(0) => None,
-            Self::Unknown => Some(None),
-            Self::Microseconds(us) => Some(Some(f64::from(us) / 1000.0)),
+            Self::Unknown | Self::Microseconds(_) => Some(self.ms()),
         }
     }
 }
