@@ -161,12 +161,33 @@ static void pushed_frames_are_checked(void)
     EXPECT(wstac_push_frame(handle, dark, sizeof dark) == WSTAC_STATUS_STATE && says(handle, "has ended"));
     record = next(handle, WSTAC_KIND_END);
     EXPECT(record.frame == 167 && record.end.dropped == 15 && record.end.baseline_complete && record.end.incomplete_frames == 0);
+    EXPECT(record.message != NULL && strcmp(record.message, "15 reported lost") == 0);
     EXPECT(wstac_next(handle, &record) == WSTAC_STATUS_STATE);
     wstac_close(handle);
     /* A handle may be closed although it has more records. */
     EXPECT(wstac_open_frames(&gray, &(WstacOptions){.features = true}, &handle) == WSTAC_STATUS_OK);
     push(handle, dark, 40);
     wstac_close(handle);
+}
+
+/* Tests what a handle says of its source: pushed frames state neither a layout nor a readout, a scene states both. */
+static void what_is_not_stated_is_told(void)
+{
+    Wstac *handle;
+    WstacRecord record;
+    EXPECT(wstac_open_frames(&gray, NULL, &handle) == WSTAC_STATUS_OK && isnan(wstac_readout_ms(handle)));
+    const char *second = strchr(wstac_notes(handle), '\n');
+    EXPECT(strncmp(wstac_notes(handle), "no [layout] is given", 20) == 0);
+    EXPECT(second != NULL && strncmp(second + 1, "readout unknown", 15) == 0 && strchr(second + 1, '\n') == NULL);
+    EXPECT(wstac_finish(handle) == WSTAC_STATUS_OK);
+    /* Nothing was lost. */
+    record = next(handle, WSTAC_KIND_END);
+    EXPECT(record.message == NULL);
+    wstac_close(handle);
+    EXPECT(wstac_open("scene:Saw3@150", NULL, &handle) == WSTAC_STATUS_OK);
+    EXPECT(wstac_notes(handle)[0] == 0 && fabs(wstac_readout_ms(handle)) < 1e-9);
+    wstac_close(handle);
+    EXPECT(wstac_notes(NULL)[0] == 0 && isnan(wstac_readout_ms(NULL)));
 }
 
 /* Tests a source that fails: its end record comes with the reason. */
@@ -287,6 +308,7 @@ int main(int argc, char **argv)
     opening_is_checked();
     calls_are_checked();
     pushed_frames_are_checked();
+    what_is_not_stated_is_told();
     a_failing_source_is_told("broken.y4m");
     threads_do_not_mix();
     texts_are_there();

@@ -100,6 +100,34 @@ fn all_sensors_of_a_recording_are_shown() {
     }
 }
 
+#[test]
+fn what_is_not_stated_is_said_once() {
+    let folder = Folder::new("serve-notes");
+    let video = &*folder.path("slide.y4m");
+    good(&["scene", "render", "Saw3@150", "--size", "40x40", "-o", video]);
+    let mut server = start(&["serve", video, "--listen", "127.0.0.1:0"]);
+    let mut lines = BufReader::new(server.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let host = lines.next().unwrap().trim_start_matches("http://").trim_end_matches('/').to_owned();
+    let notes: Vec<String> = lines.skip(1).take(2).collect();
+    assert!(notes[0].starts_with("wstac: no [layout] is given") && notes[1].starts_with("wstac: readout unknown"));
+    // The page has them, too.
+    let mut page = [0; 600];
+    socket(&host).read_exact(&mut page).unwrap();
+    let page = String::from_utf8_lossy(&page);
+    assert!(page.contains(r#""notes":["no [layout] is given"#) && page.contains("readout unknown"), "{page}");
+    server.kill().unwrap();
+    server.wait().unwrap();
+}
+
+/// Opens the connection of a page.
+fn socket(host: &str) -> TcpStream {
+    let mut stream = TcpStream::connect(host).unwrap();
+    stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
+    let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    write!(stream, "GET /socket HTTP/1.1\r\nHost: {host}\r\n{upgrade}\r\n\r\n").unwrap();
+    stream
+}
+
 /// 60 browsers that acknowledge everything and read nothing: in 256 MB the page stays, for others too, and a recording goes
 /// on to its end.
 #[test]
@@ -119,16 +147,9 @@ fn pages_that_read_nothing_take_little_memory() {
     let mut lines = BufReader::new(server.stderr.take().unwrap()).lines().map(Result::unwrap);
     let address = lines.next().unwrap();
     let host = address.trim_start_matches("http://").trim_end_matches('/');
-    let open = || {
-        let mut stream = TcpStream::connect(host).unwrap();
-        stream.set_read_timeout(Some(Duration::from_mins(1))).unwrap();
-        let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
-        write!(stream, "GET /socket HTTP/1.1\r\nHost: {host}\r\n{upgrade}\r\n\r\n").unwrap();
-        stream
-    };
     // A frame of a text from a browser, whose mask is zero.
     let frame = |text: &str| [&[0x81, 0x80 | text.len() as u8, 0, 0, 0, 0], text.as_bytes()].concat();
-    let mut stalled: Vec<TcpStream> = (0..60).map(|_| open()).collect();
+    let mut stalled: Vec<TcpStream> = (0..60).map(|_| socket(host)).collect();
     stalled[0].write_all(&frame("order 0 {\"order\":\"record\"}")).unwrap();
     let resident = || {
         let status = fs::read_to_string(format!("/proc/{}/status", server.id())).unwrap();
@@ -145,7 +166,7 @@ fn pages_that_read_nothing_take_little_memory() {
         std::thread::sleep(Duration::from_millis(100));
         assert!(resident() < 150, "{} MB", resident());
     }
-    let (mut reader, mut bytes) = (open(), vec![0; 20_000]);
+    let (mut reader, mut bytes) = (socket(host), vec![0; 20_000]);
     reader.read_exact(&mut bytes).unwrap();
     let greeting = String::from_utf8_lossy(&bytes);
     assert!(greeting.contains("{\"sensors\":") && greeting.contains("{\"update\":0"), "{greeting}");

@@ -59,6 +59,7 @@ def check_messages(programs):
         state = listener.lines(f"wstac/{name}/state")
         same((state[-1]["frames"], state[-1]["events"], state[-1]["skipped"]), (expected[-1]["frames"], 3, 0), f"the last state of {name}")
         same(state[-1]["time_ns"], max(times.values()), f"time of the last state of {name}")
+        same((state[-1]["readout_ms"], "note" in state[-1]), (0.0, False), f"what is stated of {name}")
         same([part[1:] for part in listener.messages[f"wstac/{name}/event"]], [(str(k), "application/json") for k in range(3)], "event numbers")
         events = of_kind(expected, "event")
         for key, event in kept[name].items():
@@ -435,10 +436,11 @@ def check_ros(programs):
     ends = [(record["frame"], record["event_frame"]) for record in expected if record["kind"] == "contact_end"]
     same([(message.frame, message.event_frame) for message in found["contact_end"]], ends, "ends of touches")
     last = found["diagnostics"][-1].status[0]
-    counts = {value.key: int(value.value) for value in last.values}
+    counts = {value.key: json.loads(value.value) for value in last.values}
     levels = [(message.status[0].level, message.status[0].message) for message in found["diagnostics"]]
     same((set(levels[1:-1]), levels[-1]), ({(0, "frames arrive")}, (3, "the source has ended")), "levels of diagnostics")
-    same((last.name, counts["events"], counts["frames"]), ("wstac: left", len(events), expected[-1]["frames"]), "diagnostics")
+    facts = (last.name, counts["events"], counts["frames"], counts["readout_ms"])
+    same(facts, ("wstac: left", len(events), expected[-1]["frames"], 0.0), "diagnostics")
     listener.close()
     count = sum(map(len, found.values()))
     print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 20 tokens for discovery")

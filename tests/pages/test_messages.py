@@ -6,8 +6,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/TROUBLESHOOTING.md").read_text(encoding="utf-8")
-# Headings of first columns whose code is a message or the name of one.
-COLUMNS = {"message", "fault", "finding"}
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
 
 
@@ -49,17 +47,9 @@ def pieces(message):
 
 
 def on_page():
-    """Returns the messages and names in the first columns of the page's tables."""
-    found, counts = [], False
-    for line in PAGE.splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split(" | ")] if line.startswith("|") else []
-        if not cells:
-            counts = False
-        elif cells[0].strip("| ") in COLUMNS:
-            counts = True
-        elif counts and (code := re.fullmatch(r"\|?\s*`(.*)`", cells[0])):
-            found.append(code[1])
-    return found
+    """Returns the messages and names that the items of the page's lists begin with."""
+    begins = re.findall(r"^- (`[^`]*`(?:,\s+`[^`]*`)*)(?::|$)", PAGE, re.MULTILINE)
+    return [message for begin in begins for message in re.findall(r"`([^`]*)`", begin)]
 
 
 class Messages(unittest.TestCase):
@@ -70,7 +60,7 @@ class Messages(unittest.TestCase):
         for message in messages:
             with self.subTest(message=message):
                 self.assertTrue(
-                    any(all(piece in one for piece in pieces(message)) for one in named), f"docs/TROUBLESHOOTING.md has no row for {message!r}"
+                    any(all(piece in one for piece in pieces(message)) for one in named), f"docs/TROUBLESHOOTING.md does not have {message!r}"
                 )
 
     def test_every_message_with_help(self):

@@ -5,7 +5,6 @@ weights, and models of fewer frames.
 from __future__ import annotations
 
 import hashlib
-import json
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -117,16 +116,10 @@ def write(folder: Path, keep: bool) -> None:
     sweeps = training_sweeps()
     slides = f"{len(SPECIMENS) * sum(sweep.slides for sweep in sweeps)} simulated slides in {TRAIN_RUNS} runs"
     # This comes first, so that a stopped run can continue.
-    readme.write_text(trade_models_report.page([], slides, made))
+    readme.write_text(trade_models_report.page(slides, made))
     missing = {folder / f"{one.name}.wsm": one for one in choices() if not (folder / f"{one.name}.wsm").exists()}
     if missing:
         train = run_all(sweeps).slides
         with ThreadPoolExecutor(WORKERS) as pool:
             list(pool.map(lambda path: train_one(missing[path], train, path), missing))
-    lines = []
-    for one in choices():
-        words = " ".join([one.candidate.words, *one.candidate.options])
-        said = run_wstac(["model", "inspect", str(folder / f"{one.name}.wsm"), "--json"])
-        lines.append((one.name, words, json.loads(said)))
-    readme.write_text(trade_models_report.page(lines, slides, made))
     print(readme)

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from report import paragraph
-
-Line = tuple[str, str, dict[str, Any]]
-"""A model: the name of its file, how it is trained and imported, and what `wstac model inspect --json` prints."""
 
 
 def made_by(page: Path) -> str | None:
@@ -19,7 +14,7 @@ def made_by(page: Path) -> str | None:
     return found and found[1]
 
 
-def page(lines: Sequence[Line], slides: str, sources: str) -> str:
+def page(slides: str, sources: str) -> str:
     """Returns the page's text. `slides` is in words."""
     intro = paragraph(
         "`wstac trade` compares these models with the shipped ones: they are smaller, have 8-bit weights, or need fewer frames.",
@@ -32,7 +27,6 @@ def page(lines: Sequence[Line], slides: str, sources: str) -> str:
         "If these change, `ci/train trade` removes and trains all models again; models of the same sources are kept.",
         "To train one model again, remove its file; to train all, remove this page.",
     )
-    names = ", ".join(f"`{name}`" for name, *_ in lines)
     return f"""# Models of the trade-off study
 
 `ci/train trade` writes these files and this page.
@@ -41,6 +35,4 @@ Do not edit them.
 {intro}
 
 {stale}
-
-The models: {names}.
 """

@@ -116,6 +116,15 @@ def check_a_slide(wstac):
         assert "140 frames, 0 dropped, 1 event" in screen, screen
 
 
+def check_what_is_not_stated(wstac):
+    with tempfile.TemporaryDirectory() as folder:
+        video = pathlib.Path(folder) / "slide.y4m"
+        subprocess.run([wstac, "scene", "render", "Saw3@150", "--size", "320x180", "-o", video], check=True, capture_output=True)
+        with view(wstac, str(video)) as terminal:
+            screen = terminal.until("^readout unknown: ", "the note about the readout")
+            assert len(re.findall(r"^no \[layout\] is given", screen, re.MULTILINE)) == 1, screen
+
+
 def check_keys(wstac):
     with view(wstac, SCENE, *SMALL) as terminal:
         terminal.until(r"watching|event \d+/70", "the baseline's end")
@@ -279,7 +288,7 @@ def check_a_board(wstac):
 
 def main():
     wstac = sys.argv[1]
-    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_keys, check_removed, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board]
+    checks = [check_no_terminal, check_a_background, check_a_wrong_source, check_a_slide, check_what_is_not_stated, check_keys, check_removed, check_sizes, check_signals, check_a_terminal_that_is_gone, check_colors, check_a_broken_file, check_a_board]
     for check in checks:
         check(wstac)
         print(f"ok: {check.__name__.removeprefix('check_').replace('_', ' ')}", flush=True)

@@ -49,8 +49,9 @@ kind = "press"
 """
 """Three slides and a press; the last slide is longer than an event, so that it has no speed by the published law."""
 
-LAWS = {"arrival": "", "published": '[speed]\nlaw = "published"\n'}
-"""Configurations of both kinds of laws: arrival times are the default."""
+GLOBAL = "[sensor]\nreadout_ms = 0\n"
+LAWS = {"arrival": GLOBAL, "published": GLOBAL + '[speed]\nlaw = "published"\n'}
+"""Configurations of both kinds of laws, of a global shutter: arrival times are the default."""
 
 
 @pytest.fixture(scope="session")

@@ -28,6 +28,7 @@ def check(source: str, found: wstac.Recording, *options: str) -> int:
     assert [end.record for end in found.contact_ends] == kinds["contact_end"]
     [end] = kinds["end"]
     assert (found.end.frames, found.end.dropped, found.end.baseline) == (end["frames"], end["dropped"], end["baseline"])
+    assert (found.end.dropped_by, found.end.readout_ms) == (end.get("dropped_by", {}), end.get("readout_ms", 0))
     return len(found.events)
 
 
@@ -52,7 +53,7 @@ def test_a_recording(law: str, recording: Path, tmp_path: Path) -> None:
     assert found.labels == {"specimen": "Saw3", "who": "me"}
     assert found.frames is not None and found.frames.shape[1:] == (200, 200) and found.frames.dtype == np.uint8
     lost = sum(one.frames for one in found.lost)
-    assert lost == found.end.dropped > 0
+    assert lost == found.end.dropped == sum(found.end.dropped_by.values()) > 0
     assert len(found.frames) == len(found.taxels) == len(found.frame_numbers) == found.end.frames - lost
     gaps = sorted(number for one in found.lost for number in range(one.at, one.at + one.frames))
     assert sorted([*found.frame_numbers.tolist(), *gaps]) == list(range(found.end.frames))
@@ -94,6 +95,20 @@ def test_frames_without_times_are_counted_from_0() -> None:
     assert (found.timestamps == found.frame_numbers / 25).all()
     [event] = found.events
     assert event.touch_frame is not None and event.time_ns == event.touch_frame * 40_000_000
+
+
+def test_what_nothing_states_is_a_note(tmp_path: Path) -> None:
+    video = tmp_path / "slide.y4m"
+    command("scene", "render", "Saw3@150", "-o", str(video))
+    with wstac.open(video) as stream:
+        layout, readout = stream.notes
+    assert layout.startswith("no [layout] is given") and readout.startswith("readout unknown")
+    assert wstac.read(video).end.readout_ms is None
+    found = wstac.read(video, config={"sensor": {"readout_ms": 20}})
+    assert found.notes == [layout] and found.end.readout_ms == 20
+    check(str(video), wstac.read(video, models="builtin:svm"))
+    with wstac.open("scene:Saw3@150") as scene:
+        assert scene.notes == []
 
 
 def test_data_sets(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ enum WstacKind
   WSTAC_KIND_INCOMPLETE = 4,
   /// A fault of the source, which goes on. Has frame, fault and message.
   WSTAC_KIND_FAULT = 5,
-  /// The end of the stream. Has frame, the number of feature frames, and end.
+  /// The end of the stream. Has frame, the number of feature frames, end, and message if frames were lost.
   WSTAC_KIND_END = 6,
   /// The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
   /// A law of durations gives none.
@@ -237,7 +237,8 @@ typedef struct WstacRecord {
   uint32_t frames;
   /// Kind of a fault, such as "disconnected".
   const char *fault;
-  /// Description of a fault, for a person.
+  /// Description of a fault for a person; of an end the lost frames by reason, such as "3 shorter than a frame, 1 corrupt
+  /// JPEG picture", null if none was lost.
   const char *message;
   /// Summary of a stream.
   struct WstacEnd end;
@@ -260,7 +261,7 @@ extern "C" {
 
 /// Opens a source, as `wstac run SOURCE` does.
 ///
-/// A source is "/dev/videoN", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording (.mcap), or "-".
+/// A source is "/dev/videoN", "rpicam:", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording (.mcap), or "-".
 /// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
 /// wstac_error_message(NULL) returns the message.
 ///
@@ -340,6 +341,24 @@ const char *wstac_error_message(const struct Wstac *handle);
 /// # Safety
 /// `handle` is null or an open handle.
 const char *wstac_error_kind(const struct Wstac *handle);
+
+/// Returns what nothing states of a handle's source, such as where its taxels are, and what follows for the answers.
+///
+/// It is UTF-8 for a person, one sentence per line, and empty if all is stated, or if the handle is null. The string is
+/// valid until wstac_close.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+const char *wstac_notes(const struct Wstac *handle);
+
+/// Returns the milliseconds in which the camera reads its rows, as motion is computed with it.
+///
+/// It is negative if the bottom row comes first, 0 for a global shutter, and NAN if nothing states it, or if the handle
+/// is null.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+double wstac_readout_ms(const struct Wstac *handle);
 
 /// Returns a status in words: a static string in English. A number that is no status has a string, too.
 const char *wstac_error_text(int32_t status);

@@ -255,6 +255,41 @@ pub unsafe extern "C" fn wstac_error_kind(handle: *const Wstac) -> *const c_char
     unsafe { handle.as_ref() }.map_or_else(kind, |wstac| wstac.said.kind.as_ptr())
 }
 
+/// Returns what nothing states of a handle's source, such as where its taxels are, and what follows for the answers.
+///
+/// It is UTF-8 for a person, one sentence per line, and empty if all is stated, or if the handle is null. The string is
+/// valid until wstac_close.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_notes(handle: *const Wstac) -> *const c_char {
+    // SAFETY: null, or an open handle (the caller).
+    unsafe { sensor(handle) }.map_or(c"".as_ptr(), |sensor| sensor.notes().as_ptr())
+}
+
+/// Returns the milliseconds in which the camera reads its rows, as motion is computed with it.
+///
+/// It is negative if the bottom row comes first, 0 for a global shutter, and NAN if nothing states it, or if the handle
+/// is null.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn wstac_readout_ms(handle: *const Wstac) -> f64 {
+    // SAFETY: null, or an open handle (the caller).
+    unsafe { sensor(handle) }.map_or(f64::NAN, SensorSession::readout_ms)
+}
+
+/// Returns the sensor of a handle; `None` for null and after a panic.
+///
+/// # Safety
+/// `handle` is null or an open handle.
+unsafe fn sensor<'a>(handle: *const Wstac) -> Option<&'a SensorSession> {
+    // SAFETY: null, or an open handle (the caller).
+    unsafe { handle.as_ref() }?.sensor.as_ref()
+}
+
 /// Returns a status in words: a static string in English. A number that is no status has a string, too.
 #[unsafe(no_mangle)]
 pub extern "C" fn wstac_error_text(status: i32) -> *const c_char {

@@ -8,6 +8,7 @@ use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
+use wstac_host::source::LossCounts;
 use wstac_host::texture::Texture;
 
 use crate::status::c_string;
@@ -32,7 +33,7 @@ pub enum WstacKind {
     Incomplete = 4,
     /// A fault of the source, which goes on. Has frame, fault and message.
     Fault = 5,
-    /// The end of the stream. Has frame, the number of feature frames, and end.
+    /// The end of the stream. Has frame, the number of feature frames, end, and message if frames were lost.
     End = 6,
     /// The end of the touch of an event: its light has left. Has frame, the first dark frame, event_frame and time_s.
     /// A law of durations gives none.
@@ -147,7 +148,8 @@ pub struct WstacRecord {
     pub frames: u32,
     /// Kind of a fault, such as "disconnected".
     pub fault: *const c_char,
-    /// Description of a fault, for a person.
+    /// Description of a fault for a person; of an end the lost frames by reason, such as "3 shorter than a frame, 1 corrupt
+    /// JPEG picture", null if none was lost.
     pub message: *const c_char,
     /// Summary of a stream.
     pub end: WstacEnd,
@@ -224,6 +226,12 @@ fn signed(frame: u64) -> i64 {
     i64::try_from(frame).unwrap_or(i64::MAX)
 }
 
+/// Returns lost frames by reason, in words.
+fn by_reason(lost: &LossCounts) -> Option<String> {
+    let reasons: Vec<_> = lost.iter().map(|(reason, frames)| format!("{frames} {reason}")).collect();
+    (!reasons.is_empty()).then(|| reasons.join(", "))
+}
+
 /// The data that the last record points to.
 #[derive(Default)]
 pub(super) struct Given {
@@ -295,6 +303,7 @@ impl Given {
             Output::End(end) => WstacRecord {
                 kind: WstacKind::End,
                 frame: end.frames,
+                message: self.keep_any(by_reason(&end.dropped_by).as_deref()),
                 end: WstacEnd {
                     dropped: end.dropped,
                     baseline_complete: end.baseline_complete,

@@ -1,9 +1,9 @@
 //! The content of a handle: a session, and the data that its last record points to.
 
-use std::ffi::OsStr;
+use std::ffi::{CStr, CString, OsStr};
 
 use wstac_host::config::Config;
-use wstac_host::output::{Output, OutputOptions};
+use wstac_host::output::{Output, OutputOptions, ReadoutUsed};
 use wstac_host::session::{Poll, Session, SessionBuilder};
 use wstac_host::source::{Frame, LossReason, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
@@ -11,7 +11,7 @@ use wstac_host::texture::Textures;
 use crate::open_source;
 use crate::options::Options;
 use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
-use crate::status::{Failure, WstacStatus, failed, failed_by};
+use crate::status::{Failure, WstacStatus, c_string, failed, failed_by};
 
 /// The bytes that may follow a pushed frame besides a row: drivers fill buffers up to a page of memory.
 const MOST_PADDING: usize = 4096;
@@ -22,6 +22,10 @@ pub struct SensorSession {
     /// Whether the program pushes the frames.
     takes_frames: bool,
     given: Given,
+    /// What nothing states of the source, one sentence per line.
+    notes: CString,
+    /// The readout that motion is computed with; NAN if it is unknown.
+    readout_ms: f64,
 }
 
 impl SensorSession {
@@ -29,22 +33,41 @@ impl SensorSession {
         let source = open_source(source, &options.open).map_err(|error| failed_by(WstacStatus::Source, &error))?;
         let config = config_of(source.info(), options.config.clone());
         let config = config.map_err(|error| failed_by(WstacStatus::Config, &error))?;
-        Ok(Self {
-            session: session(Session::builder(source), config, options)?,
-            takes_frames: false,
-            given: Given::default(),
-        })
+        let info = source.info().clone();
+        Self::new(Session::builder(source), &info, config, options, false)
     }
 
     /// Creates a sensor whose frames the program pushes.
     pub(super) fn of_frames(info: StreamInfo, options: &Options) -> Result<Self, Failure> {
         options.without_source()?;
         let config = options.config.clone().unwrap_or_default();
+        Self::new(Session::of_frames(info.clone()), &info, config, options, true)
+    }
+
+    fn new(
+        builder: SessionBuilder,
+        info: &StreamInfo,
+        config: Config,
+        options: &Options,
+        takes_frames: bool,
+    ) -> Result<Self, Failure> {
+        let notes = c_string(&config.notes(info).collect::<Vec<_>>().join("\n"));
+        let readout_ms = ReadoutUsed::of(config.readout(info)).ms().unwrap_or(f64::NAN);
         Ok(Self {
-            session: session(Session::of_frames(info), config, options)?,
-            takes_frames: true,
+            session: session(builder, config, options)?,
+            takes_frames,
             given: Given::default(),
+            notes,
+            readout_ms,
         })
+    }
+
+    pub(super) fn notes(&self) -> &CStr {
+        &self.notes
+    }
+
+    pub(super) fn readout_ms(&self) -> f64 {
+        self.readout_ms
     }
 
     /// Returns the next record. If the source failed, the end record comes with the failure.

@@ -377,16 +377,23 @@ pub enum ReadoutUsed {
 
 impl ReadoutUsed {
     /// Creates it from the time that was used; `None` is unknown.
-    pub(crate) fn of(time: Option<ReadoutTime>) -> Self {
+    pub fn of(time: Option<ReadoutTime>) -> Self {
         time.map_or(Self::Unknown, |time| Self::Microseconds((1000.0 * time.ms()).round() as i32))
+    }
+
+    /// Returns the milliseconds, 0 for a global shutter; `None` if they are unknown.
+    pub fn ms(self) -> Option<f64> {
+        match self {
+            Self::OfBoard | Self::Unknown => None,
+            Self::Microseconds(us) => Some(f64::from(us) / 1000.0),
+        }
     }
 
     /// Returns the milliseconds for records, `Some(None)` if they are unknown; `None` for a global shutter and a board.
     pub fn recorded_ms(self) -> Option<Option<f64>> {
         match self {
             Self::OfBoard | Self::Microseconds(0) => None,
-            Self::Unknown => Some(None),
-            Self::Microseconds(us) => Some(Some(f64::from(us) / 1000.0)),
+            Self::Unknown | Self::Microseconds(_) => Some(self.ms()),
         }
     }
 }

@@ -7,10 +7,11 @@ use std::sync::mpsc::Receiver;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
+use serde_json::Value;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::output::{FrameFeatures, Output, OutputOptions};
+use wstac_host::output::{FrameFeatures, Output, OutputOptions, ReadoutUsed};
 use wstac_host::plural::counted;
 use wstac_host::record::{FinishedRecording, first_free_file, new_file};
 use wstac_host::session::{Observer, Processor};
@@ -57,6 +58,7 @@ impl FrameSource {
             station = station.paced();
         }
         note(format_args!("{name}: {}", station.info().about));
+        station.config().notes(station.info()).for_each(|text| note(format_args!("{name}: {text}")));
         let picture = RosImageShape::of(station.info());
         if arguments.picture && picture.is_none() {
             note(format_args!("{name}: its frames are no pictures of ROS 2; they are not published"));
@@ -78,6 +80,7 @@ impl FrameSource {
             // A frame of a file may last for hours.
             thread::sleep(Duration::from_secs_f64((share / rate.per_second()).min(1.0)));
         }
+        replace(&publisher.counts().stated, stated(&station));
         let (stamp, sums) = (SystemTime::now(), FrameSums::new(rate));
         let mut reader = PublishingObserver { publisher, picture, stamp, completed: None, sums };
         let (mut turn, mut is_good) = (Ok(Turn::Read), true);
@@ -146,6 +149,7 @@ fn follow(action: Action, name: &str, station: &mut Station, reader: &mut Publis
             // The sample under way ends here. Numbers and times of frames go on.
             station.reconfigure(*config)?;
             reader.sums.restart();
+            replace(&reader.publisher.counts().stated, stated(station));
             replace(&reader.publisher.settings().config, shown(&file));
             Ok(format!("{} is used", file.display()))
         }
@@ -163,6 +167,14 @@ fn follow(action: Action, name: &str, station: &mut Station, reader: &mut Publis
             Ok(station.recording().map(|recording| recording.path.display().to_string()).unwrap_or_default())
         }
     }
+}
+
+/// Returns the readout that motion is computed with, and whether nothing states where taxels are, for the state of a
+/// sensor.
+fn stated(station: &Station) -> Vec<(&'static str, Value)> {
+    let (config, info) = (station.config(), station.info());
+    let note = config.layout_note(info).map(|_| ("note", "default-layout".into()));
+    [("readout_ms", ReadoutUsed::of(config.readout(info)).ms().into())].into_iter().chain(note).collect()
 }
 
 /// Creates the file of this name, or the first one that is free: SENSOR-1.mcap, SENSOR-2.mcap …
@@ -200,9 +212,7 @@ impl Observer for PublishingObserver {
             SourceEvent::Taxels(frame) => {
                 self.stamp = frame.stamp.map_or_else(SystemTime::now, |stamp| stamp.time);
             }
-            SourceEvent::Lost { frames, .. } => {
-                self.publisher.counts().lost.fetch_add(*frames, Ordering::Relaxed);
-            }
+            SourceEvent::Lost { frames, reason } => self.publisher.counts().lose(*frames, reason),
             _ => {}
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Messages of a sensor: their topics and payloads.
 
-use serde_json::json;
+use serde_json::{Value, json};
 use wstac_core::params::TAXELS;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::{JsonLine, StampFields};
@@ -110,10 +110,10 @@ impl Message {
         Some(Self { topic, payload: message.payload.clone(), kind: Some(message.kind) })
     }
 
-    /// Returns the message about a sensor's state: names and counts, and the times of the last frame.
-    pub(crate) fn of_state(counts: &[(&str, u64)], times: &Times) -> Self {
-        let counts = counts.iter().map(|(name, count)| ((*name).to_owned(), json!(count)));
-        Self::timed(Topic::State, times, counts.collect())
+    /// Returns the message about a sensor's state: names and values, and the times of the last frame.
+    pub(crate) fn of_state(facts: &[(&str, Value)], times: &Times) -> Self {
+        let facts = facts.iter().map(|(name, value)| ((*name).to_owned(), value.clone()));
+        Self::timed(Topic::State, times, facts.collect())
     }
 
     pub(crate) fn of_taxels(features: &FrameFeatures, sums: &[u32; TAXELS]) -> Self {
@@ -188,7 +188,7 @@ mod tests {
                 Message::of_taxels(&features, &[3; TAXELS]),
                 json!({"kind": "taxels", "frame": features.frame, "sums": vec![3; 25]}),
             ),
-            (Message::of_state(&[("frames", 9)], &Times::of(&features)), json!({"kind": "state", "frames": 9})),
+            (Message::of_state(&[("frames", 9.into())], &Times::of(&features)), json!({"kind": "state", "frames": 9})),
         ] {
             let mut expected = fields.as_object().unwrap().clone();
             expected.extend(times.as_object().unwrap().clone());

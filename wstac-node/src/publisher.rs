@@ -7,8 +7,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use serde_json::{Value, json};
 use wstac_host::error::Error;
 use wstac_host::output::FrameFeatures;
+use wstac_host::source::{LossCounts, LossReason};
 use zenoh::Session;
 
 use crate::arguments::Arguments;
@@ -77,6 +79,10 @@ pub(crate) struct Counts {
     pub(crate) has_ended: AtomicBool,
     /// Messages without room in the queue.
     skipped: AtomicU64,
+    /// Camera frames that were lost, by reason.
+    lost_by: Mutex<LossCounts>,
+    /// What is stated of the source, and what is not.
+    pub(crate) stated: Mutex<Vec<(&'static str, Value)>>,
     /// Pictures in the queue.
     pictures: AtomicU64,
 }
@@ -175,18 +181,22 @@ impl Counts {
         replace(&self.times, Times::of(features));
     }
 
+    /// Counts camera frames that were lost.
+    pub(crate) fn lose(&self, frames: u64, reason: &LossReason) {
+        self.lost.fetch_add(frames, Ordering::Relaxed);
+        locked(&self.lost_by).add(frames, reason);
+    }
+
     /// Returns the state of a sensor. `before` are its frames and its losses when it was asked for last.
     fn state(&self, sensor: &str, before: &mut [u64; 2]) -> Publication {
-        let [frames, dropped, events, lost_events, skipped] =
-            [&self.frames, &self.lost, &self.events, &self.lost_events, &self.skipped]
-                .map(|count| count.load(Ordering::Relaxed));
-        let counts = [
-            ("frames", frames),
-            ("dropped", dropped),
-            ("events", events),
-            ("lost_events", lost_events),
-            ("skipped", skipped),
-        ];
+        let counts = [&self.frames, &self.lost, &self.events, &self.lost_events, &self.skipped];
+        let counts = counts.map(|count| count.load(Ordering::Relaxed));
+        let [frames, dropped, _, lost_events, skipped] = counts;
+        let names = ["frames", "dropped", "events", "lost_events", "skipped"];
+        let mut facts: Vec<_> = names.into_iter().zip(counts.map(Value::from)).collect();
+        let lost_by = copy_of(&self.lost_by);
+        facts.extend((!lost_by.is_empty()).then(|| ("dropped_by", json!(lost_by))));
+        facts.extend(copy_of(&self.stated));
         let now = [frames, dropped + lost_events + skipped];
         let [frames_before, lost_before] = std::mem::replace(before, now);
         let health = match now {
@@ -196,8 +206,8 @@ impl Counts {
             _ => Health::Well,
         };
         Publication::new(
-            Some(Message::of_state(&counts, &copy_of(&self.times))),
-            Some(RosMessage::of_state(sensor, health, &counts)),
+            Some(Message::of_state(&facts, &copy_of(&self.times))),
+            Some(RosMessage::of_state(sensor, health, &facts)),
         )
     }
 }
@@ -205,6 +215,17 @@ impl Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_state_has_losses_by_reason_and_what_is_stated() {
+        let counts = Counts::default();
+        counts.lose(3, &LossReason::Short);
+        replace(&counts.stated, vec![("readout_ms", Value::Null), ("note", "default-layout".into())]);
+        let state = counts.state("left", &mut [0; 2]).record.unwrap();
+        let state: Value = serde_json::from_slice(&state.payload).unwrap();
+        assert_eq!((&state["dropped"], &state["dropped_by"]), (&3.into(), &json!({"shorter than a frame": 3})));
+        assert_eq!((state.get("readout_ms"), &state["note"]), (Some(&Value::Null), &"default-layout".into()));
+    }
 
     #[test]
     fn a_full_queue_skips_and_counts() {

@@ -124,9 +124,9 @@ fn answer(query: &Query, prefix: &str, events: &Mutex<Events>, encoding: &Encodi
     }
 }
 
-/// Locks the events, even if a thread that held them panicked.
-pub(crate) fn locked(events: &Mutex<Events>) -> MutexGuard<'_, Events> {
-    events.lock().unwrap_or_else(PoisonError::into_inner)
+/// Locks what threads share, even if one that held it panicked.
+pub(crate) fn locked<T>(held: &Mutex<T>) -> MutexGuard<'_, T> {
+    held.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -231,7 +231,9 @@ impl<'py> Classes<'py> {
                 let incomplete = sample.map(|sample| self.incomplete(sample.frame, sample.frames, Times::default()));
                 let (incomplete, clock) = (incomplete.transpose()?, end.clock.as_str());
                 let Times(time_ns, stamp, within) = moment;
-                let fields = (end.frames, end.dropped, baseline(&end), incomplete, clock, time_ns, stamp, within);
+                let (lost, readout) = (end.dropped_by.iter().into_py_dict(self.0.py())?, end.readout.ms());
+                let (frames, dropped, baseline) = (end.frames, end.dropped, baseline(&end));
+                let fields = (frames, dropped, baseline, incomplete, clock, time_ns, stamp, within, lost, readout);
                 self.make("End", fields)
             }
             _ => return Ok(None),

@@ -81,6 +81,7 @@ pub(crate) struct Source {
     /// Whether frames have times of their own.
     has_times: bool,
     recorded: Recorded,
+    notes: Vec<&'static str>,
     config: Parsed,
     /// The size of a frame in bytes, the last row's padding included.
     frame_bytes: usize,
@@ -167,6 +168,12 @@ impl Source {
     #[getter]
     fn models(&self) -> Vec<String> {
         self.recorded.models.clone()
+    }
+
+    /// Returns notes for a person about what nothing states of it.
+    #[getter]
+    fn notes(&self) -> Vec<&'static str> {
+        self.notes.clone()
     }
 
     /// Returns the configuration that it is read with.
@@ -293,6 +300,7 @@ impl Source {
             .map_err(crate::failed_by)?;
         let (width, height) = info.size.into();
         Ok(Self {
+            notes: config.notes(&info).collect(),
             about: info.about,
             shape: (stream::code(info.format), width, height, info.bytes_per_row),
             rate: info.rate.into(),

@@ -68,10 +68,11 @@ class Pipeline(Recorded):
     Formats, shapes and arguments are those of `features`. Without `size` and `format`, those of the first frame count.
     The first 25 frames (0.8 s) are the baseline: nothing may touch the sensor during them. One thread at a time may push.
     `fps` is the rate of the frames, to which speeds are proportional. Without it a warning says that 30 are assumed.
+    `config` states the camera's readout, 0 for a global shutter; without it, fast slides are not reliable.
 
     >>> import wstac
     >>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400))
-    >>> pipeline = wstac.Pipeline(fps=30)
+    >>> pipeline = wstac.Pipeline(fps=30, config={"sensor": {"readout_ms": 0}})
     >>> for frame in scene.frames:
     ...     event = pipeline.push(frame)
     ...     if event:

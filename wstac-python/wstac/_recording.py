@@ -70,6 +70,8 @@ class Recording:
     """Its labels, such as {"specimen": "Saw3"}."""
     models: list[str]
     """Texture models that it was recorded with."""
+    notes: list[str]
+    """What nothing states of it, such as where its taxels are, and what follows for the answers: for a person."""
     frames: Optional[Frames]
     """The frames that arrived, in the shape that `wstac.features` takes for their format, (n, …). None without `frames`, and for
     scenes with fidelity "taxel"."""
@@ -190,6 +192,7 @@ def _recording(native: _wstac.Source, with_frames: bool, truth: list[Truth]) -> 
         config=Config._of(native.config),
         labels=native.labels,
         models=native.models,
+        notes=native.notes,
         frames=None if raw is None else _frames.pictures(raw, code, (width, height), bytes_per_row),
         frame_numbers=all_of_it["frame_numbers"],
         timestamps=all_of_it["timestamps"],

@@ -66,8 +66,8 @@ class Stream(Recorded):
     ('GREY', (1280, 720), 30.0, {}, [], True)
     >>> len(events), len(stream.motions), stream.contact_ends[0].frame, stream.end.frames
     (1, 18, 74, 140)
-    >>> stream.early_textures, stream.incomplete, stream.faults, stream.lost
-    ([], [], [], [])
+    >>> stream.early_textures, stream.incomplete, stream.faults, stream.lost, stream.notes
+    ([], [], [], [], [])
 
     In a program of asyncio, `async for` waits for events in a thread, and so do `aframes` and `arecords`. A task that is cancelled
     meanwhile closes the stream.
@@ -120,6 +120,11 @@ class Stream(Recorded):
     def models(self) -> list[str]:
         """Texture models that a recording was made with. They are not used: textures come from the given models."""
         return self._native.models
+
+    @property
+    def notes(self) -> list[str]:
+        """What nothing states of the source, such as where its taxels are, and what follows for the answers: for a person."""
+        return self._native.notes
 
     @property
     def faults(self) -> list[Fault]:

@@ -94,6 +94,7 @@ class Sensor {
     this.tools = new Tools(this.root, about, this.title, (action) => this.ask(action));
     for (const event of ["pointerdown", "focusin"]) this.root.addEventListener(event, () => choose(number));
     this.body = this.root.querySelector("tbody");
+    for (const text of about.notes) this.words("", text, "note");
     this.note("no event yet");
   }
 
@@ -151,7 +152,8 @@ class Sensor {
     } else if (record.kind === "incomplete") {
       this.words(record.frame, "incomplete event, " + plural(record.frames, "frame") + " of 70", "incomplete");
     } else if (record.kind === "end") {
-      this.words(record.frames, "end of the source, " + plural(record.dropped, "frame") + " lost", "end");
+      const reasons = Object.entries(record.dropped_by || {}).map(([reason, frames]) => `; ${frames}: ${reason}`).join("");
+      this.words(record.frames, "end of the source, " + plural(record.dropped, "frame") + " lost" + reasons, "end");
     }
   }
 

@@ -21,6 +21,8 @@ pub(crate) struct About {
     pub(crate) name: Option<String>,
     /// The source and its frames, for a person.
     pub(crate) source: String,
+    /// What nothing states of it, for a person.
+    pub(crate) notes: Vec<&'static str>,
     /// Width and height of a frame.
     pub(crate) size: [u16; 2],
     /// Width and height of a taxel.
@@ -339,10 +341,11 @@ mod tests {
     use crate::order::{Action, Refused};
 
     fn about() -> About {
-        let (about, corners) = (String::new(), Vec::new());
+        let (source, corners, notes) = (String::new(), Vec::new(), Vec::new());
         let (record_to, calibrate_to) = (None, None);
         let ([size, taxel], [pictures, seeks]) = ([[1, 1]; 2], [false; 2]);
-        About { name: None, source: about, size, taxel, corners, pictures, rate: 30.0, record_to, calibrate_to, seeks }
+        let (name, rate) = (None, 30.0);
+        About { name, source, notes, size, taxel, corners, pictures, rate, record_to, calibrate_to, seeks }
     }
 
     fn of_features(number: usize) -> News {

@@ -44,6 +44,7 @@ impl ServedSensor {
         let about = About {
             name: name.map(str::to_owned),
             source: info.about.clone(),
+            notes: station.config().notes(info).collect(),
             size: [info.size.width(), info.size.height()],
             taxel: layout.taxel(),
             corners: layout.corners().to_vec(),

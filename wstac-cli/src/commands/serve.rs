@@ -10,7 +10,7 @@ use clap::error::ErrorKind as ClapErrorKind;
 use super::files::{Outputs, check_ending};
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing};
-use super::source_arguments::{SourceArguments, doubt_of_layout, doubts_of_textures};
+use super::source_arguments::{SourceArguments, doubts_of_textures};
 use wstac_host::camera::{ControlValue, DeviceInfo};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -227,8 +227,8 @@ fn open(
     // A recording has every frame.
     let policy = if record_to.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
     let (source, info, config) = options.open_configured(&sensor.source, policy, config.as_deref())?;
-    let layout = doubt_of_layout(&info, &config).map(str::to_owned);
-    let notes = [info.about.clone()].into_iter().chain(layout).chain(doubts_of_textures(&info, files)).collect();
+    let doubts = config.notes(&info).map(str::to_owned);
+    let notes = [info.about.clone()].into_iter().chain(doubts).chain(doubts_of_textures(&info, files)).collect();
     let is_live = is_camera(&sensor.source);
     let camera = info.camera.as_ref().filter(|camera| is_live && is_device(&camera.path));
     let tools = Tools {

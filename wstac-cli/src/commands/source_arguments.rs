@@ -211,25 +211,6 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
     }
 }
 
-/// Returns a doubt about the places of taxels: if nothing states them. In a scene they are where the publication has them,
-/// and of a recording it was said when it was made.
-pub(super) fn doubt_of_layout(info: &StreamInfo, config: &Config) -> Option<&'static str> {
-    let is_known = config.layout.is_stated() || info.recorded.is_some() || info.is_simulated;
-    (!is_known).then_some(
-        "no [layout] is given, so taxels are where the sensor of the publication has them; help: run wstac calibrate, \
-         and give its file with --config",
-    )
-}
-
-/// Returns what an unknown readout does to answers, if that of a source is unknown.
-pub(super) fn doubt_of_readout(info: &StreamInfo, config: &Config) -> Option<&'static str> {
-    let is_unknown = config.readout(info).is_none() && config.speed.law().is_none();
-    is_unknown.then_some(
-        "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; state it with \
-         --readout MS or [sensor] readout_ms (0: global shutter)",
-    )
-}
-
 /// The fraction by which the rate may differ from the nominal one without harm to textures.
 const RATE_OFF: f64 = 0.1;
 

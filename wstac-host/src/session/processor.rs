@@ -156,6 +156,29 @@ impl Config {
         self.sensor.readout.or(info.readout)
     }
 
+    /// Returns a note for a person if nothing states where the taxels of a source are. In a scene they are where the
+    /// publication has them, and of a recording it was said when it was made.
+    pub fn layout_note(&self, info: &StreamInfo) -> Option<&'static str> {
+        let is_known = self.layout.is_stated() || info.recorded.is_some() || info.is_simulated;
+        (!is_known).then_some(
+            "no [layout] is given, so taxels are where the sensor of the publication has them; help: run wstac \
+             calibrate, and give its file with --config",
+        )
+    }
+
+    /// Returns a note for a person about what an unknown readout does to the answers, if that of a source is unknown.
+    pub fn readout_note(&self, info: &StreamInfo) -> Option<&'static str> {
+        (self.readout(info).is_none() && self.speed.law().is_none()).then_some(
+            "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; state it with \
+             --readout MS or [sensor] readout_ms (0: global shutter)",
+        )
+    }
+
+    /// Returns the notes for a person about what nothing states of a source.
+    pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = &'static str> {
+        self.layout_note(info).into_iter().chain(self.readout_note(info))
+    }
+
     /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, SystemTime};
 
+use serde_json::Value;
 use wstac_core::params::TAXELS;
 use wstac_host::json::real;
 use wstac_host::output::{Output, TactileEvent};
@@ -57,12 +58,12 @@ impl RosMessage {
     }
 
     /// Returns the message about a sensor's state, as `diagnostic_msgs` has it.
-    pub(crate) fn of_state(sensor: &str, health: Health, counts: &[(&str, u64)]) -> Self {
+    pub(crate) fn of_state(sensor: &str, health: Health, facts: &[(&str, Value)]) -> Self {
         let (level, text) = health.described();
         let cdr = Cdr::new().header(SystemTime::now(), "").u32(1);
         let cdr = cdr.u8(level).text(&format!("wstac: {sensor}")).text(text).text(sensor);
-        let write = |cdr: Cdr, (name, count): &(&str, u64)| cdr.text(name).text(&count.to_string());
-        let cdr = counts.iter().fold(cdr.u32(counts.len() as u32), write);
+        let write = |cdr: Cdr, (name, value): &(&str, Value)| cdr.text(name).text(value.to_string().trim_matches('"'));
+        let cdr = facts.iter().fold(cdr.u32(facts.len() as u32), write);
         Self { kind: Type::DiagnosticArray, payload: cdr.finish() }
     }
 }

@@ -10,7 +10,7 @@ use super::super::files::{Outputs, check_ending};
 use super::super::output::{LossReport, Stop, note, text_of};
 use super::super::records::{Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::{doubt_of_layout, doubts_of_textures};
+use super::super::source_arguments::doubts_of_textures;
 use super::{Arguments, Shown, create, frame_limit, kept, labels, say};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -126,8 +126,8 @@ fn open<'a>(
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&kept(arguments, &info, &config)?, &config, labels.clone(), models)?;
     records.note(&info.about);
-    if let Some(doubt) = doubt_of_layout(&info, &config) {
-        records.notice("default-layout", doubt);
+    if let Some(text) = config.layout_note(&info) {
+        records.notice("default-layout", text);
     }
     if let Some(doubt) = doubts_of_textures(&info, files) {
         records.note(doubt);

@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::{doubt_of_layout, doubt_of_readout, doubts_of_textures};
+use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -117,7 +117,7 @@ impl<'a> Run<'a> {
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
-        let (layout, readout) = (doubt_of_layout(&info, &config), doubt_of_readout(&info, &config));
+        let (layout, readout) = (config.layout_note(&info), config.readout_note(&info));
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
