@@ -4,10 +4,8 @@ import contextlib
 import os
 import resource
 import signal
-import socket
 import subprocess
 import sys
-import threading
 import time
 
 import zenoh
@@ -20,14 +18,24 @@ MOST_SECONDS = 1
 # The files that the node may open: fewer than there are connections.
 FILES = 400
 SESSIONS = 128
-# It asks for all kept events and reads nothing.
+# It connects without a word, as often as it can, and keeps 250 connections open.
+SILENT = """
+import contextlib, os, socket, sys
+os.nice(10)
+kept = []
+while True:
+    with contextlib.suppress(OSError):
+        kept.append(socket.create_connection(('127.0.0.1', int(sys.argv[1])), timeout=0.5))
+    if len(kept) > 250:
+        kept.pop(0).close()
+"""
+# It asks for all kept events, and has little room for answers.
 HOG = """
 import json, sys, time, zenoh
 c = zenoh.Config()
 c.insert_json5('mode', '"client"'); c.insert_json5('scouting/multicast/enabled', 'false')
-c.insert_json5('connect/endpoints', json.dumps([sys.argv[1]]))
+c.insert_json5('connect/endpoints', json.dumps([sys.argv[1] + '#so_rcvbuf=4096']))
 s = zenoh.open(c)
-print(flush=True)
 while True:
     for key in ('wstac/**', 'wstac/left/event/*'):
         s.get(key, lambda reply: None, timeout=60)
@@ -36,26 +44,13 @@ while True:
 
 
 @contextlib.contextmanager
-def silent(port):
-    """Connects without a word, as often as it can, and keeps at most 1000 connections open."""
-    over = threading.Event()
-
-    def connect():
-        kept = []
-        while not over.is_set():
-            with contextlib.suppress(OSError):
-                kept.append(socket.create_connection(("127.0.0.1", port), timeout=0.5))
-            if len(kept) > 250:
-                kept.pop(0).close()
-        [one.close() for one in kept]
-
-    threads = [threading.Thread(target=connect) for _ in range(4)]
-    [thread.start() for thread in threads]
+def several(count, program, argument):
+    """Runs a program several times at once."""
+    running = [subprocess.Popen([sys.executable, "-c", program, str(argument)]) for _ in range(count)]
     try:
-        yield
+        yield running
     finally:
-        over.set()
-        [thread.join() for thread in threads]
+        [one.kill() or one.wait() for one in running]
 
 
 def answered(client, seconds):
@@ -85,7 +80,7 @@ def check_hostile(programs):
     folder.mkdir()
     slides = '[[slide]]\nspecimen = "Saw3"\nspeed = 150\ndirection = 90\n' * 100
     scene.write_text(f'lead_in = 30\ngap = 30\nseed = 1\nfidelity = "taxel"\n{slides}')
-    arguments = ("--ros", "--zenoh", "--domain", DOMAIN, "--files", folder, "--listen", endpoint)
+    arguments = ("--ros", "--zenoh", "--domain", DOMAIN, "--files", folder, "--listen", f"{endpoint}#so_sndbuf=8192")
     with programs.node(f"left=scene:{scene}", *arguments) as node:
         resource.prlimit(node.pid, resource.RLIMIT_NOFILE, (FILES, FILES))
         client = Client(endpoint, DOMAIN)
@@ -94,21 +89,18 @@ def check_hostile(programs):
             return len(os.listdir(f"/proc/{node.pid}/fd"))
 
         before = files()
-        with silent(port):
+        with several(4, SILENT, port):
             time.sleep(1)
             flooded = answered(client, 4)
-        until(lambda: files() < before + 10, "the files of silent connections are closed")
+        until(lambda: files() <= before, "the files of silent connections are closed")
         same("Too many open files" in node.said(), False, f"files that are used up: {node.said()!r}")
 
-        hogs = [subprocess.Popen([sys.executable, "-c", HOG, endpoint], stdout=subprocess.PIPE) for _ in range(10)]
-        try:
-            [hog.stdout.readline() for hog in hogs]
+        with several(10, HOG, endpoint) as hogs:
+            until(lambda: files() >= before + len(hogs), "clients that ask")
             time.sleep(1)
             [hog.send_signal(signal.SIGSTOP) for hog in hogs]
             stalled = answered(client, 4)
-            until(lambda: files() < before + 10, "clients that take nothing are cut off", 10)
-        finally:
-            [hog.kill() or hog.wait() for hog in hogs]
+            until(lambda: files() <= before, "clients that take nothing are cut off")
         client.close()
 
         config = config_of("client", connect=endpoint)

@@ -11,14 +11,15 @@ const _: () = assert!(
 
 /// The variable that Zenoh reads when it opens its first session.
 const NAME: &str = "ZENOH_RUNTIME";
-/// The threads that read connections. One of them waits for a client that asks and takes no answer, until it is cut off.
-const READERS: &str = "(rx: (worker_threads: 16))";
+/// `rx` reads connections: one thread waits for a client that asks and takes no answer, until it is cut off. One thread takes
+/// connections and closes those that are too many (`net`), after 128 at most: two of them could use up the files.
+const THREADS: &str = "(rx: (worker_threads: 16), acc: (handover: net))";
 
-/// Sets the number of threads, unless the environment has one. `main` calls this before anything else.
+/// Sets the threads, unless the environment has one. `main` calls this before anything else.
 pub(crate) fn prepare() {
     if env::var_os(NAME).is_none() {
         // SAFETY: there is no other thread yet that could read the environment.
-        unsafe { env::set_var(NAME, READERS) };
+        unsafe { env::set_var(NAME, THREADS) };
     }
 }
 
