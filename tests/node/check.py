@@ -20,6 +20,7 @@ import time
 from pathlib import Path
 
 from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, run_main, same, session, sockets, timeless, until
+from hostile import check_hostile
 from packages import check_packages
 from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
 from services import check_ends, check_parameters, check_services
@@ -462,7 +463,7 @@ def check_page(programs):
 
 
 CHECKS = {check.__name__.removeprefix("check_"): check for check in (
-    check_arguments, check_messages, check_rates, check_several, check_hang, check_router, check_strangers, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_ends, check_parameters, check_packages, check_page,
+    check_arguments, check_messages, check_rates, check_several, check_hang, check_router, check_strangers, check_hostile, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_ends, check_parameters, check_packages, check_page,
 )}
 
 

@@ -54,13 +54,19 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def session(mode, **endpoints):
-    """Opens a session of Zenoh that looks for nobody."""
+def config_of(mode, **endpoints):
+    """Returns the settings of a session of Zenoh that looks for nobody."""
     config = zenoh.Config()
     config.insert_json5("mode", json.dumps(mode))
     config.insert_json5("scouting/multicast/enabled", "false")
     for key, endpoint in endpoints.items():
         config.insert_json5(f"{key}/endpoints", json.dumps([endpoint]))
+    return config
+
+
+def session(mode, **endpoints):
+    """Opens a session. Tries again if it is refused."""
+    config = config_of(mode, **endpoints)
     end = time.monotonic() + PATIENCE
     while True:
         try:

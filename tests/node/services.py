@@ -194,6 +194,7 @@ def rogue(client, node):
     for service, payload in (
         ("/wstac_node/set_parameters", b""),
         ("/wstac_node/get_parameters", b"\0\1\0\0\xff\xff\xff\xff"),
+        ("/wstac_node/get_parameters", b"\0\1\0\0\x41\0\0\0" + 65 * b"\2\0\0\0a\0\0\0"),
         ("/wstac_node/list_parameters", bytes(100_000)),
         ("/wstac/right/load_model", b"\0\1\0\0\xff\xff\xff\x7fa\0"),
         ("/wstac/right/start_recording", b"\0\1\0\0"),

@@ -15,6 +15,7 @@ use crate::arguments::Arguments;
 use crate::note;
 use crate::refused::refused;
 use crate::ros::names;
+use crate::threads;
 
 /// The address of a program that connects to no other one, and the one at which nodes of ROS 2 meet.
 const LOCAL: &str = "tcp/127.0.0.1:7447";
@@ -70,6 +71,7 @@ pub(crate) fn watch(session: &Session, connects: &str, is_over: &AtomicBool) {
 /// # Errors
 /// The session did not end as it should.
 pub(crate) fn close(session: &Session) -> Result<(), Error> {
+    threads::release_connections();
     session.close().wait().map_err(|error| refused(ErrorKind::Io, "the network", &error))
 }
 

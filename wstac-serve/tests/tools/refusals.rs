@@ -1,6 +1,7 @@
 //! The refusals of the server, and their reasons.
 
 use std::io::{Read, Write};
+use std::time::Duration;
 
 use serde_json::json;
 use tempfile::tempdir;
@@ -134,6 +135,33 @@ fn orders_without_end_hold_up_nobody_else() {
     talking.join().unwrap();
 }
 
+/// The 65th page has no place until another one is closed.
+#[test]
+fn there_are_at_most_64_pages() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    let mut pages: Vec<_> = (0..64).map(|_| served.request("").unwrap()).collect();
+    assert_eq!(served.request("").map(drop), Err("503".to_owned()));
+    pages.pop();
+    // The server sees it in a moment.
+    assert!((0..500).any(|_| {
+        std::thread::sleep(Duration::from_millis(20));
+        served.request("").is_ok()
+    }));
+}
+
+/// Pings that get no reader for their answers are not taken: the answers would wait in memory.
+#[test]
+fn pings_without_end_take_no_memory() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    let mut flood = served.page();
+    flood.socket.get_mut().set_write_timeout(Some(Duration::from_secs(2))).unwrap();
+    let ping = Message::Ping(vec![0; 125].into());
+    // The system's buffers take some of them, in both directions.
+    let taken = (0..400_000).take_while(|_| flood.socket.send(ping.clone()).is_ok()).count() * 131;
+    assert!(taken < 24 << 20, "{taken} bytes of pings were taken");
+    assert_eq!(served.end().0, 0);
+}
+
 /// Whoever has no token cannot take the places of those who have one: the oldest of its connections goes.
 #[test]
 fn half_requests_lock_nobody_out() {
@@ -166,7 +194,7 @@ fn slow_and_odd_requests_are_answered() {
         stream.set_nodelay(true).unwrap();
         for part in parts {
             stream.write_all(part).unwrap();
-            std::thread::sleep(std::time::Duration::from_millis(2));
+            std::thread::sleep(Duration::from_millis(2));
         }
         if ends {
             stream.shutdown(std::net::Shutdown::Write).unwrap();

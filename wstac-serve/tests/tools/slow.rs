@@ -1,8 +1,8 @@
 //! Clients that are slower than the sensor, over a real socket.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read, Write};
 use std::thread::{self, sleep};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tungstenite::{Error, Message};
@@ -112,7 +112,7 @@ fn a_client_gets_thirty_updates_per_second() {
             client
         });
         // On a machine that is busy, it takes longer than 0.6 s.
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         play(&served, 120, 200);
         let client = client.join().unwrap();
         let most = start.elapsed().as_secs_f64() * 30.0 + 3.0;
@@ -121,5 +121,22 @@ fn a_client_gets_thirty_updates_per_second() {
     });
     assert_eq!(client.last, 120);
     client.counts_all();
+    assert_eq!(served.end().0, 0);
+}
+
+/// Half a request has its answer after 5 s, and a page that acknowledges nothing is gone after 30 s.
+#[test]
+fn whoever_does_not_go_on_goes() {
+    let served = Served::new(None, &Config::default(), Tools::default());
+    let (start, mut half, mut page) = (Instant::now(), served.connect(), served.page());
+    served.allow(5);
+    half.write_all(b"GET / HTTP/1.1\r\n").unwrap();
+    let mut answer = String::new();
+    half.read_to_string(&mut answer).unwrap();
+    let seconds = start.elapsed().as_secs();
+    assert!(answer.starts_with("HTTP/1.1 408 ") && (4..10).contains(&seconds), "{answer} after {seconds} s");
+    while page.socket.read().is_ok() {}
+    let seconds = start.elapsed().as_secs();
+    assert!((29..45).contains(&seconds), "gone after {seconds} s");
     assert_eq!(served.end().0, 0);
 }
