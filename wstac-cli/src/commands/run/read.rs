@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::{doubt_of_layout, doubt_of_readout, doubts_of_textures};
+use super::super::source_arguments::{doubt_of_layout, doubt_of_rate, doubt_of_readout, doubts_of_textures};
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -132,6 +132,9 @@ impl<'a> Run<'a> {
         records.note(&info.about);
         if let Some(doubt) = doubt_of_layout(&info, &config) {
             records.notice("default-layout", doubt);
+        }
+        if let Some(doubt) = doubt_of_rate(&info, &config) {
+            records.notice("rate", &doubt);
         }
         if let Some(doubt) = doubts_of_textures(&info, files) {
             records.note(doubt);
