@@ -74,9 +74,8 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
 fn presses_tell_the_readout() {
     let folder = Folder::new("calibrate-readout");
     let config = &*folder.path("wstac.toml");
-    let presses = [(80, 0.5), (120, 0.4), (50, 0.5)].map(|(approach, hold)| {
-        format!("[[touch]]\nkind = \"press\"\napproach = {approach}\nhold = {hold}\n")
-    });
+    let presses = [(80, 0.5), (120, 0.4), (50, 0.5)]
+        .map(|(approach, hold)| format!("[[touch]]\nkind = \"press\"\napproach = {approach}\nhold = {hold}\n"));
     for ms in [20.0, -15.0] {
         let text = format!("[sensor]\nsize = [240, 240]\nreadout_ms = {ms:?}\n{}", presses.concat());
         let source = scene(&folder, "presses.toml", &text);

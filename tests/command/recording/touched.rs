@@ -29,7 +29,7 @@ fn recorded(folder: &Folder, from: impl Fn(Phase) -> bool) -> FinishedRecording 
     let source = SceneSource::new(&SceneConfig::from_toml("a hold", scene).unwrap()).unwrap();
     let info = source.info().clone();
     let (config, textures, outputs) = (Config::default(), Textures::default(), OutputOptions::default());
-    let mut station = Station::new(source, info, config, textures, outputs).unwrap();
+    let mut station = Station::new(Box::new(source), info, config, textures, outputs).unwrap();
     while !from(station.processor().phase()) {
         assert_ne!(station.advance(&mut Silent).unwrap(), Turn::Over);
     }

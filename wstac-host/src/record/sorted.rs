@@ -342,7 +342,7 @@ impl Sorted {
                 self.allowed = self.allowed.checked_sub(packed.unpacked).ok_or_else(|| {
                     let message = format!(
                         "has messages too far out of order (its chunks are unpacked more than {MOST_UNPACKED} times), \
-                         expected an order by time or by topic; help: mcap sort"
+                         expected an order by time, as mcap sort makes it"
                     );
                     io::Error::new(io::ErrorKind::InvalidData, message)
                 })?;
@@ -423,7 +423,10 @@ mod tests {
         let apart = [&apart[0][..], &apart[1], &apart[2]];
         // All chunks are kept, or they stand one behind the other: each is unpacked once.
         let (found, unpacked, bytes, why) = read(apart, MOST_PACKED);
-        assert!((found, unpacked, &why) == (300, bytes, &None) && bytes > 300_000, "{found} {unpacked} {bytes} {why:?}");
+        assert!(
+            (found, unpacked, &why) == (300, bytes, &None) && bytes > 300_000,
+            "{found} {unpacked} {bytes} {why:?}"
+        );
         let in_turn = [&all[..100], &all[100..200], &all[200..]];
         assert_eq!(read(in_turn, 0), (300, bytes, bytes, None));
         // Of chunks that are not kept, each message needs another one.

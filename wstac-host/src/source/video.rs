@@ -656,7 +656,10 @@ mod tests {
         assert_eq!(error_in("[info]     title           : [error] none"), None);
         for (line, expected) in [
             ("[h264 @ 0x560dd031a040] [error] no frame!", Some("no frame!")),
-            ("[h264 @ 0x5] [info] concealing 75 DC, 75 AC, 75 MV errors", Some("concealing 75 DC, 75 AC, 75 MV errors")),
+            (
+                "[h264 @ 0x5] [info] concealing 75 DC, 75 AC, 75 MV errors",
+                Some("concealing 75 DC, 75 AC, 75 MV errors"),
+            ),
             ("[warning] a.mp4: corrupt decoded frame in stream 0", Some("a.mp4: corrupt decoded frame in stream 0")),
             ("[mjpeg @ 0x5] [error] unable to decode APP fields: Invalid data", None),
             ("[mjpeg @ 0x5] [warning] EOI missing, emulating", None),
