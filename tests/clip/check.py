@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import random
 import shutil
 import subprocess
 import sys
@@ -175,6 +176,25 @@ class Clips:
         # A rate that nobody states.
         self.judged(self.make("-c:v", "mjpeg", "-q:v", "2", to="raw.mjpeg"), True, "30:1 frames per second (assumed: state another with --fps)")
 
+    def damaged(self) -> None:
+        """Files with flipped bits: no reliable speed is wrong. Of pictures that are coded alone, the damaged ones are lost."""
+        kinds = {"mp4": (X264, "frames may be wrong and events are not reliable"), "avi": (("-c:v", "mjpeg", "-q:v", "2"), "picture that cannot be decoded")}
+        for kind, (options, word) in kinds.items():
+            whole = self.make(*options, to=f"whole.{kind}").read_bytes()
+            said, wrong = 0, []
+            for seed in range(8):
+                chance, damaged = random.Random(seed), bytearray(whole)
+                for _ in range(3):
+                    damaged[chance.randrange(len(whole) // 4, len(whole) * 3 // 4)] ^= 1 << chance.randrange(8)
+                file = self.at / f"damaged.{kind}"
+                file.write_bytes(damaged)
+                records, notes = self.run(file)
+                events = [record for record in records if record["kind"] == "event" and record["reliable"]]
+                wrong += [event["speed"] for event in events if abs(event["speed"]["mm_s"] / 149 - 1) > 0.02]
+                said += word in notes
+            found = f"{said} of 8 damaged .{kind} files say \"{word}\""
+            self.verdict(said > 1 and not wrong, found, f"{found}; wrong and reliable: {wrong}")
+
     def dark(self) -> None:
         """The darkest hundredths of the scale, where a wrong range hides the slide."""
         dim = self.make("-vf", "lutyuv=y=val*0.05", "-pix_fmt", "gray", "-strict", "-1", "-f", "yuv4mpegpipe", to="dim.y4m")
@@ -242,7 +262,7 @@ def main() -> None:
         # A small slide of 150 mm/s, in files whose frames come unevenly or evenly, of other pixels, and without a rate.
         (clips.at / "small.toml").write_text('specimen = "Saw3"\nspeed = 150\ndirection = 30\n[sensor]\nsize = [320, 240]\n')
         clips.quiet("scene", "render", clips.at / "small.toml", "-o", clips.at / "small.y4m")
-        for part in (clips.gaps, clips.pictures, clips.even, clips.dark, clips.refused):
+        for part in (clips.gaps, clips.pictures, clips.even, clips.damaged, clips.dark, clips.refused):
             part()
     sys.exit(f"{clips.failures} failed" if clips.failures else None)
 

@@ -71,6 +71,24 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
 }
 
 #[test]
+fn presses_tell_the_readout() {
+    let folder = Folder::new("calibrate-readout");
+    let config = &*folder.path("wstac.toml");
+    let presses = [(80, 0.5), (120, 0.4), (50, 0.5)]
+        .map(|(approach, hold)| format!("[[touch]]\nkind = \"press\"\napproach = {approach}\nhold = {hold}\n"));
+    for ms in [20.0, -15.0] {
+        let text = format!("[sensor]\nsize = [240, 240]\nreadout_ms = {ms:?}\n{}", presses.concat());
+        let source = scene(&folder, "presses.toml", &text);
+        let record = good(&["calibrate", &source, "-o", config, "--force", "--json", "--frames", "900"]);
+        let record: Value = serde_json::from_str(&record).unwrap();
+        let [found, sd] = ["readout_ms", "readout_sd_ms"].map(|key| record[key].as_f64().unwrap_or(f64::NAN));
+        assert!((found - ms).abs() < 1.0 && sd < 1.0, "{record}");
+        let written = std::fs::read_to_string(config).unwrap();
+        assert!(written.contains(&format!("readout_ms = {found:.1}\n")), "{written}");
+    }
+}
+
+#[test]
 fn a_refusal_leaves_a_picture_and_no_configuration() {
     let folder = Folder::new("calibrate-refusal");
     let (config, picture) = (folder.0.join("wstac.toml"), folder.0.join("seen.png"));

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use wstac_tests::command::{good, printed, refusal, run, said, start};
+use wstac_tests::command::{good, printed, program, refusal, run, said, start, wstac};
 use wstac_tests::folder::Folder;
 
 fn output(arguments: &[&str]) -> Vec<String> {
@@ -53,6 +53,16 @@ fn the_published_law_keeps_its_records_to_the_letter() {
         r#""time_ns":4633333333,"clock":"frames"}"#
     );
     assert_eq!(lines, [event, end]);
+}
+
+#[test]
+fn a_terminal_of_lines_has_no_screen() {
+    let spawn = "import os, pty, sys; sys.exit(os.waitstatus_to_exitcode(pty.spawn(sys.argv[1:])))";
+    let view = ["view", "scene:Saw3@150"];
+    let done = program("python3").args(["-c", spawn]).arg(wstac()).args(view).env("TERM", "dumb").output().unwrap();
+    let shown = String::from_utf8_lossy(&done.stdout);
+    assert!(shown.contains("TERM: is dumb") && shown.contains("wstac run prints events as lines"), "{shown}");
+    assert!(done.status.code() == Some(1) && !shown.contains('\x1b'), "{shown}");
 }
 
 #[test]

@@ -359,6 +359,27 @@ fn a_source_without_a_layout_says_so_at_once_and_a_scene_does_not() {
 }
 
 #[test]
+fn the_published_law_says_that_the_rate_is_another_one() {
+    let folder = Folder::new("records-rate");
+    let law = folder.file("a.toml", "[speed]\nlaw = \"published\"\n");
+    let (config, rate) = (law.to_str().unwrap(), "rate".into());
+    for (fps, law, expected) in [
+        ("25", &["--config", config][..], Some("25.00 times per second, and law = \"published\" counts frames at 30")),
+        ("62", &["--config", config], Some("31.00 times per second")),
+        ("29.97", &["--config", config], None),
+        ("25", &[], None),
+    ] {
+        let done = run([&["run", "--json", "--fps", fps][..], &SMALL, law].concat());
+        let lines = objects(&String::from_utf8_lossy(&done.stdout));
+        let note =
+            lines.iter().find(|line| line["kind"] == "note").map(|line| (&line["note"], line["message"].as_str()));
+        let is_said = expected.is_some_and(|words| said(&done).contains(words));
+        assert_eq!((note.map(|(name, _)| name), is_said), (expected.map(|_| &rate), expected.is_some()), "{fps}");
+        assert!(note.is_none_or(|(_, message)| message.unwrap().contains(expected.unwrap())), "{fps}: {note:?}");
+    }
+}
+
+#[test]
 fn a_file_that_begins_in_a_touch_has_a_baseline_from_later() {
     let folder = Folder::new("records-baseline");
     let (whole, cut) = (folder.path("a.y4m"), folder.path("b.y4m"));

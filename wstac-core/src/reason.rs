@@ -33,7 +33,7 @@ pub enum Reason {
     NoOrder,
     /// Not reliable: more than a tenth of the sample was lost and filled, or the filled frames hold too much of the touch.
     LostFrames,
-    /// Not reliable: the frames of the sample came unevenly. The core knows nothing of times: its caller says so.
+    /// Not reliable: the frames of the sample came unevenly, or damaged. The core knows nothing of files: its caller says so.
     Uneven,
     /// Not reliable: the baseline was not quiet, or has a long gap.
     Baseline,
@@ -76,7 +76,7 @@ impl Reason {
             Self::NeverLit => "unclear: a row and a column never light up",
             Self::NoOrder => "unclear: neither rows nor columns light up in order",
             Self::LostFrames => "too many frames of the touch were lost",
-            Self::Uneven => "the frames of the touch come unevenly in the file",
+            Self::Uneven => "the frames of the touch come unevenly in the file, or are damaged there",
             Self::Baseline => "the baseline was not quiet, or frames of it were lost",
             Self::FewWhiskers => "too few whiskers are lit",
             Self::NotOver => "the sample ends during the touch: it is too slow, or it stays on the sensor",

@@ -163,6 +163,8 @@ words! {
     Slow = "slow",
     /// The camera takes the frames that were agreed on again.
     InTime = "in-time",
+    /// The rate of the camera is more than 2 % off the one that was agreed on.
+    Rate = "rate",
     /// Controls have other values than before the break.
     Controls = "controls",
     /// A calibration reports something.

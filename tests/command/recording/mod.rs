@@ -15,6 +15,7 @@ mod several_end;
 mod stream;
 mod taken_away;
 mod times;
+mod touched;
 
 use std::fs;
 use std::io::Write;

@@ -310,6 +310,27 @@ fn a_recording_in_another_order_is_read_and_recovered() {
     }
 }
 
+/// Frames behind one whose message is gone keep their places, although all moments have as many bytes.
+#[test]
+fn a_frame_whose_message_is_gone_moves_no_later_one() {
+    let folder = Folder::new("recording-moved-gone");
+    let bytes = numbered(&folder, &[]);
+    let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
+    for how in [chunked(), unchunked()] {
+        let order = |all: &mut Vec<Message<'_>>| {
+            let number = all.iter().filter(|message| message.channel.topic == "/camera").nth(70).unwrap().sequence;
+            all.retain(|message| message.channel.topic != "/camera" || message.sequence != number);
+            all.sort_by_key(|message| message.channel.id);
+        };
+        let gone = rewritten(&bytes, Rewrite { order: &order, ..plain(how) });
+        let (code, frames, said) = recovered(&folder, &gone, &truth);
+        assert_eq!((code, frames), (Some(0), 299), "{said}");
+        let found = stream(&folder.0.join("new.mcap"), None).unwrap();
+        let lost: Vec<_> = found.frames.iter().enumerate().filter(|(_, frame)| frame.is_none()).collect();
+        assert!(matches!(lost[..], [(70, _)]), "{lost:?}: {said}");
+    }
+}
+
 /// MCAP gives these operation codes no meaning yet. Readers skip them.
 #[test]
 fn records_that_nothing_describes_are_no_damage() {
@@ -373,6 +394,26 @@ fn a_wrong_frame_in_no_chunk_is_noticed() {
     assert_eq!(done.status.code(), Some(1), "{}", said(&done));
     let (code, frames, said) = recovered(&folder, &anew, &truth);
     assert_eq!((code, frames), (Some(0), 299), "{said}");
+}
+
+/// A damaged index that names no checksums does not hide those that there are.
+#[test]
+fn a_damaged_index_hides_no_checksums() {
+    let folder = Folder::new("recording-moved-index");
+    let bytes = numbered(&folder, &[]);
+    let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
+    // Neither the data nor the index has a checksum.
+    let plainly = || unchunked().calculate_data_section_crc(false).calculate_summary_section_crc(false);
+    let anew = rewritten(&bytes, plain(plainly()));
+    let place = |part: &[u8]| anew.windows(part.len()).rposition(|window| window == part).unwrap();
+    let (index, frame) = (place(b"/sums/json"), place(&70_u32.to_be_bytes()));
+    for flips in [&[index + 1][..], &[frame + 9], &[index + 1, frame + 9]] {
+        let mut damaged = anew.clone();
+        flips.iter().for_each(|&at| damaged[at] ^= 4);
+        let (code, frames, said) = recovered(&folder, &damaged, &truth);
+        let expected = if flips.contains(&(frame + 9)) { 299 } else { 300 };
+        assert_eq!((code, frames), (Some(0), expected), "{flips:?}: {said}");
+    }
 }
 
 /// Nothing but lost frames, and no frame at all.

@@ -210,6 +210,7 @@ Camera faults and recovery:
     signal         the signal is back
     slow           fewer than 90 % of the agreed frames arrive
     in-time        frames arrive at the agreed rate again
+    rate           frames arrive at a rate that is more than 2 % off
     controls       controls have other values than before the fault
     decoder        a JPEG picture is refused: the first one says why
   A camera that comes back with another format, size or rate ends the
@@ -293,7 +294,7 @@ Output with --json, one object per line (wrapped here):
   {"kind":"texture","frame":137,"time_ns":4566666666,"frames":40,
    "texture":{…}}
   {"kind":"incomplete","frame":300,"time_ns":10000000000,"frames":12}
-  {"kind":"note","note":"default-layout","message":"…"}
+  {"kind":"note","note":"default-layout","message":"…"}   also "rate"
   {"kind":"fault","frame":300,"time_ns":10000000000,
    "fault":"disconnected","message":"…"}
   {"kind":"end","frames":900,"dropped":0,"baseline":"complete",

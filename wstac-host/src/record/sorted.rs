@@ -9,12 +9,15 @@ use std::io;
 
 use super::file::Topic;
 use super::limits::{MOST_PACKED, MOST_SORTED};
+use super::summary::HEAD;
 use super::sums::{Sum, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Packed, Span, Walk};
 
-/// Most messages that are compared with one that looks like them, and most of a frame's moments: a bound of the work.
+/// Most checksums that are compared of those that look alike, and most of a frame's moments: a bound of the work.
 const MOST_ALIKE: usize = 8;
 const MOST_OF_FRAME: usize = 1 << 10;
+/// How often all compressed chunks may be unpacked again on average: a bound of the work, too.
+const MOST_UNPACKED: u64 = 32;
 
 /// Whether messages of this program stand in the order in which it writes them, as far as they were seen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,6 +76,8 @@ struct Entry {
     number: u32,
     /// The number of its chunk among `Index::chunks`.
     chunk: u32,
+    /// The checksum of what follows the number of its channel.
+    sum: u32,
     channel: u16,
     own: Option<(u8, Topic)>,
 }
@@ -98,6 +103,8 @@ pub(super) struct Index {
     entries: Vec<Entry>,
     /// The chunks: where they are if they are compressed, and the verdicts of their checksums.
     chunks: Vec<(Option<Packed>, Crc)>,
+    /// The bytes of all compressed chunks.
+    unpacked: u64,
 }
 
 impl Index {
@@ -113,11 +120,13 @@ impl Index {
         let chunk = (walk.packed(), walk.crc());
         if self.chunks.last() != Some(&chunk) {
             self.chunks.push(chunk);
+            self.unpacked = self.unpacked.saturating_add(chunk.0.map_or(0, |packed| packed.unpacked));
         }
         let start = walk.start_of(span, MESSAGE_HEADER as usize)?;
         if let Some(MessageBody { channel, sequence: number, times: [time, _], .. }) = MessageBody::parse(start) {
             let (chunk, length) = (self.chunks.len() as u32 - 1, u32::try_from(span.length).unwrap_or(u32::MAX));
-            self.entries.push(Entry { time, at: span.at, length, number, chunk, channel, own: None });
+            let sum = walk.hash(span.at + HEAD + 2, span.end())?;
+            self.entries.push(Entry { time, at: span.at, length, number, chunk, sum, channel, own: None });
         }
         Ok(())
     }
@@ -125,21 +134,20 @@ impl Index {
     /// Puts the messages in order. `own` returns the sensor and the topic of a channel of this program.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read, or its checksums are too far out of order.
     pub(super) fn sort(
         self,
         walk: &mut Walk,
         sensors: usize,
         own: impl Fn(u16) -> Option<(u8, Topic)>,
     ) -> io::Result<Sorted> {
-        let Self { mut entries, chunks } = self;
-        let mut sorted =
-            Sorted { order: VecDeque::new(), has_sums: false, chunks, shown: None, unpacked: VecDeque::new() };
+        let Self { mut entries, chunks, unpacked } = self;
+        let mut sorted = Sorted::new(chunks, unpacked);
         for entry in &mut entries {
             entry.own = own(entry.channel);
         }
-        entries.sort_by_key(|of| (of.own, of.number, of.time, of.length));
-        let entries = sorted.without_copies(walk, entries)?;
+        leave_out_copies(&mut entries);
+        entries.sort_by_key(|of| (of.own, of.number, of.time, of.length, of.chunk, of.at));
         let (own, mut others): (Vec<_>, Vec<_>) = entries.into_iter().partition(|of| of.own.is_some());
         others.sort_by_key(|of| of.time);
         let (sums, mut own): (Vec<_>, Vec<_>) =
@@ -199,6 +207,13 @@ impl Index {
         sorted.order.extend(others);
         Ok(sorted)
     }
+}
+
+/// Leaves out messages of this program that are there already.
+fn leave_out_copies(entries: &mut Vec<Entry>) {
+    let key = |of: &Entry| (of.own, of.number, of.time, of.length, of.sum);
+    entries.sort_by_key(key);
+    entries.dedup_by(|copy, first| copy.own.is_some() && key(copy) == key(first));
 }
 
 fn frames_of(tally: &Tally, sensor: usize) -> i128 {
@@ -271,13 +286,21 @@ pub(super) struct Sorted {
     /// The chunk that is read, and others that were unpacked.
     shown: Option<u32>,
     unpacked: VecDeque<(u32, Vec<u8>)>,
+    /// Most bytes of unpacked chunks that are kept, and the bytes that may still be unpacked.
+    room: u64,
+    allowed: u64,
 }
 
 impl Sorted {
+    fn new(chunks: Vec<(Option<Packed>, Crc)>, unpacked: u64) -> Self {
+        let (order, unpacked, allowed) = (VecDeque::new(), VecDeque::new(), unpacked.saturating_mul(MOST_UNPACKED));
+        Self { order, has_sums: false, chunks, shown: None, unpacked, room: MOST_PACKED, allowed }
+    }
+
     /// Returns the next message, which the walk reads from now on; `None` at the end.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read, or is too far out of order.
     pub(super) fn next(&mut self, walk: &mut Walk) -> io::Result<Option<Span>> {
         let Some(entry) = self.order.pop_front() else { return Ok(None) };
         self.show(walk, &entry)?;
@@ -306,24 +329,6 @@ impl Sorted {
         walk.body(entry.span(), &mut body).map(|()| body)
     }
 
-    /// Leaves out messages that are there already. They stand side by side.
-    fn without_copies(&mut self, walk: &mut Walk, entries: Vec<Entry>) -> io::Result<Vec<Entry>> {
-        let mut kept: Vec<Entry> = Vec::with_capacity(entries.len());
-        for entry in entries {
-            let key = |of: &Entry| (of.own, of.number, of.time, of.length);
-            let alike = kept.iter().rev().take(MOST_ALIKE).take_while(|of| key(of) == key(&entry));
-            let alike: Vec<Entry> = alike.copied().collect();
-            let mut is_copy = false;
-            for other in alike.iter().filter(|_| entry.own.is_some()) {
-                is_copy |= self.body(walk, other)?.get(2..) == self.body(walk, &entry)?.get(2..);
-            }
-            if !is_copy {
-                kept.push(entry);
-            }
-        }
-        Ok(kept)
-    }
-
     /// Lets the walk read the chunk of a message.
     fn show(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<()> {
         if self.shown == Some(entry.chunk) {
@@ -333,14 +338,100 @@ impl Sorted {
         let there = self.unpacked.iter().position(|(number, _)| *number == entry.chunk);
         let there = there.and_then(|at| self.unpacked.remove(at)).map(|(_, bytes)| bytes);
         let chunk = match (there, packed) {
-            (None, Some(packed)) => Some(walk.unpack_again(packed)?),
+            (None, Some(packed)) => {
+                self.allowed = self.allowed.checked_sub(packed.unpacked).ok_or_else(|| {
+                    let message = format!(
+                        "has messages too far out of order (its chunks are unpacked more than {MOST_UNPACKED} times), \
+                         expected an order by time, as mcap sort makes it"
+                    );
+                    io::Error::new(io::ErrorKind::InvalidData, message)
+                })?;
+                Some(walk.unpack_again(packed)?)
+            }
             (there, _) => there,
         };
         let before = walk.show(chunk, crc);
         self.unpacked.extend(self.shown.replace(entry.chunk).zip(before));
-        while self.unpacked.iter().map(|(_, bytes)| bytes.len() as u64).sum::<u64>() > MOST_PACKED {
+        while self.unpacked.iter().map(|(_, bytes)| bytes.len() as u64).sum::<u64>() > self.room {
             self.unpacked.pop_front();
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use mcap::records::op;
+    use mcap::{Channel, Message, WriteOptions};
+
+    use super::super::walk::{Mode, WalkStep};
+    use super::*;
+
+    /// Writes three compressed chunks whose messages have these times, and finds them again.
+    fn indexed(times: [&[u64]; 3]) -> (Walk, Index) {
+        let file = std::env::temp_dir().join(format!("wstac-sorted-{}-{}.mcap", std::process::id(), times[0].len()));
+        let options = WriteOptions::new().compression(Some(mcap::Compression::Lz4)).chunk_size(None);
+        let mut writer = options.create(std::fs::File::create(&file).unwrap()).unwrap();
+        let [topic, message_encoding] = ["/a", "x"].map(str::to_owned);
+        let channel = Arc::new(Channel { id: 1, topic, schema: None, message_encoding, metadata: Default::default() });
+        for of_chunk in times {
+            for &time in of_chunk {
+                let (channel, data) = (channel.clone(), vec![0; 1000].into());
+                writer.write(&Message { channel, sequence: 0, log_time: time, publish_time: time, data }).unwrap();
+            }
+            writer.flush().unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        let (mut walk, mut index) = (Walk::open(&file, Mode::Salvage).unwrap(), Index::default());
+        std::fs::remove_file(&file).unwrap();
+        loop {
+            match walk.next().unwrap() {
+                WalkStep::Record(span) if span.op == op::MESSAGE => index.add(&mut walk, span).unwrap(),
+                WalkStep::End { .. } => return (walk, index),
+                _ => {}
+            }
+        }
+    }
+
+    /// Returns how many messages come in order, the bytes that are unpacked for them, and why no more come.
+    fn read(times: [&[u64]; 3], room: u64) -> (usize, u64, u64, Option<String>) {
+        let (mut walk, index) = indexed(times);
+        let all = index.unpacked;
+        let mut sorted = index.sort(&mut walk, 1, |_| None).unwrap();
+        sorted.room = room;
+        let (most, mut found) = (sorted.allowed, 0);
+        loop {
+            match sorted.next(&mut walk) {
+                Ok(Some(span)) => {
+                    let start = walk.start_of(span, MESSAGE_HEADER as usize).unwrap();
+                    assert_eq!(MessageBody::parse(start).unwrap().times[0], found as u64);
+                    found += 1;
+                }
+                Ok(None) => return (found, most - sorted.allowed, all, None),
+                Err(error) => return (found, most - sorted.allowed, all, Some(error.to_string())),
+            }
+        }
+    }
+
+    #[test]
+    fn chunks_are_unpacked_so_often_and_no_more() {
+        let all: Vec<u64> = (0..300).collect();
+        let apart = [0, 1, 2].map(|chunk| all.iter().copied().skip(chunk).step_by(3).collect::<Vec<_>>());
+        let apart = [&apart[0][..], &apart[1], &apart[2]];
+        // All chunks are kept, or they stand one behind the other: each is unpacked once.
+        let (found, unpacked, bytes, why) = read(apart, MOST_PACKED);
+        assert!(
+            (found, unpacked, &why) == (300, bytes, &None) && bytes > 300_000,
+            "{found} {unpacked} {bytes} {why:?}"
+        );
+        let in_turn = [&all[..100], &all[100..200], &all[200..]];
+        assert_eq!(read(in_turn, 0), (300, bytes, bytes, None));
+        // Of chunks that are not kept, each message needs another one.
+        let (found, unpacked, bytes, why) = read(apart, 0);
+        assert_eq!((found, unpacked), (3 * MOST_UNPACKED as usize, bytes * MOST_UNPACKED));
+        assert!(why.is_some_and(|why| why.contains("too far out of order")));
     }
 }

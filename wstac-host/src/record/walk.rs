@@ -132,6 +132,8 @@ pub(super) struct Packed {
     /// The place behind them.
     behind: u64,
     compression: Compression,
+    /// The bytes that they are unpacked to.
+    pub(super) unpacked: u64,
 }
 
 /// The place of a chunk that was unpacked.
@@ -561,8 +563,9 @@ impl Walk {
         self.crc = if end.is_none() && crc == Crc::Bad { Crc::Unknown } else { crc };
         let is_whole = is_all && crc != Crc::Bad;
         let unread = (!is_whole).then_some(Unread { at, bytes: behind - at, damaged: !is_cut });
-        self.outer = Some(Outer { at, packed: Packed { content, behind, compression }, end: self.end, unread });
-        (self.at, self.end) = (0, bytes.len() as u64);
+        let packed = Packed { content, behind, compression, unpacked: bytes.len() as u64 };
+        self.outer = Some(Outer { at, packed, end: self.end, unread });
+        (self.at, self.end) = (0, packed.unpacked);
         self.around = Around::Until(self.end);
         self.file.set_unpacked(Some(bytes));
         Ok(())

@@ -50,7 +50,7 @@ pub struct Processor {
     dropped: u64,
     dropped_by: LossCounts,
     uneven: UnevenFrames,
-    /// The frames that a file leaves out.
+    /// The frames that a file leaves out, or that cannot be decoded.
     missing: UnevenFrames,
     baseline_reported: bool,
     /// The first feature frame of the baseline.
@@ -339,7 +339,7 @@ impl Processor {
         if let SourceEvent::Fault(fault) = event {
             self.uneven.fault(&fault.kind, self.pipeline.next_frame());
         }
-        if let SourceEvent::Lost { frames, reason: LossReason::Missing } = event {
+        if let SourceEvent::Lost { frames, reason: LossReason::Missing | LossReason::CorruptPicture } = event {
             let first = self.pipeline.next_frame();
             self.missing.fault(&FaultKind::Uneven, first);
             let added = u64::from(self.geometry().rate().frames_added());

@@ -19,7 +19,7 @@ use wstac_core::touch::motion::RowOrder;
 
 use super::spacing::{self, Positions, Spacing};
 use super::y4m::Y4m;
-use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo, replaced_rate};
+use super::{Fault, FaultKind, LossReason, Source, SourceEvent, StreamInfo, replaced_rate};
 use crate::error::{Error, ErrorKind};
 
 /// The endings of files that are taken for videos.
@@ -57,6 +57,10 @@ const MOST_REPORTED: usize = 2000;
 /// Longest wait for the time of a frame that has come, and the number of such waits after which no time is expected.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 const MOST_WAITS: u32 = 10;
+/// The line of ffmpeg's log behind which it decodes the frames.
+const BEGINS: &str = "[info] Stream mapping:";
+/// An error that concerns no picture: many cameras write such a marker.
+const HARMLESS: &str = "unable to decode APP fields";
 /// Most bytes of a line of ffmpeg's log that are read as one.
 const LONGEST_LINE: u64 = 4096;
 
@@ -72,6 +76,11 @@ pub struct Video {
     has_arrived: bool,
     /// Waits for the time of the next frame.
     waits: u32,
+    /// Whether every frame is coded alone, whether the next one is damaged, and whether a frame before it was, of which
+    /// later ones may be made.
+    is_intra: bool,
+    is_damaged: bool,
+    is_doubted: bool,
     /// The fault about its rotation, until it is reported.
     turned: Option<Fault>,
     ended: bool,
@@ -82,8 +91,17 @@ struct Decoder {
     process: Child,
     reported: Arc<Mutex<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
-    /// The times of frames in milliseconds; not a number for a frame without. `None` if nobody reads them.
-    times: Option<Receiver<f64>>,
+    /// What it reports of frames. `None` if it does not come in time.
+    reports: Option<Receiver<Report>>,
+}
+
+/// What ffmpeg reports before a frame.
+#[derive(Debug, PartialEq)]
+enum Report {
+    /// The time of the frame in milliseconds; not a number for a frame without.
+    Time(f64),
+    /// What it could not decode of the frame, or of one that the frame is made of.
+    Damage(String),
 }
 
 /// The properties of a video that `ffprobe` states.
@@ -101,6 +119,8 @@ struct Stated {
     row_order: RowOrder,
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
+    /// Whether every frame is coded alone.
+    is_intra: bool,
 }
 
 /// Returns whether a file is a video by its name.
@@ -115,6 +135,9 @@ impl Video {
     /// The time stamps of the frames say where frames are missing, which are lost frames, or come unevenly. Where the file
     /// states no range or matrix, the frames are taken to have limited range and BT.601, and the description says so. Of
     /// red, green and blue, green is taken as it is.
+    ///
+    /// A frame that ffmpeg cannot decode without errors is lost if every frame is coded alone. Otherwise later frames
+    /// may be made of it, so nothing from there on is reliable.
     ///
     /// # Errors
     /// ffmpeg is not installed, cannot read the file, or finds no picture in it, or the file states an absurd rate.
@@ -142,10 +165,9 @@ impl Video {
             .map_err(|error| not_started(&subject, error))?;
         let (output, errors) = (process.stdout.take(), process.stderr.take());
         let reported = Arc::new(Mutex::new(Vec::new()));
-        let (sender, times) = channel();
+        let (sender, reports) = channel();
         let reader = errors.map(|errors| read_reports(errors, Arc::clone(&reported), sender));
-        let times = stated.step.map(|_| times);
-        let mut decoder = Decoder { process, reported, reader, times };
+        let mut decoder = Decoder { process, reported, reader, reports: Some(reports) };
         let Some(output) = output else {
             return Err(Error::new(ErrorKind::Io, &subject, "ffmpeg has no output"));
         };
@@ -155,7 +177,22 @@ impl Video {
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
-        Ok(Self { subject, info, frames, decoder, spacing, has_arrived: false, waits: 0, turned, ended: false })
+        let (is_intra, has_arrived, is_damaged, is_doubted, ended) = (stated.is_intra, false, false, false, false);
+        let waits = 0;
+        Ok(Self {
+            subject,
+            info,
+            frames,
+            decoder,
+            spacing,
+            has_arrived,
+            waits,
+            is_intra,
+            is_damaged,
+            is_doubted,
+            turned,
+            ended,
+        })
     }
 }
 
@@ -168,32 +205,47 @@ impl Source for Video {
         if let Some(fault) = self.turned.take() {
             return Ok(SourceEvent::Fault(fault));
         }
-        let Self { subject, frames, decoder, spacing, has_arrived, waits, ended, .. } = self;
-        if let Some(spacing) = spacing {
-            if let Some(times) = decoder.times.as_ref().filter(|_| !*has_arrived && !*ended) {
-                if !frames.has_next() {
-                    return Ok(SourceEvent::Waiting);
-                }
-                // ffmpeg reports the time before the frame.
-                match times.recv_timeout(LONGEST_WAIT) {
-                    Ok(time) => spacing.arrive(time),
-                    Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {
-                        *waits += 1;
+        let Self { subject, frames, decoder, spacing, has_arrived, waits, is_damaged, is_doubted, ended, .. } = self;
+        if let Some(reports) = decoder.reports.as_ref().filter(|_| !*has_arrived && !*ended) {
+            if !frames.has_next() {
+                return Ok(SourceEvent::Waiting);
+            }
+            // ffmpeg reports what it could not decode, and the time, before the frame.
+            match reports.recv_timeout(LONGEST_WAIT) {
+                Ok(Report::Time(time)) => spacing.iter_mut().for_each(|spacing| spacing.arrive(time)),
+                // At the end, no frame is made of what was damaged.
+                Ok(Report::Damage(why)) if frames.has_frame() => {
+                    *is_damaged = self.is_intra;
+                    if self.is_intra || std::mem::replace(is_doubted, true) {
                         return Ok(SourceEvent::Waiting);
                     }
-                    Err(_) => {
-                        decoder.times = None;
-                        // At the end, no time is missing.
-                        if frames.has_frame() {
-                            spacing.lose();
-                        }
+                    let message = format!(
+                        "{subject}: ffmpeg reports \"{why}\"; from here on frames may be wrong and events are not reliable"
+                    );
+                    return Ok(SourceEvent::Fault(Fault::new(FaultKind::Uneven, message)));
+                }
+                Ok(Report::Damage(_)) => return Ok(SourceEvent::Waiting),
+                Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {
+                    *waits += 1;
+                    return Ok(SourceEvent::Waiting);
+                }
+                Err(_) => {
+                    decoder.reports = None;
+                    // At the end, no time is missing.
+                    if frames.has_frame() {
+                        spacing.iter_mut().for_each(Spacing::lose);
                     }
                 }
-                (*has_arrived, *waits) = (true, 0);
             }
-            if let Some(event) = spacing.next_event() {
-                return Ok(event);
+            (*has_arrived, *waits) = (true, 0);
+        }
+        match spacing.as_mut().and_then(Spacing::next_event) {
+            // Even times mend no frame.
+            Some(SourceEvent::Fault(fault)) if *is_doubted && fault.kind == FaultKind::Even => {
+                return Ok(SourceEvent::Waiting);
             }
+            Some(event) => return Ok(event),
+            None => {}
         }
         if *ended {
             return Ok(SourceEvent::End);
@@ -211,6 +263,10 @@ impl Source for Video {
                 *ended = true;
                 let why = decoder.end().unwrap_or_else(|| error.message().to_owned());
                 Err(Error::new(ErrorKind::Format, subject, why))
+            }
+            Ok(SourceEvent::Frame(_)) if std::mem::take(is_damaged) => {
+                *has_arrived = false;
+                Ok(SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture })
             }
             other => {
                 *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_)));
@@ -280,11 +336,14 @@ impl Stated {
         };
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
         let (pixels, stated) = (pixels, mean.or(base));
+        let mut keys = text.lines().filter_map(|line| line.strip_prefix("key_frame=")).peekable();
+        let is_intra = keys.peek().is_some() && keys.all(|key| key.trim() == "1");
         let format = value("format_name");
         if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
-            return Self { pixels, range, matrix, rate, is_turned, row_order, is_made_up, ..Self::default() };
+            let known = Self { pixels, range, matrix, rate, is_turned, row_order, ..Self::default() };
+            return Self { is_made_up, is_intra, ..known };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
@@ -299,7 +358,7 @@ impl Stated {
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         let rate = by_header.or(by_times);
-        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false }
+        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false, is_intra }
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -392,7 +451,7 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
 /// Asks `ffprobe` for the properties of a video.
 fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let entries = "format=format_name:stream=pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
-                   stream_side_data=rotation,displaymatrix:frame=best_effort_timestamp_time";
+                   stream_side_data=rotation,displaymatrix:frame=key_frame,best_effort_timestamp_time";
     let ask = |options: &[&str]| {
         let mut command = ffmpeg("ffprobe", path);
         command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
@@ -444,6 +503,16 @@ fn error_in(line: &str) -> Option<&str> {
     ["[error] ", "[fatal] ", "[panic] "].iter().find_map(|level| line.strip_prefix(level))
 }
 
+/// Returns what ffmpeg could not decode, by a line of its log: an error, or what it has replaced.
+fn damage_in(line: &str) -> Option<&str> {
+    let text = without_context(line);
+    let is_replaced = text.starts_with("[info] concealing ") && text.len() < line.trim().len();
+    let is_corrupt = ["corrupt decoded frame", "corrupt input packet"].iter().any(|what| text.contains(what));
+    let replaced = text.split_once("] ").map(|(_, text)| text);
+    let replaced = replaced.filter(|_| is_replaced || (is_corrupt && text.starts_with("[warning] ")));
+    error_in(line).or(replaced).filter(|why| !why.starts_with(HARMLESS))
+}
+
 /// Returns the time of a frame in milliseconds that ffmpeg reports in a line of its log: `frame:0 pts:33333 pts_time:…`.
 /// It is not a number for a frame without a time.
 fn time_in(line: &str) -> Option<f64> {
@@ -453,23 +522,31 @@ fn time_in(line: &str) -> Option<f64> {
     Some(time.parse::<i64>().map_or(f64::NAN, |time| time as f64 / 1000.0))
 }
 
-/// Reads what a process reports, so that it never waits: keeps the beginning of errors, and sends the times of frames.
+/// Reads what a process reports, so that it never waits: keeps the beginning of errors, and sends what concerns frames.
 fn read_reports(
     errors: impl Read + Send + 'static,
     reported: Arc<Mutex<Vec<u8>>>,
-    times: Sender<f64>,
+    reports: Sender<Report>,
 ) -> JoinHandle<()> {
     std::thread::spawn(move || {
         let (mut errors, mut bytes) = (BufReader::new(errors), Vec::new());
+        let mut has_begun = false;
         while let Ok(1..) = errors.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
             let line = String::from_utf8_lossy(&bytes);
             if let Some(time) = time_in(&line) {
                 // After the end of the source nobody asks.
-                let _ = times.send(time);
-            } else if let Some(error) = error_in(&line) {
-                let mut kept = reported.lock().unwrap_or_else(PoisonError::into_inner);
-                let room = MOST_REPORTED.saturating_sub(kept.len());
-                kept.extend(error.bytes().chain([b'\n']).take(room));
+                let _ = reports.send(Report::Time(time));
+            } else {
+                has_begun |= line.trim_end() == BEGINS;
+                if let Some(error) = error_in(&line) {
+                    let mut kept = reported.lock().unwrap_or_else(PoisonError::into_inner);
+                    let room = MOST_REPORTED.saturating_sub(kept.len());
+                    kept.extend(error.bytes().chain([b'\n']).take(room));
+                }
+                // Before that, it looks for the rate and the size, in other streams, too.
+                if let Some(why) = damage_in(&line).filter(|_| has_begun) {
+                    let _ = reports.send(Report::Damage(why.to_owned()));
+                }
             }
             bytes.clear();
         }
@@ -577,6 +654,33 @@ mod tests {
         assert_eq!(error_in("[h264 @ 0x560dd031a040] [error] no frame!\n"), Some("no frame!"));
         assert_eq!(error_in("[fatal] no such filter"), Some("no such filter"));
         assert_eq!(error_in("[info]     title           : [error] none"), None);
+        for (line, expected) in [
+            ("[h264 @ 0x560dd031a040] [error] no frame!", Some("no frame!")),
+            (
+                "[h264 @ 0x5] [info] concealing 75 DC, 75 AC, 75 MV errors",
+                Some("concealing 75 DC, 75 AC, 75 MV errors"),
+            ),
+            ("[warning] a.mp4: corrupt decoded frame in stream 0", Some("a.mp4: corrupt decoded frame in stream 0")),
+            ("[mjpeg @ 0x5] [error] unable to decode APP fields: Invalid data", None),
+            ("[mjpeg @ 0x5] [warning] EOI missing, emulating", None),
+            ("[info] concealing 75 DC", None),
+            ("[info]     title           : corrupt decoded frame", None),
+        ] {
+            assert_eq!(damage_in(line), expected, "{line}");
+        }
+    }
+
+    #[test]
+    fn what_ffmpeg_could_not_decode_comes_before_its_frame() {
+        let log = "[mp3 @ 0x5] [error] Header missing\n[info] Stream mapping:\n\
+                   [Parsed_metadata_3 @ 0x5] [info] frame:0 pts:0 pts_time:0\n[h264 @ 0x5] [error] no frame!\n\
+                   [Parsed_metadata_3 @ 0x5] [info] frame:1 pts:1000 pts_time:0.001\n";
+        let (sender, reports) = channel();
+        read_reports(log.as_bytes(), Arc::default(), sender).join().expect("it ends");
+        let expected = [Report::Time(0.0), Report::Damage("no frame!".into()), Report::Time(1.0)];
+        assert_eq!(reports.iter().collect::<Vec<_>>(), expected);
+        let of_keys = |keys: &str| Stated::parse(keys).is_intra;
+        assert!(of_keys("key_frame=1\nkey_frame=1\n") && !of_keys("key_frame=1\nkey_frame=0\n") && !of_keys(""));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::doubts_of_textures;
+use super::super::source_arguments::{doubt_of_rate, doubts_of_textures};
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -118,6 +118,7 @@ impl<'a> Run<'a> {
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         let (layout, readout) = (config.layout_note(&info), config.readout_note(&info));
+        let rate = doubt_of_rate(&info, &config);
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
@@ -132,6 +133,9 @@ impl<'a> Run<'a> {
         records.note(&info.about);
         if let Some(doubt) = layout {
             records.notice("default-layout", doubt);
+        }
+        if let Some(doubt) = rate {
+            records.notice("rate", &doubt);
         }
         if let Some(doubt) = doubts_of_textures(&info, files) {
             records.note(doubt);

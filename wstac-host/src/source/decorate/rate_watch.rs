@@ -18,8 +18,12 @@ const MOST_FRAMES: u32 = 1 << 16;
 /// Fractions of the agreed rate: below the first the camera is slow, and from the second on it is no longer slow.
 const SLOW: f64 = 0.9;
 const IN_TIME: f64 = 0.95;
+/// The span over which a smaller deviation is measured, and the part of the agreed rate from which it is reported.
+const LONG_SPAN: Duration = Duration::from_secs(10);
+const OFF: f64 = 0.02;
 
 /// Reports a fault if a source's frames come at another rate than agreed on, and once more if they come in time again.
+/// A rate that is more than 2 % off over ten seconds is reported once.
 ///
 /// It uses the driver's sequence numbers and timestamps alone, over at least two seconds and five frames. Frames that
 /// were dropped count as taken, so a slow program or a full bus is no slow camera. While the camera is slow, frames that
@@ -178,12 +182,15 @@ struct Pace {
     /// Sequence number of the last frame.
     last: u32,
     slow: bool,
+    /// Sequence number and time of the first frame of the long measurement, and whether it was reported.
+    long_start: Option<(u32, Duration)>,
+    is_off: bool,
 }
 
 impl Pace {
     fn new(rate: FrameRate) -> Self {
         let rate = rate.per_second();
-        Self { rate, start: None, last: 0, slow: false }
+        Self { rate, start: None, last: 0, slow: false, long_start: None, is_off: false }
     }
 
     /// Returns whether the camera was slow when it was measured last.
@@ -202,6 +209,7 @@ impl Pace {
         let span = goes_on.and_then(|(first, start)| Some((first, now.checked_sub(start)?)));
         let Some((first, span)) = span.filter(|(_, span)| *span <= LONGEST) else {
             self.start = Some((sequence, now));
+            self.long_start = self.start;
             return None;
         };
         let frames = sequence.wrapping_sub(first);
@@ -213,15 +221,31 @@ impl Pace {
         let share = measured / self.rate;
         let slow = if self.slow { share < IN_TIME } else { share < SLOW };
         if slow == self.slow {
+            return self.off(sequence, now);
+        }
+        (self.slow, self.long_start) = (slow, self.start);
+        Some(self.fault(measured))
+    }
+
+    /// Returns a fault the first time that the rate is off over a long span.
+    fn off(&mut self, sequence: u32, now: Duration) -> Option<Fault> {
+        let (first, start) = self.long_start?;
+        let span = now.checked_sub(start).filter(|span| *span >= LONG_SPAN)?;
+        self.long_start = Some((sequence, now));
+        let measured = f64::from(sequence.wrapping_sub(first)) / span.as_secs_f64();
+        let off = measured / self.rate - 1.0;
+        if self.slow || off.abs() <= OFF || std::mem::replace(&mut self.is_off, true) {
             return None;
         }
-        self.slow = slow;
-        Some(self.fault(measured))
+        let what = if off < 0.0 { "those that are missing count as lost" } else { "speeds are too low by as much" };
+        let rate = self.rate;
+        let message = format!("the camera takes {measured:.2} frames per second, {rate:.2} were agreed on; {what}");
+        Some(Fault::new(FaultKind::Rate, message))
     }
 
     /// Starts again with the stream: nothing is measured across the break.
     fn restart(&mut self) {
-        self.start = None;
+        (self.start, self.long_start) = (None, None);
     }
 
     fn fault(&self, measured: f64) -> Fault {
@@ -370,7 +394,24 @@ mod tests {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 30.0, 0..1000), []);
         // Half of them are dropped, and the rate is a little off.
-        assert_eq!(said(&mut pace, 200.0, 28.0, (0..1000).step_by(2)), []);
+        assert_eq!(said(&mut pace, 200.0, 29.5, (0..1000).step_by(2)), []);
+        assert_eq!(said(&mut pace, 300.0, 30.5, 0..1000), []);
+    }
+
+    #[test]
+    fn a_rate_that_is_a_little_off_is_told_once() {
+        for (rate, words) in [(29.3, "29.30 frames per second, 30.00"), (31.0, "speeds are too low")] {
+            let mut pace = Pace::new(FrameRate::NOMINAL);
+            let time = |number: u32| Some(Duration::from_secs_f64(100.0 + f64::from(number) / rate));
+            let faults: Vec<_> = (0..2000).filter_map(|number| pace.arrive(number, time(number))).collect();
+            assert!(matches!(&faults[..], [fault] if fault.kind == FaultKind::Rate), "{rate}: {faults:?}");
+            assert!(faults[0].message.contains(words), "{}", faults[0]);
+        }
+        // One that changes within the span is slow, and then in time.
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
+        let later = said(&mut pace, 105.0, 30.0, 150..1000);
+        assert!(matches!(later[..], [(_, FaultKind::InTime)]), "{later:?}");
     }
 
     #[test]
