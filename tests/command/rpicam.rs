@@ -132,7 +132,7 @@ fn what_goes_wrong_is_said_with_its_reason() {
         (crash, "has ended (signal: 6 (SIGABRT)"),
         (json!({"frames": 40, "half": true, "status": 3}), "has ended (exit status: 3)"),
         (json!({"stated": 240_002}), "a frame of rpicam-vid has 240002 bytes, expected 400x400 in YUV420"),
-        (json!({"without": ["time"]}), "the metadata of rpicam-vid have no SensorTimestamp"),
+        (json!({"without": ["time"]}), "the metadata of rpicam-vid lack the SensorTimestamp"),
         (json!({"size": [400, 410]}), "expected 400x410 in YUV420"),
     ] {
         let done = with(&folder, &plan, &["run", "rpicam:"]);
