@@ -115,11 +115,9 @@ fn answer(query: &Query, prefix: &str, events: &Mutex<Events>, encoding: &Encodi
         locked(events).numbered().map(|(number, payload)| (number, payload.clone())).collect();
     for (number, payload) in events {
         let Ok(key) = zenoh::key_expr::KeyExpr::try_from(format!("{prefix}/{number}")) else { continue };
-        if query.key_expr().intersects(&key) {
-            if query.reply(key, payload).encoding(encoding.clone()).wait().is_err() {
-                // Whoever has asked is gone.
-                break;
-            }
+        if query.key_expr().intersects(&key) && query.reply(key, payload).encoding(encoding.clone()).wait().is_err() {
+            // Whoever has asked is gone.
+            break;
         }
     }
 }
