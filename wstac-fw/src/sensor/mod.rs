@@ -277,8 +277,8 @@ const QVGA: FrameSize = match FrameSize::new(320, 240) {
 /// Returns the milliseconds from the first of [`QVGA`]'s rows to the last, which come so many clocks of 24 MHz apart.
 ///
 /// A sensor whose clock is divided had a faster one: its rate is checked.
-const fn readout_ms(clocks: u32) -> f32 {
-    ((QVGA.height() as u32 - 1) * clocks) as f32 / 24_000.0
+const fn readout_ms(clocks: u16) -> f32 {
+    (QVGA.height() - 1) as f32 * clocks as f32 / 24_000.0
 }
 
 #[cfg(test)]
