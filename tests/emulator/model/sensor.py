@@ -270,15 +270,15 @@ class Ov7690(Sensor):
         lines = (self.LINES // 2 if self[0x12] & 0x40 else self.LINES) + ((self[0x2A] & 0x0F) << 8 | self[0x2C])
         lines += self[0x2D] | self[0x2E] << 8
         night = {0: 1, 1: 2, 2: 3, 3: 4}.get(self[0x15] >> 4 & 7, 8) if self[0x15] & 0x80 else 1
-        return night * self.line() * lines
+        return night * self.array_line() * lines
 
-    def line(self):
+    def array_line(self):
         """Returns the seconds of a line of the array."""
         return max((self[0x2A] & 0x70) << 4 | self[0x2B], 1) / self.clock()
 
     def row(self):
         """Returns the seconds of the lines of the array that the scaler makes a row of."""
-        return self.line() * self.number(0xCA, 0xCB, 1) / self.size()[1]
+        return self.array_line() * self.number(0xCA, 0xCB, 1) / self.size()[1]
 
     def size(self):
         """Returns the size behind the scaler: what goes in where it is off, which is at reset."""
@@ -379,9 +379,9 @@ class Ov7725(Sensor):
         lines += self[0x2D] | self[0x2E] << 8 | 0
         lines += self[0x33] | self[0x34] << 8
         night = {0: 1, 1: 2, 2: 4, 3: 8}[self[0x0E] >> 4 & 3] if self[0x0E] & 0x80 else 1
-        return night * self.line() * lines
+        return night * self.array_line() * lines
 
-    def line(self):
+    def array_line(self):
         """Returns the seconds of a line of the array."""
         multiplier = (1, 4, 6, 8)[self[0x0D] >> 6]
         divider = 1 if self[0x11] & 0x40 else 2 * ((self[0x11] & 0x3F) + 1)
@@ -390,7 +390,7 @@ class Ov7725(Sensor):
 
     def row(self):
         """Returns the seconds of the lines of the array that the scaler makes a row of."""
-        return self.line() * 2 * self[0x1A] / self.size()[1]
+        return self.array_line() * 2 * self[0x1A] / self.size()[1]
 
     def size(self):
         """Returns the size behind the scaler."""

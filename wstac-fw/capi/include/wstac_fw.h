@@ -175,13 +175,13 @@ typedef int32_t WstacFwContact;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-/// The reason why an answer is missing.
+/// The reason why an answer is missing or not reliable.
 enum WstacFwWhy
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : int32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  /// The answer is there.
+  /// The answer is there, and nothing is known against it.
   WSTAC_FW_WHY_THERE = 0,
   /// The baseline itself is above the speed threshold.
   WSTAC_FW_WHY_BASELINE_ABOVE = 1,
@@ -195,6 +195,32 @@ enum WstacFwWhy
   WSTAC_FW_WHY_NO_ORDER = 5,
   /// Another reason, which this library has no number for.
   WSTAC_FW_WHY_OTHER = 6,
+  /// Not reliable: too many frames of the touch were lost.
+  WSTAC_FW_WHY_LOST_FRAMES = 7,
+  /// Not reliable: the frames of the touch came unevenly, as the caller knows.
+  WSTAC_FW_WHY_UNEVEN = 8,
+  /// Not reliable: the baseline was not quiet, or frames of it were lost.
+  WSTAC_FW_WHY_BASELINE = 9,
+  /// Unclear: too few whiskers are lit.
+  WSTAC_FW_WHY_FEW_WHISKERS = 10,
+  /// Unclear: the sample ends during the touch.
+  WSTAC_FW_WHY_NOT_OVER = 11,
+  /// Unclear: the sample does not show all whiskers.
+  WSTAC_FW_WHY_TOO_SLOW = 12,
+  /// Unclear: too fast to tell a slide from a press.
+  WSTAC_FW_WHY_TOO_FAST = 13,
+  /// Unclear or not reliable: the whiskers do not light up alike.
+  WSTAC_FW_WHY_NOT_ALIKE = 14,
+  /// Not reliable: the speed changes during the touch.
+  WSTAC_FW_WHY_SPEED_CHANGES = 15,
+  /// Not reliable: the touch starts on the sensor, or does not cross all of it.
+  WSTAC_FW_WHY_NOT_CROSSED = 16,
+  /// Not reliable: a row or a column lights up too early or too late.
+  WSTAC_FW_WHY_OUT_OF_LINE = 17,
+  /// Not reliable: the standard deviation of the speed is too large.
+  WSTAC_FW_WHY_UNCERTAIN = 18,
+  /// Unclear or not reliable: it depends on the readout, which is not known.
+  WSTAC_FW_WHY_READOUT_UNKNOWN = 19,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -269,6 +295,8 @@ typedef struct WstacFwMotion {
   float degrees;
   /// The standard deviation of the direction in degrees; 0 unless it slides.
   float degrees_sd;
+  /// Why the touch is unclear, or why it is not reliable.
+  WstacFwWhy why;
 } WstacFwMotion;
 
 /// A sliding speed by a law of durations.

@@ -64,6 +64,8 @@ pub struct WstacFwMotion {
     pub degrees: f32,
     /// The standard deviation of the direction in degrees; 0 unless it slides.
     pub degrees_sd: f32,
+    /// Why the touch is unclear, or why it is not reliable.
+    pub why: WstacFwWhy,
 }
 
 /// The end of the touch of an event: its light has left.
@@ -75,11 +77,11 @@ pub struct WstacFwContactEnd {
     pub event_frame: u64,
 }
 
-/// The reason why an answer is missing.
+/// The reason why an answer is missing or not reliable.
 #[repr(i32)]
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum WstacFwWhy {
-    /// The answer is there.
+    /// The answer is there, and nothing is known against it.
     There = 0,
     /// The baseline itself is above the speed threshold.
     BaselineAbove = 1,
@@ -93,6 +95,61 @@ pub enum WstacFwWhy {
     NoOrder = 5,
     /// Another reason, which this library has no number for.
     Other = 6,
+    /// Not reliable: too many frames of the touch were lost.
+    LostFrames = 7,
+    /// Not reliable: the frames of the touch came unevenly, as the caller knows.
+    Uneven = 8,
+    /// Not reliable: the baseline was not quiet, or frames of it were lost.
+    Baseline = 9,
+    /// Unclear: too few whiskers are lit.
+    FewWhiskers = 10,
+    /// Unclear: the sample ends during the touch.
+    NotOver = 11,
+    /// Unclear: the sample does not show all whiskers.
+    TooSlow = 12,
+    /// Unclear: too fast to tell a slide from a press.
+    TooFast = 13,
+    /// Unclear or not reliable: the whiskers do not light up alike.
+    NotAlike = 14,
+    /// Not reliable: the speed changes during the touch.
+    SpeedChanges = 15,
+    /// Not reliable: the touch starts on the sensor, or does not cross all of it.
+    NotCrossed = 16,
+    /// Not reliable: a row or a column lights up too early or too late.
+    OutOfLine = 17,
+    /// Not reliable: the standard deviation of the speed is too large.
+    Uncertain = 18,
+    /// Unclear or not reliable: it depends on the readout, which is not known.
+    ReadoutUnknown = 19,
+}
+
+impl WstacFwWhy {
+    /// The reasons why a motion is unclear or not reliable.
+    const OF_MOTION: [(Self, Reason); 13] = [
+        (Self::LostFrames, Reason::LostFrames),
+        (Self::Uneven, Reason::Uneven),
+        (Self::Baseline, Reason::Baseline),
+        (Self::FewWhiskers, Reason::FewWhiskers),
+        (Self::NotOver, Reason::NotOver),
+        (Self::TooSlow, Reason::TooSlow),
+        (Self::TooFast, Reason::TooFast),
+        (Self::NotAlike, Reason::NotAlike),
+        (Self::SpeedChanges, Reason::SpeedChanges),
+        (Self::NotCrossed, Reason::NotCrossed),
+        (Self::OutOfLine, Reason::OutOfLine),
+        (Self::Uncertain, Reason::Uncertain),
+        (Self::ReadoutUnknown, Reason::ReadoutUnknown),
+    ];
+
+    fn of(doubt: Option<Reason>) -> Self {
+        let Some(doubt) = doubt else { return Self::There };
+        Self::OF_MOTION.iter().find(|(_, reason)| *reason == doubt).map_or(Self::Other, |(why, _)| *why)
+    }
+
+    /// Returns the reason why a motion is unclear or not reliable; `None` if this is none of these.
+    pub(crate) fn reason(self) -> Option<Reason> {
+        Self::OF_MOTION.iter().find(|(why, _)| *why == self).map(|(_, reason)| *reason)
+    }
 }
 
 /// A sliding speed by a law of durations.
@@ -247,7 +304,8 @@ fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
         Contact::Poke => (WstacFwContact::Poke, event.reliable),
         _ => (WstacFwContact::Unclear, false),
     };
-    let none = WstacFwMotion { contact, reliable, mm_s: 0.0, mm_s_sd: 0.0, degrees: -1.0, degrees_sd: 0.0 };
+    let why = WstacFwWhy::of(motion.doubt);
+    let none = WstacFwMotion { contact, reliable, mm_s: 0.0, mm_s_sd: 0.0, degrees: -1.0, degrees_sd: 0.0, why };
     motion.velocity.map_or(none, |found| WstacFwMotion {
         contact,
         reliable,
@@ -255,6 +313,7 @@ fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
         mm_s_sd: found.mm_s_sd,
         degrees: found.degrees,
         degrees_sd: found.degrees_sd,
+        why,
     })
 }
 

@@ -332,6 +332,8 @@ fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Answer {
     };
     let mut answer = Answer::new(speed, Direction::by_arrival(direction), motion.reliable);
     (answer.contact, answer.duration) = (Some(contact), event.lit_frames());
+    // Hosts refuse a reliable answer with a reason against it.
+    answer.doubt = if motion.reliable { None } else { motion.why.reason() };
     answer
 }
 
@@ -346,7 +348,7 @@ fn by_duration(speed: &WstacFwSpeed, direction: &WstacFwDirection, event: &Event
         WstacFwWhy::BaselineAbove => Err(Reason::BaselineAbove),
         WstacFwWhy::CutOff => Err(Reason::CutOff { at_most: Some(speed.at_most_mm_s).filter(|&mm_s| mm_s > 0.0) }),
         WstacFwWhy::OutsideLaw => Err(Reason::OutsideLaw),
-        WstacFwWhy::NeverLit | WstacFwWhy::NoOrder | WstacFwWhy::Other => Err(Reason::NeverValid),
+        _ => Err(Reason::NeverValid),
     };
     let heading = match (direction.why, direction.degrees) {
         (WstacFwWhy::There, 0) => Ok(Heading::Right),

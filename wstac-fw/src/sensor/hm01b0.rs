@@ -75,7 +75,7 @@ pub const fn hm01b0(wires: DataWires) -> CameraSensor {
         settle_ms: 200,
         size: QVGA,
         // Its clock is divided by 8.
-        readout: readout(8 * CLOCKS as u32),
+        readout: readout(8 * CLOCKS),
         border: 2,
         signals: Signals {
             vsync_high_between_frames: false,

@@ -278,8 +278,8 @@ const QVGA: FrameSize = match FrameSize::new(320, 240) {
 /// Returns the time from the first of [`QVGA`]'s rows to the last, which come so many clocks of 24 MHz apart.
 ///
 /// A sensor whose clock is divided had a faster one: its rate is checked.
-const fn readout(clocks: u32) -> ReadoutTime {
-    match ReadoutTime::from_ms(((QVGA.height() as u32 - 1) * clocks) as f32 / 24_000.0) {
+const fn readout(clocks: u16) -> ReadoutTime {
+    match ReadoutTime::from_ms((QVGA.height() - 1) as f32 * clocks as f32 / 24_000.0) {
         Some(time) => time,
         None => panic!("within a second: decided at compile time"),
     }
