@@ -405,7 +405,7 @@ mod tests {
     #[derive(Debug)]
     struct Pictures {
         device: Device,
-        pictures: Vec<Vec<u8>>,
+        sent: Vec<Vec<u8>>,
         given: usize,
         back: usize,
     }
@@ -421,7 +421,7 @@ mod tests {
 
         fn wait(&mut self, _: Duration) -> io::Result<Wait> {
             let index = self.given;
-            let Some(picture) = self.pictures.get(index).filter(|_| index == self.back) else {
+            let Some(picture) = self.sent.get(index).filter(|_| index == self.back) else {
                 return Ok(Wait::TimedOut);
             };
             self.given += 1;
@@ -430,7 +430,7 @@ mod tests {
         }
 
         fn bytes(&self, filled: &Filled) -> &[u8] {
-            &self.pictures[filled.index]
+            &self.sent[filled.index]
         }
 
         fn give_back(&mut self, _: Filled) {
@@ -451,7 +451,7 @@ mod tests {
             rate: FrameRate::NOMINAL,
             notes: Vec::new(),
         };
-        let buffers = Box::new(Pictures { device: Device::open(&path).unwrap(), pictures, given: 0, back: 0 });
+        let buffers = Box::new(Pictures { device: Device::open(&path).unwrap(), sent: pictures, given: 0, back: 0 });
         let camera = Camera { state: CameraState::default(), negotiated, buffers };
         CameraSource::of_camera(camera, path, &OpenOptions::default())
     }
