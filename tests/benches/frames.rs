@@ -8,6 +8,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::bayer::BayerOrder;
@@ -17,6 +18,10 @@ use wstac_core::ln::{Ln, fixed::Fixed, libm::Libm, micromath::Micromath};
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
+use wstac_host::camera::mjpeg::Decoder;
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 const FORMATS: [(&str, PixelFormat, YcbcrMethod); 12] = [
     ("gray", PixelFormat::Gray, YcbcrMethod::Exact),
@@ -85,5 +90,29 @@ fn logarithms(c: &mut Criterion) {
     logarithm::<Micromath>(c, "micromath (times 99)");
 }
 
-criterion_group!(benches, frames, read, logarithms);
+/// Decodes a picture as a camera's, whose codes are checked first, and with the decoder alone.
+fn mjpeg(c: &mut Criterion) {
+    let (width, height) = (640_u16, 480_u16);
+    let pixel = |at: u32| [30, (at / 2400) as u8, 20].map(|color| color + (at.wrapping_mul(2_654_435_761) >> 29) as u8);
+    let pixels: Vec<u8> = (0..u32::from(width) * u32::from(height)).flat_map(pixel).collect();
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, 90);
+    encoder.set_sampling_factor(SamplingFactor::F_2_1);
+    encoder.encode(&pixels, width, height, ColorType::Rgb).unwrap();
+    let mut group = c.benchmark_group("mjpeg 640x480");
+    group.throughput(Throughput::Elements(1));
+    let mut decoder = Decoder::new(FrameSize::new(width.into(), height.into()).unwrap());
+    group.bench_function("checked", |b| b.iter(|| decoder.decode(black_box(&bytes)).unwrap().len()));
+    let mut rgb = vec![0; pixels.len()];
+    let options = DecoderOptions::default().set_strict_mode(true);
+    group.bench_function("decoder alone", |b| {
+        b.iter(|| {
+            let bytes = ZCursor::new(black_box(&bytes[..]));
+            JpegDecoder::new_with_options(bytes, options).decode_into(&mut rgb).unwrap();
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, frames, mjpeg, read, logarithms);
 criterion_main!(benches);

@@ -201,9 +201,12 @@ class Clips:
         expected = self.run(dim, "--features")[0]
 
         def same(name: str, *options: str, without: tuple[str, ...] = ("matrix", "range")) -> None:
-            """Compares the features of a file with those of the Y4M. Its notes have none of the words."""
-            ffmpeg("-i", dim, *options, self.at / name)
-            found, notes = self.run(self.at / name, "--features")
+            """Compares the features of a file, or of a folder's files, with those of the Y4M. The notes have none of the words."""
+            to = self.at / name
+            source = to.parent if "%" in name else to
+            to.parent.mkdir(exist_ok=True)
+            ffmpeg("-i", dim, *options, to)
+            found, notes = self.run(source, "--features")
             why = darkness(expected, found)
             noted = any(word in notes for word in without)
             self.verdict(not why and not noted, f"{name} is as dark as it was", f"{name}: {why} {notes}")
@@ -213,9 +216,16 @@ class Clips:
         same("png.mov", "-c:v", "png", "-pix_fmt", "rgb24")
         same("png16.mov", "-c:v", "png", "-pix_fmt", "rgb48be")
         same("vp9.webm", "-c:v", "libvpx-vp9", "-lossless", "1", "-pix_fmt", "gbrp")
-        for pixels in ("yuv420p", "yuv440p", "yuv422p10le", "yuv444p12le"):
+        for pixels in ("yuv420p", "yuv440p", "yuv420p10le", "yuv422p10le", "yuv444p12le"):
             full = ("-vf", f"scale=out_range=full,format={pixels}", "-c:v", "ffv1", "-color_range", "pc")
             same(f"{pixels}.mkv", *full, without=("range is stated",))
+        limited = ("-vf", "scale=out_range=limited,format=yuv420p10le", "-c:v", "ffv1", "-color_range", "tv")
+        same("limited.mkv", *limited, without=("range is stated",))
+        same("png8/%d.png")
+        same("png16/%d.png", "-pix_fmt", "gray16be")
+        jpeg = ("-c:v", "mjpeg", "-qmin", "1", "-q:v", "1", "-pix_fmt", "yuvj422p")
+        same("jpeg/%d.jpg", *jpeg)
+        same("jpeg.avi", *jpeg, without=("range is stated",))
 
     def says(self, text: str, source: Path, path: Path | None = None) -> None:
         """Checks that the command fails with this text, perhaps with another PATH."""

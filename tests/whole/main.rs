@@ -9,6 +9,7 @@ mod extremes_in_time;
 mod extremes_of_answers;
 mod golden_vectors;
 mod host;
+mod jpeg;
 mod learn;
 mod ln;
 mod path_models;

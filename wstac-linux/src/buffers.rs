@@ -1,5 +1,6 @@
 //! The driver's buffers, mapped into memory: the capture stream itself.
 
+use std::fmt::Debug;
 use std::io;
 use std::ops::Deref;
 use std::os::fd::AsRawFd;
@@ -23,9 +24,9 @@ const FAILED_RETURNS: u32 = 30;
 #[derive(Debug)]
 #[must_use = "a buffer that is not given back is lost to the driver"]
 pub(crate) struct Filled {
-    index: usize,
+    pub(crate) index: usize,
     /// Bytes of it that the driver wrote.
-    bytes: usize,
+    pub(crate) bytes: usize,
     /// The driver's frame counter.
     pub(crate) sequence: u32,
     /// The time when it was taken; `None` if the driver's clock is not the monotonic one.
@@ -41,6 +42,26 @@ pub(crate) enum Wait {
     TimedOut,
     /// No buffer yet: a signal ended the wait, or another thread took the buffer.
     Interrupted,
+}
+
+/// A capture stream: a driver's, or a test's.
+pub(crate) trait Stream: Debug + Send {
+    fn device(&self) -> &Device;
+
+    /// Returns whether the driver says that it takes times from the monotonic clock.
+    fn has_times(&self) -> bool;
+
+    /// Waits for the next buffer.
+    ///
+    /// # Errors
+    /// The driver's error. EIO concerns one buffer only: the stream may go on.
+    fn wait(&mut self, timeout: Duration) -> io::Result<Wait>;
+
+    /// Returns the bytes that the driver wrote.
+    fn bytes(&self, filled: &Filled) -> &[u8];
+
+    /// Gives a buffer back. The next wait hands it to the driver.
+    fn give_back(&mut self, filled: Filled);
 }
 
 /// The streaming buffers of a device. Dropping them stops the stream.
@@ -86,20 +107,44 @@ impl Buffers {
         Ok(buffers)
     }
 
-    pub(crate) fn device(&self) -> &Device {
+    /// Hands idle buffers to the driver. One that it refuses is offered again next time.
+    fn return_idle(&mut self) -> io::Result<()> {
+        let mut refused = None;
+        for index in std::mem::take(&mut self.idle) {
+            if let Err(error) = self.hand_over(index) {
+                self.idle.push(index);
+                refused = Some(error);
+            }
+        }
+        let Some(error) = refused else {
+            self.failed_returns = 0;
+            return Ok(());
+        };
+        self.failed_returns += 1;
+        let gone = error.raw_os_error() == Some(libc::ENODEV);
+        // If all buffers are refused, no frame will ever come.
+        if gone || self.idle.len() == self.maps.len() || self.failed_returns >= FAILED_RETURNS {
+            Err(error)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn hand_over(&self, index: usize) -> io::Result<()> {
+        self.device.call(&QBUF, &mut described(index as u32))
+    }
+}
+
+impl Stream for Buffers {
+    fn device(&self) -> &Device {
         &self.device
     }
 
-    /// Returns whether the driver says that it takes times from the monotonic clock.
-    pub(crate) fn has_times(&self) -> bool {
+    fn has_times(&self) -> bool {
         self.is_monotonic
     }
 
-    /// Waits for the next buffer.
-    ///
-    /// # Errors
-    /// The driver's error. EIO concerns one buffer only: the stream may go on.
-    pub(crate) fn wait(&mut self, timeout: Duration) -> io::Result<Wait> {
+    fn wait(&mut self, timeout: Duration) -> io::Result<Wait> {
         self.return_idle()?;
         let mut poll = libc::pollfd { fd: self.device.file().as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let timeout = timeout.as_millis().min(1000) as libc::c_int;
@@ -135,42 +180,12 @@ impl Buffers {
         }))
     }
 
-    /// Returns the bytes that the driver wrote.
-    pub(crate) fn bytes(&self, filled: &Filled) -> &[u8] {
+    fn bytes(&self, filled: &Filled) -> &[u8] {
         self.maps.get(filled.index).and_then(|map| map.get(..filled.bytes)).unwrap_or(&[])
     }
 
-    /// Gives a buffer back. The next wait hands it to the driver.
-    #[expect(clippy::needless_pass_by_value, reason = "the buffer is no longer the caller's")]
-    pub(crate) fn give_back(&mut self, filled: Filled) {
+    fn give_back(&mut self, filled: Filled) {
         self.idle.push(filled.index);
-    }
-
-    /// Hands idle buffers to the driver. One that it refuses is offered again next time.
-    fn return_idle(&mut self) -> io::Result<()> {
-        let mut refused = None;
-        for index in std::mem::take(&mut self.idle) {
-            if let Err(error) = self.hand_over(index) {
-                self.idle.push(index);
-                refused = Some(error);
-            }
-        }
-        let Some(error) = refused else {
-            self.failed_returns = 0;
-            return Ok(());
-        };
-        self.failed_returns += 1;
-        let gone = error.raw_os_error() == Some(libc::ENODEV);
-        // If all buffers are refused, no frame will ever come.
-        if gone || self.idle.len() == self.maps.len() || self.failed_returns >= FAILED_RETURNS {
-            Err(error)
-        } else {
-            Ok(())
-        }
-    }
-
-    fn hand_over(&self, index: usize) -> io::Result<()> {
-        self.device.call(&QBUF, &mut described(index as u32))
     }
 }
 

@@ -29,7 +29,7 @@ use std::path::Path;
 
 use v4l::v4l_sys as sys;
 
-use buffers::Buffers;
+use buffers::{Buffers, Stream};
 use device::Device;
 pub use devices::{device_at, devices};
 pub use negotiate::Negotiated;
@@ -46,7 +46,7 @@ pub struct Camera {
     /// The properties of its frames.
     pub negotiated: Negotiated,
     /// The stream.
-    pub(crate) buffers: Buffers,
+    pub(crate) buffers: Box<dyn Stream>,
 }
 
 impl Camera {
@@ -69,7 +69,7 @@ impl Camera {
         let negotiated = negotiate::negotiate(&device, options)?;
         let controls = controls::lock(&device, &options.controls, options.keep_controls);
         let mut controls = controls.map_err(|message| Error::new(ErrorKind::Usage, path.display(), message))?;
-        let buffers = Buffers::start(device)?;
+        let buffers = Box::new(Buffers::start(device)?);
         controls::hold(buffers.device(), &mut controls);
         let state = CameraState {
             path: path.to_path_buf(),

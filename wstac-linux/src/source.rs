@@ -84,7 +84,10 @@ impl CameraSource {
     /// The errors of [`Camera::open`].
     pub fn open(path: impl Into<PathBuf>, options: &OpenOptions) -> Result<Self, Error> {
         let path = path.into();
-        let camera = Camera::open(&path, options)?;
+        Ok(Self::of_camera(Camera::open(&path, options)?, path, options))
+    }
+
+    fn of_camera(camera: Camera, path: PathBuf, options: &OpenOptions) -> Self {
         let negotiated = camera.negotiated.clone();
         let (format, decoder) = match negotiated.coding {
             Coding::Raw(format) => (format, None),
@@ -109,7 +112,7 @@ impl CameraSource {
             fps: Some(rate),
             ..options.clone()
         };
-        Ok(Self {
+        Self {
             path,
             options,
             known: KnownCamera::new(&camera.state),
@@ -131,7 +134,7 @@ impl CameraSource {
             wall: WallClock::default(),
             waits: 0,
             errors: 0,
-        })
+        }
     }
 
     /// Makes a buffer the next one, or adds events to report, or waits in vain.
@@ -380,4 +383,158 @@ fn is_rpicam(name: &OsStr) -> bool {
 #[must_use]
 pub fn is_device(name: impl AsRef<OsStr>) -> bool {
     Path::new(name.as_ref()).metadata().is_ok_and(|metadata| metadata.file_type().is_char_device())
+}
+
+#[cfg(test)]
+mod tests {
+    use jpeg_encoder::{ColorType, Encoder};
+    use wstac_core::green::ycbcr::YcbcrEncoding;
+    use wstac_core::layout::FrameSize;
+    use wstac_core::rate::FrameRate;
+    use wstac_host::camera::CameraState;
+    use wstac_host::output::Output;
+    use wstac_host::session::{Poll, Session};
+
+    use super::*;
+    use crate::buffers::Stream;
+    use crate::device::Device;
+
+    const SIDE: u16 = 200;
+
+    /// A device whose driver gives these pictures, and then nothing.
+    #[derive(Debug)]
+    struct Pictures {
+        device: Device,
+        sent: Vec<Vec<u8>>,
+        given: usize,
+        back: usize,
+    }
+
+    impl Stream for Pictures {
+        fn device(&self) -> &Device {
+            &self.device
+        }
+
+        fn has_times(&self) -> bool {
+            false
+        }
+
+        fn wait(&mut self, _: Duration) -> io::Result<Wait> {
+            let index = self.given;
+            let Some(picture) = self.sent.get(index).filter(|_| index == self.back) else {
+                return Ok(Wait::TimedOut);
+            };
+            self.given += 1;
+            let sequence = index as u32;
+            Ok(Wait::Filled(Filled { index, bytes: picture.len(), sequence, timestamp: None, damaged: false }))
+        }
+
+        fn bytes(&self, filled: &Filled) -> &[u8] {
+            &self.sent[filled.index]
+        }
+
+        fn give_back(&mut self, _: Filled) {
+            self.back += 1;
+        }
+    }
+
+    /// Returns a camera that gives these pictures.
+    fn camera(pictures: Vec<Vec<u8>>) -> CameraSource {
+        let path = PathBuf::from("/dev/null");
+        let negotiated = Negotiated {
+            fourcc: *b"MJPG",
+            coding: Coding::Jpeg,
+            size: FrameSize::new(SIDE.into(), SIDE.into()).unwrap(),
+            color: YcbcrEncoding::default(),
+            bytes_per_row: 3 * u32::from(SIDE),
+            frame_bytes: 1,
+            rate: FrameRate::NOMINAL,
+            notes: Vec::new(),
+        };
+        let buffers = Box::new(Pictures { device: Device::open(&path).unwrap(), sent: pictures, given: 0, back: 0 });
+        let camera = Camera { state: CameraState::default(), negotiated, buffers };
+        CameraSource::of_camera(camera, path, &OpenOptions::default())
+    }
+
+    /// Returns a picture with restart markers, and the place of its data.
+    fn picture() -> (Vec<u8>, usize) {
+        let pixels: Vec<u8> =
+            (0..u32::from(SIDE) * u32::from(SIDE)).flat_map(|at| [20, (at / 160) as u8, 40]).collect();
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, 90);
+        encoder.set_restart_interval(10);
+        encoder.encode(&pixels, SIDE, SIDE, ColorType::Rgb).unwrap();
+        let start = bytes.windows(2).position(|pair| pair == [0xff, 0xda]).unwrap() + 14;
+        (bytes, start)
+    }
+
+    #[test]
+    fn pictures_of_real_cameras_are_read_and_others_are_counted_by_reason() {
+        let (clean, start) = picture();
+        let before_markers = |extra: &[u8]| {
+            let mut bytes = clean.clone();
+            for at in (start..clean.len() - 1).rev().filter(|at| clean[*at] == 0xff && clean[at + 1] != 0) {
+                bytes.splice(at..at, extra.iter().copied());
+            }
+            bytes
+        };
+        let frame = clean.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+        let with = |at: usize, byte: u8| {
+            let mut bytes = clean.clone();
+            bytes[frame + at] = byte;
+            bytes
+        };
+        let read = [
+            clean.clone(),
+            before_markers(&[0]),
+            before_markers(&[0xff, 0xff]),
+            clean[..clean.len() - 2].to_vec(),
+            [&clean[..2], &clean].concat(),
+            [&clean[..], &[0; 700]].concat(),
+        ];
+        let refused = [
+            clean[..clean.len() / 2].to_vec(),
+            b"none".to_vec(),
+            with(1, 0xc9),
+            with(6, 100),
+            before_markers(&[9; 40]),
+        ];
+        let count = read.len();
+        let mut source = camera([&read[..], &refused].concat());
+        let mut session = Session::of_frames(source.info().clone()).build().unwrap();
+        let (mut frames, mut faults) = (Vec::new(), Vec::new());
+        loop {
+            let event = source.next_event().unwrap();
+            match &event {
+                SourceEvent::Frame(frame) => frames.push(frame.bytes.to_vec()),
+                SourceEvent::Fault(fault) => faults.push(fault.message.clone()),
+                SourceEvent::Waiting => break,
+                _ => {}
+            }
+            session.push(&event);
+        }
+        assert_eq!(frames.len(), count);
+        assert!(frames.iter().all(|frame| *frame == frames[0]));
+        let expected =
+            ["/dev/null: a JPEG picture is refused: it ends before its last block; others count as lost, too"];
+        assert_eq!(faults, expected);
+        session.push(&SourceEvent::End);
+        let end = loop {
+            match session.poll().unwrap() {
+                Poll::Output(Output::End(end)) => break end,
+                Poll::Over => panic!("no end"),
+                _ => {}
+            }
+        };
+        let mut reasons: Vec<_> = end.dropped_by.iter().collect();
+        reasons.sort_unstable();
+        let expected = [
+            ("JPEG picture of a kind that is not decoded", 1),
+            ("JPEG picture that ends before its last block", 1),
+            ("corrupt JPEG picture", 1),
+            ("no JPEG picture", 1),
+            ("picture of another size", 1),
+        ];
+        assert_eq!(reasons, expected);
+    }
 }

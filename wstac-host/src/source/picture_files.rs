@@ -18,6 +18,8 @@ use crate::error::{Error, ErrorKind};
 pub(super) const PNG: &[&str] = &["png"];
 #[cfg(feature = "jpeg")]
 pub(super) const JPEG: &[&str] = &["jpg", "jpeg"];
+/// Those of pictures that are not read.
+const OTHERS: [&str; 6] = ["tif", "tiff", "webp", "bmp", "pgm", "ppm"];
 
 /// Digits of a date and a time of day.
 const DATE: usize = 14;
@@ -409,7 +411,13 @@ pub(super) fn without_pictures(folder: &Path) -> Error {
         (true, false) => ".jpg",
         _ => ".png",
     };
-    let message = format_args!("has no {kinds} file, expected at least one; a recording is named by itself, FILE.mcap");
+    let is_there = |ending: &&str| list(folder, &[ending]).is_ok_and(|files| !files.is_empty());
+    let message = match OTHERS.into_iter().find(is_there) {
+        Some(other) => {
+            format!("has .{other} files, expected {kinds}; help: mogrify -format png *.{other} makes PNG files of them")
+        }
+        None => format!("has no {kinds} file, expected at least one; a recording is named by itself, FILE.mcap"),
+    };
     Error::new(ErrorKind::Data, folder.display(), message)
 }
 

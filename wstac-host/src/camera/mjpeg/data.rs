@@ -21,14 +21,17 @@ const DIRECT_BITS: u32 = 9;
 const MOST_EXTRA: usize = 16;
 /// A coefficient of 8-bit samples has fewer bits, apart from the first of a block, whose difference has at most as many.
 const TOO_MANY_BITS: u8 = 11;
+/// The lowest and the highest bit of each of eight bytes.
+const ONES: u64 = u64::MAX / 255;
+const HIGHEST_BITS: u64 = ONES << 7;
 const NO_CODE: Refusal = Refusal::Corrupt("its data are no Huffman codes");
 const MISPLACED: Refusal = Refusal::Corrupt("a restart marker is missing or out of place");
 const OVERLONG: Refusal = Refusal::Corrupt("it has too many bytes between its blocks and the next marker");
 
-/// A Huffman table: lengths and values of its codes.
+/// A Huffman table: the value of each code, and the count of its bits and of those that the value says follow.
 #[derive(Clone)]
 pub(super) struct Table {
-    /// Length (0 if longer) and value of a code, by the next [`DIRECT_BITS`] bits.
+    /// That count (0 if the code is longer) and that value, by the next [`DIRECT_BITS`] bits.
     direct: [(u8, u8); 1 << DIRECT_BITS],
     /// One past the last code of each length, left-aligned in 16 bits, and the number to add to a code for its place.
     ends: [(u32, i32); 17],
@@ -53,7 +56,7 @@ impl Table {
                     let spare = DIRECT_BITS - length;
                     let from = (code << spare) as usize;
                     let value = values.get(place as usize + (code - first) as usize).copied()?;
-                    table.direct.get_mut(from..from + (1 << spare))?.fill((length as u8, value));
+                    table.direct.get_mut(from..from + (1 << spare))?.fill((length as u8 + (value & 15), value));
                 }
                 code += 1;
             }
@@ -64,17 +67,20 @@ impl Table {
         Some(table)
     }
 
-    /// Returns the length and value of the code that these 16 bits start with.
+    /// Returns the value of the code that these 16 bits start with, behind the count of the code's bits and of those
+    /// that the value says follow.
+    #[inline(always)]
     fn find(&self, bits: u32) -> Option<(u32, u8)> {
-        let (length, value) = self.direct[(bits >> (16 - DIRECT_BITS)) as usize & ((1 << DIRECT_BITS) - 1)];
-        if length > 0 {
-            return Some((u32::from(length), value));
+        let (count, value) = self.direct[(bits >> (16 - DIRECT_BITS)) as usize & ((1 << DIRECT_BITS) - 1)];
+        if count > 0 {
+            return Some((u32::from(count), value));
         }
         for length in DIRECT_BITS + 1..=16 {
             let (end, place) = self.ends[length as usize];
             if bits < end {
                 let at = (bits >> (16 - length)) as i32 + place;
-                return Some((length, *self.values.get(usize::try_from(at).ok()?)?));
+                let value = *self.values.get(usize::try_from(at).ok()?)?;
+                return Some((length + u32::from(value & 15), value));
             }
         }
         None
@@ -128,7 +134,7 @@ impl Scan<'_> {
     /// # Errors
     /// The data do not hold exactly the scan's blocks.
     pub(super) fn walk(&mut self, data: &[u8]) -> Result<Whole, Refusal> {
-        let mut bits = Bits { data, at: 0, window: 0, held: 0, missing: 0, from: 0, taken: 0, zero_blocks: 0 };
+        let mut bits = Bits { data, at: 0, window: 0, held: 0, missing: 0, from: 0, zero_blocks: 0 };
         let mut whole = Whole::default();
         for unit in 0..self.units {
             if self.restart > 0 && unit > 0 && unit % self.restart == 0 {
@@ -149,6 +155,7 @@ impl Scan<'_> {
 }
 
 /// Bits of entropy-coded data without stuffed zeros.
+#[derive(Clone, Copy)]
 struct Bits<'a> {
     data: &'a [u8],
     at: usize,
@@ -157,19 +164,37 @@ struct Bits<'a> {
     held: u32,
     /// Bits in the window that lie past a marker or the end.
     missing: u32,
-    /// The start of the data behind the last restart marker, and how many bytes of them were taken, without stuffed zeros.
+    /// The start of the data behind the last restart marker.
     from: usize,
-    taken: usize,
     /// Blocks to come whose coefficients of this pass are all 0 so far.
     zero_blocks: u32,
 }
 
 impl Bits<'_> {
+    #[inline(always)]
     fn fill(&mut self) {
+        // Eight bytes at once if none of them is 0xff. A part of a byte that comes too early is the same later on.
+        if let Some(bytes) = self.data.get(self.at..).and_then(|rest| rest.first_chunk()) {
+            let word = u64::from_be_bytes(*bytes);
+            if word & !word.wrapping_add(ONES) & HIGHEST_BITS == 0 {
+                let count = (64 - self.held) / 8;
+                self.window |= word >> self.held;
+                self.held += 8 * count;
+                self.at += count as usize;
+                return;
+            }
+        }
+        *self = self.filled_bytewise();
+    }
+
+    /// Takes and returns a copy, so that the bits of a loop over codes stay in registers.
+    #[cold]
+    #[inline(never)]
+    fn filled_bytewise(mut self) -> Self {
         while self.held <= 56 {
             let byte = match self.data.get(self.at..) {
                 Some([0xff, 0, ..]) => {
-                    (self.at, self.taken) = (self.at + 2, self.taken + 1);
+                    self.at += 2;
                     0xff
                 }
                 // This is a marker or the end. Bits that are read from here on do not exist.
@@ -178,13 +203,14 @@ impl Bits<'_> {
                     0
                 }
                 Some([byte, ..]) => {
-                    (self.at, self.taken) = (self.at + 1, self.taken + 1);
+                    self.at += 1;
                     *byte
                 }
             };
             self.window |= u64::from(byte) << (56 - self.held);
             self.held += 8;
         }
+        self
     }
 
     fn skip(&mut self, count: u32) {
@@ -193,12 +219,13 @@ impl Bits<'_> {
     }
 
     /// Returns the value of the next code. It also skips as many bits behind it as the low four bits of the value say.
+    #[inline(always)]
     fn symbol(&mut self, table: &Table) -> Option<u8> {
         if self.held < 32 {
             self.fill();
         }
-        let (length, value) = table.find((self.window >> 48) as u32)?;
-        self.skip(length + u32::from(value & 15));
+        let (count, value) = table.find((self.window >> 48) as u32)?;
+        self.skip(count);
         Some(value)
     }
 
@@ -298,15 +325,14 @@ impl Bits<'_> {
         let mut place = 1;
         while place < 64 {
             let value = self.symbol(ac)?;
-            let (zeros, size) = (u32::from(value >> 4), value & 15);
-            place += match (zeros, size) {
-                (0, 0) => return Some(()),
+            place += match (u32::from(value >> 4), value & 15) {
+                (zeros, 1..TOO_MANY_BITS) => zeros + 1,
+                (0, 0) => break,
                 (15, 0) => 16,
-                (_, 0 | TOO_MANY_BITS..) => return None,
-                _ => zeros + 1,
+                _ => return None,
             };
         }
-        (place == 64).then_some(())
+        (place <= 64).then_some(())
     }
 
     /// Returns `None` if bits were read that do not exist.
@@ -344,17 +370,17 @@ impl Bits<'_> {
         }
         self.at = extra.end + 2;
         (self.window, self.held, self.missing, self.zero_blocks) = (0, 0, 0, 0);
-        (self.from, self.taken) = (self.at, 0);
+        self.from = self.at;
         Ok((!extra.is_empty()).then_some(extra))
     }
 
     /// Returns the bytes between the last block and the next marker or the end, and the marker. `left` are the bits that
     /// were taken and belong to no block.
     fn extra(&self, left: u32) -> Result<(Range<usize>, Option<u8>), Refusal> {
-        let (mut end, mut used) = (self.from, self.taken.saturating_sub(left as usize / 8));
-        while used > 0 {
-            end += if matches!(self.data.get(end..), Some([0xff, 0, ..])) { 2 } else { 1 };
-            used -= 1;
+        let mut end = self.at;
+        for _ in 0..left / 8 {
+            let taken = self.data.get(self.from..end).unwrap_or_default();
+            end -= if taken.ends_with(&[0xff, 0]) { 2 } else { taken.len().min(1) };
         }
         let mut next = self.at;
         let marker = loop {

@@ -14,6 +14,7 @@ const UNKNOWN: u8 = 0xff;
 const RGB: [u8; 3] = *b"RGB";
 const NO_TABLE: Refusal = Refusal::Corrupt("it has no Huffman table for its blocks");
 const SAMPLING: Refusal = Refusal::Unsupported("the sizes of its components are unusual");
+const SEPARATE: Refusal = Refusal::Unsupported("its components are in separate scans, and have different sizes");
 const BROKEN: Refusal = Refusal::Corrupt("one of its segments is broken");
 
 /// A JPEG picture that is read segment by segment.
@@ -188,8 +189,8 @@ impl<'a> JpegReader<'a> {
             Component { id, across, down, quantization, bits: [UNKNOWN; 64], nonzero: Vec::new() }
         };
         self.components = components.iter().map(component).collect();
-        if !matches!(count, 1 | 3 | 4) {
-            return Err(Refusal::Unsupported("it has neither 1 nor 3 nor 4 components"));
+        if !matches!(count, 1 | 3) {
+            return Err(Refusal::Unsupported("it has neither 1 nor 3 components"));
         }
         // The decoder takes no others.
         let most = self.components.first().map_or((1, 1), |first| (first.across, first.down));
@@ -211,11 +212,8 @@ impl<'a> JpegReader<'a> {
             && self.adobe.map_or_else(|| ids.eq(RGB), |transform| transform == 0)
     }
 
-    /// Writes the start of frame, with the numbers of components as their identifiers, and what four components mean.
+    /// Writes the start of frame, with the numbers of components as their identifiers.
     fn write_frame(&self, to: &mut Vec<u8>) {
-        if self.components.len() == 4 && self.adobe.is_some_and(|transform| transform != 0) {
-            to.extend_from_slice(b"\xff\xee\0\x0eAdobe\0\x64\0\0\0\0\x02");
-        }
         let count = self.components.len() as u8;
         let ([w1, w2], [h1, h2]) = (self.size.0.to_be_bytes(), self.size.1.to_be_bytes());
         let marker = if self.is_progressive { 0xc2 } else { 0xc0 };
@@ -264,7 +262,7 @@ impl<'a> JpegReader<'a> {
         let highest = self.components.iter().map(|component| component.down).max().map_or(1, u32::from);
         // Of components in scans of their own, the decoder misplaces the rows if some have fewer.
         if !self.is_progressive && scanned.len() < self.components.len() && (scanned.len() > 1 || highest > 1) {
-            return Err(SAMPLING);
+            return Err(SEPARATE);
         }
         let (width, height) = (u32::from(self.size.0), u32::from(self.size.1));
         let is_single = scanned.len() == 1;
