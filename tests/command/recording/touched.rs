@@ -25,7 +25,7 @@ impl Observer for Silent {
 
 /// Records a touch from the first frame in this state on, to the end of the scene.
 fn recorded(folder: &Folder, from: impl Fn(Phase) -> bool) -> FinishedRecording {
-    let scene = "fidelity = \"taxel\"\n[[touch]]\nkind = \"hold\"\nhold = 6\n";
+    let scene = "fidelity = \"taxel\"\nlead_in = 100\n[[touch]]\nkind = \"hold\"\nhold = 6\n";
     let source = SceneSource::new(&SceneConfig::from_toml("a hold", scene).unwrap()).unwrap();
     let info = source.info().clone();
     let (config, textures, outputs) = (Config::default(), Textures::default(), OutputOptions::default());
