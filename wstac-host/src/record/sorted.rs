@@ -361,6 +361,8 @@ impl Sorted {
 
 #[cfg(test)]
 mod tests {
+    #![cfg(feature = "compression")]
+
     use std::collections::BTreeMap;
     use std::sync::Arc;
 
