@@ -45,7 +45,7 @@ fn a_recording_that_begins_in_a_touch_says_so() {
     let folder = Folder::new("recording-touched");
     let in_touch = "it begins in a touch, so its answers are not reliable: record it again";
     let before = recorded(&folder, |phase| phase == Phase::Watching);
-    assert!(!before.begins_in_touch && before.events == 1 && !before.to_string().contains(in_touch), "{before}");
+    assert!(!before.begins_in_touch && before.events > 0 && !before.to_string().contains(in_touch), "{before}");
     let within = recorded(&folder, |phase| matches!(phase, Phase::Capturing { frames: 40.. }));
     assert!(within.begins_in_touch && within.to_string().ends_with(in_touch), "{within}");
 }
