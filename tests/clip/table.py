@@ -63,6 +63,8 @@ CONTAINERS: list[tuple[str, tuple[str, ...], tuple[str, ...], bool]] = [
     ("mjpeg", ("30",), MJPEG, False),
     ("y4m", ("30",), ("-pix_fmt", "gray", "-strict", "-1"), False),
 ]
+# ffmpeg's encoder of Theora leaves out most frames that are like the one before, so that no such file is whole.
+NEVER_WHOLE = ("ogv",)
 
 
 def kept(frames: int, share: float, is_in_runs: bool, chance: random.Random) -> list[int]:
@@ -132,7 +134,8 @@ def main() -> None:
                     reliable = [event for event in of_file if event["reliable"] and event["speed"]]
                     off = max((abs(event["speed"]["mm_s"] / 150 - 1) for event in reliable), default=0.0)
                     worst = max(worst, off)
-                    right = off <= 0.02 and (share > 0 or len(reliable) == len(of_file) == 1)
+                    is_whole = share == 0 and container not in NEVER_WHOLE
+                    right = off <= 0.02 and (not is_whole or len(reliable) == len(of_file) == 1)
                     found["right" if reliable and right else "not reliable" if right else "wrong"] += 1
                     if not right and (has_times or share == 0):
                         failures += 1

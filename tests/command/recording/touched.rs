@@ -25,7 +25,7 @@ impl Observer for Silent {
 
 /// Records a touch from the first frame in this state on, to the end of the scene.
 fn recorded(folder: &Folder, from: impl Fn(Phase) -> bool) -> FinishedRecording {
-    let scene = "fidelity = \"taxel\"\n[[touch]]\nkind = \"hold\"\nhold = 6\n";
+    let scene = "fidelity = \"taxel\"\nlead_in = 100\n[[touch]]\nkind = \"hold\"\nhold = 6\n";
     let source = SceneSource::new(&SceneConfig::from_toml("a hold", scene).unwrap()).unwrap();
     let info = source.info().clone();
     let (config, textures, outputs) = (Config::default(), Textures::default(), OutputOptions::default());
@@ -45,7 +45,7 @@ fn a_recording_that_begins_in_a_touch_says_so() {
     let folder = Folder::new("recording-touched");
     let in_touch = "it begins in a touch, so its answers are not reliable: record it again";
     let before = recorded(&folder, |phase| phase == Phase::Watching);
-    assert!(!before.begins_in_touch && before.events == 1 && !before.to_string().contains(in_touch), "{before}");
+    assert!(!before.begins_in_touch && before.events > 0 && !before.to_string().contains(in_touch), "{before}");
     let within = recorded(&folder, |phase| matches!(phase, Phase::Capturing { frames: 40.. }));
     assert!(within.begins_in_touch && within.to_string().ends_with(in_touch), "{within}");
 }

@@ -361,6 +361,9 @@ impl Sorted {
 
 #[cfg(test)]
 mod tests {
+    #![cfg(feature = "compression")]
+
+    use std::collections::BTreeMap;
     use std::sync::Arc;
 
     use mcap::records::op;
@@ -375,7 +378,7 @@ mod tests {
         let options = WriteOptions::new().compression(Some(mcap::Compression::Lz4)).chunk_size(None);
         let mut writer = options.create(std::fs::File::create(&file).unwrap()).unwrap();
         let [topic, message_encoding] = ["/a", "x"].map(str::to_owned);
-        let channel = Arc::new(Channel { id: 1, topic, schema: None, message_encoding, metadata: Default::default() });
+        let channel = Arc::new(Channel { id: 1, topic, schema: None, message_encoding, metadata: BTreeMap::new() });
         for of_chunk in times {
             for &time in of_chunk {
                 let (channel, data) = (channel.clone(), vec![0; 1000].into());
