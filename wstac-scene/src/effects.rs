@@ -4,6 +4,8 @@ use super::beam::Beam;
 use super::light::{Dead, LightConfig, Weak};
 use super::script::SceneConfig;
 use super::sensor::{Fidelity, Pose, SensorConfig, SensorFormat};
+use super::specimen::{Body, Specimen};
+use super::touch::{Slide, Touch};
 use super::whisker::WhiskerConfig;
 
 /// An effect that a scene may have.
@@ -28,9 +30,9 @@ pub const NEVER: [&str; 8] = [
     "whiskers that touch each other or pull at the elastomer between them",
     "light that spreads through the elastomer from one base to the next",
     "fatigue and recovery of the phosphor, and its dependence on temperature",
-    "a rolling shutter, a lens that is out of focus at its rim only",
+    "a lens that is out of focus at its rim only",
     "slides that turn or tilt",
-    "texture across the slide: a specimen's profile is the same over its width",
+    "texture across the slide: a block's profile is the same over its width",
 ];
 
 /// Formats a value that is present if it is above 0.
@@ -51,8 +53,27 @@ macro_rules! amount {
     };
 }
 
+/// Returns the slides of a scene.
+fn slides(script: &mut SceneConfig) -> impl Iterator<Item = &mut Slide> {
+    script.touches.iter_mut().filter_map(|touch| match touch {
+        Touch::Slide(slide) => Some(slide),
+        Touch::Press(_) => None,
+    })
+}
+
 /// All effects, in the order in which light passes through them.
-pub const EFFECTS: [Effect; 21] = [
+pub const EFFECTS: [Effect; 22] = [
+    Effect {
+        name: "shapes",
+        what: "blocks, balls, coins and corners of finite width; a side that is steeper than the overlap is upright (a guess)",
+        value: |script| {
+            let slides = script.touches.iter().filter_map(Touch::slide);
+            let names: Vec<_> = slides.filter_map(|slide| slide.specimen.body.name()).collect();
+            names.first().map(|first| if names.len() > 1 { format!("{}", names.len()) } else { (*first).into() })
+        },
+        remove: |script| slides(script).for_each(|slide| slide.specimen.body = Body::Prism),
+        add: |script| slides(script).for_each(|slide| slide.specimen = Specimen::ball(12.0)),
+    },
     Effect {
         name: "large bends",
         what: "the elastica (Bisshopp and Drucker 1945) instead of the linear beam",

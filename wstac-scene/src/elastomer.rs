@@ -3,8 +3,9 @@
 use wstac_core::params::TAXELS;
 
 use super::Truth;
-use super::contact::{Passage, Tip, spring_back};
+use super::contact::{Passage, Rub, Tip, spring_back};
 use super::light::{Exposure, Fluctuation, LightConfig, gain};
+use super::object::{self, Object};
 use super::rng::Rng;
 use super::script::SceneConfig;
 use super::surface::Surface;
@@ -45,7 +46,10 @@ struct Current {
     /// Both stay the same for the whole touch.
     meets: [bool; TAXELS],
     behind_mm: [f64; TAXELS],
-    surface: Surface,
+    /// What all whiskers meet, or, in time, what each of them meets of the objects.
+    surfaces: Vec<Surface>,
+    /// Empty if all whiskers meet the same.
+    objects: Vec<Object>,
     /// First and last touch, in s.
     start: f64,
     end: f64,
@@ -118,8 +122,7 @@ impl Elastomer {
 
     /// Advances by `length` s. A stretch in which the speed changes is divided into shorter ones.
     fn pass(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
-        let profile = |current: &Current| current.touch.slide().is_some_and(|slide| slide.profile.is_some());
-        if !self.current.as_ref().is_some_and(profile) {
+        if !self.current.as_ref().is_some_and(Current::changes) {
             return self.pass_evenly(from, length);
         }
         let parts = libm::ceil(length / EVEN_S).max(1.0) as u32;
@@ -143,6 +146,7 @@ impl Elastomer {
         let current = self.current.as_ref().filter(under_way);
         let passage = current.map(|current| {
             let (speed_mm_s, rubbing) = match &current.touch {
+                _ if !current.objects.is_empty() => (1.0, self.light.rubbing_ms * 1e-3 * gain),
                 Touch::Slide(slide) => {
                     let share = slide.normal_share();
                     let mean = if slide.profile.is_some() {
@@ -158,7 +162,6 @@ impl Elastomer {
                 Touch::Press(_) => (1.0, 0.0),
             };
             Passage {
-                surface: &current.surface,
                 bending: &self.bending,
                 speed_mm_s,
                 relaxation_s,
@@ -177,7 +180,11 @@ impl Elastomer {
             match (&passage, current) {
                 (Some(passage), Some(current)) if current.meets[taxel] => {
                     let passed = passed(current, current.behind_mm[taxel], from);
-                    passage.advance(&mut site.tip, passed, length, &mut exposure);
+                    let rub = current.rub(taxel, &site.whisker, passed, passage.speed_mm_s, length);
+                    let surface = current.surfaces.get(taxel).or(current.surfaces.first());
+                    if let Some(surface) = surface {
+                        passage.advance(&mut site.tip, surface, passed, rub, length, &mut exposure);
+                    }
                 }
                 _ if site.tip.bent.strain > 0.0 => {
                     spring_back(&mut site.tip, relaxation_s, flash, [0.0, length], &mut exposure);
@@ -189,6 +196,27 @@ impl Elastomer {
             *light = site.gain * exposure.close(&mut site.brightness, length);
         }
         light
+    }
+
+    /// Returns what each whisker meets of objects, in time; the overlaps of the tips with it are 0.
+    fn surfaces_of(
+        &mut self,
+        objects: &[Object],
+        meets: &mut [bool; TAXELS],
+        behind_mm: &mut [f64; TAXELS],
+    ) -> Vec<Surface> {
+        *behind_mm = [0.0; TAXELS];
+        let mut surfaces = Vec::new();
+        for (taxel, (site, meets)) in self.sites.iter_mut().zip(meets).enumerate() {
+            let surface = site.as_mut().map(|site| {
+                site.tip.overlap_mm = 0.0;
+                object::surface(objects, taxel, &site.whisker)
+            });
+            let surface = surface.unwrap_or_default();
+            *meets = !surface.segments().is_empty();
+            surfaces.push(surface);
+        }
+        surfaces
     }
 
     /// Makes the first touch current that is not over at `from` s, if it starts before `to` s.
@@ -214,19 +242,42 @@ impl Elastomer {
                 behind_mm[taxel] = truth.touch.slide().map_or(0.0, |slide| slide.behind(&site.whisker, &self.whisker));
             }
         }
-        let surface = match &truth.touch {
-            Touch::Slide(slide) => Surface::new(&slide.specimen, self.whisker.overlap_mm),
-            Touch::Press(press) => Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s),
+        let mut objects = Vec::new();
+        let surfaces = match &truth.touch {
+            Touch::Slide(slide) if slide.is_prism() => vec![Surface::new(&slide.specimen, self.whisker.overlap_mm)],
+            Touch::Press(press) => vec![Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s)],
+            Touch::Slide(_) => {
+                objects.push(Object::new(truth.touch, 0.0, &self.whisker));
+                self.surfaces_of(&objects, &mut meets, &mut behind_mm)
+            }
         };
         self.current = Some(Current {
             touch: truth.touch,
             meets,
             behind_mm,
-            surface,
+            surfaces,
+            objects,
             start: truth.start_s,
             end: truth.end_s,
             gain,
         });
+    }
+}
+
+impl Current {
+    /// Returns `true` if its speed changes within a frame.
+    fn changes(&self) -> bool {
+        self.objects.len() > 1 || self.touch.slide().is_some_and(|slide| slide.profile.is_some())
+    }
+
+    /// Returns how the surface rubs a whisker in a stretch of `length` s.
+    fn rub(&self, taxel: usize, whisker: &Whisker, passed: f64, speed_mm_s: f64, length: f64) -> Rub {
+        let overlap = |object: &&Object| object.overlap_mm(taxel, whisker, passed + 0.5 * length);
+        let deepest = self.objects.iter().max_by(|a, b| overlap(a).total_cmp(&overlap(b)));
+        deepest.map_or(Rub { from_mm: passed, mm_s: speed_mm_s }, |object| {
+            let from_mm = object.moved_mm(passed);
+            Rub { from_mm, mm_s: (object.moved_mm(passed + length) - from_mm) / length }
+        })
     }
 }
 
@@ -259,11 +310,11 @@ fn passed(current: &Current, behind_mm: f64, from: f64) -> f64 {
     let since = from - current.start;
     match &current.touch {
         // The leading end starts at the first whiskers.
-        Touch::Slide(slide) => {
+        Touch::Slide(slide) if current.objects.is_empty() => {
             let moved = if since < 0.0 { slide.speed_mm_s * since } else { slide.moved_mm(since) };
             moved * slide.normal_share() - behind_mm
         }
-        Touch::Press(_) => since,
+        _ => since,
     }
 }
 

@@ -22,6 +22,7 @@ mod elastomer;
 mod elliptic;
 mod keys;
 mod light;
+mod object;
 pub mod rng;
 mod rolling;
 pub mod script;

@@ -12,6 +12,9 @@
 //! skew = 20              # angle of the block's edges and texture against its motion, in degrees
 //! edge = 72              # slope of the block's ends in degrees, up to 90
 //! radius = 0.5           # radius of a Sphere in mm
+//! shape = "block"        # outline: a rectangle that turns with skew; or "rod", "ball", "coin" or "corner"
+//! diameter = 8           # of a rod, ball or coin in mm
+//! angle = 90             # between the edges of a corner, in degrees
 //! seed = 7               # of all random numbers; default 0
 //! noise = 0.8            # scale of all random deviations; 0 for none
 //! lead_in = 45           # dark frames before the first touch
@@ -40,7 +43,6 @@
 //!
 //! The tables `[whisker]`, `[light]` and `[sensor]` are [`WhiskerConfig`], [`LightConfig`] and the camera's.
 
-use serde::Deserialize;
 use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
 
 use super::keys::{Keys, within};
@@ -48,7 +50,9 @@ use super::light::LightConfig;
 use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Pattern, Specimen};
 use super::touch::{Slide, Touch};
-use super::touch_table::{FileSlide, FileSpeed, FileTouch, parsed_direction, parsed_length, parsed_speed};
+use super::touch_table::{
+    FileSlide, FileTouch, SceneFile, SlideKeys as _, parsed_direction, parsed_length, parsed_speed,
+};
 use super::whisker::WhiskerConfig;
 use wstac_host::error::{Error, ErrorKind};
 
@@ -85,39 +89,6 @@ pub struct SceneConfig {
     pub sensor: SensorConfig,
     /// Whether pixels are rendered, or taxel sums are drawn.
     pub fidelity: Fidelity,
-}
-
-/// A scene's file before it is checked.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SceneFile {
-    specimen: Option<String>,
-    speed: Option<FileSpeed>,
-    direction: Option<f64>,
-    depth: Option<f64>,
-    period: Option<f64>,
-    length: Option<f64>,
-    width: Option<f64>,
-    edge: Option<f64>,
-    radius: Option<f64>,
-    skew: Option<f64>,
-    offset: Option<f64>,
-    seed: Option<i64>,
-    noise: Option<f64>,
-    lead_in: Option<i64>,
-    gap: Option<i64>,
-    #[serde(default)]
-    whisker: WhiskerConfig,
-    #[serde(default)]
-    light: LightConfig,
-    #[serde(default)]
-    sensor: SensorConfig,
-    #[serde(default)]
-    fidelity: Fidelity,
-    #[serde(default)]
-    slide: Vec<FileSlide>,
-    #[serde(default)]
-    touch: Vec<FileTouch>,
 }
 
 impl SceneConfig {
@@ -201,12 +172,10 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
 }
 
 fn check(file: SceneFile) -> Result<SceneConfig, String> {
-    let SceneFile { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset, .. } = file;
-    let one = FileSlide { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset };
     let numbered = |name: &str, n: usize, message: String| format!("[[{name}]] {n}: {message}");
     let touches = match (&file.slide[..], &file.touch[..]) {
-        ([], []) => vec![one.check().map(Touch::Slide)?],
-        _ if one != FileSlide::default() => {
+        ([], []) => vec![file.slide().check().map(Touch::Slide)?],
+        _ if !file.keys().is_empty() => {
             let name = if file.touch.is_empty() { "slide" } else { "touch" };
             return Err(format!("a slide's key stands beside [[{name}]], expected one or the other"));
         }
@@ -344,6 +313,14 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\nnoise = -1", ["noise is -1", "0 to 100"]),
             ("specimen = \"Saw3\"\nspeed = 9\nradius = 1", ["radius is 1", "only with Sphere"]),
             ("specimen = \"Fla0\"\nspeed = 9\ndepth = 1", ["depth is 1", "only with Sin, Saw or Tri"]),
+            ("shape = \"cone\"\nspeed = 9", ["shape is \"cone\"", "block, rod, ball, coin or corner"]),
+            ("shape = \"ball\"\nspeed = 9", ["diameter is missing", "in mm with shape = \"ball\""]),
+            ("shape = \"block\"\nspeed = 9", ["width is missing", "in mm with shape = \"block\""]),
+            ("shape = \"rod\"\nspeed = 9\ndiameter = 0", ["diameter is 0", "0.1 to 1000"]),
+            ("shape = \"coin\"\nspeed = 9\ndiameter = 9\nwidth = 9", ["width is 9", "only with a block or a rod"]),
+            ("shape = \"corner\"\nspeed = 9\nangle = 5", ["angle is 5", "10 to 170"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nangle = 90", ["angle is 90", "only with shape = \"corner\""]),
+            ("shape = \"ball\"\nspecimen = \"Saw3\"\nspeed = 9\ndiameter = 9", ["specimen is \"Saw3\"", "none with"]),
             ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),
             ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[light]\nleak = 2", ["[light] leak is 2", "0 to 1"]),

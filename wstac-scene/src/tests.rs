@@ -462,3 +462,76 @@ fn no_key_makes_a_frame_take_for_ever() {
         assert!(started.elapsed().as_secs() < 30, "{keys}: {:?}", started.elapsed());
     }
 }
+
+/// Returns the light of all frames of a scene.
+fn lights(text: &str) -> Vec<[f64; TAXELS]> {
+    let mut scene = Scene::new(&SceneConfig::from_toml("scene", text).unwrap()).unwrap();
+    std::iter::from_fn(|| scene.next_light().map(|(light, _)| light)).collect()
+}
+
+/// Checks that a body that is much wider than the sensor gives the light of one without an end, whose surface is
+/// computed in another way.
+#[test]
+fn a_wide_body_is_one_without_an_end() {
+    for (endless, wide_text) in [
+        ("specimen = \"Fla0\"", "specimen = \"Fla0\"\nshape = \"block\"\nwidth = 500"),
+        ("specimen = \"Tri3\"\nlength = 40", "specimen = \"Tri3\"\nlength = 40\nshape = \"block\"\nwidth = 500"),
+        ("specimen = \"Sin2\"\nedge = 90", "specimen = \"Sin2\"\nedge = 90\nshape = \"block\"\nwidth = 500"),
+        ("shape = \"rod\"\ndiameter = 4", "shape = \"rod\"\ndiameter = 4\nwidth = 500"),
+        ("shape = \"rod\"\ndiameter = 15", "shape = \"rod\"\ndiameter = 15\nwidth = 500"),
+    ] {
+        let more = "speed = 130\ndirection = 30\nnoise = 0";
+        let (endless, wide) = (lights(&format!("{endless}\n{more}")), lights(&format!("{wide_text}\n{more}")));
+        let most = endless.iter().flatten().fold(0.0_f64, |most, light| most.max(*light));
+        assert_eq!(endless.len(), wide.len());
+        for (a, b) in endless.iter().flatten().zip(wide.iter().flatten()) {
+            assert!((a - b).abs() < 2e-3 * most, "{wide_text}: {a} {b}, of {most}");
+        }
+    }
+}
+
+/// Checks the first light of every whisker against where a body's outline meets it, by geometry.
+#[test]
+fn bodies_light_the_whiskers_that_they_meet_when_they_do() {
+    let (speed, degrees, offset) = (20.0, 30.0, 1.0);
+    // The distance from the leading end to the outline, `left` mm from the middle.
+    let circle = |radius: f64| move |left: f64| radius - (radius * radius - left * left).sqrt();
+    // Whiskers reach 3 mm below the top of a ball of 7 mm.
+    let ball = |left: f64| 7.0 - (49.0 - 16.0 - left * left).sqrt();
+    let corner = |left: f64| left.abs();
+    let turned = |left: f64| {
+        // A block of 10 mm that is turned by 20 degrees has its foremost corner on its left.
+        let (sin, cos) = 20_f64.to_radians().sin_cos();
+        let corner = 5.0 * cos;
+        let behind = if left > -corner { (left + corner) * sin / cos } else { (-corner - left) * cos / sin };
+        if left > corner { f64::NAN } else { behind }
+    };
+    let outlines: [(&str, &dyn Fn(f64) -> f64); 4] = [
+        ("shape = \"ball\"\ndiameter = 14", &ball),
+        ("shape = \"coin\"\ndiameter = 9\nedge = 90", &circle(4.5)),
+        ("shape = \"corner\"\nlength = 30\nedge = 90", &corner),
+        ("shape = \"block\"\nwidth = 10\nskew = 20\nedge = 90", &turned),
+    ];
+    for (body, outline) in outlines {
+        let text = format!("{body}\nspeed = {speed}\ndirection = {degrees}\noffset = {offset}\nnoise = 0");
+        let lights = lights(&format!("{text}\n[whisker]\ndome_degrees = 0\nrelaxation_ms = 0\n[sensor]\nfps = 240"));
+        let (c, s) = touch::unit(degrees);
+        let whiskers = WhiskerConfig::default().whiskers();
+        let found = (0..TAXELS).map(|taxel| lights.iter().position(|light| light[taxel] > 1e-9));
+        let expected = whiskers.iter().flatten().map(|whisker| {
+            Some(whisker.along(c, s) + outline(whisker.along(-s, c) - offset)).filter(|place| place.is_finite())
+        });
+        let pairs: Vec<_> = found.zip(expected).collect();
+        let first = pairs.iter().filter_map(|(found, place)| found.zip(*place).map(|(found, place)| (place, found)));
+        let (least, at) = first.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        for (taxel, (found, place)) in pairs.into_iter().enumerate() {
+            let frame = place.map(|place| at as f64 + (place - least) / speed * 240.0);
+            match (found, frame) {
+                (Some(found), Some(frame)) => {
+                    assert!((found as f64 - frame).abs() < 2.0, "{body} {taxel}: {found} {frame}")
+                }
+                (found, frame) => assert_eq!(found.is_some(), frame.is_some(), "{body} {taxel}"),
+            }
+        }
+    }
+}

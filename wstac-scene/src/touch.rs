@@ -5,6 +5,7 @@ use core::fmt;
 use libm::{cos, expm1, fabs, log1p, sin, tan};
 use wstac_core::paper::direction::Heading;
 
+use super::object::{Extent, extent};
 use super::specimen::Specimen;
 use super::whisker::{Whisker, WhiskerConfig};
 
@@ -118,8 +119,46 @@ impl Slide {
 
     /// Returns the distance in mm that the block moves from the first to the last touch of all whiskers.
     pub(crate) fn path_mm(&self, config: &WhiskerConfig) -> f64 {
+        if extent(&self.specimen, self.skew_deg).is_some() {
+            let [start, end] = self.reach_mm(config);
+            return end - start;
+        }
         let (c, s) = self.normal();
         (self.specimen.length_mm + config.span_mm() * (fabs(c) + fabs(s))) / self.normal_share()
+    }
+
+    /// Returns the first and last places of the leading end's middle along the motion, in mm from the sensor's middle.
+    pub(crate) fn reach_mm(&self, config: &WhiskerConfig) -> [f64; 2] {
+        let Some(Extent { along: [front, back], across }) = extent(&self.specimen, self.skew_deg) else {
+            let ((c, s), (_, sine)) = (self.normal(), unit(self.skew_deg));
+            let half = config.span_mm() / 2.0 * (fabs(c) + fabs(s));
+            let start = -(half + self.offset_mm * sine) / self.normal_share();
+            return [start, start + self.path_mm(config)];
+        };
+        let (c, s) = unit(self.direction_deg);
+        let [right, left] = across.map(|across| across + self.offset_mm);
+        let all = config.whiskers().into_iter().flatten();
+        let met = all.filter(|whisker| (right..=left).contains(&whisker.along(-s, c)));
+        let places = met.map(|whisker| whisker.along(c, s));
+        let [first, last] =
+            places.fold([f64::INFINITY, f64::NEG_INFINITY], |[first, last], place| [first.min(place), last.max(place)]);
+        // A body that passes beside all whiskers crosses the middle.
+        if first > last { [-front, -back] } else { [first - front, last - back] }
+    }
+
+    /// Returns a whisker's place in mm behind the leading end and to the left of its middle.
+    ///
+    /// The leading end's middle is `along` mm from the sensor's middle, along the motion.
+    pub(crate) fn place_of(&self, whisker: &Whisker, along: f64) -> [f64; 2] {
+        let (c, s) = unit(self.direction_deg);
+        let (x, y) = (whisker.x - along * c + self.offset_mm * s, whisker.y - along * s - self.offset_mm * c);
+        let (c, s) = self.normal();
+        [-(x * c + y * s), y * c - x * s]
+    }
+
+    /// Returns `true` if all whiskers meet the same cut of it.
+    pub(crate) fn is_prism(&self) -> bool {
+        extent(&self.specimen, self.skew_deg).is_none()
     }
 
     /// Returns the distance in mm that the block has moved `time` s after its first touch.

@@ -4,8 +4,10 @@ use serde::Deserialize;
 use wstac_host::text_file::whole_if_any;
 
 use super::keys::within;
-use super::light::taxel_of;
-use super::specimen::{Pattern, Specimen};
+use super::light::{LightConfig, taxel_of};
+use super::object::extent;
+use super::sensor::{Fidelity, SensorConfig};
+use super::specimen::{Body, Pattern, Specimen};
 use super::touch::{MOST_POINTS, Press, PressKind, Slide, SpeedProfile, Touch};
 use super::whisker::WhiskerConfig;
 
@@ -26,52 +28,101 @@ pub(crate) enum FileSpeed {
     Points(Vec<[f64; 2]>),
 }
 
-/// The keys of a slide.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FileSlide {
-    pub specimen: Option<String>,
-    pub speed: Option<FileSpeed>,
-    pub direction: Option<f64>,
-    pub depth: Option<f64>,
-    pub period: Option<f64>,
-    pub length: Option<f64>,
-    pub width: Option<f64>,
-    pub edge: Option<f64>,
-    pub radius: Option<f64>,
-    pub skew: Option<f64>,
-    pub offset: Option<f64>,
+/// A table that has the keys of a slide.
+pub(crate) trait SlideKeys {
+    /// Returns the slide.
+    fn slide(&self) -> FileSlide;
+
+    /// Returns the names of the keys of a slide that are there.
+    fn keys(&self) -> Vec<&'static str>;
 }
 
-/// The keys of any touch.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FileTouch {
-    kind: String,
-    specimen: Option<String>,
-    speed: Option<FileSpeed>,
-    direction: Option<f64>,
-    depth: Option<f64>,
-    period: Option<f64>,
-    length: Option<f64>,
-    width: Option<f64>,
-    edge: Option<f64>,
-    radius: Option<f64>,
-    skew: Option<f64>,
-    offset: Option<f64>,
-    overlap: Option<f64>,
-    approach: Option<f64>,
-    hold: Option<f64>,
-    tilt: Option<f64>,
-    #[serde(default, deserialize_with = "whole_if_any")]
-    whisker: Option<[i64; 2]>,
+/// Defines a table that has the keys of a slide and some of its own, which are passed as a list in brackets.
+macro_rules! slide_table {
+    ($(#[$of:meta])* $name:ident { $($own:tt)* } $($key:ident: $type:ty,)*) => {
+        $(#[$of])*
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct $name {
+            $(pub $key: Option<$type>,)*
+            $($own)*
+        }
+
+        impl SlideKeys for $name {
+            fn slide(&self) -> FileSlide {
+                FileSlide { $($key: self.$key.clone(),)* }
+            }
+
+            fn keys(&self) -> Vec<&'static str> {
+                let keys = [$((stringify!($key), self.$key.is_some()),)*];
+                keys.into_iter().filter_map(|(key, is_there)| is_there.then_some(key)).collect()
+            }
+        }
+    };
+}
+
+/// Defines a table with the keys of a slide, and with its own.
+macro_rules! with_slide_keys {
+    ($(#[$of:meta])* $name:ident { $($own:tt)* }) => {
+        slide_table! {
+            $(#[$of])* $name { $($own)* }
+            specimen: String, shape: String, speed: FileSpeed, direction: f64, depth: f64, period: f64, length: f64,
+            width: f64, diameter: f64, angle: f64, edge: f64, radius: f64, skew: f64, offset: f64,
+        }
+    };
+}
+
+with_slide_keys! {
+    /// The keys of a slide.
+    #[derive(Clone, Debug, Default, PartialEq)]
+    FileSlide {}
+}
+
+with_slide_keys! {
+    /// The keys of any touch.
+    #[derive(Clone, Debug)]
+    FileTouch {
+        kind: String,
+        overlap: Option<f64>,
+        approach: Option<f64>,
+        hold: Option<f64>,
+        tilt: Option<f64>,
+        #[serde(default, deserialize_with = "whole_if_any")]
+        whisker: Option<[i64; 2]>,
+    }
+}
+
+with_slide_keys! {
+    /// A scene's file before it is checked.
+    SceneFile {
+        pub seed: Option<i64>,
+        pub noise: Option<f64>,
+        pub lead_in: Option<i64>,
+        pub gap: Option<i64>,
+        #[serde(default)]
+        pub whisker: WhiskerConfig,
+        #[serde(default)]
+        pub light: LightConfig,
+        #[serde(default)]
+        pub sensor: SensorConfig,
+        #[serde(default)]
+        pub fidelity: Fidelity,
+        #[serde(default)]
+        pub slide: Vec<FileSlide>,
+        #[serde(default)]
+        pub touch: Vec<FileTouch>,
+    }
 }
 
 impl FileSlide {
     /// Returns the slide; an error names the key, the value found and the values expected.
     pub(crate) fn check(&self) -> Result<Slide, String> {
-        let specimen = self.specimen.as_ref().ok_or("specimen is missing, expected one as in \"Saw3\"")?;
-        let specimen = self.check_specimen(specimen.parse()?)?;
+        let named = match (&self.specimen, &self.shape) {
+            (Some(name), _) => name.parse()?,
+            (None, Some(_)) => Specimen::ALL[0],
+            (None, None) => return Err("specimen is missing, expected one as in \"Saw3\"".into()),
+        };
+        let specimen = self.check_specimen(named)?;
         let (speed_mm_s, profile) = match self.speed.as_ref().ok_or("speed is missing, expected one in mm/s")? {
             FileSpeed::Even(speed) => (checked_speed(*speed)?, None),
             FileSpeed::Points(points) => {
@@ -85,7 +136,8 @@ impl FileSlide {
             }
         };
         let (skew_deg, offset_mm) = (self.skew.unwrap_or(0.0), self.offset.unwrap_or(0.0));
-        within("skew", skew_deg, -MOST_SKEW, MOST_SKEW)?;
+        let most = if extent(&specimen, 0.0).is_none() { MOST_SKEW } else { 180.0 };
+        within("skew", skew_deg, -most, most)?;
         within("offset", offset_mm, -100.0, 100.0)?;
         let slide = Slide::new(specimen, speed_mm_s, checked_direction(self.direction)?);
         Ok(Slide { skew_deg, offset_mm, profile, ..slide })
@@ -93,41 +145,78 @@ impl FileSlide {
 
     /// Checks a slide's own values, and returns the specimen with them.
     fn check_specimen(&self, named: Specimen) -> Result<Specimen, String> {
-        let of_others = |key: &str, found: Option<f64>, others: &str| match found {
-            Some(found) => Err(format!("{key} is {found}, expected only with {others}")),
-            None => Ok(()),
+        let body = self.check_body()?;
+        let is_sphere = named.pattern == Pattern::Sphere;
+        let keys: &[&str] = match body {
+            Body::Prism if is_sphere => &["radius"],
+            Body::Prism | Body::Block => &["length", "width", "edge"],
+            Body::Rod => &["diameter", "width"],
+            Body::Ball => &["diameter"],
+            Body::Coin => &["diameter", "edge"],
+            Body::Corner { .. } => &["angle", "length", "edge"],
         };
-        if named.pattern == Pattern::Sphere {
-            for (key, found) in
-                [("depth", self.depth), ("length", self.length), ("width", self.width), ("edge", self.edge)]
-            {
-                of_others(key, found, "a block")?;
+        let is_textured = named.is_textured();
+        for (key, found, has, others) in [
+            ("radius", self.radius, false, "Sphere"),
+            ("depth", self.depth, is_textured, "Sin, Saw or Tri"),
+            ("period", self.period, is_textured, "Sin, Saw or Tri"),
+            ("length", self.length, false, "a block or a corner"),
+            ("width", self.width, false, "a block or a rod"),
+            ("edge", self.edge, false, "a block, a coin or a corner"),
+            ("diameter", self.diameter, false, "shape = \"rod\", \"ball\" or \"coin\""),
+            ("angle", self.angle, false, "shape = \"corner\""),
+        ] {
+            if let Some(found) = found.filter(|_| !has && !keys.contains(&key)) {
+                return Err(format!("{key} is {found}, expected only with {others}"));
             }
-            of_others("period", self.period, "Sin, Saw or Tri")?;
+        }
+        if body != Body::Prism && is_sphere || matches!(body, Body::Rod | Body::Ball) && is_textured {
+            let shape = body.name().unwrap_or_default();
+            return Err(format!("specimen is \"{named}\", expected none with shape = \"{shape}\""));
+        }
+        if is_sphere {
             let radius = self.radius.unwrap_or(named.depth_mm);
             within("radius", radius, 0.01, 100.0)?;
             return Ok(Specimen::sphere(radius));
         }
-        of_others("radius", self.radius, "Sphere")?;
         let mut specimen = named;
-        if named.is_textured() {
+        if is_textured {
             specimen = Specimen::block(named.pattern, self.depth.unwrap_or(named.depth_mm));
             specimen.period_mm = self.period.unwrap_or(specimen.period_mm);
             within("depth", specimen.depth_mm, 0.001, 100.0)?;
             within("period", specimen.period_mm, 0.1, 1000.0)?;
-        } else {
-            of_others("depth", self.depth, "Sin, Saw or Tri")?;
-            of_others("period", self.period, "Sin, Saw or Tri")?;
         }
-        specimen.length_mm = self.length.unwrap_or(named.length_mm);
+        specimen.body = body;
+        specimen.length_mm = self.length.or(self.diameter).unwrap_or(named.length_mm);
         specimen.edge_degrees = self.edge.unwrap_or(named.edge_degrees);
-        within("length", specimen.length_mm, 0.1, 1000.0)?;
+        within(if self.diameter.is_some() { "diameter" } else { "length" }, specimen.length_mm, 0.1, 1000.0)?;
         within("edge", specimen.edge_degrees, 1.0, 90.0)?;
         if let Some(width) = self.width {
             within("width", width, 0.1, 1000.0)?;
             specimen.width_mm = width;
         }
         Ok(specimen)
+    }
+
+    /// Returns the outline that `shape` names, and checks that it has what it needs.
+    fn check_body(&self) -> Result<Body, String> {
+        let Some(shape) = self.shape.as_deref() else { return Ok(Body::Prism) };
+        let needs = |key: &str, found: Option<f64>| match found {
+            Some(_) => Ok(()),
+            None => Err(format!("{key} is missing, expected it in mm with shape = {shape:?}")),
+        };
+        match shape {
+            "block" => needs("width", self.width).map(|()| Body::Block),
+            "rod" => needs("diameter", self.diameter).map(|()| Body::Rod),
+            "ball" => needs("diameter", self.diameter).map(|()| Body::Ball),
+            "coin" => needs("diameter", self.diameter).map(|()| Body::Coin),
+            "corner" => {
+                let degrees = self.angle.unwrap_or(90.0);
+                within("angle", degrees, 10.0, 170.0)?;
+                Ok(Body::Corner { degrees })
+            }
+            _ => Err(format!("shape is {shape:?}, expected block, rod, ball, coin or corner")),
+        }
     }
 }
 
@@ -178,37 +267,12 @@ impl FileTouch {
         if let Some(found) = self.whisker {
             return Err(format!("whisker is {found:?}, expected only with kind = \"poke\""));
         }
-        let slide = FileSlide {
-            specimen: self.specimen.clone(),
-            speed: self.speed.clone(),
-            direction: self.direction,
-            depth: self.depth,
-            period: self.period,
-            length: self.length,
-            width: self.width,
-            edge: self.edge,
-            radius: self.radius,
-            skew: self.skew,
-            offset: self.offset,
-        };
-        slide.check()
+        self.slide().check()
     }
 
     fn refuse_slide_keys(&self) -> Result<(), String> {
-        let there = [
-            ("specimen", self.specimen.is_some()),
-            ("speed", self.speed.is_some()),
-            ("depth", self.depth.is_some()),
-            ("period", self.period.is_some()),
-            ("length", self.length.is_some()),
-            ("width", self.width.is_some()),
-            ("edge", self.edge.is_some()),
-            ("radius", self.radius.is_some()),
-            ("skew", self.skew.is_some()),
-            ("offset", self.offset.is_some()),
-        ];
-        match there.iter().find(|(_, there)| *there) {
-            Some((key, _)) => Err(format!("{key} is there, expected only with kind = \"slide\"")),
+        match self.keys().into_iter().find(|key| *key != "direction") {
+            Some(key) => Err(format!("{key} is there, expected only with kind = \"slide\"")),
             None => Ok(()),
         }
     }

@@ -52,7 +52,14 @@ optional; these are the defaults:
   offset = 0             # distance of the block's middle to the left
                          # of its path in mm
   skew = 0               # angle of edges and texture against the
-                         # motion in degrees, -60 to 60
+                         # motion in degrees, -60 to 60; of a shape
+                         # -180 to 180
+  #shape = "block"       # outline: a rectangle of length and width
+                         # that turns with skew; or "corner", "rod",
+                         # "ball" or "coin"; a rod without a width
+                         # has no end
+  #diameter = 8          # diameter of a rod, ball or coin in mm
+  #angle = 90            # angle between a corner's edges in degrees
   #radius = 0.5          # radius of a Sphere in mm, instead of depth,
                          # period, length and edge
   seed = 0               # seed of all random numbers: the same seed
@@ -193,7 +200,7 @@ mod tests {
         let expected = SceneConfig::parse_short("Saw3@150").unwrap();
         assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
         // The test counts the keys, because a missing key would have its default and go unnoticed.
-        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 14 + 2 + 8 + 13 + 16 + 7);
+        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 17 + 2 + 8 + 13 + 16 + 7);
     }
 
     #[test]
