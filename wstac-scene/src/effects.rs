@@ -25,13 +25,13 @@ pub struct Effect {
 
 /// Effects that no scene models.
 pub const NEVER: [&str; 8] = [
-    "sticking and slipping: a tip slides over the surface above its base",
+    "tips that stick: a tip slides over the surface above its base",
     "the tip's own shape and the specimen's wear",
     "whiskers that touch each other or pull at the elastomer between them",
     "light that spreads through the elastomer from one base to the next",
     "fatigue and recovery of the phosphor, and its dependence on temperature",
     "a lens that is out of focus at its rim only",
-    "slides that turn or tilt",
+    "objects that tilt while they slide",
     "texture across the slide: a block's profile is the same over its width",
 ];
 
@@ -57,12 +57,12 @@ macro_rules! amount {
 fn slides(script: &mut SceneConfig) -> impl Iterator<Item = &mut Slide> {
     script.touches.iter_mut().filter_map(|touch| match touch {
         Touch::Slide(slide) => Some(slide),
-        Touch::Press(_) => None,
+        Touch::Press(_) | Touch::Twist(_) => None,
     })
 }
 
 /// All effects, in the order in which light passes through them.
-pub const EFFECTS: [Effect; 22] = [
+pub const EFFECTS: [Effect; 24] = [
     Effect {
         name: "shapes",
         what: "blocks, balls, coins and corners of finite width; a side that is steeper than the overlap is upright (a guess)",
@@ -73,6 +73,34 @@ pub const EFFECTS: [Effect; 22] = [
         },
         remove: |script| slides(script).for_each(|slide| slide.specimen.body = Body::Prism),
         add: |script| slides(script).for_each(|slide| slide.specimen = Specimen::ball(12.0)),
+    },
+    Effect {
+        name: "objects at once",
+        what: "a whisker that two of them touch is bent by the one that bends it more (a guess)",
+        value: |script| {
+            let count = script.touches.iter().filter(|touch| touch.after_s().is_some()).count();
+            (count > 0).then(|| format!("{}", count + 1))
+        },
+        remove: |script| slides(script).for_each(|slide| slide.after_s = None),
+        add: |script| {
+            let Some(slide) = script.touches.first().and_then(Touch::slide).copied() else { return };
+            script.touches.push(Touch::Slide(Slide { after_s: Some(0.1), ..slide }));
+        },
+    },
+    Effect {
+        name: "uneven motion",
+        what: "held, turning, resting or twisting; an object is rigid, and goes on at once (a guess)",
+        value: |script| {
+            let is_uneven = |touch: &&Touch| touch.slide().map_or(touch.kind() == "twist", Slide::changes);
+            script.touches.iter().find(is_uneven).map(|touch| touch.kind().into())
+        },
+        remove: |script| {
+            script.touches.retain(|touch| touch.kind() != "twist");
+            for slide in slides(script) {
+                *slide = Slide { turn_deg_mm: 0.0, rest: None, held: None, profile: None, ..*slide };
+            }
+        },
+        add: |script| slides(script).for_each(|slide| slide.turn_deg_mm = 0.2),
     },
     Effect {
         name: "large bends",

@@ -9,7 +9,7 @@ use super::object::{self, Object};
 use super::rng::Rng;
 use super::script::SceneConfig;
 use super::surface::Surface;
-use super::touch::Touch;
+use super::touch::{Slide, Touch};
 use super::whisker::{Bending, Bent, Whisker, WhiskerConfig};
 
 /// Number of pieces of time in the afterglow's time constant and in the crossing of a period.
@@ -159,7 +159,7 @@ impl Elastomer {
                     (mean * share, self.light.rubbing_ms * 1e-3 * gain / share)
                 }
                 // The surface of a press is a path in time.
-                Touch::Press(_) => (1.0, 0.0),
+                _ => (1.0, 0.0),
             };
             Passage {
                 bending: &self.bending,
@@ -227,9 +227,12 @@ impl Elastomer {
         while truth.get(self.next).is_some_and(|truth| truth.end_s <= from) {
             self.next += 1;
         }
-        let Some(truth) = truth.get(self.next).filter(|truth| truth.start_s < to) else { return };
+        let rest = truth.get(self.next..).unwrap_or_default();
+        let Some(truth) = rest.first().filter(|truth| truth.start_s < to) else { return };
+        let beside = rest.iter().skip(1).take_while(|truth| truth.touch.after_s().is_some()).count();
+        let (group, is_alone) = (rest.get(..=beside).unwrap_or_default(), beside == 0);
         let number = self.next as u64;
-        self.next += 1;
+        self.next += group.len();
         let gain = gain(self.light.run_deviation * self.noise, &mut Rng::new(self.seed, RUNS + (number << 8)));
         let mut seeds = Rng::new(self.seed, FLUCTUATIONS + (number << 8));
         let (mut meets, mut behind_mm) = ([false; TAXELS], [0.0; TAXELS]);
@@ -244,10 +247,13 @@ impl Elastomer {
         }
         let mut objects = Vec::new();
         let surfaces = match &truth.touch {
-            Touch::Slide(slide) if slide.is_prism() => vec![Surface::new(&slide.specimen, self.whisker.overlap_mm)],
-            Touch::Press(press) => vec![Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s)],
-            Touch::Slide(_) => {
-                objects.push(Object::new(truth.touch, 0.0, &self.whisker));
+            Touch::Slide(slide) if is_alone && slide.is_even_prism() => {
+                vec![Surface::new(&slide.specimen, self.whisker.overlap_mm)]
+            }
+            Touch::Press(press) if is_alone => vec![Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s)],
+            _ => {
+                let after_s = |of: &Truth| of.start_s - truth.start_s;
+                objects.extend(group.iter().map(|of| Object::new(of.touch, after_s(of), &self.whisker)));
                 self.surfaces_of(&objects, &mut meets, &mut behind_mm)
             }
         };
@@ -258,7 +264,7 @@ impl Elastomer {
             surfaces,
             objects,
             start: truth.start_s,
-            end: truth.end_s,
+            end: group.iter().fold(truth.end_s, |end, truth| end.max(truth.end_s)),
             gain,
         });
     }
@@ -267,7 +273,9 @@ impl Elastomer {
 impl Current {
     /// Returns `true` if its speed changes within a frame.
     fn changes(&self) -> bool {
-        self.objects.len() > 1 || self.touch.slide().is_some_and(|slide| slide.profile.is_some())
+        self.objects.len() > 1
+            || self.touch.slide().is_some_and(Slide::changes)
+            || matches!(self.touch, Touch::Twist(_))
     }
 
     /// Returns how the surface rubs a whisker in a stretch of `length` s.
@@ -275,8 +283,8 @@ impl Current {
         let overlap = |object: &&Object| object.overlap_mm(taxel, whisker, passed + 0.5 * length);
         let deepest = self.objects.iter().max_by(|a, b| overlap(a).total_cmp(&overlap(b)));
         deepest.map_or(Rub { from_mm: passed, mm_s: speed_mm_s }, |object| {
-            let from_mm = object.moved_mm(passed);
-            Rub { from_mm, mm_s: (object.moved_mm(passed + length) - from_mm) / length }
+            let from_mm = object.moved_mm(whisker, passed);
+            Rub { from_mm, mm_s: (object.moved_mm(whisker, passed + length) - from_mm) / length }
         })
     }
 }
@@ -302,6 +310,7 @@ fn is_met(touch: &Touch, taxel: usize, whisker: &Whisker) -> bool {
     match touch {
         Touch::Slide(slide) => slide.meets(whisker),
         Touch::Press(press) => press.meets(taxel),
+        Touch::Twist(_) => true,
     }
 }
 
@@ -321,7 +330,7 @@ fn passed(current: &Current, behind_mm: f64, from: f64) -> f64 {
 /// Returns the overlap of a touch's crests, or of its plate at its lowest, with a whisker, in mm.
 fn overlap_mm(config: &WhiskerConfig, whisker: &Whisker, touch: &Touch) -> f64 {
     match touch {
-        Touch::Slide(_) => config.overlap_mm - whisker.lowered,
+        Touch::Slide(_) | Touch::Twist(_) => config.overlap_mm - whisker.lowered,
         Touch::Press(press) => press.overlap_mm - whisker.lowered - press.higher_mm(whisker, config),
     }
 }

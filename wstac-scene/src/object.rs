@@ -4,11 +4,13 @@
 //! Any other touch becomes a surface in time for each whisker, as that of a press. Two objects at once are one such
 //! surface: a whisker is bent by the object that bends it most.
 
-use libm::{ceil, cos, fabs, sin, sqrt, tan};
+use core::f64::consts::SQRT_2;
+
+use libm::{ceil, cos, fabs, hypot, sin, sqrt, tan};
 
 use super::specimen::{Body, Specimen};
 use super::surface::Surface;
-use super::touch::{Slide, Touch, unit};
+use super::touch::{Held, Slide, Touch, Twist, unit};
 use super::whisker::{Whisker, WhiskerConfig};
 
 /// Distance in mm between places at which an overlap is looked up, at the most: finer shapes are not seen.
@@ -31,10 +33,18 @@ pub(crate) struct Object {
 impl Object {
     /// Creates the object of a touch that starts `after_s` s after the first touch of its group.
     pub(crate) fn new(touch: Touch, after_s: f64, whisker: &WhiskerConfig) -> Self {
-        let specimen = touch.slide().map_or(Specimen::ALL[0], |slide| slide.specimen);
+        let specimen = match &touch {
+            Touch::Slide(slide) => slide.specimen,
+            Touch::Twist(twist) => twist.specimen,
+            Touch::Press(_) => Specimen::ALL[0],
+        };
         let edge_degrees = if specimen.body == Body::Prism { specimen.edge_degrees } else { 90.0 };
         let profile = Surface::new(&Specimen { edge_degrees, ..specimen }, whisker.overlap_mm);
-        let start_mm = touch.slide().map_or(0.0, |slide| slide.reach_mm(whisker)[0]);
+        let start_mm = match &touch {
+            Touch::Slide(slide) => slide.reach_mm(whisker)[0],
+            Touch::Twist(twist) => twist.at_rest().reach_mm(whisker)[0],
+            Touch::Press(_) => 0.0,
+        };
         Self { touch, after_s, lasts_s: touch.lasts_s(whisker), start_mm, profile, whisker: *whisker }
     }
 
@@ -46,9 +56,13 @@ impl Object {
         }
         match &self.touch {
             Touch::Slide(slide) => {
-                let crests = self.whisker.overlap_mm - whisker.lowered;
-                let place = slide.place_of(whisker, self.start_mm + slide.moved_mm(since));
-                crests - drop_mm(slide, &self.profile, place, self.whisker.overlap_mm)
+                let place = slide.place_of(whisker, self.start_mm + self.path_mm(slide, since));
+                self.below_mm(slide, whisker, place, since)
+            }
+            Touch::Twist(twist) => {
+                let (slide, turning) = (twist.at_rest(), since - self.down_s(&twist.held));
+                let place = slide.place_of(&twist.turned_back(whisker, turning), self.start_mm);
+                self.below_mm(&slide, whisker, place, since)
             }
             Touch::Press(press) => {
                 if !press.meets(taxel) {
@@ -61,9 +75,50 @@ impl Object {
         }
     }
 
-    /// Returns the distance in mm that the surface has moved `time` s after the group's first touch.
-    pub(crate) fn moved_mm(&self, time: f64) -> f64 {
-        self.touch.slide().map_or(0.0, |slide| slide.moved_mm(time - self.after_s))
+    /// Returns the overlap of a place of a body with a whisker, in mm.
+    fn below_mm(&self, slide: &Slide, whisker: &Whisker, place: [f64; 2], since: f64) -> f64 {
+        let overlap_mm = self.whisker.overlap_mm;
+        let raised = slide.held.map_or(0.0, |held| held.raised_mm(overlap_mm, since, self.lasts_s - since));
+        overlap_mm - whisker.lowered - raised - drop_mm(slide, &self.profile, place, overlap_mm)
+    }
+
+    /// Returns the time in s from its first touch to its motion.
+    fn down_s(&self, held: &Held) -> f64 {
+        self.whisker.overlap_mm / held.approach_mm_s + held.hold_s
+    }
+
+    /// Returns how far a slide has moved in mm, `since` s after its first touch.
+    fn path_mm(&self, slide: &Slide, since: f64) -> f64 {
+        let Some(held) = &slide.held else { return slide.moved_mm(since) };
+        let moved = slide.moved_mm((since - self.down_s(held)).max(0.0));
+        held.travel_mm.map_or(moved, |travel| moved.min(travel))
+    }
+
+    /// Returns the distance in mm that the surface has moved below a whisker, `time` s after the group's first touch.
+    pub(crate) fn moved_mm(&self, whisker: &Whisker, time: f64) -> f64 {
+        let since = time - self.after_s;
+        match &self.touch {
+            Touch::Slide(slide) => self.path_mm(slide, since),
+            Touch::Press(_) => 0.0,
+            Touch::Twist(twist) => {
+                let ([x, y], turning) = (twist.pivot_mm, since - self.down_s(&twist.held));
+                let radius = hypot(whisker.x - x, whisker.y - y);
+                radius * (turning.clamp(0.0, twist.turns_s()) * twist.speed_deg_s).to_radians()
+            }
+        }
+    }
+
+    /// Returns the farthest that a point of a specimen that a whisker meets moves in a twist, in mm.
+    fn widest_mm(&self, twist: &Twist) -> f64 {
+        let [x, y] = twist.pivot_mm;
+        (self.whisker.span_mm() / SQRT_2 + hypot(x, y)) * fabs(twist.by_deg).to_radians()
+    }
+
+    /// Adds the moments at which a touch that is pressed on starts, is at its lowest, rises again, and ends.
+    fn ends(&self, held: Option<&Held>, moments: &mut Vec<f64>) {
+        let Some(held) = held else { return };
+        let down = self.whisker.overlap_mm / held.approach_mm_s;
+        moments.extend([0.0, down, self.lasts_s - down, self.lasts_s].map(|moment| self.after_s + moment));
     }
 
     /// Adds moments, in s after the group's first touch, between which nothing changes that they do not show.
@@ -71,9 +126,16 @@ impl Object {
         match &self.touch {
             Touch::Slide(slide) => {
                 let path = slide.path_mm(&self.whisker);
-                let parts = ceil(path / slide.specimen.coarsest_mm().min(WIDEST_MM)) as u32;
-                let places = (0..=parts).map(|part| path * f64::from(part) / f64::from(parts));
-                moments.extend(places.map(|place| self.after_s + slide.time_s(place)));
+                let down = slide.held.map_or(0.0, |held| self.down_s(&held));
+                let places = places(path, &slide.specimen);
+                moments.extend(places.map(|place| self.after_s + down + slide.time_s(place)));
+                self.ends(slide.held.as_ref(), moments);
+            }
+            Touch::Twist(twist) => {
+                let widest = self.widest_mm(twist);
+                let (down, mm_s) = (self.down_s(&twist.held), widest / twist.turns_s());
+                moments.extend(places(widest, &twist.specimen).map(|place| self.after_s + down + place / mm_s));
+                self.ends(Some(&twist.held), moments);
             }
             Touch::Press(press) => {
                 let (down, up) = (press.approach_s(), press.approach_s() + press.hold_s);
@@ -81,6 +143,12 @@ impl Object {
             }
         }
     }
+}
+
+/// Returns places on a path at which a specimen must be looked up, in mm.
+fn places(path: f64, specimen: &Specimen) -> impl Iterator<Item = f64> {
+    let parts = ceil(path / specimen.coarsest_mm().min(WIDEST_MM)).max(1.0) as u32;
+    (0..=parts).map(move |part| path * f64::from(part) / f64::from(parts))
 }
 
 /// Returns the surface in time that a whisker meets of some objects.

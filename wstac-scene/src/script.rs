@@ -29,6 +29,18 @@
 //! kind = "slide"         # with the keys of a slide
 //! specimen = "Saw3"
 //! speed = 150
+//! hold = 0.5             # pressed on with its middle on the sensor's, at `approach` mm/s, then at rest for this time in s
+//! travel = 20            # lifted off after this way in mm; default: it slides until it has left
+//! turn = 0.2             # degrees by which it and its direction turn per mm of path
+//! stop = [20, 0.5]       # place on its path in mm, and time in s of a rest there
+//! stick = [5, 0.05]      # the same after every 5 mm
+//! after = 0.1            # starts this time in s after the first of the touches that it is there with
+//! [[touch]]
+//! kind = "twist"         # a specimen is pressed on, turns and is lifted off
+//! specimen = "Saw3"      # or a shape; its middle is on the sensor's
+//! by = 45                # angle in degrees, counterclockwise
+//! rate = 90              # degrees per second
+//! pivot = [0, 0]         # the point about which it turns, to the right and up, in mm
 //! [[touch]]
 //! kind = "press"         # or "hold", a long one, or "poke", on one whisker
 //! overlap = 3            # of the plate at its lowest, with the middle whisker, in mm
@@ -183,6 +195,9 @@ fn check(file: SceneFile) -> Result<SceneConfig, String> {
             let check = |(n, slide): (usize, &FileSlide)| slide.check().map_err(|e| numbered("slide", n, e));
             (1..).zip(slides).map(check).map(|slide| slide.map(Touch::Slide)).collect::<Result<_, _>>()?
         }
+        ([], [first, ..]) if first.after.is_some() => {
+            return Err("[[touch]] 1: after is there, expected a touch before it".into());
+        }
         ([], touches) => {
             let check =
                 |(n, touch): (usize, &FileTouch)| touch.check(&file.whisker).map_err(|e| numbered("touch", n, e));
@@ -255,12 +270,32 @@ mod tests {
         assert_eq!(script.touches.iter().map(Touch::kind).collect::<Vec<_>>(), ["press", "poke", "hold"]);
         for (text, part) in [
             ("[[touch]]", "kind"),
-            ("[[touch]]\nkind = \"rub\"", "kind is \"rub\", expected slide, press, poke or hold"),
+            ("[[touch]]\nkind = \"rub\"", "kind is \"rub\", expected slide, press, poke, hold or twist"),
             ("[[touch]]\nkind = \"poke\"", "[[touch]] 1: whisker is missing"),
             ("[[touch]]\nkind = \"poke\"\nwhisker = [0, 1]", "[0, 1]"),
-            ("[[touch]]\nkind = \"press\"\nwhisker = [1, 1]", "whisker is [1, 1], expected only with kind = \"poke\""),
+            ("[[touch]]\nkind = \"press\"\nwhisker = [1, 1]", "whisker is there, expected only with kind = \"poke\""),
             ("[[touch]]\nkind = \"press\"\nspeed = 9", "speed is there, expected only with kind = \"slide\""),
-            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nhold = 1", "hold is 1, expected only with"),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntilt = 1",
+                "tilt is there, expected only with",
+            ),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1",
+                "travel is there, expected it beside",
+            ),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nafter = 1",
+                "after is there, expected a touch",
+            ),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nstick = [0, 1]", "stick's distance is 0"),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nstick = [1, 1]\nstop = [1, 1]",
+                "without stick",
+            ),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nturn = 2", "turn is 2, expected -1 to 1"),
+            ("[[touch]]\nkind = \"twist\"\nspecimen = \"Fla0\"\nrate = 9", "by is missing, expected an angle"),
+            ("[[touch]]\nkind = \"twist\"\nspecimen = \"Fla0\"\nby = 9\nrate = 9\nspeed = 9", "speed is there"),
+            ("[[touch]]\nkind = \"hold\"\nby = 9", "by is there, expected only with kind = \"twist\""),
             ("[[touch]]\nkind = \"press\"\noverlap = 9", "overlap is 9, expected 0.01 to 4.75"),
             ("speed = 9\n[[touch]]\nkind = \"hold\"", "beside [[touch]]"),
             ("[[slide]]\nspecimen = \"Fla0\"\nspeed = 9\n[[touch]]\nkind = \"hold\"", "beside [[touch]]"),

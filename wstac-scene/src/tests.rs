@@ -535,3 +535,114 @@ fn bodies_light_the_whiskers_that_they_meet_when_they_do() {
         }
     }
 }
+
+/// Returns the light of every taxel over the frames between two moments in s.
+fn light_between(lights: &[[f64; TAXELS]], from: f64, to: f64) -> [f64; TAXELS] {
+    let frames = &lights[(from * 30.0) as usize..(to * 30.0) as usize];
+    core::array::from_fn(|taxel| frames.iter().map(|light| light[taxel]).sum())
+}
+
+const BALL: &str = "[[touch]]\nkind = \"slide\"\nshape = \"ball\"\ndiameter = 6\n";
+const NO_NOISE: &str = "noise = 0\nlead_in = 45\n[whisker]\ndome_degrees = 0\n[light]\ngain_deviation = 0";
+
+/// Checks that two balls light the whiskers of each of them as if it were alone, wherever they are not on one whisker.
+#[test]
+fn two_objects_bend_the_whiskers_that_each_of_them_meets() {
+    let ball = |offset: i32, speed: i32, more: &str| format!("{BALL}speed = {speed}\noffset = {offset}\n{more}");
+    let scene = |touches: &str| lights(&format!("{NO_NOISE}\n{touches}"));
+    let (left, right) = (scene(&ball(8, 60, "")), scene(&ball(-8, 90, "")));
+    let both = scene(&(ball(8, 60, "") + &ball(-8, 90, "after = 0")));
+    for taxel in 0..TAXELS {
+        // Moving to the right, the left ball lights the upper row. The light ends before the scene that is shorter.
+        let alone = if taxel < 5 { &left } else { &right };
+        let (mut most, mut worst) = (0.0_f64, 0.0_f64);
+        for (both, alone) in both.iter().zip(alone) {
+            let expected = alone[taxel];
+            (most, worst) = (most.max(expected), worst.max((both[taxel] - expected).abs()));
+        }
+        let is_lit = taxel / 5 == 0 || taxel / 5 == 4;
+        // Random starts differ.
+        assert!(worst < 0.02 * most + 1e-9 && (most > 0.0) == is_lit, "{taxel}: {worst} of {most}");
+    }
+    // Two on the same path are one: the whisker is bent by the one that bends it most.
+    let twice = scene(&(ball(0, 60, "") + &ball(0, 60, "after = 0")));
+    let once = scene(&ball(0, 60, ""));
+    let sum = |lights: &[[f64; TAXELS]]| lights.iter().flatten().sum::<f64>();
+    assert!((sum(&twice) / sum(&once) - 1.0).abs() < 1e-3, "{} {}", sum(&twice), sum(&once));
+    let scene = "[[touch]]\nkind = \"hold\"\nhold = 1\n".to_owned() + &ball(0, 60, "after = 0.5");
+    let truth = Scene::new(&SceneConfig::from_toml("s", &scene).unwrap()).unwrap().truth().to_vec();
+    assert!((truth[1].start_s - truth[0].start_s - 0.5).abs() < 1e-9);
+}
+
+#[test]
+fn a_held_block_is_dark_until_it_slides() {
+    let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Tri3\"\nspeed = 60\nhold = 1.5\ntravel = 20\n";
+    let text = format!("{NO_NOISE}\nrubbing_ms = 0\n{slide}");
+    let truth = Scene::new(&SceneConfig::from_toml("s", &text).unwrap()).unwrap().truth()[0];
+    let down = 3.0 / 400.0;
+    assert!((truth.end_s - truth.start_s - (2.0 * down + 1.5 + 20.0 / 60.0)).abs() < 1e-9);
+    let (lights, start) = (lights(&text), truth.start_s);
+    let pressed = light_between(&lights, start, start + 0.5);
+    let held = light_between(&lights, start + 1.2, start + 1.45);
+    let slides = light_between(&lights, start + 1.55, start + 1.8);
+    for taxel in 0..TAXELS {
+        assert!(pressed[taxel] > 0.05 && held[taxel] < 1e-6, "{taxel}: {pressed:?} {held:?}");
+        assert!(slides[taxel] > 0.05, "{taxel}: {slides:?}");
+    }
+    // A flat block that was pressed on shows nothing of its motion but its rubbing.
+    let flat = lights_of_flat(&text);
+    assert!(light_between(&flat, start + 1.55, start + 1.8).iter().all(|light| *light < 1e-6));
+}
+
+fn lights_of_flat(text: &str) -> Vec<[f64; TAXELS]> {
+    lights(&text.replace("Tri3", "Fla0"))
+}
+
+/// Checks that a twist lights whiskers the more the farther they are from its pivot, and the pivot's own not at all.
+#[test]
+fn a_twist_lights_what_is_far_from_its_pivot() {
+    let twist = "[[touch]]\nkind = \"twist\"\nspecimen = \"Tri3\"\nby = 60\nrate = 60\nhold = 1\npivot = [-8, 8]\n";
+    let text = format!("{NO_NOISE}\nrubbing_ms = 0\n{twist}");
+    let truth = Scene::new(&SceneConfig::from_toml("s", &text).unwrap()).unwrap().truth()[0];
+    let lights = lights(&text);
+    let light = light_between(&lights, truth.start_s + 1.05, truth.start_s + 1.95);
+    // A whisker crosses teeth in proportion to its distance, here four times as many.
+    assert!(light[0] < 1e-6 && (3.0..5.0).contains(&(light[24] / light[6])), "{light:?}");
+}
+
+#[test]
+fn a_slide_rests_where_it_is_told_to() {
+    let of = |keys: &str| {
+        let text = format!("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 50\n{keys}");
+        *SceneConfig::from_toml("s", &text).unwrap().touches[0].slide().unwrap()
+    };
+    let (even, stop, stick) = (of(""), of("stop = [20, 0.5]"), of("stick = [5, 0.1]"));
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
+    close(stop.moved_mm(0.39), 19.5);
+    close(stop.moved_mm(0.7), 20.0);
+    close(stop.moved_mm(1.0), 25.0);
+    close(stop.time_s(30.0), 1.1);
+    // After 12 mm it has rested twice.
+    close(stick.moved_mm(0.44), 12.0);
+    close(stick.moved_mm(0.15), 5.0);
+    for place in [3.0, 4.99, 7.0, 33.3, 104.0] {
+        close(stick.moved_mm(stick.time_s(place)), place);
+        close(even.moved_mm(even.time_s(place)), place);
+    }
+}
+
+/// Checks that a slide that turns meets whiskers in the order of an arc, and ends turned.
+#[test]
+fn a_slide_turns_with_its_path() {
+    let scene = |turn: f64| {
+        let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 40\nlength = 30";
+        let lights = lights(&format!("{NO_NOISE}\n[sensor]\nfps = 120\n{slide}\nturn = {turn}"));
+        let first = |taxel: usize| lights.iter().position(|light| light[taxel] > 1e-9).unwrap() as f64;
+        // How much later the upper than the lower whisker of the first and last columns is met, in mm.
+        [0, 4].map(|column| (first(column) - first(20 + column)) / 120.0 * 40.0)
+    };
+    assert_eq!(scene(0.0), [0.0; 2]);
+    let [first, last] = scene(0.5);
+    // By 8 mm from the middle the edge has turned by 4 degrees, so that 16 mm across are 1.1 mm along.
+    assert!((-1.6..-0.6).contains(&first) && (0.6..1.6).contains(&last), "{first} {last}");
+}

@@ -8,7 +8,7 @@ use super::light::{LightConfig, taxel_of};
 use super::object::extent;
 use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Body, Pattern, Specimen};
-use super::touch::{MOST_POINTS, Press, PressKind, Slide, SpeedProfile, Touch};
+use super::touch::{Held, MOST_POINTS, Press, PressKind, Rest, Slide, SpeedProfile, Touch, Twist};
 use super::whisker::WhiskerConfig;
 
 /// Speeds of the slowest and fastest slide, in mm/s.
@@ -87,6 +87,17 @@ with_slide_keys! {
         approach: Option<f64>,
         hold: Option<f64>,
         tilt: Option<f64>,
+        pub after: Option<f64>,
+        turn: Option<f64>,
+        travel: Option<f64>,
+        by: Option<f64>,
+        rate: Option<f64>,
+        #[serde(default, deserialize_with = "whole_if_any")]
+        pivot: Option<[f64; 2]>,
+        #[serde(default, deserialize_with = "whole_if_any")]
+        stop: Option<[f64; 2]>,
+        #[serde(default, deserialize_with = "whole_if_any")]
+        stick: Option<[f64; 2]>,
         #[serde(default, deserialize_with = "whole_if_any")]
         whisker: Option<[i64; 2]>,
     }
@@ -224,21 +235,24 @@ impl FileTouch {
     /// Returns the touch; an error names the key, the value found and the values expected.
     pub(crate) fn check(&self, whisker: &WhiskerConfig) -> Result<Touch, String> {
         let (kind, hold_s) = match self.kind.as_str() {
-            "slide" => return self.check_slide().map(Touch::Slide),
-            "press" => (PressKind::Press, PRESS_S),
+            "press" | "slide" | "twist" => (PressKind::Press, PRESS_S),
             "poke" => (PressKind::Poke, PRESS_S),
             "hold" => (PressKind::Hold, HOLD_S),
-            other => return Err(format!("kind is {other:?}, expected slide, press, poke or hold")),
+            other => return Err(format!("kind is {other:?}, expected slide, press, poke, hold or twist")),
         };
-        self.refuse_slide_keys()?;
+        self.refuse_others()?;
+        match self.kind.as_str() {
+            "slide" => return self.check_slide().map(Touch::Slide),
+            "twist" => return self.check_twist().map(Touch::Twist),
+            _ => {}
+        }
         let whisker_of = match (self.whisker, kind) {
             (Some([row, column]), PressKind::Poke) => {
                 taxel_of("whisker", row, column)?;
                 Some([row as u8, column as u8])
             }
             (None, PressKind::Poke) => return Err("whisker is missing, expected its row and column".into()),
-            (Some(found), _) => return Err(format!("whisker is {found:?}, expected only with kind = \"poke\"")),
-            (None, _) => None,
+            _ => None,
         };
         let press = Press {
             kind,
@@ -257,22 +271,82 @@ impl FileTouch {
     }
 
     fn check_slide(&self) -> Result<Slide, String> {
-        let numbers =
-            [("overlap", self.overlap), ("approach", self.approach), ("hold", self.hold), ("tilt", self.tilt)];
-        for (key, found) in numbers {
-            if let Some(found) = found {
-                return Err(format!("{key} is {found}, expected only with kind = \"press\", \"poke\" or \"hold\""));
-            }
+        let slide = self.slide().check()?;
+        if let Some(key) =
+            [("approach", self.approach), ("travel", self.travel)].iter().find(|(_, found)| found.is_some())
+        {
+            self.hold.ok_or_else(|| format!("{} is there, expected it beside hold", key.0))?;
         }
-        if let Some(found) = self.whisker {
-            return Err(format!("whisker is {found:?}, expected only with kind = \"poke\""));
+        let turn_deg_mm = self.turn.unwrap_or(0.0);
+        within("turn", turn_deg_mm, -1.0, 1.0)?;
+        self.after.map_or(Ok(()), |after| within("after", after, 0.0, 60.0))?;
+        let rest = match (self.stop, self.stick) {
+            (Some(_), Some(_)) => return Err("stop is there, expected it without stick".into()),
+            (Some([first_mm, rest_s]), None) => Some(Rest { first_mm, every_mm: f64::INFINITY, rest_s }),
+            (None, Some([every_mm, rest_s])) => Some(Rest { first_mm: every_mm, every_mm, rest_s }),
+            (None, None) => None,
+        };
+        if let Some(rest) = &rest {
+            let key = if self.stop.is_some() { "stop" } else { "stick" };
+            within(&format!("{key}'s distance"), rest.first_mm, 0.5, 2000.0)?;
+            within(&format!("{key}'s time"), rest.rest_s, 0.0, 60.0)?;
         }
-        self.slide().check()
+        let held = self.hold.map(|_| self.check_held(0.0)).transpose()?;
+        Ok(Slide { turn_deg_mm, rest, held, after_s: self.after, ..slide })
     }
 
-    fn refuse_slide_keys(&self) -> Result<(), String> {
-        match self.keys().into_iter().find(|key| *key != "direction") {
-            Some(key) => Err(format!("{key} is there, expected only with kind = \"slide\"")),
+    fn check_twist(&self) -> Result<Twist, String> {
+        if let Some(key) = self.keys().into_iter().find(|key| ["speed", "skew", "offset"].contains(key)) {
+            return Err(format!("{key} is there, expected only with kind = \"slide\""));
+        }
+        let slide = FileSlide { speed: Some(FileSpeed::Even(SPEEDS.0)), ..self.slide() }.check()?;
+        let twist = Twist {
+            specimen: slide.specimen,
+            direction_deg: slide.direction_deg,
+            pivot_mm: self.pivot.unwrap_or_default(),
+            by_deg: self.by.ok_or("by is missing, expected an angle in degrees")?,
+            speed_deg_s: self.rate.ok_or("rate is missing, expected degrees per second")?,
+            held: Held { travel_mm: Some(0.0), ..self.check_held(PRESS_S)? },
+        };
+        twist.pivot_mm.into_iter().try_for_each(|mm| within("pivot", mm, -100.0, 100.0))?;
+        within("by", twist.by_deg.abs(), 0.1, 360.0)?;
+        within("rate", twist.speed_deg_s, 1.0, 3600.0)?;
+        Ok(twist)
+    }
+
+    /// Returns how a specimen is pressed on.
+    fn check_held(&self, hold_s: f64) -> Result<Held, String> {
+        let (approach_mm_s, hold_s) = (self.approach.unwrap_or(APPROACH), self.hold.unwrap_or(hold_s));
+        within("approach", approach_mm_s, 1.0, 10_000.0)?;
+        within("hold", hold_s, 0.0, 3600.0)?;
+        self.travel.map_or(Ok(()), |travel| within("travel", travel, 0.1, 1000.0))?;
+        Ok(Held { approach_mm_s, hold_s, travel_mm: self.travel })
+    }
+
+    /// Refuses keys of other kinds of touches.
+    fn refuse_others(&self) -> Result<(), String> {
+        let presses = &["press", "poke", "hold"][..];
+        for (key, is_there, kinds) in [
+            ("overlap", self.overlap.is_some(), presses),
+            ("tilt", self.tilt.is_some(), presses),
+            ("whisker", self.whisker.is_some(), &["poke"]),
+            ("after", self.after.is_some(), &["slide"]),
+            ("stop", self.stop.is_some(), &["slide"]),
+            ("stick", self.stick.is_some(), &["slide"]),
+            ("turn", self.turn.is_some(), &["slide"]),
+            ("travel", self.travel.is_some(), &["slide"]),
+            ("by", self.by.is_some(), &["twist"]),
+            ("rate", self.rate.is_some(), &["twist"]),
+            ("pivot", self.pivot.is_some(), &["twist"]),
+        ] {
+            if is_there && !kinds.contains(&self.kind.as_str()) {
+                let kinds: Vec<_> = kinds.iter().map(|kind| format!("{kind:?}")).collect();
+                return Err(format!("{key} is there, expected only with kind = {}", kinds.join(" or ")));
+            }
+        }
+        let is_press = presses.contains(&self.kind.as_str());
+        match self.keys().into_iter().find(|key| is_press && *key != "direction") {
+            Some(key) => Err(format!("{key} is there, expected only with kind = \"slide\" or \"twist\"")),
             None => Ok(()),
         }
     }

@@ -151,6 +151,13 @@ specimen to radius. Other touches: any number of [[touch]] tables.
   kind = "slide"         # with the keys of a slide
   specimen = "Saw3"
   speed = 150
+  #hold = 0.5            # pressed on, then still for this time in s
+  #travel = 20           # then lifted off after this way in mm
+  #turn = 0.2            # degrees it turns per mm of path, -1 to 1
+  #stop = [20, 0.5]      # after 20 mm it rests for 0.5 s
+  #stick = [5, 0.05]     # the same after every 5 mm
+  #after = 0.1           # starts s after the touch before it
+                         # started, with it on the sensor
   [[touch]]
   kind = "press"         # a plate on all whiskers
   overlap = 3            # its overlap with the middle whisker at its
@@ -159,6 +166,12 @@ specimen to radius. Other touches: any number of [[touch]] tables.
   hold = 0.2             # time at its lowest in s
   tilt = 0               # its angle in degrees; it is higher in
   direction = 0          # this direction
+  [[touch]]
+  kind = "twist"         # a specimen or shape is pressed on, turns
+  specimen = "Saw3"      # and is lifted off
+  by = 45                # angle in degrees
+  rate = 90              # degrees per second
+  pivot = [0, 0]         # mm to the right, mm up
   [[touch]]
   kind = "hold"          # a press whose hold is 5 by default
   [[touch]]
@@ -211,6 +224,6 @@ mod tests {
             .fold(String::new(), |text, line| text + line + "\n");
         let scene = SceneConfig::from_toml("help", &text).unwrap();
         let kinds: Vec<_> = scene.touches.iter().map(wstac_scene::Touch::kind).collect();
-        assert_eq!(kinds, ["slide", "press", "hold", "poke"]);
+        assert_eq!(kinds, ["slide", "press", "twist", "hold", "poke"]);
     }
 }
