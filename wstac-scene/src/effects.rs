@@ -24,12 +24,11 @@ pub struct Effect {
 }
 
 /// Effects that no scene models.
-pub const NEVER: [&str; 8] = [
+pub const NEVER: [&str; 7] = [
     "tips that stick: a tip slides over the surface above its base",
     "the tip's own shape and the specimen's wear",
     "whiskers that touch each other or pull at the elastomer between them",
-    "light that spreads through the elastomer from one base to the next",
-    "fatigue and recovery of the phosphor, and its dependence on temperature",
+    "recovery of the phosphor, and its dependence on temperature",
     "a lens that is out of focus at its rim only",
     "objects that tilt while they slide",
     "texture across the slide: a block's profile is the same over its width",
@@ -62,7 +61,7 @@ fn slides(script: &mut SceneConfig) -> impl Iterator<Item = &mut Slide> {
 }
 
 /// All effects, in the order in which light passes through them.
-pub const EFFECTS: [Effect; 24] = [
+pub const EFFECTS: [Effect; 26] = [
     Effect {
         name: "shapes",
         what: "blocks, balls, coins and corners of finite width; a side that is steeper than the overlap is upright (a guess)",
@@ -159,6 +158,14 @@ pub const EFFECTS: [Effect; 24] = [
         value: |script| (script.light.weak != Weak::default()).then(|| format!("{}", script.light.weak.count())),
         remove: |script| script.light.weak = Weak::default(),
         add: |script| script.light.weak = Weak::try_from(vec![(3, 3, 0.5)]).unwrap_or_default(),
+    },
+    amount! {
+        "cross-talk": "a base's light is seen at the four beside it (a guess)",
+        light.crosstalk, " of it", usually 0.05
+    },
+    amount! {
+        "decay": "each touch has less light than the one before (a guess)",
+        light.decay, " per touch", usually 0.02
     },
     amount! {
         "leak": "ambient light on every pixel",

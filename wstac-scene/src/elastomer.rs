@@ -117,7 +117,7 @@ impl Elastomer {
         if open < length {
             self.pass(from + open, length - open);
         }
-        light.map(|light| light * drifted)
+        self.light.seen(light.map(|light| light * drifted))
     }
 
     /// Advances by `length` s. A stretch in which the speed changes is divided into shorter ones.
@@ -234,6 +234,7 @@ impl Elastomer {
         let number = self.next as u64;
         self.next += group.len();
         let gain = gain(self.light.run_deviation * self.noise, &mut Rng::new(self.seed, RUNS + (number << 8)));
+        let gain = gain * libm::pow(1.0 - self.light.decay, number as f64);
         let mut seeds = Rng::new(self.seed, FLUCTUATIONS + (number << 8));
         let (mut meets, mut behind_mm) = ([false; TAXELS], [0.0; TAXELS]);
         for (taxel, site) in self.sites.iter_mut().enumerate() {

@@ -358,6 +358,8 @@ mod tests {
             ("shape = \"ball\"\nspecimen = \"Saw3\"\nspeed = 9\ndiameter = 9", ["specimen is \"Saw3\"", "none with"]),
             ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),
             ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[light]\ncrosstalk = 1", ["crosstalk is 1", "0 to 0.25"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[light]\ndecay = 2", ["[light] decay is 2", "0 to 1"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[light]\nleak = 2", ["[light] leak is 2", "0 to 1"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\noverlap_mm = 5", ["[whisker] overlap_mm is 5", "0 to 4.75"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nrelaxation_ms = 1e-9", ["relaxation_ms is", "1000, or 0"]),

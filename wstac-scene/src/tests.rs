@@ -646,3 +646,26 @@ fn a_slide_turns_with_its_path() {
     // By 8 mm from the middle the edge has turned by 4 degrees, so that 16 mm across are 1.1 mm along.
     assert!((-1.6..-0.6).contains(&first) && (0.6..1.6).contains(&last), "{first} {last}");
 }
+
+#[test]
+fn light_is_seen_beside_and_decays_over_touches() {
+    let poke = "[[touch]]\nkind = \"poke\"\nwhisker = [1, 2]\n";
+    let text = |more: &str| format!("{NO_NOISE}\n{more}\n{poke}{poke}{poke}");
+    let of = |more: &str| {
+        let truth = Scene::new(&SceneConfig::from_toml("s", &text(more)).unwrap()).unwrap().truth().to_vec();
+        let lights = lights(&text(more));
+        truth.iter().map(|one| light_between(&lights, one.start_s - 0.1, one.end_s + 1.5)).collect::<Vec<_>>()
+    };
+    let (plain, beside, less) = (of(""), of("crosstalk = 0.1"), of("decay = 0.2"));
+    for taxel in 0..TAXELS {
+        let share = [1.0, 0.1, 0.0][match taxel {
+            1 => 0,
+            0 | 2 | 6 => 1,
+            _ => 2,
+        }];
+        assert!((beside[0][taxel] - share * plain[0][1]).abs() < 1e-9, "{taxel}: {beside:?}");
+    }
+    for (touch, part) in [1.0, 0.8, 0.64].into_iter().enumerate() {
+        assert!((less[touch][1] / plain[0][1] - part).abs() < 1e-3, "{touch}: {less:?}");
+    }
+}

@@ -104,6 +104,10 @@ optional; these are the defaults:
   leak_per_minute = 0    # growth of the leak per minute
   drift_per_minute = 0   # growth of all light per minute, as a
                          # fraction of the light
+  crosstalk = 0          # light of a base that is seen at each of the
+                         # four beside it, as a fraction
+  decay = 0              # light lost from touch to touch, as a
+                         # fraction
   dead = []              # whiskers without light, as [row, column],
                          # each 1 to 5
   weak = []              # weak whiskers, as [row, column, gain], the
@@ -213,7 +217,7 @@ mod tests {
         let expected = SceneConfig::parse_short("Saw3@150").unwrap();
         assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
         // The test counts the keys, because a missing key would have its default and go unnoticed.
-        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 17 + 2 + 8 + 13 + 16 + 7);
+        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 17 + 2 + 8 + 15 + 16 + 7);
     }
 
     #[test]
