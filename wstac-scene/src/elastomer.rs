@@ -254,7 +254,7 @@ impl Elastomer {
             Touch::Press(press) if is_alone => vec![Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s)],
             _ => {
                 let after_s = |of: &Truth| of.start_s - truth.start_s;
-                objects.extend(group.iter().map(|of| Object::new(of.touch, after_s(of), &self.whisker)));
+                objects.extend(group.iter().map(|of| Object::new(&of.touch, after_s(of), &self.whisker)));
                 self.surfaces_of(&objects, &mut meets, &mut behind_mm)
             }
         };

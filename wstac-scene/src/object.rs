@@ -32,20 +32,20 @@ pub(crate) struct Object {
 
 impl Object {
     /// Creates the object of a touch that starts `after_s` s after the first touch of its group.
-    pub(crate) fn new(touch: Touch, after_s: f64, whisker: &WhiskerConfig) -> Self {
-        let specimen = match &touch {
+    pub(crate) fn new(touch: &Touch, after_s: f64, whisker: &WhiskerConfig) -> Self {
+        let specimen = match touch {
             Touch::Slide(slide) => slide.specimen,
             Touch::Twist(twist) => twist.specimen,
             Touch::Press(_) => Specimen::ALL[0],
         };
         let edge_degrees = if specimen.body == Body::Prism { specimen.edge_degrees } else { 90.0 };
         let profile = Surface::new(&Specimen { edge_degrees, ..specimen }, whisker.overlap_mm);
-        let start_mm = match &touch {
+        let start_mm = match touch {
             Touch::Slide(slide) => slide.reach_mm(whisker)[0],
             Touch::Twist(twist) => twist.at_rest().reach_mm(whisker)[0],
             Touch::Press(_) => 0.0,
         };
-        Self { touch, after_s, lasts_s: touch.lasts_s(whisker), start_mm, profile, whisker: *whisker }
+        Self { touch: *touch, after_s, lasts_s: touch.lasts_s(whisker), start_mm, profile, whisker: *whisker }
     }
 
     /// Returns the overlap with a whisker in mm, `time` s after the group's first touch; `−∞` beside the object.
@@ -154,7 +154,9 @@ fn places(path: f64, specimen: &Specimen) -> impl Iterator<Item = f64> {
 /// Returns the surface in time that a whisker meets of some objects.
 pub(crate) fn surface(objects: &[Object], taxel: usize, whisker: &Whisker) -> Surface {
     let mut moments = Vec::new();
-    objects.iter().for_each(|object| object.moments(&mut moments));
+    for object in objects {
+        object.moments(&mut moments);
+    }
     moments.sort_by(f64::total_cmp);
     Surface::in_time(&moments, |time| {
         let overlaps = objects.iter().map(|object| object.overlap_mm(taxel, whisker, time));

@@ -32,7 +32,7 @@ fn sized(mut script: SceneConfig, (width, height): (u32, u32)) -> SceneConfig {
     script
 }
 
-fn one(slide: Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
+fn one(slide: &Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
     let text = format!("{}@{},{}deg,seed={seed}", slide.specimen, slide.speed_mm_s, slide.direction_deg);
     sized(SceneConfig::parse_short(&text).unwrap(), size)
 }
@@ -68,7 +68,7 @@ fn every_slide_is_one_event_with_the_right_answers() {
         for speed_mm_s in [100.0, 150.0, 200.0] {
             for (seed, heading) in (0..).zip(HEADINGS) {
                 let slide = Slide::new(specimen, speed_mm_s, heading.degrees().into());
-                let script = one(slide, seed, SMALL);
+                let script = one(&slide, seed, SMALL);
                 let start = Scene::new(&script).unwrap().truth()[0].start_frame();
                 let answers = events(&script);
                 let [answer] = &answers[..] else { panic!("{slide:?} is {} events", answers.len()) };
@@ -100,7 +100,7 @@ fn hash(script: &SceneConfig) -> u64 {
 #[test]
 fn a_seed_gives_the_same_bytes_everywhere() {
     let slide = Slide::new("Sin3".parse().unwrap(), 170.0, 180.0);
-    let small = |seed| hash(&one(slide, seed, (60, 40)));
+    let small = |seed| hash(&one(&slide, seed, (60, 40)));
     assert_eq!(small(7), 0xC064_89BF_52B9_42A1);
     assert_eq!(small(7), small(7));
     assert_ne!(small(7), small(8));
@@ -126,7 +126,7 @@ fn other_frame_rates_see_the_same_slide() {
     for (numerator, denominator) in [(25, 1), (60_000, 1001), (120, 1)] {
         let slide = Slide::new("Tri3".parse().unwrap(), 150.0, 90.0);
         let rate = FrameRate::new(numerator, denominator).unwrap();
-        let mut script = one(slide, 3, (100, 100));
+        let mut script = one(&slide, 3, (100, 100));
         script.sensor.rate = rate;
         let answers = events(&script);
         assert_eq!(answers.len(), 1, "{rate:?}");
@@ -528,7 +528,7 @@ fn bodies_light_the_whiskers_that_they_meet_when_they_do() {
             let frame = place.map(|place| at as f64 + (place - least) / speed * 240.0);
             match (found, frame) {
                 (Some(found), Some(frame)) => {
-                    assert!((found as f64 - frame).abs() < 2.0, "{body} {taxel}: {found} {frame}")
+                    assert!((found as f64 - frame).abs() < 2.0, "{body} {taxel}: {found} {frame}");
                 }
                 (found, frame) => assert_eq!(found.is_some(), frame.is_some(), "{body} {taxel}"),
             }
@@ -641,7 +641,7 @@ fn a_slide_turns_with_its_path() {
         // How much later the upper than the lower whisker of the first and last columns is met, in mm.
         [0, 4].map(|column| (first(column) - first(20 + column)) / 120.0 * 40.0)
     };
-    assert_eq!(scene(0.0), [0.0; 2]);
+    assert!(scene(0.0).iter().all(|later| later.abs() < 1e-9));
     let [first, last] = scene(0.5);
     // By 8 mm from the middle the edge has turned by 4 degrees, so that 16 mm across are 1.1 mm along.
     assert!((-1.6..-0.6).contains(&first) && (0.6..1.6).contains(&last), "{first} {last}");
