@@ -64,7 +64,7 @@ fn slides(script: &mut SceneConfig) -> impl Iterator<Item = &mut Slide> {
 pub const EFFECTS: [Effect; 26] = [
     Effect {
         name: "shapes",
-        what: "blocks, balls, coins and corners of finite width; a side that is steeper than the overlap is upright (a guess)",
+        what: "blocks, rods, balls, coins and corners; rigid, and below its middle a rod is as wide as there (a guess)",
         value: |script| {
             let slides = script.touches.iter().filter_map(Touch::slide);
             let names: Vec<_> = slides.filter_map(|slide| slide.specimen.body.name()).collect();

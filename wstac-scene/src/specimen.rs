@@ -10,7 +10,7 @@ pub const LENGTH_MM: f64 = 104.5;
 /// Slope of a block's ends, in degrees (a guess; 90 is an upright side).
 pub const EDGE_DEGREES: f64 = 72.0;
 /// Parts of a texture's period, or of a body, in which its shape is looked up.
-const PARTS: f64 = 16.0;
+const PARTS: f64 = 8.0;
 /// Radius of the sphere in mm (paper).
 pub const RADIUS_MM: f64 = 0.5;
 

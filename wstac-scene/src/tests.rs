@@ -450,6 +450,7 @@ fn no_key_makes_a_frame_take_for_ever() {
         "speed = 1\nlength = 1000\n[whisker]\nrelaxation_ms = 0.001\n[sensor]\nfps = 7",
         "speed = 1000\nlength = 1000\nperiod = 0.1\n[sensor]\nfps = 1",
         "speed = 1000\nlength = 1000\n[light]\nfluctuation_mm = 0.1\nrubbing_ms = 1\n[sensor]\nfps = 1",
+        "speed = 1000\nlength = 1000\nperiod = 0.1\nshape = \"block\"\nwidth = 900\nskew = 30\n[sensor]\nfps = 1",
         "speed = [[0, 1000], [0.001, 1], [999, 1000]]\nlength = 1000\n[sensor]\nfps = 1",
         "speed = 1\nlength = 1000\n[light]\nafterglow_ms = 0.1\n[sensor]\nfps = 1",
     ] {
