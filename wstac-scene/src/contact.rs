@@ -17,11 +17,9 @@ use super::whisker::{Bending, Bent};
 /// The properties that all whiskers share while a specimen slides.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Passage<'a> {
-    /// The surface that they touch.
-    pub surface: &'a Surface,
     /// The law by which they bend.
     pub bending: &'a Bending,
-    /// Speed in mm/s, above 0.
+    /// Speed at which the surface passes, above 0: in mm/s, or 1 for a surface in time.
     pub speed_mm_s: f64,
     /// Time constant of the spring-back in s; 0 if it is immediate.
     pub relaxation_s: f64,
@@ -37,6 +35,15 @@ pub(crate) struct Passage<'a> {
     pub fluctuation: f64,
     /// Distance in mm over which the rubbing stays similar.
     pub fluctuation_mm: f64,
+}
+
+/// How a surface rubs a tip in a stretch of time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rub {
+    /// The distance in mm that it has passed at the start.
+    pub from_mm: f64,
+    /// Its speed in mm/s.
+    pub mm_s: f64,
 }
 
 /// The state of a whisker's tip.
@@ -76,13 +83,21 @@ impl Piece {
 }
 
 impl Passage<'_> {
-    /// Advances the tip by `length` s; at the start it is `passed` mm behind the leading end.
-    pub(crate) fn advance(&self, tip: &mut Tip, passed: f64, length: f64, exposure: &mut Exposure) {
+    /// Advances the tip over a surface by `length` s; at the start it is `passed` mm behind the leading end.
+    pub(crate) fn advance(
+        &self,
+        tip: &mut Tip,
+        surface: &Surface,
+        passed: f64,
+        rub: Rub,
+        length: f64,
+        exposure: &mut Exposure,
+    ) {
         let reached = passed + self.speed_mm_s * length;
         let moment = |place: f64| ((place - passed) / self.speed_mm_s).clamp(0.0, length);
         // Up to the place that the tip has reached. A gap that rounding leaves between segments does not count.
         let mut place = passed;
-        for segment in self.surface.segments_from(passed) {
+        for segment in surface.segments_from(passed) {
             if segment.from >= reached {
                 break;
             }
@@ -90,7 +105,7 @@ impl Passage<'_> {
             if first > place + LEAST_GAP_MM {
                 self.free(tip, Piece { from: moment(place), to: moment(first) }, exposure);
             }
-            self.cross(tip, segment, [first, last], [moment(first), moment(last)], passed, exposure);
+            self.cross(tip, segment, [first, last], [moment(first), moment(last)], rub, exposure);
             place = last;
         }
         if reached > place + LEAST_GAP_MM {
@@ -105,7 +120,7 @@ impl Passage<'_> {
         segment: &Segment,
         [first, last]: [f64; 2],
         [from, to]: [f64; 2],
-        passed: f64,
+        rub: Rub,
         exposure: &mut Exposure,
     ) {
         let crests = tip.overlap_mm;
@@ -122,14 +137,14 @@ impl Passage<'_> {
             let (place, at) = (first + share * (last - first), piece.at(share));
             if start < 0.0 {
                 self.free(tip, Piece { to: at, ..piece }, exposure);
-                self.over(tip, overlap, [place, last], Piece { from: at, ..piece }, passed, exposure);
+                self.over(tip, overlap, [place, last], Piece { from: at, ..piece }, rub, exposure);
             } else {
-                self.over(tip, overlap, [first, place], Piece { to: at, ..piece }, passed, exposure);
+                self.over(tip, overlap, [first, place], Piece { to: at, ..piece }, rub, exposure);
                 self.free(tip, Piece { from: at, ..piece }, exposure);
             }
             return;
         }
-        self.over(tip, overlap, [first, last], piece, passed, exposure);
+        self.over(tip, overlap, [first, last], piece, rub, exposure);
     }
 
     /// Advances in pieces between two places in mm over which the overlap is smooth.
@@ -139,7 +154,7 @@ impl Passage<'_> {
         overlap: impl Fn(f64) -> f64,
         [first, last]: [f64; 2],
         whole: Piece,
-        passed: f64,
+        rub: Rub,
         exposure: &mut Exposure,
     ) {
         let mut before = overlap(first);
@@ -150,24 +165,24 @@ impl Passage<'_> {
         for part in 1..=parts {
             let piece = Piece { from: whole.at(share(part - 1)), to: whole.at(share(part)) };
             let after = overlap(first + (last - first) * share(part));
-            self.piece(tip, [before, after], piece, passed, exposure);
+            self.piece(tip, [before, after], piece, rub, exposure);
             before = after;
         }
     }
     /// Advances over a piece in which the overlap goes from one value to another, in mm; below 0 there is no overlap.
-    fn piece(&self, tip: &mut Tip, [before, after]: [f64; 2], piece: Piece, passed: f64, exposure: &mut Exposure) {
+    fn piece(&self, tip: &mut Tip, [before, after]: [f64; 2], piece: Piece, rub: Rub, exposure: &mut Exposure) {
         let crossing = || piece.at(before / (before - after));
         match (before > 0.0, after > 0.0) {
-            (true, true) => self.touch(tip, [before, after], piece, passed, exposure),
+            (true, true) => self.touch(tip, [before, after], piece, rub, exposure),
             (false, false) => self.free(tip, piece, exposure),
             (false, true) => {
                 let touched = crossing();
                 self.free(tip, Piece { to: touched, ..piece }, exposure);
-                self.touch(tip, [0.0, after], Piece { from: touched, ..piece }, passed, exposure);
+                self.touch(tip, [0.0, after], Piece { from: touched, ..piece }, rub, exposure);
             }
             (true, false) => {
                 let left = crossing();
-                self.touch(tip, [before, 0.0], Piece { to: left, ..piece }, passed, exposure);
+                self.touch(tip, [before, 0.0], Piece { to: left, ..piece }, rub, exposure);
                 self.free(tip, Piece { from: left, ..piece }, exposure);
             }
         }
@@ -185,7 +200,7 @@ impl Passage<'_> {
 
     /// Advances over a piece in which a surface is under the tip all the time and the overlap goes from one value to
     /// another.
-    fn touch(&self, tip: &mut Tip, [mut from, to]: [f64; 2], mut piece: Piece, passed: f64, exposure: &mut Exposure) {
+    fn touch(&self, tip: &mut Tip, [mut from, to]: [f64; 2], mut piece: Piece, rub: Rub, exposure: &mut Exposure) {
         let rate = (to - from) / piece.length();
         if tip.loose {
             let Some(caught) = self.caught(tip, [from, to], piece) else {
@@ -200,12 +215,12 @@ impl Passage<'_> {
             tip.loose = false;
         }
         let Some(lets_go) = self.lets_go(rate, [from, to]) else {
-            self.follow(tip, [from, to], piece, passed, exposure);
+            self.follow(tip, [from, to], piece, rub, exposure);
             return;
         };
         let moment = (piece.from + (lets_go - from) / rate).clamp(piece.from, piece.to);
         if lets_go < from {
-            self.follow(tip, [from, lets_go], Piece { to: moment, ..piece }, passed, exposure);
+            self.follow(tip, [from, lets_go], Piece { to: moment, ..piece }, rub, exposure);
         }
         tip.loose = true;
         self.free(tip, Piece { from: moment, ..piece }, exposure);
@@ -263,7 +278,7 @@ impl Passage<'_> {
     }
 
     /// Advances over a piece in which the tip stays on the surface and the overlap goes from one value to another.
-    fn follow(&self, tip: &mut Tip, [from, to]: [f64; 2], piece: Piece, passed: f64, exposure: &mut Exposure) {
+    fn follow(&self, tip: &mut Tip, [from, to]: [f64; 2], piece: Piece, rub: Rub, exposure: &mut Exposure) {
         let middle = sqrt((0.5 * (from + to)).max(0.0));
         let [from, to] = [sqrt(from.max(0.0)), sqrt(to.max(0.0))];
         let (before, after, length) = (tip.bent, self.bending.at_root(to), piece.length());
@@ -285,14 +300,14 @@ impl Passage<'_> {
         let load = after.load - change * share + bow * (2.0 / 3.0);
         let mut friction = [1.0; 3];
         if self.fluctuation > 0.0 {
-            let place = |at: f64| (passed + self.speed_mm_s * at) / self.fluctuation_mm;
+            let place = |at: f64| (rub.from_mm + rub.mm_s * at) / self.fluctuation_mm;
             let fluctuations = tip.fluctuation.over(place(piece.from), place(piece.to));
             friction = fluctuations.map(|value| (1.0 + self.fluctuation * value).max(0.0));
         }
         let [first, last, mean] = friction;
         // The mean of a product of two straight lines.
         let together = mean * load + (last - first) * change / 12.0;
-        let rubbing = (self.rubbing * self.speed_mm_s * length * together).max(0.0);
+        let rubbing = (self.rubbing * rub.mm_s * length * together).max(0.0);
         let emitted = flash + rubbing;
         if emitted > 0.0 {
             // The larger the value at the end, the later its light.

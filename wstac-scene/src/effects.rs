@@ -4,6 +4,8 @@ use super::beam::Beam;
 use super::light::{Dead, LightConfig, Weak};
 use super::script::SceneConfig;
 use super::sensor::{Fidelity, Pose, SensorConfig, SensorFormat};
+use super::specimen::{Body, Specimen};
+use super::touch::{Slide, Touch};
 use super::whisker::WhiskerConfig;
 
 /// An effect that a scene may have.
@@ -22,15 +24,14 @@ pub struct Effect {
 }
 
 /// Effects that no scene models.
-pub const NEVER: [&str; 8] = [
-    "sticking and slipping: a tip slides over the surface above its base",
+pub const NEVER: [&str; 7] = [
+    "tips that stick: a tip slides over the surface above its base",
     "the tip's own shape and the specimen's wear",
     "whiskers that touch each other or pull at the elastomer between them",
-    "light that spreads through the elastomer from one base to the next",
-    "fatigue and recovery of the phosphor, and its dependence on temperature",
-    "a rolling shutter, a lens that is out of focus at its rim only",
-    "slides that turn or tilt",
-    "texture across the slide: a specimen's profile is the same over its width",
+    "recovery of the phosphor, and its dependence on temperature",
+    "a lens that is out of focus at its rim only",
+    "objects that tilt while they slide",
+    "texture across the slide: a block's profile is the same over its width",
 ];
 
 /// Formats a value that is present if it is above 0.
@@ -51,8 +52,55 @@ macro_rules! amount {
     };
 }
 
+/// Returns the slides of a scene.
+fn slides(script: &mut SceneConfig) -> impl Iterator<Item = &mut Slide> {
+    script.touches.iter_mut().filter_map(|touch| match touch {
+        Touch::Slide(slide) => Some(slide),
+        Touch::Press(_) | Touch::Twist(_) => None,
+    })
+}
+
 /// All effects, in the order in which light passes through them.
-pub const EFFECTS: [Effect; 21] = [
+pub const EFFECTS: [Effect; 26] = [
+    Effect {
+        name: "shapes",
+        what: "blocks, rods, balls, coins and corners; rigid, and below its middle a rod is as wide as there (a guess)",
+        value: |script| {
+            let slides = script.touches.iter().filter_map(Touch::slide);
+            let names: Vec<_> = slides.filter_map(|slide| slide.specimen.body.name()).collect();
+            names.first().map(|first| if names.len() > 1 { format!("{}", names.len()) } else { (*first).into() })
+        },
+        remove: |script| slides(script).for_each(|slide| slide.specimen.body = Body::Prism),
+        add: |script| slides(script).for_each(|slide| slide.specimen = Specimen::ball(12.0)),
+    },
+    Effect {
+        name: "objects at once",
+        what: "a whisker that two of them touch is bent by the one that bends it more (a guess)",
+        value: |script| {
+            let count = script.touches.iter().filter(|touch| touch.after_s().is_some()).count();
+            (count > 0).then(|| format!("{}", count + 1))
+        },
+        remove: |script| slides(script).for_each(|slide| slide.after_s = None),
+        add: |script| {
+            let Some(slide) = script.touches.first().and_then(Touch::slide).copied() else { return };
+            script.touches.push(Touch::Slide(Slide { after_s: Some(0.1), ..slide }));
+        },
+    },
+    Effect {
+        name: "uneven motion",
+        what: "held, turning, resting or twisting; an object is rigid, and goes on at once (a guess)",
+        value: |script| {
+            let is_uneven = |touch: &&Touch| touch.slide().map_or(touch.kind() == "twist", Slide::changes);
+            script.touches.iter().find(is_uneven).map(|touch| touch.kind().into())
+        },
+        remove: |script| {
+            script.touches.retain(|touch| touch.kind() != "twist");
+            for slide in slides(script) {
+                *slide = Slide { turn_deg_mm: 0.0, rest: None, held: None, profile: None, ..*slide };
+            }
+        },
+        add: |script| slides(script).for_each(|slide| slide.turn_deg_mm = 0.2),
+    },
     Effect {
         name: "large bends",
         what: "the elastica (Bisshopp and Drucker 1945) instead of the linear beam",
@@ -110,6 +158,14 @@ pub const EFFECTS: [Effect; 21] = [
         value: |script| (script.light.weak != Weak::default()).then(|| format!("{}", script.light.weak.count())),
         remove: |script| script.light.weak = Weak::default(),
         add: |script| script.light.weak = Weak::try_from(vec![(3, 3, 0.5)]).unwrap_or_default(),
+    },
+    amount! {
+        "cross-talk": "a base's light is seen at the four beside it (a guess)",
+        light.crosstalk, " of it", usually 0.05
+    },
+    amount! {
+        "decay": "each touch has less light than the one before (a guess)",
+        light.decay, " per touch", usually 0.02
     },
     amount! {
         "leak": "ambient light on every pixel",

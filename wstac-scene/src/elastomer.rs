@@ -3,12 +3,13 @@
 use wstac_core::params::TAXELS;
 
 use super::Truth;
-use super::contact::{Passage, Tip, spring_back};
+use super::contact::{Passage, Rub, Tip, spring_back};
 use super::light::{Exposure, Fluctuation, LightConfig, gain};
+use super::object::{self, Object};
 use super::rng::Rng;
 use super::script::SceneConfig;
 use super::surface::Surface;
-use super::touch::Touch;
+use super::touch::{Slide, Touch};
 use super::whisker::{Bending, Bent, Whisker, WhiskerConfig};
 
 /// Number of pieces of time in the afterglow's time constant and in the crossing of a period.
@@ -45,7 +46,10 @@ struct Current {
     /// Both stay the same for the whole touch.
     meets: [bool; TAXELS],
     behind_mm: [f64; TAXELS],
-    surface: Surface,
+    /// What all whiskers meet, or, in time, what each of them meets of the objects.
+    surfaces: Vec<Surface>,
+    /// Empty if all whiskers meet the same.
+    objects: Vec<Object>,
     /// First and last touch, in s.
     start: f64,
     end: f64,
@@ -113,13 +117,12 @@ impl Elastomer {
         if open < length {
             self.pass(from + open, length - open);
         }
-        light.map(|light| light * drifted)
+        self.light.seen(light.map(|light| light * drifted))
     }
 
     /// Advances by `length` s. A stretch in which the speed changes is divided into shorter ones.
     fn pass(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
-        let profile = |current: &Current| current.touch.slide().is_some_and(|slide| slide.profile.is_some());
-        if !self.current.as_ref().is_some_and(profile) {
+        if !self.current.as_ref().is_some_and(Current::changes) {
             return self.pass_evenly(from, length);
         }
         let parts = libm::ceil(length / EVEN_S).max(1.0) as u32;
@@ -143,6 +146,7 @@ impl Elastomer {
         let current = self.current.as_ref().filter(under_way);
         let passage = current.map(|current| {
             let (speed_mm_s, rubbing) = match &current.touch {
+                _ if !current.objects.is_empty() => (1.0, self.light.rubbing_ms * 1e-3 * gain),
                 Touch::Slide(slide) => {
                     let share = slide.normal_share();
                     let mean = if slide.profile.is_some() {
@@ -155,10 +159,9 @@ impl Elastomer {
                     (mean * share, self.light.rubbing_ms * 1e-3 * gain / share)
                 }
                 // The surface of a press is a path in time.
-                Touch::Press(_) => (1.0, 0.0),
+                _ => (1.0, 0.0),
             };
             Passage {
-                surface: &current.surface,
                 bending: &self.bending,
                 speed_mm_s,
                 relaxation_s,
@@ -177,7 +180,11 @@ impl Elastomer {
             match (&passage, current) {
                 (Some(passage), Some(current)) if current.meets[taxel] => {
                     let passed = passed(current, current.behind_mm[taxel], from);
-                    passage.advance(&mut site.tip, passed, length, &mut exposure);
+                    let rub = current.rub(taxel, &site.whisker, passed, passage.speed_mm_s, length);
+                    let surface = current.surfaces.get(taxel).or(current.surfaces.first());
+                    if let Some(surface) = surface {
+                        passage.advance(&mut site.tip, surface, passed, rub, length, &mut exposure);
+                    }
                 }
                 _ if site.tip.bent.strain > 0.0 => {
                     spring_back(&mut site.tip, relaxation_s, flash, [0.0, length], &mut exposure);
@@ -191,6 +198,27 @@ impl Elastomer {
         light
     }
 
+    /// Returns what each whisker meets of objects, in time; the overlaps of the tips with it are 0.
+    fn surfaces_of(
+        &mut self,
+        objects: &[Object],
+        meets: &mut [bool; TAXELS],
+        behind_mm: &mut [f64; TAXELS],
+    ) -> Vec<Surface> {
+        *behind_mm = [0.0; TAXELS];
+        let mut surfaces = Vec::new();
+        for (taxel, (site, meets)) in self.sites.iter_mut().zip(meets).enumerate() {
+            let surface = site.as_mut().map(|site| {
+                site.tip.overlap_mm = 0.0;
+                object::surface(objects, taxel, &site.whisker)
+            });
+            let surface = surface.unwrap_or_default();
+            *meets = !surface.segments().is_empty();
+            surfaces.push(surface);
+        }
+        surfaces
+    }
+
     /// Makes the first touch current that is not over at `from` s, if it starts before `to` s.
     fn turn_to(&mut self, truth: &[Truth], from: f64, to: f64) {
         if self.current.as_ref().is_some_and(|current| current.end > from) {
@@ -199,10 +227,14 @@ impl Elastomer {
         while truth.get(self.next).is_some_and(|truth| truth.end_s <= from) {
             self.next += 1;
         }
-        let Some(truth) = truth.get(self.next).filter(|truth| truth.start_s < to) else { return };
+        let rest = truth.get(self.next..).unwrap_or_default();
+        let Some(truth) = rest.first().filter(|truth| truth.start_s < to) else { return };
+        let beside = rest.iter().skip(1).take_while(|truth| truth.touch.after_s().is_some()).count();
+        let (group, is_alone) = (rest.get(..=beside).unwrap_or_default(), beside == 0);
         let number = self.next as u64;
-        self.next += 1;
+        self.next += group.len();
         let gain = gain(self.light.run_deviation * self.noise, &mut Rng::new(self.seed, RUNS + (number << 8)));
+        let gain = gain * libm::pow(1.0 - self.light.decay, number as f64);
         let mut seeds = Rng::new(self.seed, FLUCTUATIONS + (number << 8));
         let (mut meets, mut behind_mm) = ([false; TAXELS], [0.0; TAXELS]);
         for (taxel, site) in self.sites.iter_mut().enumerate() {
@@ -214,19 +246,47 @@ impl Elastomer {
                 behind_mm[taxel] = truth.touch.slide().map_or(0.0, |slide| slide.behind(&site.whisker, &self.whisker));
             }
         }
-        let surface = match &truth.touch {
-            Touch::Slide(slide) => Surface::new(&slide.specimen, self.whisker.overlap_mm),
-            Touch::Press(press) => Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s),
+        let mut objects = Vec::new();
+        let surfaces = match &truth.touch {
+            Touch::Slide(slide) if is_alone && slide.is_even_prism() => {
+                vec![Surface::new(&slide.specimen, self.whisker.overlap_mm)]
+            }
+            Touch::Press(press) if is_alone => vec![Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s)],
+            _ => {
+                let after_s = |of: &Truth| of.start_s - truth.start_s;
+                objects.extend(group.iter().map(|of| Object::new(&of.touch, after_s(of), &self.whisker)));
+                self.surfaces_of(&objects, &mut meets, &mut behind_mm)
+            }
         };
         self.current = Some(Current {
             touch: truth.touch,
             meets,
             behind_mm,
-            surface,
+            surfaces,
+            objects,
             start: truth.start_s,
-            end: truth.end_s,
+            end: group.iter().fold(truth.end_s, |end, truth| end.max(truth.end_s)),
             gain,
         });
+    }
+}
+
+impl Current {
+    /// Returns `true` if its speed changes within a frame.
+    fn changes(&self) -> bool {
+        self.objects.len() > 1
+            || self.touch.slide().is_some_and(Slide::changes)
+            || matches!(self.touch, Touch::Twist(_))
+    }
+
+    /// Returns how the surface rubs a whisker in a stretch of `length` s.
+    fn rub(&self, taxel: usize, whisker: &Whisker, passed: f64, speed_mm_s: f64, length: f64) -> Rub {
+        let overlap = |object: &&Object| object.overlap_mm(taxel, whisker, passed + 0.5 * length);
+        let deepest = self.objects.iter().max_by(|a, b| overlap(a).total_cmp(&overlap(b)));
+        deepest.map_or(Rub { from_mm: passed, mm_s: speed_mm_s }, |object| {
+            let from_mm = object.moved_mm(whisker, passed);
+            Rub { from_mm, mm_s: (object.moved_mm(whisker, passed + length) - from_mm) / length }
+        })
     }
 }
 
@@ -251,6 +311,7 @@ fn is_met(touch: &Touch, taxel: usize, whisker: &Whisker) -> bool {
     match touch {
         Touch::Slide(slide) => slide.meets(whisker),
         Touch::Press(press) => press.meets(taxel),
+        Touch::Twist(_) => true,
     }
 }
 
@@ -259,18 +320,18 @@ fn passed(current: &Current, behind_mm: f64, from: f64) -> f64 {
     let since = from - current.start;
     match &current.touch {
         // The leading end starts at the first whiskers.
-        Touch::Slide(slide) => {
+        Touch::Slide(slide) if current.objects.is_empty() => {
             let moved = if since < 0.0 { slide.speed_mm_s * since } else { slide.moved_mm(since) };
             moved * slide.normal_share() - behind_mm
         }
-        Touch::Press(_) => since,
+        _ => since,
     }
 }
 
 /// Returns the overlap of a touch's crests, or of its plate at its lowest, with a whisker, in mm.
 fn overlap_mm(config: &WhiskerConfig, whisker: &Whisker, touch: &Touch) -> f64 {
     match touch {
-        Touch::Slide(_) => config.overlap_mm - whisker.lowered,
+        Touch::Slide(_) | Touch::Twist(_) => config.overlap_mm - whisker.lowered,
         Touch::Press(press) => press.overlap_mm - whisker.lowered - press.higher_mm(whisker, config),
     }
 }

@@ -22,6 +22,7 @@ mod elastomer;
 mod elliptic;
 mod keys;
 mod light;
+mod object;
 pub mod rng;
 mod rolling;
 pub mod script;
@@ -43,7 +44,7 @@ use self::rolling::RollingShutter;
 pub use self::script::SceneConfig;
 use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
-pub use self::touch::{Press, PressKind, Slide, SpeedProfile, Touch};
+pub use self::touch::{Held, Press, PressKind, Rest, Slide, SpeedProfile, Touch, Twist};
 pub use self::whisker::{Present, WhiskerConfig};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::LossReason;
@@ -276,11 +277,13 @@ fn camera(script: &SceneConfig, config: &SensorConfig, intervals: f64, purpose: 
 fn schedule(script: &SceneConfig, frame_s: f64) -> (Vec<Truth>, u64) {
     let mut phases = Rng::new(script.seed, PHASES);
     let camera_frames = |dark: u32| f64::from(dark) * f64::from(script.sensor.rate.frames_added());
-    let mut free = camera_frames(script.lead_in);
+    let (mut first, mut free) = (0.0, camera_frames(script.lead_in));
     let truth = script.touches.iter().map(|&touch| {
-        let start = free + phases.uniform();
+        let beside = touch.after_s().map(|after_s| first + after_s / frame_s);
+        let start = beside.unwrap_or_else(|| free + phases.uniform());
+        first = if beside.is_some() { first } else { start };
         let lasts_s = touch.lasts_s(&script.whisker);
-        free = libm::ceil(start + lasts_s / frame_s) + camera_frames(script.gap);
+        free = free.max(libm::ceil(start + lasts_s / frame_s) + camera_frames(script.gap));
         Truth { touch, start, start_s: start * frame_s, end_s: start * frame_s + lasts_s }
     });
     let truth: Vec<_> = truth.collect();

@@ -47,6 +47,10 @@ pub struct LightConfig {
     pub leak_per_minute: f64,
     /// Growth of all light per minute, as a fraction; a negative value means less light.
     pub drift_per_minute: f64,
+    /// Light of a base that is seen at each of the four beside it, as a fraction (the same for all: a guess).
+    pub crosstalk: f64,
+    /// Light that is lost from touch to touch, as a fraction: the n-th has (1 − decay)ⁿ⁻¹ of the first one's (a guess).
+    pub decay: f64,
     /// Whiskers that give no light.
     pub dead: Dead,
     /// Whiskers that give less light than the others.
@@ -154,6 +158,8 @@ impl Default for LightConfig {
             leak: 0.0,
             leak_per_minute: 0.0,
             drift_per_minute: 0.0,
+            crosstalk: 0.0,
+            decay: 0.0,
             dead: Dead::default(),
             weak: Weak::default(),
         }
@@ -175,11 +181,29 @@ impl Keys for LightConfig {
         within("run_deviation", self.run_deviation, 0.0, 1.0)?;
         within("leak", self.leak, 0.0, 1.0)?;
         within("leak_per_minute", self.leak_per_minute, 0.0, 1.0)?;
+        within("crosstalk", self.crosstalk, 0.0, 0.25)?;
+        within("decay", self.decay, 0.0, 1.0)?;
         within("drift_per_minute", self.drift_per_minute, -1.0, 10.0)
     }
 }
 
 impl LightConfig {
+    /// Returns the light that is seen at each base if this light is emitted there.
+    pub(crate) fn seen(&self, light: [f64; TAXELS]) -> [f64; TAXELS] {
+        if self.crosstalk <= 0.0 {
+            return light;
+        }
+        let at = |row: usize, column: usize| {
+            if row < ROWS && column < COLUMNS { light[row * COLUMNS + column] } else { 0.0 }
+        };
+        core::array::from_fn(|taxel| {
+            let (row, column) = (taxel / COLUMNS, taxel % COLUMNS);
+            let (above, before) = (row.wrapping_sub(1), column.wrapping_sub(1));
+            let beside = at(above, column) + at(row + 1, column) + at(row, before) + at(row, column + 1);
+            light[taxel] + self.crosstalk * beside
+        })
+    }
+
     /// Returns the gain of all light at a time in s since the scene's start.
     pub fn drifted(&self, seconds: f64) -> f64 {
         (1.0 + self.drift_per_minute * seconds / 60.0).max(0.0)

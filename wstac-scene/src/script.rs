@@ -12,6 +12,9 @@
 //! skew = 20              # angle of the block's edges and texture against its motion, in degrees
 //! edge = 72              # slope of the block's ends in degrees, up to 90
 //! radius = 0.5           # radius of a Sphere in mm
+//! shape = "block"        # outline: a rectangle that turns with skew; or "rod", "ball", "coin" or "corner"
+//! diameter = 8           # of a rod, ball or coin in mm
+//! angle = 90             # between the edges of a corner, in degrees
 //! seed = 7               # of all random numbers; default 0
 //! noise = 0.8            # scale of all random deviations; 0 for none
 //! lead_in = 45           # dark frames before the first touch
@@ -26,6 +29,18 @@
 //! kind = "slide"         # with the keys of a slide
 //! specimen = "Saw3"
 //! speed = 150
+//! hold = 0.5             # pressed on with its middle on the sensor's, at `approach` mm/s, then at rest for this time in s
+//! travel = 20            # lifted off after this way in mm; default: it slides until it has left
+//! turn = 0.2             # degrees by which it and its direction turn per mm of path
+//! stop = [20, 0.5]       # place on its path in mm, and time in s of a rest there
+//! stick = [5, 0.05]      # the same after every 5 mm
+//! after = 0.1            # starts this time in s after the first of the touches that it is there with
+//! [[touch]]
+//! kind = "twist"         # a specimen is pressed on, turns and is lifted off
+//! specimen = "Saw3"      # or a shape; its middle is on the sensor's
+//! by = 45                # angle in degrees, counterclockwise
+//! rate = 90              # degrees per second
+//! pivot = [0, 0]         # the point about which it turns, to the right and up, in mm
 //! [[touch]]
 //! kind = "press"         # or "hold", a long one, or "poke", on one whisker
 //! overlap = 3            # of the plate at its lowest, with the middle whisker, in mm
@@ -40,7 +55,6 @@
 //!
 //! The tables `[whisker]`, `[light]` and `[sensor]` are [`WhiskerConfig`], [`LightConfig`] and the camera's.
 
-use serde::Deserialize;
 use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
 
 use super::keys::{Keys, within};
@@ -48,7 +62,9 @@ use super::light::LightConfig;
 use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Pattern, Specimen};
 use super::touch::{Slide, Touch};
-use super::touch_table::{FileSlide, FileSpeed, FileTouch, parsed_direction, parsed_length, parsed_speed};
+use super::touch_table::{
+    FileSlide, FileTouch, SceneFile, SlideKeys as _, parsed_direction, parsed_length, parsed_speed,
+};
 use super::whisker::WhiskerConfig;
 use wstac_host::error::{Error, ErrorKind};
 
@@ -85,39 +101,6 @@ pub struct SceneConfig {
     pub sensor: SensorConfig,
     /// Whether pixels are rendered, or taxel sums are drawn.
     pub fidelity: Fidelity,
-}
-
-/// A scene's file before it is checked.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SceneFile {
-    specimen: Option<String>,
-    speed: Option<FileSpeed>,
-    direction: Option<f64>,
-    depth: Option<f64>,
-    period: Option<f64>,
-    length: Option<f64>,
-    width: Option<f64>,
-    edge: Option<f64>,
-    radius: Option<f64>,
-    skew: Option<f64>,
-    offset: Option<f64>,
-    seed: Option<i64>,
-    noise: Option<f64>,
-    lead_in: Option<i64>,
-    gap: Option<i64>,
-    #[serde(default)]
-    whisker: WhiskerConfig,
-    #[serde(default)]
-    light: LightConfig,
-    #[serde(default)]
-    sensor: SensorConfig,
-    #[serde(default)]
-    fidelity: Fidelity,
-    #[serde(default)]
-    slide: Vec<FileSlide>,
-    #[serde(default)]
-    touch: Vec<FileTouch>,
 }
 
 impl SceneConfig {
@@ -201,18 +184,19 @@ fn parse_short(text: &str) -> Result<SceneConfig, String> {
 }
 
 fn check(file: SceneFile) -> Result<SceneConfig, String> {
-    let SceneFile { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset, .. } = file;
-    let one = FileSlide { specimen, speed, direction, depth, period, length, width, edge, radius, skew, offset };
     let numbered = |name: &str, n: usize, message: String| format!("[[{name}]] {n}: {message}");
     let touches = match (&file.slide[..], &file.touch[..]) {
-        ([], []) => vec![one.check().map(Touch::Slide)?],
-        _ if one != FileSlide::default() => {
+        ([], []) => vec![file.slide().check().map(Touch::Slide)?],
+        _ if !file.keys().is_empty() => {
             let name = if file.touch.is_empty() { "slide" } else { "touch" };
             return Err(format!("a slide's key stands beside [[{name}]]; leave one of them out"));
         }
         (slides, []) => {
             let check = |(n, slide): (usize, &FileSlide)| slide.check().map_err(|e| numbered("slide", n, e));
             (1..).zip(slides).map(check).map(|slide| slide.map(Touch::Slide)).collect::<Result<_, _>>()?
+        }
+        ([], [first, ..]) if first.after.is_some() => {
+            return Err("[[touch]] 1: after is there, expected a touch before it".into());
         }
         ([], touches) => {
             let check =
@@ -286,12 +270,32 @@ mod tests {
         assert_eq!(script.touches.iter().map(Touch::kind).collect::<Vec<_>>(), ["press", "poke", "hold"]);
         for (text, part) in [
             ("[[touch]]", "kind"),
-            ("[[touch]]\nkind = \"rub\"", "kind is \"rub\", expected slide, press, poke or hold"),
+            ("[[touch]]\nkind = \"rub\"", "kind is \"rub\", expected slide, press, poke, hold or twist"),
             ("[[touch]]\nkind = \"poke\"", "[[touch]] 1: whisker is missing"),
             ("[[touch]]\nkind = \"poke\"\nwhisker = [0, 1]", "[0, 1]"),
-            ("[[touch]]\nkind = \"press\"\nwhisker = [1, 1]", "whisker is [1, 1], expected only with kind = \"poke\""),
+            ("[[touch]]\nkind = \"press\"\nwhisker = [1, 1]", "whisker is there, expected only with kind = \"poke\""),
             ("[[touch]]\nkind = \"press\"\nspeed = 9", "speed is there, expected only with kind = \"slide\""),
-            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nhold = 1", "hold is 1, expected only with"),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntilt = 1",
+                "tilt is there, expected only with",
+            ),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1",
+                "travel is there, expected it beside",
+            ),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nafter = 1",
+                "after is there, expected a touch",
+            ),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nstick = [0, 1]", "stick's distance is 0"),
+            (
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nstick = [1, 1]\nstop = [1, 1]",
+                "without stick",
+            ),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nturn = 2", "turn is 2, expected -1 to 1"),
+            ("[[touch]]\nkind = \"twist\"\nspecimen = \"Fla0\"\nrate = 9", "by is missing, expected an angle"),
+            ("[[touch]]\nkind = \"twist\"\nspecimen = \"Fla0\"\nby = 9\nrate = 9\nspeed = 9", "speed is there"),
+            ("[[touch]]\nkind = \"hold\"\nby = 9", "by is there, expected only with kind = \"twist\""),
             ("[[touch]]\nkind = \"press\"\noverlap = 9", "overlap is 9, expected 0.01 to 4.75"),
             ("speed = 9\n[[touch]]\nkind = \"hold\"", "beside [[touch]]"),
             ("[[slide]]\nspecimen = \"Fla0\"\nspeed = 9\n[[touch]]\nkind = \"hold\"", "beside [[touch]]"),
@@ -344,8 +348,18 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\nnoise = -1", ["noise is -1", "0 to 100"]),
             ("specimen = \"Saw3\"\nspeed = 9\nradius = 1", ["radius is 1", "only with Sphere"]),
             ("specimen = \"Fla0\"\nspeed = 9\ndepth = 1", ["depth is 1", "only with Sin, Saw or Tri"]),
+            ("shape = \"cone\"\nspeed = 9", ["shape is \"cone\"", "block, rod, ball, coin or corner"]),
+            ("shape = \"ball\"\nspeed = 9", ["diameter is missing", "in mm with shape = \"ball\""]),
+            ("shape = \"block\"\nspeed = 9", ["width is missing", "in mm with shape = \"block\""]),
+            ("shape = \"rod\"\nspeed = 9\ndiameter = 0", ["diameter is 0", "0.1 to 1000"]),
+            ("shape = \"coin\"\nspeed = 9\ndiameter = 9\nwidth = 9", ["width is 9", "only with a block or a rod"]),
+            ("shape = \"corner\"\nspeed = 9\nangle = 5", ["angle is 5", "10 to 170"]),
+            ("specimen = \"Saw3\"\nspeed = 9\nangle = 90", ["angle is 90", "only with shape = \"corner\""]),
+            ("shape = \"ball\"\nspecimen = \"Saw3\"\nspeed = 9\ndiameter = 9", ["specimen is \"Saw3\"", "none with"]),
             ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),
             ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[light]\ncrosstalk = 1", ["crosstalk is 1", "0 to 0.25"]),
+            ("specimen = \"Saw3\"\nspeed = 9\n[light]\ndecay = 2", ["[light] decay is 2", "0 to 1"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[light]\nleak = 2", ["[light] leak is 2", "0 to 1"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\noverlap_mm = 5", ["[whisker] overlap_mm is 5", "0 to 4.75"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[whisker]\nrelaxation_ms = 1e-9", ["relaxation_ms is", "1000, or 0"]),

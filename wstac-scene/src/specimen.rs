@@ -9,6 +9,8 @@ use wstac_host::suggest::nearest;
 pub const LENGTH_MM: f64 = 104.5;
 /// Slope of a block's ends, in degrees (a guess; 90 is an upright side).
 pub const EDGE_DEGREES: f64 = 72.0;
+/// Parts of a texture's period, or of a body, in which its shape is looked up.
+const PARTS: f64 = 8.0;
 /// Radius of the sphere in mm (paper).
 pub const RADIUS_MM: f64 = 0.5;
 
@@ -40,6 +42,41 @@ impl Pattern {
     }
 }
 
+/// Outline of a specimen, as seen from above.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Body {
+    /// The same cut over the whole width, and sides that are parallel to the motion.
+    #[default]
+    Prism,
+    /// A rectangle whose four sides slope as its ends do.
+    Block,
+    /// A rod whose axis is at right angles to its own direction.
+    Rod,
+    /// A ball.
+    Ball,
+    /// A flat disk.
+    Coin,
+    /// The corner of a box.
+    Corner {
+        /// The angle between its two edges, in degrees.
+        degrees: f64,
+    },
+}
+
+impl Body {
+    /// Returns its name, as a scene's file has it; `None` for [`Body::Prism`].
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Prism => None,
+            Self::Block => Some("block"),
+            Self::Rod => Some("rod"),
+            Self::Ball => Some("ball"),
+            Self::Coin => Some("coin"),
+            Self::Corner { .. } => Some("corner"),
+        }
+    }
+}
+
 /// A specimen. One of the ten of the paper is written `Fla0`, `Sin2`, `Saw3`, `Tri4` …
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specimen {
@@ -49,12 +86,14 @@ pub struct Specimen {
     pub depth_mm: f64,
     /// Length of a period of the texture, in mm.
     pub period_mm: f64,
-    /// Length of the block along its slide, in mm.
+    /// Length of the block along its slide, in mm; the diameter of a rod, ball or coin.
     pub length_mm: f64,
     /// Slope of its ends in degrees, above 0 and at most 90.
     pub edge_degrees: f64,
     /// Its width across its motion, in mm; infinite for a block that is wider than the sensor.
     pub width_mm: f64,
+    /// Its outline.
+    pub body: Body,
 }
 
 impl Specimen {
@@ -67,6 +106,7 @@ impl Specimen {
             length_mm: LENGTH_MM,
             edge_degrees: EDGE_DEGREES,
             width_mm: f64::INFINITY,
+            body: Body::Prism,
         }
     }
 
@@ -80,7 +120,13 @@ impl Specimen {
             length_mm: 2.0 * radius_mm,
             edge_degrees: 90.0,
             width_mm: f64::INFINITY,
+            body: Body::Prism,
         }
+    }
+
+    /// Creates a ball of this diameter in mm.
+    pub const fn ball(diameter_mm: f64) -> Self {
+        Self { length_mm: diameter_mm, body: Body::Ball, ..Self::block(Pattern::Flat, 0.0) }
     }
 
     /// The ten specimens of the paper, in its order.
@@ -103,7 +149,32 @@ impl Specimen {
             // A lobe.
             Pattern::Sinc => self.period_mm / 4.0,
             Pattern::Sphere => self.depth_mm,
+            Pattern::Flat if self.body == Body::Rod => self.length_mm / 2.0,
             Pattern::Flat | Pattern::Saw | Pattern::Tri => f64::INFINITY,
+        }
+    }
+
+    /// Returns the distance in mm at which its shape must be looked up at least.
+    pub(crate) fn coarsest_mm(&self) -> f64 {
+        let size = self.length_mm.min(self.width_mm);
+        if self.is_textured() { size.min(self.period_mm) / PARTS } else { size / PARTS }
+    }
+
+    /// Returns the radius of its round top, which is the same over its width; `None` if it has none.
+    pub(crate) fn arc_mm(&self) -> Option<f64> {
+        match (self.pattern, self.body) {
+            (Pattern::Sphere, _) => Some(self.depth_mm),
+            (_, Body::Rod) => Some(self.length_mm / 2.0),
+            _ => None,
+        }
+    }
+
+    /// Returns the name of a specimen whose body is its top: Rod or Ball.
+    pub fn round_name(&self) -> Option<&'static str> {
+        match self.body {
+            Body::Rod => Some("Rod"),
+            Body::Ball => Some("Ball"),
+            _ => None,
         }
     }
 
@@ -117,6 +188,9 @@ impl fmt::Display for Specimen {
     /// Writes the name, and every value that differs from the paper.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (name, depth) = (self.pattern.name(), self.depth_mm);
+        if let Some(name) = self.round_name() {
+            return write!(f, "{name} of {} mm", self.length_mm);
+        }
         if self.pattern == Pattern::Sphere {
             return write!(f, "{name} of radius {depth} mm");
         }
@@ -134,6 +208,12 @@ impl fmt::Display for Specimen {
         }
         if self.width_mm.is_finite() {
             write!(f, ", width {} mm", self.width_mm)?;
+        }
+        if let Body::Corner { degrees } = self.body {
+            return write!(f, ", corner of {degrees}°");
+        }
+        if let Some(name) = self.body.name() {
+            write!(f, ", {name}")?;
         }
         Ok(())
     }

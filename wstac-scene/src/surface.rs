@@ -9,6 +9,11 @@ use super::specimen::{Pattern, Specimen};
 /// It solves tan x = x, x = 4 π · fraction.
 const SIDE_LOBE: f64 = 4.493_409_457_909_064 / (4.0 * core::f64::consts::PI);
 
+/// Shortest time in s that a path in time is divided into.
+const LEAST_S: f64 = 1e-9;
+/// Largest distance in mm of a path in time from its lines.
+const LEAST_DROP_MM: f64 = 2e-4;
+
 /// A stretch of the top.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
@@ -53,7 +58,7 @@ impl Segment {
 }
 
 /// A specimen's top from its leading to its trailing end.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Surface {
     segments: Vec<Segment>,
 }
@@ -64,8 +69,7 @@ impl Surface {
     /// Its ends slope down until `overlap_mm` below its crests: there no whisker is touched. A block with two-sided
     /// texture begins on a crest; a sawtooth begins in its valley.
     pub(crate) fn new(specimen: &Specimen, overlap_mm: f64) -> Self {
-        if specimen.pattern == Pattern::Sphere {
-            let radius = specimen.depth_mm;
+        if let Some(radius) = specimen.arc_mm() {
             let half = |from: f64| Segment { from, to: from + radius, shape: Shape::Arc { crest: radius, radius } };
             return Self { segments: vec![half(0.0), half(radius)] };
         }
@@ -97,6 +101,56 @@ impl Surface {
         }
         segments.push(line(up, up + approach_s, 0.0, slope));
         Self { segments }
+    }
+
+    /// Creates a path in time from how far the top is below the crests at a moment; infinite if there is none.
+    ///
+    /// It consists of straight lines. Between two of the `moments` nothing changes that halves of the time between them
+    /// do not show; jumps are found to a rounding error.
+    pub(crate) fn in_time(moments: &[f64], drop: impl Fn(f64) -> f64) -> Self {
+        let mut path = Self::default();
+        let mut last: Option<[f64; 2]> = None;
+        for &moment in moments {
+            let next = [moment, drop(moment)];
+            if let Some(last) = last {
+                path.add(&drop, last, next);
+            }
+            last = Some(next);
+        }
+        path
+    }
+
+    /// Adds the path between two moments with their drops.
+    fn add(&mut self, drop: &impl Fn(f64) -> f64, [from, first]: [f64; 2], [to, last]: [f64; 2]) {
+        let length = to - from;
+        let at = |share: f64| drop(from + share * length);
+        // A second place finds what is the same on both sides of the middle.
+        let off = |share: f64| fabs(at(share) - first - (last - first) * share);
+        let middle = at(0.5);
+        if length <= LEAST_S || off(0.5) <= LEAST_DROP_MM && off(0.21) <= LEAST_DROP_MM {
+            // At a jump, one side counts.
+            let (first, last) = if first.is_finite() { (first, last) } else { (last, last) };
+            let slope = if last.is_finite() && length > 0.0 { (last - first) / length } else { 0.0 };
+            if first.is_finite() && length > 0.0 {
+                self.push_line(from, to, first, slope);
+            }
+        } else if [first, middle, last, at(0.21)].iter().any(|drop| drop.is_finite()) {
+            let half = [from + 0.5 * length, middle];
+            self.add(drop, [from, first], half);
+            self.add(drop, half, [to, last]);
+        }
+    }
+
+    /// Adds a line, or extends the last one if it leads there.
+    fn push_line(&mut self, from: f64, to: f64, drop: f64, slope: f64) {
+        if let Some(last) = self.segments.last_mut() {
+            let goes_on = |at: f64, drop: f64| fabs(last.drop_mm(at) - drop) < LEAST_DROP_MM / 1e3;
+            if last.to >= from && goes_on(from, drop) && goes_on(to, drop + slope * (to - from)) {
+                last.to = to;
+                return;
+            }
+        }
+        self.segments.push(Segment { from, to, shape: Shape::Line { from, drop, slope } });
     }
 
     /// Returns its segments in order; beyond them the block is not near a whisker.

@@ -32,7 +32,7 @@ fn sized(mut script: SceneConfig, (width, height): (u32, u32)) -> SceneConfig {
     script
 }
 
-fn one(slide: Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
+fn one(slide: &Slide, seed: u64, size: (u32, u32)) -> SceneConfig {
     let text = format!("{}@{},{}deg,seed={seed}", slide.specimen, slide.speed_mm_s, slide.direction_deg);
     sized(SceneConfig::parse_short(&text).unwrap(), size)
 }
@@ -68,7 +68,7 @@ fn every_slide_is_one_event_with_the_right_answers() {
         for speed_mm_s in [100.0, 150.0, 200.0] {
             for (seed, heading) in (0..).zip(HEADINGS) {
                 let slide = Slide::new(specimen, speed_mm_s, heading.degrees().into());
-                let script = one(slide, seed, SMALL);
+                let script = one(&slide, seed, SMALL);
                 let start = Scene::new(&script).unwrap().truth()[0].start_frame();
                 let answers = events(&script);
                 let [answer] = &answers[..] else { panic!("{slide:?} is {} events", answers.len()) };
@@ -100,7 +100,7 @@ fn hash(script: &SceneConfig) -> u64 {
 #[test]
 fn a_seed_gives_the_same_bytes_everywhere() {
     let slide = Slide::new("Sin3".parse().unwrap(), 170.0, 180.0);
-    let small = |seed| hash(&one(slide, seed, (60, 40)));
+    let small = |seed| hash(&one(&slide, seed, (60, 40)));
     assert_eq!(small(7), 0xC064_89BF_52B9_42A1);
     assert_eq!(small(7), small(7));
     assert_ne!(small(7), small(8));
@@ -126,7 +126,7 @@ fn other_frame_rates_see_the_same_slide() {
     for (numerator, denominator) in [(25, 1), (60_000, 1001), (120, 1)] {
         let slide = Slide::new("Tri3".parse().unwrap(), 150.0, 90.0);
         let rate = FrameRate::new(numerator, denominator).unwrap();
-        let mut script = one(slide, 3, (100, 100));
+        let mut script = one(&slide, 3, (100, 100));
         script.sensor.rate = rate;
         let answers = events(&script);
         assert_eq!(answers.len(), 1, "{rate:?}");
@@ -450,6 +450,7 @@ fn no_key_makes_a_frame_take_for_ever() {
         "speed = 1\nlength = 1000\n[whisker]\nrelaxation_ms = 0.001\n[sensor]\nfps = 7",
         "speed = 1000\nlength = 1000\nperiod = 0.1\n[sensor]\nfps = 1",
         "speed = 1000\nlength = 1000\n[light]\nfluctuation_mm = 0.1\nrubbing_ms = 1\n[sensor]\nfps = 1",
+        "speed = 1000\nlength = 1000\nperiod = 0.1\nshape = \"block\"\nwidth = 900\nskew = 30\n[sensor]\nfps = 1",
         "speed = [[0, 1000], [0.001, 1], [999, 1000]]\nlength = 1000\n[sensor]\nfps = 1",
         "speed = 1\nlength = 1000\n[light]\nafterglow_ms = 0.1\n[sensor]\nfps = 1",
     ] {
@@ -460,5 +461,212 @@ fn no_key_makes_a_frame_take_for_ever() {
         }
         // An optimized program needs a tenth of it.
         assert!(started.elapsed().as_secs() < 30, "{keys}: {:?}", started.elapsed());
+    }
+}
+
+/// Returns the light of all frames of a scene.
+fn lights(text: &str) -> Vec<[f64; TAXELS]> {
+    let mut scene = Scene::new(&SceneConfig::from_toml("scene", text).unwrap()).unwrap();
+    std::iter::from_fn(|| scene.next_light().map(|(light, _)| light)).collect()
+}
+
+/// Checks that a body that is much wider than the sensor gives the light of one without an end, whose surface is
+/// computed in another way.
+#[test]
+fn a_wide_body_is_one_without_an_end() {
+    for (endless, wide_text) in [
+        ("specimen = \"Fla0\"", "specimen = \"Fla0\"\nshape = \"block\"\nwidth = 500"),
+        ("specimen = \"Tri3\"\nlength = 40", "specimen = \"Tri3\"\nlength = 40\nshape = \"block\"\nwidth = 500"),
+        ("specimen = \"Sin2\"\nedge = 90", "specimen = \"Sin2\"\nedge = 90\nshape = \"block\"\nwidth = 500"),
+        ("shape = \"rod\"\ndiameter = 4", "shape = \"rod\"\ndiameter = 4\nwidth = 500"),
+        ("shape = \"rod\"\ndiameter = 15", "shape = \"rod\"\ndiameter = 15\nwidth = 500"),
+    ] {
+        let more = "speed = 130\ndirection = 30\nnoise = 0";
+        let (endless, wide) = (lights(&format!("{endless}\n{more}")), lights(&format!("{wide_text}\n{more}")));
+        let most = endless.iter().flatten().fold(0.0_f64, |most, light| most.max(*light));
+        assert_eq!(endless.len(), wide.len());
+        for (a, b) in endless.iter().flatten().zip(wide.iter().flatten()) {
+            assert!((a - b).abs() < 2e-3 * most, "{wide_text}: {a} {b}, of {most}");
+        }
+    }
+}
+
+/// Checks the first light of every whisker against where a body's outline meets it, by geometry.
+#[test]
+fn bodies_light_the_whiskers_that_they_meet_when_they_do() {
+    let (speed, degrees, offset) = (20.0, 30.0, 1.0);
+    // The distance from the leading end to the outline, `left` mm from the middle.
+    let circle = |radius: f64| move |left: f64| radius - (radius * radius - left * left).sqrt();
+    // Whiskers reach 3 mm below the top of a ball of 7 mm.
+    let ball = |left: f64| 7.0 - (49.0 - 16.0 - left * left).sqrt();
+    let corner = |left: f64| left.abs();
+    let turned = |left: f64| {
+        // A block of 10 mm that is turned by 20 degrees has its foremost corner on its left.
+        let (sin, cos) = 20_f64.to_radians().sin_cos();
+        let corner = 5.0 * cos;
+        let behind = if left > -corner { (left + corner) * sin / cos } else { (-corner - left) * cos / sin };
+        if left > corner { f64::NAN } else { behind }
+    };
+    let outlines: [(&str, &dyn Fn(f64) -> f64); 4] = [
+        ("shape = \"ball\"\ndiameter = 14", &ball),
+        ("shape = \"coin\"\ndiameter = 9\nedge = 90", &circle(4.5)),
+        ("shape = \"corner\"\nlength = 30\nedge = 90", &corner),
+        ("shape = \"block\"\nwidth = 10\nskew = 20\nedge = 90", &turned),
+    ];
+    for (body, outline) in outlines {
+        let text = format!("{body}\nspeed = {speed}\ndirection = {degrees}\noffset = {offset}\nnoise = 0");
+        let lights = lights(&format!("{text}\n[whisker]\ndome_degrees = 0\nrelaxation_ms = 0\n[sensor]\nfps = 240"));
+        let (c, s) = touch::unit(degrees);
+        let whiskers = WhiskerConfig::default().whiskers();
+        let found = (0..TAXELS).map(|taxel| lights.iter().position(|light| light[taxel] > 1e-9));
+        let expected = whiskers.iter().flatten().map(|whisker| {
+            Some(whisker.along(c, s) + outline(whisker.along(-s, c) - offset)).filter(|place| place.is_finite())
+        });
+        let pairs: Vec<_> = found.zip(expected).collect();
+        let first = pairs.iter().filter_map(|(found, place)| found.zip(*place).map(|(found, place)| (place, found)));
+        let (least, at) = first.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        for (taxel, (found, place)) in pairs.into_iter().enumerate() {
+            let frame = place.map(|place| at as f64 + (place - least) / speed * 240.0);
+            match (found, frame) {
+                (Some(found), Some(frame)) => {
+                    assert!((found as f64 - frame).abs() < 2.0, "{body} {taxel}: {found} {frame}");
+                }
+                (found, frame) => assert_eq!(found.is_some(), frame.is_some(), "{body} {taxel}"),
+            }
+        }
+    }
+}
+
+/// Returns the light of every taxel over the frames between two moments in s.
+fn light_between(lights: &[[f64; TAXELS]], from: f64, to: f64) -> [f64; TAXELS] {
+    let frames = &lights[(from * 30.0) as usize..(to * 30.0) as usize];
+    core::array::from_fn(|taxel| frames.iter().map(|light| light[taxel]).sum())
+}
+
+const BALL: &str = "[[touch]]\nkind = \"slide\"\nshape = \"ball\"\ndiameter = 6\n";
+const NO_NOISE: &str = "noise = 0\nlead_in = 45\n[whisker]\ndome_degrees = 0\n[light]\ngain_deviation = 0";
+
+/// Checks that two balls light the whiskers of each of them as if it were alone, wherever they are not on one whisker.
+#[test]
+fn two_objects_bend_the_whiskers_that_each_of_them_meets() {
+    let ball = |offset: i32, speed: i32, more: &str| format!("{BALL}speed = {speed}\noffset = {offset}\n{more}");
+    let scene = |touches: &str| lights(&format!("{NO_NOISE}\n{touches}"));
+    let (left, right) = (scene(&ball(8, 60, "")), scene(&ball(-8, 90, "")));
+    let both = scene(&(ball(8, 60, "") + &ball(-8, 90, "after = 0")));
+    for taxel in 0..TAXELS {
+        // Moving to the right, the left ball lights the upper row. The light ends before the scene that is shorter.
+        let alone = if taxel < 5 { &left } else { &right };
+        let (mut most, mut worst) = (0.0_f64, 0.0_f64);
+        for (both, alone) in both.iter().zip(alone) {
+            let expected = alone[taxel];
+            (most, worst) = (most.max(expected), worst.max((both[taxel] - expected).abs()));
+        }
+        let is_lit = taxel / 5 == 0 || taxel / 5 == 4;
+        // Random starts differ.
+        assert!(worst < 0.02 * most + 1e-9 && (most > 0.0) == is_lit, "{taxel}: {worst} of {most}");
+    }
+    // Two on the same path are one: the whisker is bent by the one that bends it most.
+    let twice = scene(&(ball(0, 60, "") + &ball(0, 60, "after = 0")));
+    let once = scene(&ball(0, 60, ""));
+    let sum = |lights: &[[f64; TAXELS]]| lights.iter().flatten().sum::<f64>();
+    assert!((sum(&twice) / sum(&once) - 1.0).abs() < 1e-3, "{} {}", sum(&twice), sum(&once));
+    let scene = "[[touch]]\nkind = \"hold\"\nhold = 1\n".to_owned() + &ball(0, 60, "after = 0.5");
+    let truth = Scene::new(&SceneConfig::from_toml("s", &scene).unwrap()).unwrap().truth().to_vec();
+    assert!((truth[1].start_s - truth[0].start_s - 0.5).abs() < 1e-9);
+}
+
+#[test]
+fn a_held_block_is_dark_until_it_slides() {
+    let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Tri3\"\nspeed = 60\nhold = 1.5\ntravel = 20\n";
+    let text = format!("{NO_NOISE}\nrubbing_ms = 0\n{slide}");
+    let truth = Scene::new(&SceneConfig::from_toml("s", &text).unwrap()).unwrap().truth()[0];
+    let down = 3.0 / 400.0;
+    assert!((truth.end_s - truth.start_s - (2.0 * down + 1.5 + 20.0 / 60.0)).abs() < 1e-9);
+    let (lights, start) = (lights(&text), truth.start_s);
+    let pressed = light_between(&lights, start, start + 0.5);
+    let held = light_between(&lights, start + 1.2, start + 1.45);
+    let slides = light_between(&lights, start + 1.55, start + 1.8);
+    for taxel in 0..TAXELS {
+        assert!(pressed[taxel] > 0.05 && held[taxel] < 1e-6, "{taxel}: {pressed:?} {held:?}");
+        assert!(slides[taxel] > 0.05, "{taxel}: {slides:?}");
+    }
+    // A flat block that was pressed on shows nothing of its motion but its rubbing.
+    let flat = lights_of_flat(&text);
+    assert!(light_between(&flat, start + 1.55, start + 1.8).iter().all(|light| *light < 1e-6));
+}
+
+fn lights_of_flat(text: &str) -> Vec<[f64; TAXELS]> {
+    lights(&text.replace("Tri3", "Fla0"))
+}
+
+/// Checks that a twist lights whiskers the more the farther they are from its pivot, and the pivot's own not at all.
+#[test]
+fn a_twist_lights_what_is_far_from_its_pivot() {
+    let twist = "[[touch]]\nkind = \"twist\"\nspecimen = \"Tri3\"\nby = 60\nrate = 60\nhold = 1\npivot = [-8, 8]\n";
+    let text = format!("{NO_NOISE}\nrubbing_ms = 0\n{twist}");
+    let truth = Scene::new(&SceneConfig::from_toml("s", &text).unwrap()).unwrap().truth()[0];
+    let lights = lights(&text);
+    let light = light_between(&lights, truth.start_s + 1.05, truth.start_s + 1.95);
+    // A whisker crosses teeth in proportion to its distance, here four times as many.
+    assert!(light[0] < 1e-6 && (3.0..5.0).contains(&(light[24] / light[6])), "{light:?}");
+}
+
+#[test]
+fn a_slide_rests_where_it_is_told_to() {
+    let of = |keys: &str| {
+        let text = format!("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 50\n{keys}");
+        *SceneConfig::from_toml("s", &text).unwrap().touches[0].slide().unwrap()
+    };
+    let (even, stop, stick) = (of(""), of("stop = [20, 0.5]"), of("stick = [5, 0.1]"));
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} {b}");
+    close(stop.moved_mm(0.39), 19.5);
+    close(stop.moved_mm(0.7), 20.0);
+    close(stop.moved_mm(1.0), 25.0);
+    close(stop.time_s(30.0), 1.1);
+    // After 12 mm it has rested twice.
+    close(stick.moved_mm(0.44), 12.0);
+    close(stick.moved_mm(0.15), 5.0);
+    for place in [3.0, 4.99, 7.0, 33.3, 104.0] {
+        close(stick.moved_mm(stick.time_s(place)), place);
+        close(even.moved_mm(even.time_s(place)), place);
+    }
+}
+
+/// Checks that a slide that turns meets whiskers in the order of an arc, and ends turned.
+#[test]
+fn a_slide_turns_with_its_path() {
+    let scene = |turn: f64| {
+        let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 40\nlength = 30";
+        let lights = lights(&format!("{NO_NOISE}\n[sensor]\nfps = 120\n{slide}\nturn = {turn}"));
+        let first = |taxel: usize| lights.iter().position(|light| light[taxel] > 1e-9).unwrap() as f64;
+        // How much later the upper than the lower whisker of the first and last columns is met, in mm.
+        [0, 4].map(|column| (first(column) - first(20 + column)) / 120.0 * 40.0)
+    };
+    assert!(scene(0.0).iter().all(|later| later.abs() < 1e-9));
+    let [first, last] = scene(0.5);
+    // By 8 mm from the middle the edge has turned by 4 degrees, so that 16 mm across are 1.1 mm along.
+    assert!((-1.6..-0.6).contains(&first) && (0.6..1.6).contains(&last), "{first} {last}");
+}
+
+#[test]
+fn light_is_seen_beside_and_decays_over_touches() {
+    let poke = "[[touch]]\nkind = \"poke\"\nwhisker = [1, 2]\n";
+    let text = |more: &str| format!("{NO_NOISE}\n{more}\n{poke}{poke}{poke}");
+    let of = |more: &str| {
+        let truth = Scene::new(&SceneConfig::from_toml("s", &text(more)).unwrap()).unwrap().truth().to_vec();
+        let lights = lights(&text(more));
+        truth.iter().map(|one| light_between(&lights, one.start_s - 0.1, one.end_s + 1.5)).collect::<Vec<_>>()
+    };
+    let (plain, beside, less) = (of(""), of("crosstalk = 0.1"), of("decay = 0.2"));
+    for taxel in 0..TAXELS {
+        let share = [1.0, 0.1, 0.0][match taxel {
+            1 => 0,
+            0 | 2 | 6 => 1,
+            _ => 2,
+        }];
+        assert!((beside[0][taxel] - share * plain[0][1]).abs() < 1e-9, "{taxel}: {beside:?}");
+    }
+    for (touch, part) in [1.0, 0.8, 0.64].into_iter().enumerate() {
+        assert!((less[touch][1] / plain[0][1] - part).abs() < 1e-3, "{touch}: {less:?}");
     }
 }

@@ -5,11 +5,15 @@ use core::fmt;
 use libm::{cos, expm1, fabs, log1p, sin, tan};
 use wstac_core::paper::direction::Heading;
 
+use super::object::{Extent, extent};
 use super::specimen::Specimen;
 use super::whisker::{Whisker, WhiskerConfig};
 
 /// Largest number of points of a speed profile.
 pub const MOST_POINTS: usize = 8;
+
+/// Largest number of rests of a slide.
+const MOST_RESTS: u32 = 4096;
 
 /// A touch of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +22,8 @@ pub enum Touch {
     Slide(Slide),
     /// A plate or a tip comes down, stays, and leaves.
     Press(Press),
+    /// A specimen is pressed on, turns about a point, and leaves.
+    Twist(Twist),
 }
 
 impl Touch {
@@ -25,7 +31,7 @@ impl Touch {
     pub fn slide(&self) -> Option<&Slide> {
         match self {
             Self::Slide(slide) => Some(slide),
-            Self::Press(_) => None,
+            Self::Press(_) | Self::Twist(_) => None,
         }
     }
 
@@ -34,14 +40,27 @@ impl Touch {
         match self {
             Self::Slide(_) => "slide",
             Self::Press(press) => press.kind.name(),
+            Self::Twist(_) => "twist",
         }
+    }
+
+    /// Returns the time in s from the first touch before it to its own, if both are there at once.
+    pub fn after_s(&self) -> Option<f64> {
+        self.slide().and_then(|slide| slide.after_s)
     }
 
     /// Returns the time from its first to its last touch in s.
     pub(crate) fn lasts_s(&self, whisker: &WhiskerConfig) -> f64 {
         match self {
-            Self::Slide(slide) => slide.time_s(slide.path_mm(whisker)),
+            Self::Slide(slide) => {
+                let [down, lifts] = slide.held.map_or([0.0; 2], |held| held.times_s(whisker.overlap_mm));
+                down + slide.time_s(slide.path_mm(whisker)) + lifts
+            }
             Self::Press(press) => 2.0 * press.approach_s() + press.hold_s,
+            Self::Twist(twist) => {
+                let [down, lifts] = twist.held.times_s(whisker.overlap_mm);
+                down + twist.turns_s() + lifts
+            }
         }
     }
 }
@@ -55,8 +74,20 @@ impl fmt::Display for Touch {
                 if let Some([_, last]) = slide.profile.as_ref().and_then(|profile| profile.points().last()) {
                     write!(f, " to {last} mm/s")?;
                 }
-                write!(f, ", {} degrees", slide.direction_deg)
+                write!(f, ", {} degrees", slide.direction_deg)?;
+                if let Some(held) = &slide.held {
+                    write!(f, ", held for {} s", held.hold_s)?;
+                }
+                if slide.turn_deg_mm != 0.0 {
+                    write!(f, ", turns by {} degrees per mm", slide.turn_deg_mm)?;
+                }
+                if let Some(Rest { every_mm, rest_s, .. }) = slide.rest {
+                    let how = if every_mm.is_finite() { "sticks" } else { "stops" };
+                    write!(f, ", {how} for {rest_s} s")?;
+                }
+                Ok(())
             }
+            Self::Twist(twist) => write!(f, "{} twists by {} degrees", twist.specimen, twist.by_deg),
             Self::Press(press) => {
                 write!(f, "{} by {} mm for {} s", press.kind.name(), press.overlap_mm, press.hold_s)?;
                 match press.whisker {
@@ -84,13 +115,113 @@ pub struct Slide {
     pub offset_mm: f64,
     /// The speed along the path, if it changes.
     pub profile: Option<SpeedProfile>,
+    /// The angle in degrees by which the block and its direction turn per mm of path, counterclockwise. They are as
+    /// stated when the leading end's middle passes the sensor's middle.
+    pub turn_deg_mm: f64,
+    /// Where it rests, if it does.
+    pub rest: Option<Rest>,
+    /// How it is pressed on before it slides; `None` if it comes from the side.
+    pub held: Option<Held>,
+    /// The time in s from the start of the first touch before it to its own start; `None` if that one ends first.
+    pub after_s: Option<f64>,
+}
+
+/// Rests of a slide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest {
+    /// The place of the first one on the path, in mm.
+    pub first_mm: f64,
+    /// The distance between them, in mm; infinite if there is one.
+    pub every_mm: f64,
+    /// The time of each in s.
+    pub rest_s: f64,
+}
+
+/// How a specimen is pressed on the sensor before it moves, with its middle on the sensor's middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Vertical speed in mm/s, down and up.
+    pub approach_mm_s: f64,
+    /// Time from its lowest place to its motion, in s.
+    pub hold_s: f64,
+    /// Distance in mm after which it is lifted off; `None` if it slides until it has left all whiskers.
+    pub travel_mm: Option<f64>,
+}
+
+impl Rest {
+    /// Returns the place of a rest on the path in mm; the first one has number 0.
+    fn place_mm(&self, number: u32) -> f64 {
+        if number == 0 { self.first_mm } else { self.first_mm + f64::from(number) * self.every_mm }
+    }
+}
+
+impl Held {
+    /// Returns the times in s before it moves, and after it has moved.
+    fn times_s(&self, overlap_mm: f64) -> [f64; 2] {
+        let down = overlap_mm / self.approach_mm_s;
+        [down + self.hold_s, if self.travel_mm.is_some() { down } else { 0.0 }]
+    }
+
+    /// Returns how far it is above its lowest place, in mm, `since` s after its first touch and `left` s before its end.
+    pub(crate) fn raised_mm(&self, overlap_mm: f64, since: f64, left: f64) -> f64 {
+        let way = if self.travel_mm.is_some() { since.min(left) } else { since };
+        (overlap_mm - self.approach_mm_s * way).max(0.0)
+    }
+}
+
+/// A specimen that is pressed on, turns about a point, and is lifted off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twist {
+    /// The specimen; its middle is on the sensor's middle.
+    pub specimen: Specimen,
+    /// The direction of its length in degrees at the start.
+    pub direction_deg: f64,
+    /// The point about which it turns, to the right of and above the sensor's middle, in mm.
+    pub pivot_mm: [f64; 2],
+    /// The angle by which it turns in degrees, counterclockwise.
+    pub by_deg: f64,
+    /// Its angular speed in degrees per second, above 0.
+    pub speed_deg_s: f64,
+    /// How it is pressed on.
+    pub held: Held,
+}
+
+impl Twist {
+    /// Returns the time in which it turns, in s.
+    pub(crate) fn turns_s(&self) -> f64 {
+        fabs(self.by_deg) / self.speed_deg_s
+    }
+
+    /// Returns a slide that has the same specimen at the same place before it moves.
+    pub(crate) fn at_rest(&self) -> Slide {
+        Slide { held: Some(self.held), ..Slide::new(self.specimen, 1.0, self.direction_deg) }
+    }
+
+    /// Returns where a whisker would touch the specimen `time` s after it began to turn, had it not turned.
+    pub(crate) fn turned_back(&self, whisker: &Whisker, time: f64) -> Whisker {
+        let angle = self.by_deg * (time / self.turns_s()).clamp(0.0, 1.0);
+        let ((c, s), [px, py]) = (unit(angle), self.pivot_mm);
+        let (x, y) = (whisker.x - px, whisker.y - py);
+        Whisker { x: px + x * c + y * s, y: py + y * c - x * s, ..*whisker }
+    }
 }
 
 impl Slide {
     /// Creates a slide at an even speed in mm/s, in a direction in degrees, across the middle, with edges at right
     /// angles to its motion.
     pub fn new(specimen: Specimen, speed_mm_s: f64, direction_deg: f64) -> Self {
-        Self { specimen, speed_mm_s, direction_deg, skew_deg: 0.0, offset_mm: 0.0, profile: None }
+        Self {
+            specimen,
+            speed_mm_s,
+            direction_deg,
+            skew_deg: 0.0,
+            offset_mm: 0.0,
+            profile: None,
+            turn_deg_mm: 0.0,
+            rest: None,
+            held: None,
+            after_s: None,
+        }
     }
 
     /// Returns its heading if its direction is a multiple of 90 degrees.
@@ -118,12 +249,98 @@ impl Slide {
 
     /// Returns the distance in mm that the block moves from the first to the last touch of all whiskers.
     pub(crate) fn path_mm(&self, config: &WhiskerConfig) -> f64 {
+        if !self.is_even_prism() {
+            let [start, end] = self.reach_mm(config);
+            return end - start;
+        }
+        self.straight_path_mm(config)
+    }
+
+    fn straight_path_mm(&self, config: &WhiskerConfig) -> f64 {
         let (c, s) = self.normal();
         (self.specimen.length_mm + config.span_mm() * (fabs(c) + fabs(s))) / self.normal_share()
     }
 
+    /// Returns the first and last places of the leading end's middle along the motion, in mm from the sensor's middle.
+    pub(crate) fn reach_mm(&self, config: &WhiskerConfig) -> [f64; 2] {
+        let [start, end] = self.straight_reach_mm(config);
+        let Some(held) = self.held else {
+            // A path that turns meets whiskers earlier, or later.
+            let more = if self.turn_deg_mm == 0.0 { 0.0 } else { 0.1 * (end - start) };
+            return [start - more, end + more];
+        };
+        let [front, back] = extent(&self.specimen, self.skew_deg)
+            .map_or_else(|| [0.0, -self.specimen.length_mm / self.normal_share()], |extent| extent.along);
+        let start = -(front + back) / 2.0;
+        [start, held.travel_mm.map_or(end, |travel| start + travel)]
+    }
+
+    fn straight_reach_mm(&self, config: &WhiskerConfig) -> [f64; 2] {
+        let Some(Extent { along: [front, back], across }) = extent(&self.specimen, self.skew_deg) else {
+            let ((c, s), (_, sine)) = (self.normal(), unit(self.skew_deg));
+            let half = config.span_mm() / 2.0 * (fabs(c) + fabs(s));
+            let start = -(half + self.offset_mm * sine) / self.normal_share();
+            return [start, start + self.straight_path_mm(config)];
+        };
+        let (c, s) = unit(self.direction_deg);
+        let [right, left] = across.map(|across| across + self.offset_mm);
+        let all = config.whiskers().into_iter().flatten();
+        let met = all.filter(|whisker| (right..=left).contains(&whisker.along(-s, c)));
+        let places = met.map(|whisker| whisker.along(c, s));
+        let [first, last] =
+            places.fold([f64::INFINITY, f64::NEG_INFINITY], |[first, last], place| [first.min(place), last.max(place)]);
+        // A body that passes beside all whiskers crosses the middle.
+        if first > last { [-front, -back] } else { [first - front, last - back] }
+    }
+
+    /// Returns a whisker's place in mm behind the leading end and to the left of its middle.
+    ///
+    /// The leading end's middle is `along` mm from the sensor's middle, along the motion.
+    pub(crate) fn place_of(&self, whisker: &Whisker, along: f64) -> [f64; 2] {
+        let (c, s) = unit(self.direction_deg);
+        let turned = self.turn_deg_mm * along;
+        let (ahead, left) = if self.turn_deg_mm == 0.0 {
+            (along, self.offset_mm)
+        } else {
+            // An arc of this radius.
+            let ((c, s), radius) = (unit(turned), 1.0 / self.turn_deg_mm.to_radians());
+            (radius * s, self.offset_mm + radius * (1.0 - c))
+        };
+        let (x, y) = (whisker.x - ahead * c + left * s, whisker.y - ahead * s - left * c);
+        let (c, s) = unit(self.direction_deg + self.skew_deg + turned);
+        [-(x * c + y * s), y * c - x * s]
+    }
+
+    /// Returns `true` if all whiskers meet the same cut of it, in the same way.
+    pub(crate) fn is_even_prism(&self) -> bool {
+        let is_straight = self.turn_deg_mm == 0.0 && self.rest.is_none() && self.held.is_none();
+        is_straight && extent(&self.specimen, self.skew_deg).is_none()
+    }
+
+    /// Returns `true` if its speed or direction changes.
+    pub(crate) fn changes(&self) -> bool {
+        self.profile.is_some() || self.turn_deg_mm != 0.0 || self.rest.is_some() || self.held.is_some()
+    }
+
     /// Returns the distance in mm that the block has moved `time` s after its first touch.
     pub(crate) fn moved_mm(&self, time: f64) -> f64 {
+        let Some(rest) = &self.rest else { return self.moved_without_rest_mm(time) };
+        // The number of rests that have begun.
+        let begins = |number: u32| {
+            let before = f64::from(number) * rest.rest_s;
+            before + self.time_without_rest_s(rest.place_mm(number))
+        };
+        let (mut begun, mut most) = (0, MOST_RESTS);
+        while begun < most {
+            let middle = begun + (most - begun) / 2;
+            if begins(middle) <= time { begun = middle + 1 } else { most = middle }
+        }
+        let Some(last) = begun.checked_sub(1) else { return self.moved_without_rest_mm(time) };
+        let rested = (time - begins(last)).min(rest.rest_s) + f64::from(last) * rest.rest_s;
+        self.moved_without_rest_mm(time - rested)
+    }
+
+    fn moved_without_rest_mm(&self, time: f64) -> f64 {
         match &self.profile {
             Some(profile) => profile.moved_mm(time),
             None => self.speed_mm_s * time,
@@ -132,6 +349,15 @@ impl Slide {
 
     /// Returns the time in s in which the block moves `path` mm from its first touch.
     pub(crate) fn time_s(&self, path: f64) -> f64 {
+        let rests = self.rest.filter(|rest| path > rest.first_mm);
+        let rested = rests.map_or(0.0, |rest| {
+            let number = 1.0 + libm::floor((path - rest.first_mm) / rest.every_mm);
+            number.min(f64::from(MOST_RESTS)) * rest.rest_s
+        });
+        rested + self.time_without_rest_s(path)
+    }
+
+    fn time_without_rest_s(&self, path: f64) -> f64 {
         match &self.profile {
             Some(profile) => profile.time_s(path),
             None => path / self.speed_mm_s,

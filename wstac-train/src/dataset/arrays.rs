@@ -53,8 +53,11 @@ pub fn array_of(input: Input) -> &'static str {
     }
 }
 
-/// Returns only the name of a specimen, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`.
+/// Returns only the name of a specimen, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`, `Rod`.
 pub fn name(specimen: &Specimen) -> String {
+    if let Some(name) = specimen.round_name() {
+        return name.into();
+    }
     match specimen.pattern {
         Pattern::Sphere => specimen.pattern.name().into(),
         pattern => format!("{}{}", pattern.name(), specimen.depth_mm),

@@ -166,7 +166,10 @@ impl Sweep {
         let direction_deg = self.directions_deg[(k / speeds) % directions];
         let base = self.base.touches.first().and_then(Touch::slide);
         let slide = Slide::new(specimen, self.speeds_mm_s[k % speeds], direction_deg);
-        let slide = base.map_or(slide, |base| Slide { skew_deg: base.skew_deg, offset_mm: base.offset_mm, ..slide });
+        let slide = base.map_or(slide, |base| {
+            let Slide { specimen, speed_mm_s, direction_deg, profile, .. } = slide;
+            Slide { specimen, speed_mm_s, direction_deg, profile, ..*base }
+        });
         (slide, self.base.seed.wrapping_add(u64::from(number)))
     }
 

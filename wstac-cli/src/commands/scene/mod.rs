@@ -52,7 +52,14 @@ optional; these are the defaults:
   offset = 0             # distance of the block's middle to the left
                          # of its path in mm
   skew = 0               # angle of edges and texture against the
-                         # motion in degrees, -60 to 60
+                         # motion in degrees, -60 to 60; of a shape
+                         # -180 to 180
+  #shape = "block"       # outline: a rectangle of length and width
+                         # that turns with skew; or "corner", "rod",
+                         # "ball" or "coin"; a rod without a width
+                         # has no end
+  #diameter = 8          # diameter of a rod, ball or coin in mm
+  #angle = 90            # angle between a corner's edges in degrees
   #radius = 0.5          # radius of a Sphere in mm, instead of depth,
                          # period, length and edge
   seed = 0               # seed of all random numbers: the same seed
@@ -97,6 +104,10 @@ optional; these are the defaults:
   leak_per_minute = 0    # growth of the leak per minute
   drift_per_minute = 0   # growth of all light per minute, as a
                          # fraction of the light
+  crosstalk = 0          # light of a base that is seen at each of the
+                         # four beside it, as a fraction
+  decay = 0              # light lost from touch to touch, as a
+                         # fraction
   dead = []              # whiskers without light, as [row, column],
                          # each 1 to 5
   weak = []              # weak whiskers, as [row, column, gain], the
@@ -144,6 +155,13 @@ specimen to radius. Other touches: any number of [[touch]] tables.
   kind = "slide"         # with the keys of a slide
   specimen = "Saw3"
   speed = 150
+  #hold = 0.5            # pressed on, then still for this time in s
+  #travel = 20           # then lifted off after this way in mm
+  #turn = 0.2            # degrees it turns per mm of path, -1 to 1
+  #stop = [20, 0.5]      # after 20 mm it rests for 0.5 s
+  #stick = [5, 0.05]     # the same after every 5 mm
+  #after = 0.1           # starts s after the touch before it
+                         # started, with it on the sensor
   [[touch]]
   kind = "press"         # a plate on all whiskers
   overlap = 3            # its overlap with the middle whisker at its
@@ -152,6 +170,12 @@ specimen to radius. Other touches: any number of [[touch]] tables.
   hold = 0.2             # time at its lowest in s
   tilt = 0               # its angle in degrees; it is higher in
   direction = 0          # this direction
+  [[touch]]
+  kind = "twist"         # a specimen or shape is pressed on, turns
+  specimen = "Saw3"      # and is lifted off
+  by = 45                # angle in degrees
+  rate = 90              # degrees per second
+  pivot = [0, 0]         # mm to the right, mm up
   [[touch]]
   kind = "hold"          # a press whose hold is 5 by default
   [[touch]]
@@ -193,7 +217,7 @@ mod tests {
         let expected = SceneConfig::parse_short("Saw3@150").unwrap();
         assert_eq!(SceneConfig::from_toml("help", &text).unwrap(), expected);
         // The test counts the keys, because a missing key would have its default and go unnoticed.
-        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 14 + 2 + 8 + 13 + 16 + 7);
+        assert_eq!(text.lines().filter(|line| line.contains(" = ")).count(), 17 + 2 + 8 + 15 + 16 + 7);
     }
 
     #[test]
@@ -204,6 +228,6 @@ mod tests {
             .fold(String::new(), |text, line| text + line + "\n");
         let scene = SceneConfig::from_toml("help", &text).unwrap();
         let kinds: Vec<_> = scene.touches.iter().map(wstac_scene::Touch::kind).collect();
-        assert_eq!(kinds, ["slide", "press", "hold", "poke"]);
+        assert_eq!(kinds, ["slide", "press", "twist", "hold", "poke"]);
     }
 }
