@@ -7,7 +7,7 @@ use wstac_core::layout::Layout;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, Velocity};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, SimulatedFrame, Slide};
 
@@ -21,6 +21,8 @@ const OTHERS: u64 = 1000;
 const SPAN_MM: f64 = 16.0;
 /// Path in mm over which a speed must have been even for an answer to be compared.
 const EVEN_MM: f64 = 20.0;
+/// Readout of a rolling shutter, in ms.
+const READOUT_MS: f64 = 33.0;
 /// Frames after the last touch in which a velocity may still be said.
 const AFTER: f64 = 1.0;
 
@@ -75,11 +77,16 @@ fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64, is_even: bool
 
 /// Follows the touch of a number.
 fn follow(kind: Kind, number: u64) -> Followed {
-    let script = script(kind, number);
+    let mut script = script(kind, number);
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
     let mut pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
-    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
+    if kind == Kind::Readout {
+        script.sensor.readout_ms = READOUT_MS;
+    }
+    let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32);
+    let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
+    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(readout));
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let truth = scene.truth()[0];
     let mut velocities = Vec::new();
@@ -177,6 +184,7 @@ pub(crate) fn tables(page: &mut String) {
     first(page, "speed", &rows);
     all(page, "speed", &rows);
     let conditions = [
+        (Kind::Readout, "rows read within 33 ms, known"),
         (Kind::Dim, "a fifth of the light"),
         (Kind::Noisy, "2.5 times the noise, 3 times the spread of gains"),
         (Kind::Dead, "one dead whisker, three weak ones"),

@@ -11,6 +11,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, Slide};
 
 use crate::touches::{Kind, each, script};
@@ -100,6 +101,9 @@ pub(crate) fn table(page: &mut String) {
             let _ = writeln!(page, "| {name} | {readout} | {exposure} | {}", row(found));
         }
     }
+    for camera in 0..WHOLE {
+        meets_goals(&of_known, camera);
+    }
     page.push_str(READOUTS);
     let mut group = |name: &str, is_in: &dyn Fn(&Slide) -> bool| {
         let _ = write!(page, "| {name} |");
@@ -119,6 +123,27 @@ pub(crate) fn table(page: &mut String) {
         });
     }
     page.push('\n');
+}
+
+/// Checks the goals of the page for a camera whose exposure is the whole frame.
+fn meets_goals([known, unknown]: &[Vec<Vec<Found>>; 2], camera: usize) {
+    let name = CAMERAS[camera].0;
+    let result = Result::new(&of(&known[camera], &|_| true));
+    let median = percentile(result.speed.clone(), 0.5).expect("slides are reliable");
+    assert!(wrong(&result) == 0 && median <= 0.006, "{name} ms, known: {} wrong, {median}", wrong(&result));
+    for within in result.within {
+        let part = within as f64 / result.reliable as f64;
+        assert!((0.63..=0.73).contains(&part), "{name} ms, known: {part} within one standard deviation");
+    }
+    let result = Result::new(&of(&unknown[camera], &|_| true));
+    assert!(wrong(&result) as u64 <= SLIDES / 500, "{name} ms, unknown: {} wrong", wrong(&result));
+    let slow = Result::new(&of(&unknown[camera], &|slide| slide.speed_mm_s < 100.0));
+    assert!(slow.reliable * 100 >= slow.count * 85, "{name} ms, unknown: {} of {}", slow.reliable, slow.count);
+}
+
+/// Returns how many reliable slides are off by more than 10 % or 10°.
+fn wrong(result: &Result) -> usize {
+    result.speed.iter().zip(&result.degrees).filter(|(speed, degrees)| **speed > 0.1 || **degrees > 10.0).count()
 }
 
 /// A slide, its sensor, and its motion before a camera.
@@ -143,6 +168,5 @@ Reliable slides by speed and direction, in percent, by the readout in ms:
 
 fn row(found: &[Found]) -> String {
     let result = Result::new(&of(found, &|_| true));
-    let wrong = result.speed.iter().zip(&result.degrees).filter(|(speed, degrees)| **speed > 0.1 || **degrees > 10.0);
-    format!("{} | {} |", result.cells().join(" | "), share(wrong.count(), result.count))
+    format!("{} | {} |", result.cells().join(" | "), share(wrong(&result), result.count))
 }
