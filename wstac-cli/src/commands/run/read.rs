@@ -1,4 +1,4 @@
-//! Reads the sources of one run: each to its end in its own thread, or those of a recording in the order of their times.
+//! Reads the sources of one run: files in the order of their frames' times, others each in its own thread to its end.
 
 use std::collections::VecDeque;
 use std::ffi::OsStr;
