@@ -19,11 +19,13 @@ import threading
 import time
 from pathlib import Path
 
+import zenoh
+
 from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, run_main, same, session, sockets, timeless, until
 from hostile import check_hostile
 from packages import check_packages
 from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
-from services import check_ends, check_parameters, check_services
+from services import EMPTY, check_ends, check_parameters, check_services
 from tls import check_tls
 
 
@@ -175,6 +177,8 @@ def check_arguments(programs):
             (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, '--connect is "udp/127.0.0.1:1": expected tcp/ADDRESS:PORT'),
             (["scene:Saw3@150,60mm", "--connect", f"tcp/127.0.0.1:{free_port()}", "--ros"], 0, "was never connected to tcp/127.0.0.1:"),
             (["scene:Saw3\x1b[31m@\u202e150"], 2, "\\u001b[31m@\\u202e150"),
+            # Names of files need not be UTF-8.
+            ([b"\xff"], 1, '"\ufffd": no such file'),
         ):
             # A domain that is none matters only to topics of ROS 2.
             has_none = "--ros" not in arguments or "ROS_DOMAIN_ID" in text
@@ -205,8 +209,32 @@ exec sleep 60 >&-
 PROBE = "#!/bin/sh\necho pix_fmt=gray\necho avg_frame_rate=30/1\n"
 
 
+def check_waiting(endpoint, names):
+    """Fewer than 16 requests for each of these sensors, and more than 64 for all, which do not answer: 64 wait."""
+    client = Client(endpoint, DOMAIN)
+    services = client.services()
+
+    def ask(name):
+        service = f"/wstac/{name}/restart_baseline"
+        key = "/".join((str(DOMAIN), service[1:], *services[service]))
+        return client.session.get(key, payload=EMPTY, timeout=1000, target=zenoh.QueryTarget.ALL_COMPLETE)
+
+    def is_over(replies):
+        try:
+            return fail("a sensor that waits answers") if replies.try_recv() else False
+        except zenoh.ZError:
+            return True
+
+    asked = [ask(name) for name in names * 14]
+    until(lambda: sum(map(is_over, asked)) >= len(asked) - 64, "requests without an answer")
+    # The node takes them in their order.
+    same(client.ask("/wstac_node/list_parameters", EMPTY, None), [], "answers while 64 requests wait")
+    same([is_over(one) for one in asked], [False] * 64 + [True] * (len(asked) - 64), "requests that are given up")
+    client.close()
+
+
 def check_hang(programs):
-    """A sensor that waits forever for its source: a signal ends the node nevertheless, which says for which sensor."""
+    """Sensors that wait forever for their source: 64 requests wait for them, and a signal ends the node, which says for which."""
     folder, video, other = programs.folder / "bin", programs.folder / "clip.mp4", programs.scene("sensor", 5)
     folder.mkdir()
     video.write_bytes(b"a video")
@@ -215,22 +243,26 @@ def check_hang(programs):
         (folder / name).chmod(0o755)
     before, endpoint = os.environ["PATH"], f"tcp/127.0.0.1:{free_port()}"
     os.environ["PATH"] = f"{folder}:{before}"
+    stuck = [f"stuck{number}" for number in range(5)]
     try:
-        with programs.node(f"stuck={video}", f"other={other}", "--listen", endpoint) as node:
+        ros = ("--ros", "--zenoh", "--domain", DOMAIN, "--listen", endpoint)
+        with programs.node(*(f"{name}={video}" for name in stuck), f"other={other}", *ros) as node:
             listener = Listener(endpoint)
             # A second later it waits for its decoder.
-            until(lambda: [state["frames"] for state in listener.lines("wstac/stuck/state")].count(1) > 1, "the only frame")
+            for name in stuck:
+                until(lambda name=name: [state["frames"] for state in listener.lines(f"wstac/{name}/state")].count(1) > 1, "the only frame")
+            check_waiting(endpoint, stuck)
             begun = time.monotonic()
             node.send_signal(signal.SIGTERM)
             until(lambda: listener.lines("wstac/other/end"), "the end of the other sensor")
             same(node.wait(PATIENCE), 1, "exit code of a node with a sensor that does not end")
             same(time.monotonic() - begun > 9, True, f"{time.monotonic() - begun:.1f} s from the signal to the end")
-            note = "ended by a signal; after 10 s it no longer waits for the sensors: stuck\n"
-            same(node.said().endswith(note), True, f"{node.said()!r} ends in {note!r}")
+            found = re.fullmatch(r"(?s).*ended by a signal; after 10 s it no longer waits for the sensors: (.*)\n", node.said())
+            same(found and sorted(found[1].split(", ")), stuck, f"sensors that do not end, of {node.said()!r}")
             listener.close()
     finally:
         os.environ["PATH"] = before
-    print("a sensor that waits forever: SIGTERM ends the node after 10 s")
+    print("sensors that wait forever: 64 requests wait for them, and SIGTERM ends the node after 10 s")
 
 
 def check_several(programs):

@@ -1,23 +1,25 @@
 """Checks what strangers can do to wstac-node: connections that say nothing, and clients that ask and read nothing."""
 
 import contextlib
-import os
-import resource
+import shutil
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
+from pathlib import Path
 
 import zenoh
 
 from common import PATIENCE, config_of, fail, free_port, same, until
 from ros import DOMAIN, Client
 
-# Whoever asks a service waits no longer, whatever others do.
-MOST_SECONDS = 1
-# The files that the node may open: fewer than there are connections.
-FILES = 400
+# Whoever asks a service waits for a second on an idle machine, whatever others do. A busy one may take longer.
+MOST_SECONDS = 5
+# Sessions at once, and as many handshakes, and connections that wait for one or for their end.
 SESSIONS = 128
+MODEL = Path(__file__).parents[2] / "wstac-host" / "models" / "path" / "path-svm.wsm"
 # It connects without a word, as often as it can, and keeps 250 connections open.
 SILENT = """
 import contextlib, os, socket, sys
@@ -31,7 +33,8 @@ while True:
 """
 # It asks for all kept events, and has little room for answers.
 HOG = """
-import json, sys, time, zenoh
+import json, os, sys, time, zenoh
+os.nice(10)
 c = zenoh.Config()
 c.insert_json5('mode', '"client"'); c.insert_json5('scouting/multicast/enabled', 'false')
 c.insert_json5('connect/endpoints', json.dumps([sys.argv[1] + '#so_rcvbuf=4096']))
@@ -45,62 +48,114 @@ while True:
 
 @contextlib.contextmanager
 def several(count, program, argument):
-    """Runs a program several times at once."""
-    running = [subprocess.Popen([sys.executable, "-c", program, str(argument)]) for _ in range(count)]
+    """Runs a program several times at once. What is called ends the oldest, stops all others, and starts a new one."""
+
+    def start():
+        return subprocess.Popen([sys.executable, "-c", program, str(argument)])
+
+    running = [start() for _ in range(count)]
+
+    def renew():
+        oldest = running.pop(0)
+        oldest.kill() or oldest.wait()
+        [one.send_signal(signal.SIGSTOP) for one in running]
+        running.append(start())
+
     try:
-        yield running
+        yield renew
     finally:
         [one.kill() or one.wait() for one in running]
 
 
-def answered(client, seconds):
-    """Calls services for some seconds: a parameter, and a recording that begins and ends. Returns the longest wait."""
+def answered(client, seconds, look=lambda: None):
+    """Calls services for some seconds, and looks at something between them. Returns the longest wait."""
+    names = client.call("/wstac_node/list_parameters").result.names
     worst, end = 0, time.monotonic() + seconds
     while time.monotonic() < end:
         for service, fields in (
-            ("/wstac_node/get_parameters", {"names": ["left.source"]}),
+            ("/wstac_node/get_parameters", {"names": names}),
+            ("/wstac/left/load_model", {"file": MODEL.name}),
+            ("/wstac/left/restart_baseline", {}),
             ("/wstac/left/start_recording", {"features_only": True}),
             ("/wstac/left/stop_recording", {}),
         ):
             before = time.monotonic()
             answer = client.call(service, **fields)
-            worst = max(worst, time.monotonic() - before)
+            took = time.monotonic() - before
+            same(took < MOST_SECONDS, True, f"{service} took {took:.2f} s, which is less than {MOST_SECONDS} s")
+            worst = max(worst, took)
             if not getattr(answer, "success", True):
                 fail(f"{service}: {answer.message!r}")
+            look()
         time.sleep(0.05)
-    if worst > MOST_SECONDS:
-        fail(f"a service took {worst:.2f} s, expected at most {MOST_SECONDS} s")
     return worst
 
 
+@contextlib.contextmanager
+def each_second(work):
+    """Does something each second, in a thread of its own."""
+    over = threading.Event()
+
+    def run():
+        while not over.wait(1):
+            work()
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def silent(port):
+    """Connects without a word. Returns the time until the node closes the connection."""
+    begun = time.monotonic()
+    with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) as stranger, contextlib.suppress(ConnectionResetError):
+        same(stranger.recv(1), b"", "what is said to a silent connection")
+    return time.monotonic() - begun
+
+
 def check_hostile(programs):
-    """Silent connections use up no files, sessions have a bound, and clients that read nothing delay no service."""
+    """Silent connections go and are few, sessions have a bound, and clients that read nothing delay no service."""
     port, folder, scene = free_port(), programs.folder / "hostile", programs.folder / "hostile.toml"
     endpoint = f"tcp/127.0.0.1:{port}"
     folder.mkdir()
-    slides = '[[slide]]\nspecimen = "Saw3"\nspeed = 150\ndirection = 90\n' * 100
+    shutil.copy(MODEL, folder)
+    slides = '[[slide]]\nspecimen = "Saw3"\nspeed = 150\ndirection = 90\n' * 400
     scene.write_text(f'lead_in = 30\ngap = 30\nseed = 1\nfidelity = "taxel"\n{slides}')
     arguments = ("--ros", "--zenoh", "--domain", DOMAIN, "--files", folder, "--listen", f"{endpoint}#so_sndbuf=8192")
     with programs.node(f"left=scene:{scene}", *arguments) as node:
-        resource.prlimit(node.pid, resource.RLIMIT_NOFILE, (FILES, FILES))
         client = Client(endpoint, DOMAIN)
 
-        def files():
-            return len(os.listdir(f"/proc/{node.pid}/fd"))
+        def connections():
+            """Counts the sockets. The other files are of Zenoh's threads, some of which begin late."""
+            files, count = Path(f"/proc/{node.pid}/fd"), 0
+            for file in files.iterdir():
+                # It may have been closed meanwhile.
+                with contextlib.suppress(FileNotFoundError):
+                    count += file.readlink().name.startswith("socket:")
+            return count
 
-        before = files()
+        before, gone = connections(), silent(port)
+        peaks = []
         with several(4, SILENT, port):
-            time.sleep(1)
-            flooded = answered(client, 4)
-        until(lambda: files() <= before, "the files of silent connections are closed")
-        same("Too many open files" in node.said(), False, f"files that are used up: {node.said()!r}")
+            until(lambda: connections() > before + SESSIONS // 2, "silent connections")
+            flooded = answered(client, 4, lambda: peaks.append(connections()))
+        most = before + 3 * SESSIONS
+        same(max(peaks) <= most, True, f"{max(peaks)} sockets under silent connections are at most {most}")
+        until(lambda: connections() <= before, "silent connections are closed")
 
-        with several(10, HOG, endpoint) as hogs:
-            until(lambda: files() >= before + len(hogs), "clients that ask")
-            time.sleep(1)
-            [hog.send_signal(signal.SIGSTOP) for hog in hogs]
-            stalled = answered(client, 4)
-            until(lambda: files() <= before, "clients that take nothing are cut off")
+        with several(10, HOG, endpoint) as renew:
+            until(lambda: connections() >= before + 10, "clients that ask")
+            asking = answered(client, 4)
+            with each_second(renew):
+                renewed = answered(client, 10)
+            renew()
+            # All but the new one are alive, and take nothing.
+            until(lambda: connections() <= before + 1, "clients that take nothing are cut off")
+        until(lambda: connections() <= before, "clients that are killed are gone")
         client.close()
 
         config = config_of("client", connect=endpoint)
@@ -113,6 +168,6 @@ def check_hostile(programs):
         node.send_signal(signal.SIGINT)
         same(node.wait(PATIENCE), 0, "exit code")
     print(
-        f"silent connections by the thousand and {FILES} files: answers within {flooded:.2f} s; "
-        f"{len(hogs)} clients that read nothing: within {stalled:.2f} s; {SESSIONS} clients at once"
+        f"silent connections go after {gone:.1f} s; under thousands of them {max(peaks) - before} more sockets, answers within {flooded:.2f} s; "
+        f"10 clients that ask: within {asking:.2f} s, that take nothing and are renewed: {renewed:.2f} s; {SESSIONS} clients at once"
     )

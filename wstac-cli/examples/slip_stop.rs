@@ -1,6 +1,8 @@
 //! Stops a machine when something slips over the sensor faster than a limit.
 //!
 //!     cargo run -p wstac-cli --example slip_stop SOURCE MM_S
+use std::ffi::OsString;
+
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::angle;
 use wstac_host::output::{Output, OutputOptions};
@@ -20,9 +22,11 @@ fn start() {
 }
 
 fn main() -> Result<(), Error> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
     let (spec, limit) = match arguments.as_slice() {
-        [spec, limit] => (spec, limit.parse::<f32>().ok().filter(|limit| limit.is_finite())),
+        [spec, limit] => {
+            (spec, limit.to_str().and_then(|limit| limit.parse::<f32>().ok()).filter(|limit| limit.is_finite()))
+        }
         _ => return Err(Error::new(ErrorKind::Usage, "slip_stop", "wrong arguments, expected SOURCE MM_S")),
     };
     let limit = limit.ok_or_else(|| Error::new(ErrorKind::Usage, "MM_S", "not a number, expected a speed in mm/s"))?;

@@ -6,6 +6,7 @@
 //! Each thread opens its own source, so trouble with one camera does not stop the other. The threads share the texture
 //! models, which are only read.
 
+use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -25,9 +26,9 @@ use wstac_scene::source::Scenes;
 type Said = (usize, Result<Output, Error>);
 
 fn main() -> Result<(), Error> {
-    let given: Vec<String> = std::env::args().skip(1).collect();
+    let given: Vec<OsString> = std::env::args_os().skip(1).collect();
     let specs = if given.is_empty() {
-        ["scene:Saw3@150,90deg", "scene:Tri4@110,180deg"].map(str::to_owned).into()
+        ["scene:Saw3@150,90deg", "scene:Tri4@110,180deg"].map(OsString::from).into()
     } else {
         given
     };
@@ -71,7 +72,7 @@ fn main() -> Result<(), Error> {
 /// Returns an error if the source cannot be opened or read any further.
 fn read(
     sensor: usize,
-    spec: &str,
+    spec: &OsStr,
     models: &[ModelFile],
     stop: &AtomicBool,
     sender: &Sender<Said>,
@@ -87,7 +88,7 @@ fn read(
             Poll::Output(output) => {
                 sender
                     .send((sensor, Ok(output)))
-                    .map_err(|_| Error::new(ErrorKind::Usage, spec, "nobody takes its outputs"))?;
+                    .map_err(|_| Error::new(ErrorKind::Usage, spec.display(), "nobody takes its outputs"))?;
             }
             Poll::Waiting => {}
             Poll::Over => return Ok(()),
@@ -97,7 +98,8 @@ fn read(
 }
 
 /// Prints an output of a sensor.
-fn print(sensor: &str, output: &Output) {
+fn print(sensor: &OsStr, output: &Output) {
+    let sensor = sensor.display();
     match output {
         Output::Event(event) => {
             let speed = event.speed.map_or("no speed".to_owned(), |speed| format!("{} mm/s", rounded(speed.mm_s)));

@@ -12,7 +12,7 @@ use wstac_host::{
 
 fn main() -> Result<(), error::Error> {
     let missing = || error::Error::new(error::ErrorKind::Usage, "events", "no argument, expected FILE.mcap");
-    let file = std::env::args().nth(1).ok_or_else(missing)?;
+    let file = std::env::args_os().nth(1).ok_or_else(missing)?;
     let source = open(&file, &OpenOptions::default(), &[])?;
     // Without another configuration, the recording's own holds.
     for output in Session::builder(source).models([ModelFile::open(Path::new("builtin:svm"))?]).build()? {

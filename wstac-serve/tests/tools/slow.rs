@@ -133,10 +133,18 @@ fn whoever_does_not_go_on_goes() {
     half.write_all(b"GET / HTTP/1.1\r\n").unwrap();
     let mut answer = String::new();
     half.read_to_string(&mut answer).unwrap();
+    // A busy machine may take longer. What never goes ends the patience of this side.
     let seconds = start.elapsed().as_secs();
-    assert!(answer.starts_with("HTTP/1.1 408 ") && (4..10).contains(&seconds), "{answer} after {seconds} s");
-    while page.socket.read().is_ok() {}
+    assert!(answer.starts_with("HTTP/1.1 408 ") && seconds >= 4, "{answer} after {seconds} s");
+    let gone = loop {
+        match page.socket.read() {
+            Ok(_) => {}
+            Err(error) => break error,
+        }
+    };
     let seconds = start.elapsed().as_secs();
-    assert!((29..45).contains(&seconds), "gone after {seconds} s");
+    let is_patience =
+        matches!(&gone, Error::Io(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut));
+    assert!(!is_patience && seconds >= 29, "after {seconds} s: {gone}");
     assert_eq!(served.end().0, 0);
 }
