@@ -10,16 +10,16 @@ import numpy as np
 from .constants import COLUMNS, NOMINAL_FPS, ROWS, TAXELS
 from .motion import MOST_OFF, MOST_PRESS, PITCH_MM
 
-DARK = 8
+DARK = 4
 """Frames at the start that count as dark."""
-NOISE = 200
-"""The sum of the dark frames' 175 differences is so many standard deviations of the noise."""
+NOISE = 84
+"""The sum of the dark frames' 75 differences is so many standard deviations of the noise."""
 LEAST_LIGHT = 64
 LONGEST = 36
 LIT = 1 / 8
 BRIGHT = 1 / 32
-EDGE = 0.4
 ROUNDS = 3
+FEWEST_STEPS = 8
 FEWEST = 5
 WEAKEST_GAIN = 1 / 16
 LATE, RMS, MISS = (0.12, 0.08), (0.06, 0.045), (0.15, 0.125)
@@ -62,17 +62,17 @@ def light_of(samples: list[list[int] | None]) -> tuple[np.ndarray, float]:
     """Light of every frame above that of the first ones, and the noise. Lost frames are on straight lines."""
     known = [t for t, frame in enumerate(samples) if frame is not None]
     if not known:
-        raise Refused("never lit")
+        raise Refused("too few whiskers")
     values = np.array([samples[t] for t in known], dtype=float)
     light = np.array([np.interp(np.arange(len(samples)), known, column) for column in values.T]).T
-    if len(light) < DARK + 4:
-        raise Refused("never lit")
+    if len(light) < DARK + 8:
+        raise Refused("too few whiskers")
     noise = max(float(np.abs(np.diff(light[:DARK], axis=0)).sum()) / NOISE, 2.0)
     return light - light[:DARK].mean(axis=0), noise
 
 
-def span_of(light: np.ndarray, noise: float) -> tuple[int, int]:
-    """The first touch, from dark to dark: its first frame, and the first one behind it."""
+def span_of(light: np.ndarray, noise: float) -> tuple[int, int, bool]:
+    """The first touch, from dark to dark: its first frame, the first one behind it, and whether it is not over."""
     total = np.maximum(light - 3 * noise, 0).sum(axis=1)
     before = np.maximum.accumulate(total)
     after = np.maximum.accumulate(total[::-1])[::-1]
@@ -84,19 +84,18 @@ def span_of(light: np.ndarray, noise: float) -> tuple[int, int]:
             continue
         if start < DARK:
             raise Refused("starts on the sensor")
-        if end == len(light):
-            raise Refused("not over")
         first, last = start, end
         while start - first < 4 and total[first - 1] <= total[first]:
             first -= 1
         while last < len(light) and last - end < 6 and total[last] <= total[last - 1]:
             last += 1
-        return first - 2, last
-    raise Refused("never lit")
+        return max(first - 2, 0), last, end == len(light)
+    raise Refused("too few whiskers")
 
 
 def prepared(light: np.ndarray) -> tuple[np.ndarray, int]:
     """Smoothed light of a touch, and how many frames one of its steps lasts."""
+    light = np.maximum(light, -light.max())
     step = 1 if len(light) <= LONGEST else 2
     if step == 2:
         light = light[: len(light) // 2 * 2].reshape(-1, 2, TAXELS).sum(axis=1)
@@ -118,26 +117,12 @@ def fit(columns: np.ndarray, weights: np.ndarray, values: np.ndarray, ridge: flo
 
 
 def start_of(light: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Slowness of a robust plane through the centroids of the light, or through its edges: the flatter one."""
+    """Slowness of a plane through the centroids of the light."""
     peak = light.max(axis=0)
-    time = np.arange(len(light))
     above = np.maximum(light - BRIGHT * peak, 0)
-    centroids = (above * time[:, None]).sum(axis=0) / above.sum(axis=0)
-    edges = np.empty(len(peak))
-    for i, line in enumerate(light.T):
-        level = EDGE * peak[i]
-        at = int(np.argmax(line > level))
-        edges[i] = at - (line[at] - level) / (line[at] - line[at - 1]) if at > 0 else 0.0
+    centroids = (above * np.arange(len(light))[:, None]).sum(axis=0) / above.sum(axis=0)
     columns = np.column_stack([np.ones(len(peak)), places])
-    found = []
-    for times in (centroids, edges):
-        weights = peak / peak.max()
-        for _ in range(2):
-            plane, _, _ = fit(columns, weights, times, 1e-3)
-            off = np.abs(times - columns @ plane)
-            weights = weights / (1 + (off / (2 * off.mean() + 1e-3)) ** 2) ** 2
-        found.append((off.mean() / (math.hypot(*plane[1:]) + 0.2), plane[1:]))
-    return min(found, key=lambda pair: pair[0])[1]
+    return fit(columns, peak / peak.max(), centroids, 1e-3)[0][1:]
 
 
 def shifted(line: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -164,7 +149,7 @@ class Wave:
     parts: list[np.ndarray]
 
 
-def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray) -> Wave:
+def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut: bool) -> Wave:
     """Gauss-Newton for the least Σ (x_i(t + s·p_i) − g_i m(t))² over the slowness s, the shape m and the gains g."""
     peak = light.max(axis=0)
     bright = light > BRIGHT * peak
@@ -174,10 +159,15 @@ def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray) -> Wave
         delays = places @ slowness
         start = math.floor((first - delays).min()) - 2
         end = math.ceil((last - delays).max()) + 3
+        if is_cut:
+            # The last two steps are smoothed with what is unknown, and interpolation reads two more.
+            end = min(end, math.floor((len(light) - 4 - delays).min()))
+        if end - start < FEWEST_STEPS:
+            raise Refused("not over")
         time = np.arange(start, end)
         z = np.array([shifted(line, time + delay) for line, delay in zip(light.T, delays, strict=True)]).T
         m = z.mean(axis=1)
-        d = np.concatenate([[m[1]], m[2:] - m[:-2], [-m[-2]]]) / 2
+        d = np.concatenate([[m[1]], m[2:] - m[:-2], [0.0 if is_cut else -m[-2]]]) / 2
         mm, md, dd = m @ m, m @ d, d @ d
         zm, zd = m @ z, d @ z
         gains = zm / mm
@@ -214,7 +204,7 @@ def outline_of(peaks: np.ndarray) -> tuple[float, float]:
     beside = np.stack([grid[:-2, 1:-1], grid[2:, 1:-1], grid[1:-1, :-2], grid[1:-1, 2:]]).reshape(4, TAXELS)
     enough = np.isfinite(beside).sum(axis=0) >= 3
     lowest = np.nanmin(beside, axis=0)
-    values = np.where(enough & (values < WEAK * lowest), np.nanmean(beside, axis=0), values)
+    values = np.where(enough & (lowest > LIT**POWER) & (values < WEAK * lowest), np.nanmean(beside, axis=0), values)
     likely = np.empty(ANGLES)
     for k in range(ANGLES):
         angle = math.pi * k / ANGLES
@@ -243,7 +233,7 @@ def has_valley(peaks: np.ndarray, right: float, up: float) -> bool:
     of = peaks[order]
     for at in range(3, TAXELS - 2):
         sides = min(np.sort(of[:at])[-2], np.sort(of[at:])[-2])
-        if max(of[at - 1], of[at]) < VALLEY * sides:
+        if sides > LIT * peaks.max() and max(of[at - 1], of[at]) < VALLEY * sides:
             return True
     return False
 
@@ -264,14 +254,14 @@ def measure_wave(
 def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None) -> WaveAnswer:
     """The velocity; raises [`Refused`] if it is not certain."""
     light, noise = light_of(samples)
-    start, end = span_of(light, noise)
+    start, end, is_cut = span_of(light, noise)
     light, step = prepared(light[start:end])
     peaks = light.max(axis=0)
     lit = peaks > LIT * peaks.max()
     if lit.sum() < FEWEST:
         raise Refused("poke" if lit.sum() <= 2 else "too few whiskers")
     seen, places = light[:, lit], PLACES[lit]
-    wave = wave_of(seen, places, start_of(seen, places))
+    wave = wave_of(seen, places, start_of(seen, places), is_cut)
     delay = np.array([0.0, (0.5 if readout_ms is None else readout_ms / 1000 * fps) / ROWS])
     slowness = wave.slowness * step + delay
     whole = math.hypot(*slowness)

@@ -1,0 +1,135 @@
+//! Weighted least squares over whiskers' places, for polynomials of at most two degrees.
+
+use crate::touch::motion::sqrt;
+
+/// Exponents of the monomials of a polynomial: of the column's number from the middle, and of the row's.
+const MONOMIALS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]];
+
+/// A polynomial of a place, by its six monomials.
+pub(super) type Polynomial = [f32; 6];
+
+/// Sums over whiskers of weights times the monomials of up to four degrees.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moments([[i32; 5]; 5]);
+
+impl Moments {
+    /// Adds a whisker: its weight is below 2^19, its place within 2 of the middle.
+    pub(super) fn add(&mut self, weight: i32, [x, y]: [i32; 2]) {
+        let mut of_x = weight;
+        for (degree, row) in self.0.iter_mut().enumerate() {
+            let mut value = of_x;
+            for sum in row.iter_mut().take(5 - degree) {
+                *sum += value;
+                value *= y;
+            }
+            of_x *= x;
+        }
+    }
+
+    fn product(&self, a: [usize; 2], b: [usize; 2]) -> f32 {
+        self.0.get(a[0] + b[0]).and_then(|row| row.get(a[1] + b[1])).map_or(0.0, |&sum| sum as f32)
+    }
+
+    /// Returns the sums of weights times 1, x, y and their products.
+    pub(super) fn plane(&self) -> [f32; 6] {
+        MONOMIALS.map(|exponents| self.product([0, 0], exponents))
+    }
+
+    /// Returns the weighted sums of products of a polynomial with every monomial.
+    fn times(&self, polynomial: &Polynomial) -> Polynomial {
+        MONOMIALS.map(|a| {
+            polynomial.iter().zip(MONOMIALS).map(|(part, b)| if *part == 0.0 { 0.0 } else { part * self.product(a, b) }).sum()
+        })
+    }
+}
+
+/// Returns the six monomials of a place.
+pub(super) fn monomials([x, y]: [i32; 2]) -> [i32; 6] {
+    [1, x, y, x * x, x * y, y * y]
+}
+
+fn dot(a: &Polynomial, b: &Polynomial) -> f32 {
+    a.iter().zip(b).map(|(a, b)| if *a == 0.0 { 0.0 } else { a * b }).sum()
+}
+
+/// Coefficients of `N` columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit<const N: usize> {
+    pub(super) coefficients: [f32; N],
+    /// Standard deviations of the coefficients.
+    pub(super) deviations: [f32; N],
+}
+
+/// Fits values by polynomials: `sums` are their weighted sums with every monomial, and `squares` of their squares.
+///
+/// Returns `None` if the normal equations are singular in spite of the ridge.
+pub(super) fn fit<const N: usize>(
+    moments: &Moments,
+    columns: &[Polynomial; N],
+    sums: &Polynomial,
+    squares: f32,
+    count: usize,
+    ridge: f32,
+) -> Option<Fit<N>> {
+    let mut matrix = [[0.0_f32; N]; N];
+    for (row, a) in matrix.iter_mut().zip(columns) {
+        let times = moments.times(a);
+        for (place, b) in row.iter_mut().zip(columns) {
+            *place = dot(b, &times);
+        }
+    }
+    let right = columns.map(|column| dot(&column, sums));
+    let normal = matrix;
+    let trace: f32 = (0..N).map(|k| at(&matrix, k, k)).sum();
+    for (k, row) in matrix.iter_mut().enumerate() {
+        if let Some(place) = row.get_mut(k) {
+            *place += ridge * *place + 1e-6 * trace;
+        }
+    }
+    let inverse = inverted(matrix)?;
+    let coefficients = inverse.map(|row| product(&row, &right));
+    // What is left of the squares.
+    let explained: f32 = 2.0 * product(&coefficients, &right)
+        - product(&coefficients, &normal.map(|row| product(&row, &coefficients)));
+    let scale = sqrt((squares - explained).max(0.0) / count.saturating_sub(N).max(1) as f32);
+    let mut deviations = [0.0; N];
+    for (k, place) in deviations.iter_mut().enumerate() {
+        *place = scale * sqrt(at(&inverse, k, k).max(0.0));
+    }
+    Some(Fit { coefficients, deviations })
+}
+
+fn product<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn at<const N: usize>(matrix: &[[f32; N]; N], row: usize, column: usize) -> f32 {
+    matrix.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
+}
+
+/// Returns the inverse of a symmetric matrix whose leading minors are above 0, by Gauss and Jordan in place.
+fn inverted<const N: usize>(mut matrix: [[f32; N]; N]) -> Option<[[f32; N]; N]> {
+    for k in 0..N {
+        let pivot = at(&matrix, k, k);
+        if !(pivot > f32::MIN_POSITIVE) {
+            return None;
+        }
+        let by = 1.0 / pivot;
+        let mut of_pivot = *matrix.get(k)?;
+        *of_pivot.get_mut(k)? = 1.0;
+        for place in &mut of_pivot {
+            *place *= by;
+        }
+        for (number, row) in matrix.iter_mut().enumerate() {
+            if number == k {
+                *row = of_pivot;
+                continue;
+            }
+            let factor = core::mem::replace(row.get_mut(k)?, 0.0);
+            for (place, part) in row.iter_mut().zip(&of_pivot) {
+                *place -= factor * part;
+            }
+        }
+    }
+    Some(matrix)
+}
