@@ -23,7 +23,7 @@ const MOST_GAIN: i32 = (1 << (GAIN_BITS + 3)) - 1;
 const LATEST: f32 = 8.0;
 /// A line is bright above a 32nd of its peak.
 const BRIGHT_SHIFT: u32 = 5;
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 5;
 const PARTS: usize = 3;
 
 /// What is known of a wave at its slowness.
@@ -82,7 +82,8 @@ pub(super) struct Whiskers<'a> {
 impl<'a> Whiskers<'a> {
     /// Creates the list of whiskers that `lit` says.
     pub(super) fn new(lines: &'a Lines, lit: u32) -> Self {
-        let mut list = Self { all: [Whisker::default(); TAXELS], count: 0, cut: lines.is_cut.then_some(lines.length as i32) };
+        let mut list =
+            Self { all: [Whisker::default(); TAXELS], count: 0, cut: lines.is_cut.then_some(lines.length as i32) };
         for (taxel, (line, peak)) in lines.padded().enumerate() {
             if lit >> taxel & 1 == 1
                 && let Some(place) = list.all.get_mut(list.count)
@@ -130,12 +131,12 @@ impl<'a> Whiskers<'a> {
     /// Nothing holds for all whiskers.
     pub(super) fn wave(&self) -> Result<Wave, Reason> {
         let mut slowness = self.start();
-        let mut number = 1;
+        let (mut number, mut late) = (1, [0; TAXELS]);
         loop {
-            let delays = slowness.map(|part| {
-                (part.clamp(-MOST_SLOWNESS, MOST_SLOWNESS) * (1 << TIME_BITS) as f32) as i32
-            });
-            let (sums, step, late) = Sums::new(self, delays)?.step(self)?;
+            let delays =
+                slowness.map(|part| (part.clamp(-MOST_SLOWNESS, MOST_SLOWNESS) * (1 << TIME_BITS) as f32) as i32);
+            let mut sums = Sums::new(self, delays)?;
+            let step = sums.step(self, &mut late)?;
             let size = length(step);
             let whole = length(slowness);
             let most = 0.2 * whole + 0.08;
@@ -258,7 +259,7 @@ impl Sums {
 impl Sums {
     /// Returns the Gauss-Newton step, and each whisker's lateness; sets gains and weights.
     #[inline(never)]
-    fn step(mut self, whiskers: &Whiskers<'_>) -> Result<(Self, [f32; 2], [i32; TAXELS]), Reason> {
+    fn step(&mut self, whiskers: &Whiskers<'_>, late: &mut [i32; TAXELS]) -> Result<[f32; 2], Reason> {
         let [md, dd] = [self.md, self.dd].map(|parts| parts.iter().map(|&part| part as f32).sum::<f32>());
         // What the derivative's part along the shape leaves.
         let told = dd - md * md / self.mm as f32;
@@ -267,8 +268,8 @@ impl Sums {
         }
         let unit = (1 << LATE_BITS) as f32 / told;
         let most = LATEST * (1 << LATE_BITS) as f32;
-        let (mut moments, mut sums, mut late) = (Moments::default(), [0_i64; 3], [0; TAXELS]);
-        for ((whisker, of), late) in whiskers.iter().zip(&mut self.of).zip(&mut late) {
+        let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
+        for ((whisker, of), late) in whiskers.iter().zip(&mut self.of).zip(late) {
             of.gain = (of.zm / (self.mm >> GAIN_BITS).max(1)).clamp(-MOST_GAIN, MOST_GAIN);
             // Squares of gains are below 2^22.
             of.weight = (of.gain * of.gain) >> 4;
@@ -282,8 +283,7 @@ impl Sums {
             }
         }
         let sums = sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32));
-        let step = solved(&moments, sums, 1e-4).map(|along| -along);
-        Ok((self, step, late))
+        Ok(solved(&moments, sums, 1e-4).map(|along| -along))
     }
 
     /// Returns the wave after a last step.

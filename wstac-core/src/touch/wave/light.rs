@@ -43,60 +43,52 @@ impl Lines {
         self.values.iter().zip(self.peaks.map(i32::from))
     }
 
-    /// Fills the lines with the first touch of a sample's frames, oldest first. `None` is a lost frame.
+    /// Fills the lines with the first touch of a sample's frames.
     ///
     /// # Errors
     /// There is no touch, or the sample does not begin in the dark.
-    pub(super) fn fill(
-        &mut self,
-        samples: impl Iterator<Item = Option<[u16; TAXELS]>> + Clone,
-    ) -> Result<(), Reason> {
-        let samples = Filled { rest: samples.take(SAMPLE_FRAMES), last: None };
+    #[inline(never)]
+    pub(super) fn fill(&mut self, samples: &Samples<'_>) -> Result<(), Reason> {
         let (mut dark, mut differences) = ([0_u32; TAXELS], 0_u32);
-        let mut before: Option<[u16; TAXELS]> = None;
-        for frame in samples.clone().take(DARK) {
-            for (dark, &light) in dark.iter_mut().zip(&frame) {
+        let [mut here, mut there] = [[0; TAXELS]; 2];
+        for number in 0..DARK {
+            let (frame, before) = (samples.frame(number, &mut here), samples.frame(number.max(1) - 1, &mut there));
+            for ((dark, &light), &before) in dark.iter_mut().zip(frame).zip(before) {
                 *dark += u32::from(light);
+                differences += u32::from(light.abs_diff(before));
             }
-            for (&a, &b) in before.iter().flatten().zip(&frame) {
-                differences += u32::from(a.abs_diff(b));
-            }
-            before = Some(frame);
         }
         let noise = (differences / NOISE).max(LEAST_NOISE);
-        let mut totals = Totals::DARK;
-        for ((frame, total), most) in samples.clone().zip(&mut totals.total).zip(&mut totals.most) {
-            for (&light, &dark) in frame.iter().zip(&dark) {
-                let light = (u32::from(light) << DARK_SHIFT).saturating_sub(dark);
-                *total += light.saturating_sub(3 * noise);
-                *most = light.max(*most);
-            }
-            totals.frames += 1;
-        }
-        let ([first, last], is_cut) = totals.span((8 * noise).max(LEAST_LIGHT))?;
+        // Noise of 25 whiskers is five times that of one: three standard deviations.
+        let totals = Totals::new(samples, dark.iter().sum::<u32>() + 15 * noise);
+        let least = (8 * noise).max(LEAST_LIGHT);
+        let (mut is_cut, mut most) = (false, 0);
+        let [first, last] = totals.span(|start, end| {
+            is_cut = end >= samples.count;
+            most = samples.brightest(&dark, start, end);
+            most > least
+        })?;
         let frames = last - first;
         self.is_cut = is_cut;
         self.frames = if frames > LONGEST { 2 } else { 1 };
         self.length = (frames >> (self.frames - 1)).min(LONGEST);
-        let most = totals.most.get(first..last).unwrap_or_default().iter().max().copied().unwrap_or(0);
         // As many bits as a line has.
         let bits = u32::BITS - (most << (self.frames - 1)).leading_zeros();
         let (left, right) = (BITS.saturating_sub(bits), bits.saturating_sub(BITS));
         self.values = Self::EMPTY.values;
-        let steps = samples.skip(first).take(self.length << (self.frames - 1));
-        for (number, frame) in steps.enumerate() {
+        for number in 0..self.length << (self.frames - 1) {
+            let frame = samples.frame(first + number, &mut here);
             let place = PAD + (number >> (self.frames - 1));
-            for ((line, &light), &dark) in self.values.iter_mut().zip(&frame).zip(&dark) {
-                let light = (((i32::from(light) << DARK_SHIFT) - dark as i32).max(-(most as i32)) << left) >> right;
+            for ((line, &light), &dark) in self.values.iter_mut().zip(frame).zip(&dark) {
+                let light = ((i32::from(light) << DARK_SHIFT) - dark as i32).max(-(most as i32));
                 if let Some(place) = line.get_mut(place) {
-                    *place = (i32::from(*place) + light).clamp(-MOST, MOST) as i16;
+                    *place = (i32::from(*place) + ((light << left) >> right)).clamp(-MOST - 1, MOST) as i16;
                 }
             }
         }
         for (line, peak) in self.values.iter_mut().zip(&mut self.peaks) {
             let line = line.get_mut(PAD..PAD + self.length).unwrap_or_default();
-            smooth(line);
-            if self.frames == 1 {
+            for _ in self.frames..=2 {
                 smooth(line);
             }
             *peak = line.iter().copied().max().unwrap_or(0).max(0);
@@ -107,31 +99,95 @@ impl Lines {
 
 /// Smooths by the filter [1 2 1] / 4 in place. The first and last values stand for those beyond them.
 fn smooth(line: &mut [i16]) {
-    let mut before = line.first().copied().unwrap_or(0);
-    let last = line.last().copied().unwrap_or(0);
-    let places = core::cell::Cell::from_mut(line).as_slice_of_cells();
-    for (number, place) in places.iter().enumerate() {
-        let here = place.get();
-        let after = places.get(number + 1).map_or(last, core::cell::Cell::get);
-        place.set(((i32::from(before) + 2 * i32::from(here) + i32::from(after) + 2) >> 2) as i16);
-        before = here;
+    let mut places = line.iter_mut();
+    let Some(mut place) = places.next() else { return };
+    let mut here = i32::from(*place);
+    let mut before = here;
+    for next in places {
+        let after = i32::from(*next);
+        *place = ((before + 2 * here + after + 2) >> 2) as i16;
+        (before, here, place) = (here, after, next);
+    }
+    *place = ((before + 3 * here + 2) >> 2) as i16;
+}
+
+/// A sample's frames, oldest first; `None` is a lost one.
+pub(super) struct Samples<'a> {
+    pub(super) frames: [Option<&'a [u16; TAXELS]>; SAMPLE_FRAMES],
+    pub(super) count: usize,
+}
+
+impl<'a> Samples<'a> {
+    pub(super) fn new(samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Self {
+        let mut list = Self { frames: [None; SAMPLE_FRAMES], count: 0 };
+        for (place, frame) in list.frames.iter_mut().zip(samples) {
+            *place = frame;
+            list.count += 1;
+        }
+        list
+    }
+
+    fn known(&self, number: usize) -> Option<&'a [u16; TAXELS]> {
+        self.frames.get(number).copied().flatten()
+    }
+
+    /// Returns a frame. A lost one is on a straight line between those that arrived before and after it.
+    fn frame<'b>(&'b self, number: usize, place: &'b mut [u16; TAXELS]) -> &'b [u16; TAXELS] {
+        if let Some(frame) = self.known(number) {
+            return frame;
+        }
+        *place = self.between(number);
+        place
+    }
+
+    /// Returns the most light of a whisker in some frames.
+    #[inline(never)]
+    fn brightest(&self, dark: &[u32; TAXELS], start: usize, end: usize) -> u32 {
+        let (mut most, mut place) = (0, [0; TAXELS]);
+        for number in start..end {
+            for (&light, &dark) in self.frame(number, &mut place).iter().zip(dark) {
+                most = (u32::from(light) << DARK_SHIFT).saturating_sub(dark).max(most);
+            }
+        }
+        most
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn between(&self, number: usize) -> [u16; TAXELS] {
+        let before = (1..=number).find_map(|steps| Some((self.known(number - steps)?, steps)));
+        let after = (1..SAMPLE_FRAMES).find_map(|steps| Some((self.known(number + steps)?, steps)));
+        let (Some((before, since)), Some((after, until))) = (before, after) else {
+            return before.or(after).map_or([0; TAXELS], |(frame, _)| *frame);
+        };
+        let mut frame = *before;
+        for (light, &after) in frame.iter_mut().zip(after) {
+            let rise = (i32::from(after) - i32::from(*light)) * since as i32 / (since + until) as i32;
+            *light = (i32::from(*light) + rise) as u16;
+        }
+        frame
     }
 }
 
-/// Light of all whiskers over a sample.
+/// Light of all whiskers over a sample, as far as it is above the noise.
 struct Totals {
-    /// What is above three standard deviations of the noise, of all whiskers.
     total: [u32; SAMPLE_FRAMES],
-    /// Light of the brightest whisker.
-    most: [u32; SAMPLE_FRAMES],
     frames: usize,
 }
 
 impl Totals {
-    const DARK: Self = Self { total: [0; SAMPLE_FRAMES], most: [0; SAMPLE_FRAMES], frames: 0 };
+    fn new(samples: &Samples<'_>, floor: u32) -> Self {
+        let mut totals = Self { total: [0; SAMPLE_FRAMES], frames: samples.count };
+        let mut place = [0; TAXELS];
+        for (number, total) in totals.total.iter_mut().enumerate().take(samples.count) {
+            let sum: u32 = samples.frame(number, &mut place).iter().map(|&light| u32::from(light)).sum();
+            *total = (sum << DARK_SHIFT).saturating_sub(floor);
+        }
+        totals
+    }
 
-    /// Returns the first frame of the first touch, the first one behind it, and whether it is not over.
-    fn span(&self, least: u32) -> Result<([usize; 2], bool), Reason> {
+    /// Returns the first frame of the first touch, and the first one behind it.
+    fn span(&self, mut is_bright: impl FnMut(usize, usize) -> bool) -> Result<[usize; 2], Reason> {
         let total = self.total.get(..self.frames).unwrap_or_default();
         let highest = total.iter().copied().max().unwrap_or(0);
         let middle = total.iter().position(|&light| light == highest).unwrap_or(0);
@@ -158,15 +214,10 @@ impl Totals {
                 break;
             }
             end = start + (is_lit >> (start & 127)).trailing_ones() as usize;
-            let is_bright = self.most.get(start..end).is_some_and(|most| most.iter().any(|&light| light > least));
-            if end - start < 2 || !is_bright {
+            if end - start < 2 || !is_bright(start, end) {
                 continue;
             }
-            return if start < DARK {
-                Err(Reason::NotCrossed)
-            } else {
-                Ok((widened(total, start, end), end >= self.frames))
-            };
+            return if start < DARK { Err(Reason::NotCrossed) } else { Ok(widened(total, start, end)) };
         }
         Err(Reason::FewWhiskers)
     }
@@ -183,29 +234,4 @@ fn widened(total: &[u32], start: usize, end: usize) -> [usize; 2] {
         last += 1;
     }
     [first.saturating_sub(2), last]
-}
-
-/// Frames in which lost ones are on straight lines between those that arrived.
-#[derive(Clone)]
-struct Filled<I> {
-    rest: I,
-    last: Option<[u16; TAXELS]>,
-}
-
-impl<I: Iterator<Item = Option<[u16; TAXELS]>> + Clone> Iterator for Filled<I> {
-    type Item = [u16; TAXELS];
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let frame = self.rest.next()?.or_else(|| {
-            let next = self.rest.clone().zip(2_i32..).find_map(|(frame, steps)| Some((frame?, steps)));
-            let Some((mut frame, steps)) = next else { return self.last };
-            for (light, &last) in frame.iter_mut().zip(self.last.iter().flatten()) {
-                let last = i32::from(last);
-                *light = (last + (i32::from(*light) - last) / steps) as u16;
-            }
-            Some(frame)
-        });
-        self.last = frame;
-        Some(frame.unwrap_or([0; TAXELS]))
-    }
 }

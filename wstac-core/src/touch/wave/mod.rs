@@ -12,7 +12,7 @@ use crate::params::TAXELS;
 use crate::reason::Reason;
 use crate::touch::motion::{Contact, MotionConfig, Velocity, contact_at, degrees, readout};
 use fit::{Wave as Fitted, Whiskers, length};
-use light::Lines;
+use light::{Lines, Samples};
 use outline::{Outline, has_valley};
 use squares::{Polynomial, fit};
 
@@ -63,7 +63,7 @@ impl Wave {
 
     /// Returns the velocity of the first touch in a sample of 25 taxels, and what it is known by.
     ///
-    /// `samples` are up to 70 frames, oldest first, eight of them dark; `None` is a lost frame.
+    /// `samples` are up to 70 frames, oldest first, of which four are dark; `None` is a lost frame.
     ///
     /// # Errors
     /// Returns why there is no certain velocity.
@@ -78,17 +78,17 @@ impl Wave {
     /// })).collect();
     /// let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     /// let mut wave = Wave::EMPTY;
-    /// let (velocity, basis) = wave.fit(frames.iter().copied().map(Some), config)?;
+    /// let (velocity, basis) = wave.fit(frames.iter().map(Some), config)?;
     /// assert_eq!(basis, Basis::Outline);
     /// assert!((velocity.mm_s - 60.0).abs() < 0.3 && velocity.degrees.min(360.0 - velocity.degrees) < 1.0);
     /// # Ok::<(), wstac_core::reason::Reason>(())
     /// ```
-    pub fn fit(
+    pub fn fit<'a>(
         &mut self,
-        samples: impl Iterator<Item = Option<[u16; TAXELS]>> + Clone,
+        samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
-        self.lines.fill(samples)?;
+        self.lines.fill(&Samples::new(samples))?;
         self.answer(config)
     }
 
@@ -158,22 +158,22 @@ fn steady(wave: &Fitted, slowness: f32, right: f32, up: f32, count: u32) -> Resu
     let along_2 = [0.0, 0.0, 0.0, right * right, -2.0 * right * up, up * up];
     let across_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
     let both = [0.0, 0.0, 0.0, 0.0 - right * up, up * up - right * right, right * up];
-    let (moments, late, squares, count) = (&wave.moments, &wave.late, wave.squares, count as usize);
+    let (products, late, squares, count) = (&wave.moments.products(), &wave.late, wave.squares, count as usize);
     let plane = [one, along, across];
-    let of_plane = fit(moments, &plane, late, squares, count, 1e-4).ok_or(Reason::NotAlike)?;
-    let curve = fit(moments, &[one, along, across, along_2, across_2], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
-    let twist = fit(moments, &[one, along, across, both], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
+    let of_plane = fit(products, &plane, late, squares, count, 1e-4).ok_or(Reason::NotAlike)?;
+    let curve =
+        fit(products, &[one, along, across, along_2, across_2], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
+    let twist = fit(products, &[one, along, across, both], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
     // Over the sensor's four pitches.
     let unit = 8.0 / slowness;
     let [.., u, v] = curve.coefficients;
     // What is curved alike along and across is a dome.
     let dome = if u * v > 0.0 { if v > 0.0 { u.min(v) } else { u.max(v) } } else { 0.0 };
     let faster = (dome - u).abs() * unit;
-    let faster_sd = curve.deviations[3] * unit;
+    let faster_sd = curve.deviation(3) * unit;
     let mut change = 0.0_f32;
     for part in &wave.parts {
-        let found = fit(moments, &plane, part, 0.0, count, 1e-4).ok_or(Reason::NotAlike)?;
-        change = change.max(found.coefficients[1].abs());
+        change = change.max(of_plane.of_others(1, &plane, part).abs());
     }
     if change > MOST_CHANGE * slowness
         || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
@@ -181,10 +181,10 @@ fn steady(wave: &Fitted, slowness: f32, right: f32, up: f32, count: u32) -> Resu
     {
         return Err(Reason::SpeedChanges);
     }
-    if twist.coefficients[3].abs() * unit > (TWIST[1] * twist.deviations[3] * unit).max(TWIST[0]) {
+    if twist.coefficients[3].abs() * unit > (TWIST[1] * twist.deviation(3) * unit).max(TWIST[0]) {
         return Err(Reason::Turning);
     }
-    Ok([of_plane.deviations[1], of_plane.deviations[2]])
+    Ok([of_plane.deviation(1), of_plane.deviation(2)])
 }
 
 /// Returns what a direction is known by; `None` if the outline has another one.

@@ -103,12 +103,12 @@ const fn chain(angle: f64) -> Chain {
     chain
 }
 
-/// Returns a whisker of the grid that is turned and mirrored so that a direction is one of those kept.
-fn turned(taxel: usize, is_mirrored: bool, is_turned: bool) -> usize {
-    let (row, column) = (taxel / COLUMNS, taxel % COLUMNS);
-    let (row, column) = if is_mirrored { (COLUMNS - 1 - column, ROWS - 1 - row) } else { (row, column) };
-    let (row, column) = if is_turned { (COLUMNS - 1 - column, row) } else { (row, column) };
-    row * COLUMNS + column
+/// Returns the grid turned or mirrored, so that a direction is one of those kept.
+fn moved(values: &[i32; TAXELS], to: impl Fn(usize, usize) -> [usize; 2]) -> [i32; TAXELS] {
+    core::array::from_fn(|taxel| {
+        let [row, column] = to(taxel / COLUMNS, taxel % COLUMNS);
+        values.get(row * COLUMNS + column).copied().unwrap_or(0)
+    })
 }
 
 /// The direction that whiskers' peaks tell.
@@ -122,17 +122,25 @@ impl Outline {
     /// Returns the direction by the whiskers' peaks.
     #[inline(never)]
     pub(super) fn new(peaks: &[i16; TAXELS]) -> Self {
-        let values = values(peaks);
+        let plain = values(peaks);
+        let turn = |row, column| [COLUMNS - 1 - column, row];
+        let mirror = |row, column| [COLUMNS - 1 - column, ROWS - 1 - row];
+        let turned = moved(&plain, turn);
+        let grids = [moved(&plain, mirror), moved(&turned, mirror)];
         let mut likely = [0_i32; ANGLES];
         for (k, likely) in likely.iter_mut().enumerate() {
             let (is_turned, of_quarter) = (k >= QUARTER, k % QUARTER);
             let is_mirrored = of_quarter >= KEPT;
             let kept = if is_mirrored { QUARTER - of_quarter } else { of_quarter };
             let Some(chain) = CHAINS.get(kept) else { continue };
+            let values = match (is_mirrored, is_turned) {
+                (false, false) => &plain,
+                (false, true) => &turned,
+                (true, _) => &grids[usize::from(is_turned)],
+            };
             let (mut before, mut sum) = (0, 0_u32);
             for ((&taxel, &like), &weight) in chain.order.iter().zip(&chain.like).zip(&chain.weight) {
-                let taxel = turned(usize::from(taxel), is_mirrored, is_turned);
-                let value = values.get(taxel).copied().unwrap_or(0);
+                let value = values.get(usize::from(taxel)).copied().unwrap_or(0);
                 let rest = value - ((i32::from(like) * before) >> PEAK_BITS);
                 // Below 2^16, times below 2^10, 25 times.
                 sum += ((rest * rest) as u32 >> 8) * u32::from(weight);
@@ -153,16 +161,14 @@ impl Outline {
         }
         let mean = first as f32 / whole.max(1) as f32;
         let variance = second as f32 / whole.max(1) as f32 - mean * mean;
-        Self {
-            degrees: (best as f32 + mean) * STEP,
-            degrees_sd: sqrt(variance.max(0.0) + 1.0 / 12.0) * STEP,
-        }
+        Self { degrees: (best as f32 + mean) * STEP, degrees_sd: sqrt(variance.max(0.0) + 1.0 / 12.0) * STEP }
     }
 }
 
 /// Returns the peaks to the power of 0.6, in units of 2^-12 of the brightest. A weak whisker has the mean of its neighbors.
 fn values(peaks: &[i16; TAXELS]) -> [i32; TAXELS] {
-    let ln = |peak: i16| Fixed::<256>.ln(u32::from(peak.max(1).unsigned_abs())) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);
+    let ln =
+        |peak: i16| Fixed::<256>.ln(u32::from(peak.max(1).unsigned_abs())) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);
     let highest = peaks.iter().copied().max().map_or(0, ln);
     let values = peaks.map(|peak| {
         let below = (highest - ln(peak)).max(0) as u32;
@@ -190,14 +196,20 @@ fn values(peaks: &[i16; TAXELS]) -> [i32; TAXELS] {
 
 /// Returns whether a dark valley across the motion parts two contacts.
 pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
-    let mut order = [(0.0_f32, 0_i16); TAXELS];
-    for (taxel, (place, &peak)) in order.iter_mut().zip(peaks).enumerate() {
-        let [x, y] = place_of(taxel).map(|place| place as f32);
-        *place = (0.0 - x * up - y * right, peak);
+    let mut order = [(i32::MAX, 0_i16); TAXELS];
+    let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
+    for (taxel, &peak) in peaks.iter().enumerate() {
+        let [x, y] = place_of(taxel);
+        let mut each = (-x * up - y * right, peak);
+        // A stable sort in few bytes.
+        for place in &mut order {
+            if each.0 < place.0 {
+                core::mem::swap(place, &mut each);
+            }
+        }
     }
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
-    let second = |part: &[(f32, i16)]| {
+    let second = |part: &[(i32, i16)]| {
         let (mut most, mut second) = (0, 0);
         for &(_, peak) in part {
             if peak > most {

@@ -30,18 +30,19 @@ impl Moments {
         self.0.get(a[0] + b[0]).and_then(|row| row.get(a[1] + b[1])).map_or(0.0, |&sum| sum as f32)
     }
 
-    /// Returns the sums of weights times 1, x, y and their products.
-    pub(super) fn plane(&self) -> [f32; 6] {
-        MONOMIALS.map(|exponents| self.product([0, 0], exponents))
+    /// Returns the sums of weights times products of two monomials.
+    pub(super) fn products(&self) -> Products {
+        MONOMIALS.map(|a| MONOMIALS.map(|b| self.product(a, b)))
     }
 
-    /// Returns the weighted sums of products of a polynomial with every monomial.
-    fn times(&self, polynomial: &Polynomial) -> Polynomial {
-        MONOMIALS.map(|a| {
-            polynomial.iter().zip(MONOMIALS).map(|(part, b)| if *part == 0.0 { 0.0 } else { part * self.product(a, b) }).sum()
-        })
+    /// Returns the sums of weights times 1, x, y and their products.
+    pub(super) fn plane(&self) -> Polynomial {
+        MONOMIALS.map(|exponents| self.product([0, 0], exponents))
     }
 }
+
+/// Weighted sums of products of two monomials.
+pub(super) type Products = [Polynomial; 6];
 
 /// Returns the six monomials of a place.
 pub(super) fn monomials([x, y]: [i32; 2]) -> [i32; 6] {
@@ -56,15 +57,28 @@ fn dot(a: &Polynomial, b: &Polynomial) -> f32 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit<const N: usize> {
     pub(super) coefficients: [f32; N],
-    /// Standard deviations of the coefficients.
-    pub(super) deviations: [f32; N],
+    inverse: [[f32; N]; N],
+    /// The variance of a value of weight 1.
+    variance: f32,
+}
+
+impl<const N: usize> Fit<N> {
+    /// Returns the standard deviation of a coefficient.
+    pub(super) fn deviation(&self, k: usize) -> f32 {
+        sqrt(self.variance * at(&self.inverse, k, k).max(0.0))
+    }
+
+    /// Returns a coefficient of other values, of these weighted sums.
+    pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; N], sums: &Polynomial) -> f32 {
+        self.inverse.get(k).map_or(0.0, |row| product(row, &columns.map(|column| dot(&column, sums))))
+    }
 }
 
 /// Fits values by polynomials: `sums` are their weighted sums with every monomial, and `squares` of their squares.
 ///
 /// Returns `None` if the normal equations are singular in spite of the ridge.
 pub(super) fn fit<const N: usize>(
-    moments: &Moments,
+    products: &Products,
     columns: &[Polynomial; N],
     sums: &Polynomial,
     squares: f32,
@@ -73,7 +87,7 @@ pub(super) fn fit<const N: usize>(
 ) -> Option<Fit<N>> {
     let mut matrix = [[0.0_f32; N]; N];
     for (row, a) in matrix.iter_mut().zip(columns) {
-        let times = moments.times(a);
+        let times = products.map(|row| dot(a, &row));
         for (place, b) in row.iter_mut().zip(columns) {
             *place = dot(b, &times);
         }
@@ -89,14 +103,10 @@ pub(super) fn fit<const N: usize>(
     let inverse = inverted(matrix)?;
     let coefficients = inverse.map(|row| product(&row, &right));
     // What is left of the squares.
-    let explained: f32 = 2.0 * product(&coefficients, &right)
-        - product(&coefficients, &normal.map(|row| product(&row, &coefficients)));
-    let scale = sqrt((squares - explained).max(0.0) / count.saturating_sub(N).max(1) as f32);
-    let mut deviations = [0.0; N];
-    for (k, place) in deviations.iter_mut().enumerate() {
-        *place = scale * sqrt(at(&inverse, k, k).max(0.0));
-    }
-    Some(Fit { coefficients, deviations })
+    let explained: f32 =
+        2.0 * product(&coefficients, &right) - product(&coefficients, &normal.map(|row| product(&row, &coefficients)));
+    let variance = (squares - explained).max(0.0) / count.saturating_sub(N).max(1) as f32;
+    Some(Fit { coefficients, inverse, variance })
 }
 
 fn product<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
