@@ -7,6 +7,7 @@ mod live;
 mod motion;
 mod motion_of;
 mod path;
+mod wave;
 
 use std::collections::HashMap;
 use std::fs;
