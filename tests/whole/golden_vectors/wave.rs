@@ -81,7 +81,10 @@ fn every_wave_is_that_of_the_reference() {
         let deviations = [velocity.mm_s_sd, velocity.degrees_sd].map(f64::from);
         let (sd, degrees_sd) = (expected.mm_s_sd.unwrap(), expected.deg_sd.unwrap());
         assert!((deviations[0] - sd).abs() < 0.05 * sd + 5e-4 * mm_s, "{name}: {found:?}, expected {expected:?}");
-        assert!((deviations[1] - degrees_sd).abs() < 0.05 * degrees_sd + 0.1, "{name}: {found:?}, expected {expected:?}");
+        assert!(
+            (deviations[1] - degrees_sd).abs() < 0.05 * degrees_sd + 0.1,
+            "{name}: {found:?}, expected {expected:?}"
+        );
     }
     println!("{} waves, off by at most {:.4} % and {:.4}°", cases.len(), 100.0 * worst[0], worst[1]);
 }
