@@ -15,14 +15,13 @@ DARK = 4
 NOISE = 84
 """The sum of the dark frames' 75 differences is so many standard deviations of the noise."""
 LEAST_LIGHT = 64
-LONGEST = 36
 LIT = 1 / 8
 BRIGHT = 1 / 32
 ROUNDS = 5
 FEWEST_STEPS = 8
 FEWEST = 5
 WEAKEST_GAIN = 1 / 16
-LATE, RMS, MISS = (0.12, 0.08), (0.06, 0.045), (0.15, 0.125)
+LATE, RMS, MISS = (0.12, 0.08), (0.06, 0.045), (0.15, 0.05)
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
 CHANGE = 0.1
 ACCELERATION = (0.068, 2.5)
@@ -94,16 +93,13 @@ def span_of(light: np.ndarray, noise: float) -> tuple[int, int, bool]:
     raise Refused("too few whiskers")
 
 
-def prepared(light: np.ndarray) -> tuple[np.ndarray, int]:
-    """Smoothed light of a touch, and how many frames one of its steps lasts."""
+def prepared(light: np.ndarray) -> np.ndarray:
+    """Smoothed light of a touch."""
     light = np.maximum(light, -light.max())
-    step = 1 if len(light) <= LONGEST else 2
-    if step == 2:
-        light = light[: len(light) // 2 * 2].reshape(-1, 2, TAXELS).sum(axis=1)
-    for _ in range(2 // step):
+    for _ in range(2):
         wide = np.pad(light, ((1, 1), (0, 0)), mode="edge")
         light = (wide[:-2] + 2 * wide[1:-1] + wide[2:]) / 4
-    return light, step
+    return light
 
 
 def fit(columns: np.ndarray, weights: np.ndarray, values: np.ndarray, ridge: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -256,7 +252,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     """The velocity; raises [`Refused`] if it is not certain."""
     light, noise = light_of(samples)
     start, end, is_cut = span_of(light, noise)
-    light, step = prepared(light[start:end])
+    light = prepared(light[start:end])
     peaks = light.max(axis=0)
     lit = peaks > LIT * peaks.max()
     if lit.sum() < FEWEST:
@@ -264,7 +260,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     seen, places = light[:, lit], PLACES[lit]
     wave = wave_of(seen, places, start_of(seen, places), is_cut)
     delay = np.array([0.0, (0.5 if readout_ms is None else readout_ms / 1000 * fps) / ROWS])
-    slowness = wave.slowness * step + delay
+    slowness = wave.slowness + delay
     whole = math.hypot(*slowness)
     least = most = whole
     if readout_ms is None:
@@ -283,13 +279,13 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     plane = np.column_stack([one, along, across])
     _, inverse, scale = fit(plane, weights, late, 1e-4)
     # Changes of the slowness over the sensor's length of four pitches, as fractions of it.
-    unit = 2 / (whole / step) * 4
+    unit = 8 / whole
     curve, of_curve, curve_scale = fit(np.column_stack([plane, along**2, across**2]), weights, late, 1e-3)
     dome = math.copysign(min(abs(curve[3]), abs(curve[4])), curve[4]) if curve[3] * curve[4] > 0 else 0.0
     faster, faster_sd = abs(dome - curve[3]) * unit, curve_scale * math.sqrt(of_curve[3, 3]) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
-    change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts) / (whole / step)
+    change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts) / whole
     if change > CHANGE or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
@@ -297,7 +293,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     if twist > max(TWIST[0], TWIST[1] * twist_sd):
         raise Refused("two objects" if has_valley(peaks, right, up) else "turning")
     is_full = bool(lit.all())
-    unit = step / (whole + 0.23)
+    unit = 1 / (whole + 0.23)
     farthest = float(np.abs(late * wave.gains).max() / wave.gains.max()) * unit
     rms = math.sqrt(float(weights @ late**2 / weights.sum())) * unit
     if farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
@@ -317,7 +313,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     off = [delay[1] / whole * abs(part) if readout_ms is None else 0.0 for part in (up, right)]
     if off[0] > MOST_OFF[0] or off[1] > MOST_OFF[1]:
         raise Refused("readout unknown")
-    of_slowness = scale * step / whole
+    of_slowness = scale / whole
     speed_sd = math.hypot(of_slowness * math.sqrt(inverse[1, 1]), 0.001, off[0] / math.sqrt(3))
     deg_sd = math.hypot(of_slowness * math.sqrt(inverse[2, 2]), 0.0005, off[1] / math.sqrt(3))
     if speed_sd > MOST_SD[0] or deg_sd > MOST_SD[1]:

@@ -8,18 +8,18 @@ use crate::touch::motion::sqrt;
 
 /// Fewest and most steps of a shape.
 const FEWEST_STEPS: usize = 8;
-const MOST_STEPS: usize = 96;
+const MOST_STEPS: usize = 128;
 /// Fraction bits of a slowness, of taps, of gains, of a lateness.
 const TIME_BITS: u32 = 16;
 const TAP_BITS: u32 = 12;
 const GAIN_BITS: u32 = 8;
 const LATE_BITS: u32 = 12;
-/// Largest slowness along either axis, in steps per pitch.
+/// Largest slowness along either axis, in frames per pitch.
 const MOST_SLOWNESS: f32 = 16.0;
 /// A whisker's lateness counts as if its gain was at least a 16th.
 const WEAKEST_GAIN: i32 = 1 << (GAIN_BITS - 4);
 const MOST_GAIN: i32 = (1 << (GAIN_BITS + 3)) - 1;
-/// Latest a whisker may be, in steps.
+/// Latest a whisker may be, in frames.
 const LATEST: f32 = 8.0;
 /// A line is bright above a 32nd of its peak.
 const BRIGHT_SHIFT: u32 = 5;
@@ -28,11 +28,11 @@ const PARTS: usize = 3;
 
 /// What is known of a wave at its slowness.
 pub(super) struct Wave {
-    /// Steps from a column to the next, and from a row to the one below it.
+    /// Frames from a column to the next, and from a row to the one below it.
     pub(super) slowness: [f32; 2],
     /// Sums of weights times monomials.
     pub(super) moments: Moments,
-    /// Weighted sums of lateness times monomials, in steps, of the whole touch and of its parts.
+    /// Weighted sums of lateness times monomials, in frames, of the whole touch and of its parts.
     pub(super) late: Polynomial,
     pub(super) parts: [Polynomial; PARTS],
     /// Weighted sum of the squares of lateness.
@@ -50,7 +50,7 @@ impl Wave {
     }
 }
 
-/// A lit whisker: its line, its place, and in which steps it is bright.
+/// A lit whisker: its line, its place, and in which frames it is bright.
 #[derive(Clone, Copy)]
 pub(super) struct Whisker<'a> {
     line: &'a [i16; LONGEST + 2 * PAD],
@@ -109,20 +109,20 @@ impl<'a> Whiskers<'a> {
         for whisker in self.iter() {
             let (mut energy, mut moment) = (0, 0);
             for (time, &light) in (0..).zip(whisker.line.iter().skip(PAD)) {
-                // At most 36 · 36 · 4,095.
+                // At most 35 · 70 · 4,095.
                 let above = (i32::from(light) - (whisker.peak >> BRIGHT_SHIFT)).max(0);
                 energy += above;
                 moment += above * time;
             }
-            // 256ths of a step.
-            let centroid = (moment << 8) / energy.max(1);
+            // 128ths of a frame.
+            let centroid = (moment << 7) / energy.max(1);
             moments.add(whisker.peak, whisker.place);
             for (sum, factor) in sums.iter_mut().zip(monomials(whisker.place)) {
                 *sum += i64::from(factor * whisker.peak) * i64::from(centroid);
             }
         }
         let [one, x, y] = sums.map(|sum| sum as f32);
-        solved(&moments, [one, x, y], 1e-3).map(|slowness| slowness / 256.0)
+        solved(&moments, [one, x, y], 1e-3).map(|slowness| slowness / 128.0)
     }
 
     /// Returns the wave by Gauss-Newton steps.
@@ -199,7 +199,7 @@ impl Sums {
         }
         let start = (start >> TIME_BITS) - 2;
         let end = -((-end) >> TIME_BITS) + 3;
-        // The last two steps are smoothed with what is unknown, and interpolation reads two more.
+        // The last two frames are smoothed with what is unknown, and interpolation reads two more.
         let known = whiskers.cut.and_then(|cut| {
             whiskers.iter().map(|whisker| (((cut - 4) << TIME_BITS) - delay(whisker)) >> TIME_BITS).min()
         });
@@ -214,7 +214,7 @@ impl Sums {
             shifted.add_to(shape);
         }
         // The mean of the lit whiskers.
-        let by = (1 << TIME_BITS) / whiskers.count.max(1) as i32;
+        let by = (1 << TIME_BITS) / (whiskers.count as i32).max(1);
         for light in shape.iter_mut() {
             *light = (*light * by) >> TIME_BITS;
         }

@@ -12,9 +12,9 @@ const NOISE: u32 = 84 / DARK as u32;
 const LEAST_NOISE: u32 = 2 * DARK as u32;
 /// A touch has a light of at least 64 units of a sum.
 const LEAST_LIGHT: u32 = 64 * DARK as u32;
-/// Most steps of a line: a longer touch has steps of two frames.
-pub(super) const LONGEST: usize = 36;
-/// Dark steps before and behind a line, so that each step that it is shifted to has four taps.
+/// Most frames of a line.
+pub(super) const LONGEST: usize = SAMPLE_FRAMES;
+/// Dark frames before and behind a line, so that each frame that it is shifted to has four taps.
 pub(super) const PAD: usize = 3;
 const PADDED: usize = LONGEST + 2 * PAD;
 /// Bits of a line's light.
@@ -24,21 +24,18 @@ const MOST: i32 = (1 << BITS) - 1;
 /// Whiskers' smoothed light over a touch.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
-    /// Light in units of at most a 2048th of the brightest, between dark steps.
+    /// Light in units of at most a 2048th of the brightest, between dark frames.
     values: [[i16; PADDED]; TAXELS],
     pub(super) peaks: [i16; TAXELS],
     pub(super) length: usize,
-    /// Frames of a step.
-    pub(super) frames: u8,
     /// Whether the touch is not over at the lines' end.
     pub(super) is_cut: bool,
 }
 
 impl Lines {
-    pub(super) const EMPTY: Self =
-        Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, frames: 1, is_cut: false };
+    pub(super) const EMPTY: Self = Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false };
 
-    /// Returns each line between dark steps, with its peak.
+    /// Returns each line between dark frames, with its peak.
     pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16; PADDED], i32)> {
         self.values.iter().zip(self.peaks.map(i32::from))
     }
@@ -68,29 +65,24 @@ impl Lines {
             most = samples.brightest(&dark, start, end);
             most > least
         })?;
-        let frames = last - first;
-        self.is_cut = is_cut;
-        self.frames = if frames > LONGEST { 2 } else { 1 };
-        self.length = (frames >> (self.frames - 1)).min(LONGEST);
+        (self.length, self.is_cut) = (last - first, is_cut);
         // As many bits as a line has.
-        let bits = u32::BITS - (most << (self.frames - 1)).leading_zeros();
+        let bits = u32::BITS - most.leading_zeros();
         let (left, right) = (BITS.saturating_sub(bits), bits.saturating_sub(BITS));
         self.values = Self::EMPTY.values;
-        for number in 0..self.length << (self.frames - 1) {
+        for number in 0..self.length {
             let frame = samples.frame(first + number, &mut here);
-            let place = PAD + (number >> (self.frames - 1));
             for ((line, &light), &dark) in self.values.iter_mut().zip(frame).zip(&dark) {
                 let light = ((i32::from(light) << DARK_SHIFT) - dark as i32).max(-(most as i32));
-                if let Some(place) = line.get_mut(place) {
-                    *place = (i32::from(*place) + ((light << left) >> right)).clamp(-MOST - 1, MOST) as i16;
+                if let Some(place) = line.get_mut(PAD + number) {
+                    *place = ((light << left) >> right).clamp(-MOST - 1, MOST) as i16;
                 }
             }
         }
         for (line, peak) in self.values.iter_mut().zip(&mut self.peaks) {
             let line = line.get_mut(PAD..PAD + self.length).unwrap_or_default();
-            for _ in self.frames..=2 {
-                smooth(line);
-            }
+            smooth(line);
+            smooth(line);
             *peak = line.iter().copied().max().unwrap_or(0).max(0);
         }
         Ok(())
@@ -162,7 +154,8 @@ impl<'a> Samples<'a> {
         };
         let mut frame = *before;
         for (light, &after) in frame.iter_mut().zip(after) {
-            let rise = (i32::from(after) - i32::from(*light)) * since as i32 / (since + until) as i32;
+            let steps = (since + until) as i32;
+            let rise = ((i32::from(after) - i32::from(*light)) * since as i32).checked_div(steps).unwrap_or(0);
             *light = (i32::from(*light) + rise) as u16;
         }
         frame

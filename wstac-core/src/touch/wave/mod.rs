@@ -36,7 +36,7 @@ const LIT_SHIFT: u32 = 3;
 /// Added to the slowness, in frames per pitch, where lateness is measured by it.
 const LATE_FROM: f32 = 0.23;
 /// Limits of the largest and the mean lateness and of the unexplained energy; and those if all whiskers are lit.
-const LIMITS: [[f32; 3]; 2] = [[0.12, 0.06, 0.15], [0.08, 0.045, 0.125]];
+const LIMITS: [[f32; 3]; 2] = [[0.12, 0.06, 0.15], [0.08, 0.045, 0.05]];
 /// Largest change of slowness of a third of the touch, as a fraction.
 const MOST_CHANGE: f32 = 0.1;
 /// Largest change along the sensor as a fraction, and in standard deviations; and what is certain beyond both.
@@ -51,7 +51,7 @@ const FEWEST_OF_EDGE: u32 = 20;
 const MOST_SD: [f32; 2] = [0.05, 0.09];
 const LEAST_SD: [f32; 2] = [0.001, 0.0005];
 
-/// The memory of a wave: about 2,200 bytes.
+/// The memory of a wave: about 3,900 bytes.
 #[derive(Clone, Debug)]
 pub struct Wave {
     lines: Lines,
@@ -107,9 +107,8 @@ impl Wave {
             return Err(if is_poke { Reason::NoSlide(Contact::Poke) } else { Reason::FewWhiskers });
         }
         let wave = Whiskers::new(&self.lines, lit).wave()?;
-        let frames = f32::from(self.lines.frames);
         let [of_rows, of_columns] = config.readout().delays();
-        let each = [wave.slowness[1] * frames + of_rows, wave.slowness[0] * frames + of_columns];
+        let each = [wave.slowness[1] + of_rows, wave.slowness[0] + of_columns];
         let slowness = length(each);
         match contact_at(each, slowness, config.readout())? {
             Contact::Slide => {}
@@ -117,12 +116,12 @@ impl Wave {
         }
         let (right, up) = (each[1] / slowness, 0.0 - each[0] / slowness);
         let is_full = count == TAXELS as u32;
-        let [along_sd, across_sd] = steady(&wave, slowness / frames, right, up, count).map_err(|reason| {
+        let [along_sd, across_sd] = steady(&wave, slowness, right, up, count).map_err(|reason| {
             // Two objects have a valley between them.
             let is_apart = reason == Reason::Turning && has_valley(peaks, right, up);
             if is_apart { Reason::TwoObjects } else { reason }
         })?;
-        let unit = frames / (slowness + LATE_FROM);
+        let unit = 1.0 / (slowness + LATE_FROM);
         let [late, mean, miss] = LIMITS[usize::from(is_full)];
         let mean_late = wave.mean_late() * unit;
         if wave.farthest * unit > late || mean_late > mean || wave.miss > miss {
@@ -133,7 +132,7 @@ impl Wave {
         if readout::is_too_far(reach) {
             return Err(Reason::ReadoutUnknown);
         }
-        let unit = frames / slowness;
+        let unit = 1.0 / slowness;
         let of_speed = readout::widened(length([along_sd * unit, LEAST_SD[0]]), reach[0]);
         let of_angle = readout::widened(length([across_sd * unit, LEAST_SD[1]]), reach[1]);
         if of_speed > MOST_SD[0] || of_angle > MOST_SD[1] {
@@ -150,7 +149,7 @@ impl Wave {
     }
 }
 
-/// Returns the standard deviations of the slowness along and across the motion, in steps per pitch.
+/// Returns the standard deviations of the slowness along and across the motion, in frames per pitch.
 fn steady(wave: &Fitted, slowness: f32, right: f32, up: f32, count: u32) -> Result<[f32; 2], Reason> {
     let one: Polynomial = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let along: Polynomial = [0.0, right, 0.0 - up, 0.0, 0.0, 0.0];

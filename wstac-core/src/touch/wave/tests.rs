@@ -110,13 +110,13 @@ fn lost_frames_are_on_straight_lines() {
 fn rows_have_their_times() {
     for degrees in [0.0, 90.0, 215.0_f64] {
         let (sine, cosine) = degrees.to_radians().sin_cos();
-        let frames = slide([cosine, -sine - 0.15], |_, _| 1.0);
+        let frames = slide([2.0 * cosine, -2.0 * sine - 0.15], |_, _| 1.0);
         let layout = crate::layout::Layout::paper(crate::layout::FrameSize::new(400, 400).unwrap()).unwrap();
         let of = |ms| Readout::of_layout(ms, crate::touch::motion::RowOrder::Down, &layout, FrameRate::NOMINAL);
         // 0.15 frames per pitch.
         let known = fit_with(&frames, config().with_readout(of(Some(25.0)))).unwrap().0;
         let turned = (f64::from(known.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
-        assert!((known.mm_s / 120.0 - 1.0).abs() < 0.01 && turned.abs() < 1.0, "{degrees}: {known:?}");
+        assert!((known.mm_s / 60.0 - 1.0).abs() < 0.01 && turned.abs() < 1.0, "{degrees}: {known:?}");
         let unknown = fit_with(&frames, config().with_readout(of(None))).unwrap().0;
         assert!(unknown.mm_s_sd > known.mm_s_sd || unknown.degrees_sd > known.degrees_sd, "{unknown:?}");
     }
