@@ -75,6 +75,7 @@ pub(super) const fn place_of(taxel: usize) -> [i32; 2] {
 pub(super) struct Whiskers<'a> {
     all: [Whisker<'a>; TAXELS],
     count: usize,
+    length: usize,
     /// The lines' length, if the touch is not over there.
     cut: Option<i32>,
 }
@@ -82,16 +83,21 @@ pub(super) struct Whiskers<'a> {
 impl<'a> Whiskers<'a> {
     /// Creates the list of whiskers that `lit` says.
     pub(super) fn new(lines: &'a Lines, lit: u32) -> Self {
-        let mut list =
-            Self { all: [Whisker::default(); TAXELS], count: 0, cut: lines.is_cut.then_some(lines.length as i32) };
+        let mut list = Self {
+            all: [Whisker::default(); TAXELS],
+            count: 0,
+            length: lines.length,
+            cut: lines.is_cut.then_some(lines.length as i32),
+        };
         for (taxel, (line, peak)) in lines.padded().enumerate() {
             if lit >> taxel & 1 == 1
                 && let Some(place) = list.all.get_mut(list.count)
             {
                 let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
                 let number = |at: Option<usize>| at.unwrap_or(PAD) as i32 - PAD as i32;
-                let first = number(line.iter().position(is_bright));
-                let last = number(line.iter().rposition(is_bright));
+                let light = line.get(..PAD + lines.length).unwrap_or_default();
+                let first = number(light.iter().position(is_bright));
+                let last = number(light.iter().rposition(is_bright));
                 *place = Whisker { line, place: place_of(taxel), peak, first, last };
                 list.count += 1;
             }
@@ -108,7 +114,7 @@ impl<'a> Whiskers<'a> {
         let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
         for whisker in self.iter() {
             let (mut energy, mut moment) = (0, 0);
-            for (time, &light) in (0..).zip(whisker.line.iter().skip(PAD)) {
+            for (time, &light) in (0..).zip(whisker.line.iter().skip(PAD).take(self.length)) {
                 // At most 35 · 70 · 4,095.
                 let above = (i32::from(light) - (whisker.peak >> BRIGHT_SHIFT)).max(0);
                 energy += above;

@@ -14,7 +14,7 @@ use crate::touch::motion::{Contact, MotionConfig, Velocity, contact_at, degrees,
 use fit::{Wave as Fitted, Whiskers, length};
 use light::{Lines, Samples};
 use outline::{Outline, has_valley};
-use squares::{Polynomial, fit};
+use squares::{NONE, Polynomial, fit};
 
 /// What a velocity is known by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -150,6 +150,7 @@ impl Wave {
 }
 
 /// Returns the standard deviations of the slowness along and across the motion, in frames per pitch.
+#[inline(never)]
 fn steady(wave: &Fitted, slowness: f32, right: f32, up: f32, count: u32) -> Result<[f32; 2], Reason> {
     let one: Polynomial = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let along: Polynomial = [0.0, right, 0.0 - up, 0.0, 0.0, 0.0];
@@ -158,14 +159,14 @@ fn steady(wave: &Fitted, slowness: f32, right: f32, up: f32, count: u32) -> Resu
     let across_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
     let both = [0.0, 0.0, 0.0, 0.0 - right * up, up * up - right * right, right * up];
     let (products, late, squares, count) = (&wave.moments.products(), &wave.late, wave.squares, count as usize);
-    let plane = [one, along, across];
+    let plane = [one, along, across, NONE, NONE];
     let of_plane = fit(products, &plane, late, squares, count, 1e-4).ok_or(Reason::NotAlike)?;
     let curve =
         fit(products, &[one, along, across, along_2, across_2], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
-    let twist = fit(products, &[one, along, across, both], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
+    let twist = fit(products, &[one, along, across, both, NONE], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
     // Over the sensor's four pitches.
     let unit = 8.0 / slowness;
-    let [.., u, v] = curve.coefficients;
+    let [_, _, _, u, v] = curve.coefficients;
     // What is curved alike along and across is a dome.
     let dome = if u * v > 0.0 { if v > 0.0 { u.min(v) } else { u.max(v) } } else { 0.0 };
     let faster = (dome - u).abs() * unit;

@@ -53,23 +53,30 @@ fn dot(a: &Polynomial, b: &Polynomial) -> f32 {
     a.iter().zip(b).map(|(a, b)| if *a == 0.0 { 0.0 } else { a * b }).sum()
 }
 
-/// Coefficients of `N` columns.
+/// Most columns. A column of zeros counts as none: one size takes less code than three.
+pub(super) const COLUMNS: usize = 5;
+type Matrix = [[f32; COLUMNS]; COLUMNS];
+
+/// No column.
+pub(super) const NONE: Polynomial = [0.0; 6];
+
+/// Coefficients of the columns.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fit<const N: usize> {
-    pub(super) coefficients: [f32; N],
-    inverse: [[f32; N]; N],
+pub(super) struct Fit {
+    pub(super) coefficients: [f32; COLUMNS],
+    inverse: Matrix,
     /// The variance of a value of weight 1.
     variance: f32,
 }
 
-impl<const N: usize> Fit<N> {
+impl Fit {
     /// Returns the standard deviation of a coefficient.
     pub(super) fn deviation(&self, k: usize) -> f32 {
         sqrt(self.variance * at(&self.inverse, k, k).max(0.0))
     }
 
     /// Returns a coefficient of other values, of these weighted sums.
-    pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; N], sums: &Polynomial) -> f32 {
+    pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; COLUMNS], sums: &Polynomial) -> f32 {
         self.inverse.get(k).map_or(0.0, |row| product(row, &columns.map(|column| dot(&column, sums))))
     }
 }
@@ -77,15 +84,16 @@ impl<const N: usize> Fit<N> {
 /// Fits values by polynomials: `sums` are their weighted sums with every monomial, and `squares` of their squares.
 ///
 /// Returns `None` if the normal equations are singular in spite of the ridge.
-pub(super) fn fit<const N: usize>(
+#[inline(never)]
+pub(super) fn fit(
     products: &Products,
-    columns: &[Polynomial; N],
+    columns: &[Polynomial; COLUMNS],
     sums: &Polynomial,
     squares: f32,
     count: usize,
     ridge: f32,
-) -> Option<Fit<N>> {
-    let mut matrix = [[0.0_f32; N]; N];
+) -> Option<Fit> {
+    let mut matrix = [[0.0_f32; COLUMNS]; COLUMNS];
     for (row, a) in matrix.iter_mut().zip(columns) {
         let times = products.map(|row| dot(a, &row));
         for (place, b) in row.iter_mut().zip(columns) {
@@ -94,32 +102,35 @@ pub(super) fn fit<const N: usize>(
     }
     let right = columns.map(|column| dot(&column, sums));
     let normal = matrix;
-    let trace: f32 = (0..N).map(|k| at(&matrix, k, k)).sum();
-    for (k, row) in matrix.iter_mut().enumerate() {
+    let trace: f32 = (0..COLUMNS).map(|k| at(&matrix, k, k)).sum();
+    let mut used = 0;
+    for (k, (row, column)) in matrix.iter_mut().zip(columns).enumerate() {
         if let Some(place) = row.get_mut(k) {
-            *place += ridge * *place + 1e-6 * trace;
+            let is_none = *column == NONE;
+            *place = if is_none { 1.0 } else { *place + ridge * *place + 1e-6 * trace };
+            used += usize::from(!is_none);
         }
     }
     let inverse = inverted(matrix)?;
     let coefficients = inverse.map(|row| product(&row, &right));
     // What is left of the squares.
-    let explained: f32 =
+    let explained =
         2.0 * product(&coefficients, &right) - product(&coefficients, &normal.map(|row| product(&row, &coefficients)));
-    let variance = (squares - explained).max(0.0) / count.saturating_sub(N).max(1) as f32;
+    let variance = (squares - explained).max(0.0) / count.saturating_sub(used).max(1) as f32;
     Some(Fit { coefficients, inverse, variance })
 }
 
-fn product<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+fn product(a: &[f32; COLUMNS], b: &[f32; COLUMNS]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| if *a == 0.0 { 0.0 } else { a * b }).sum()
 }
 
-fn at<const N: usize>(matrix: &[[f32; N]; N], row: usize, column: usize) -> f32 {
+fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
     matrix.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
 }
 
 /// Returns the inverse of a symmetric matrix whose leading minors are above 0, by Gauss and Jordan in place.
-fn inverted<const N: usize>(mut matrix: [[f32; N]; N]) -> Option<[[f32; N]; N]> {
-    for k in 0..N {
+fn inverted(mut matrix: Matrix) -> Option<Matrix> {
+    for k in 0..COLUMNS {
         let pivot = at(&matrix, k, k);
         if !(pivot > f32::MIN_POSITIVE) {
             return None;
@@ -136,8 +147,10 @@ fn inverted<const N: usize>(mut matrix: [[f32; N]; N]) -> Option<[[f32; N]; N]> 
                 continue;
             }
             let factor = core::mem::replace(row.get_mut(k)?, 0.0);
-            for (place, part) in row.iter_mut().zip(&of_pivot) {
-                *place -= factor * part;
+            if factor != 0.0 {
+                for (place, part) in row.iter_mut().zip(&of_pivot) {
+                    *place -= factor * part;
+                }
             }
         }
     }
