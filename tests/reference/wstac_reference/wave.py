@@ -21,7 +21,7 @@ ROUNDS = 5
 FEWEST_STEPS = 8
 FEWEST = 5
 WEAKEST_GAIN = 1 / 16
-LATE, RMS, MISS = (0.12, 0.08), (0.06, 0.045), (0.15, 0.05)
+LATE, RMS, MISS = (0.12, 0.08), (0.06, 0.045), (0.25, 0.05)
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
 CHANGE = 0.1
 ACCELERATION = (0.068, 2.5)

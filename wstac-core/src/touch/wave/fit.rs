@@ -269,7 +269,7 @@ impl Sums {
         let [md, dd] = [self.md, self.dd].map(|parts| parts.iter().map(|&part| part as f32).sum::<f32>());
         // What the derivative's part along the shape leaves.
         let told = dd - md * md / self.mm as f32;
-        if self.mm == 0 || !(told > 0.0) {
+        if self.mm == 0 || told.is_nan() || told <= 0.0 {
             return Err(Reason::NotAlike);
         }
         let unit = (1 << LATE_BITS) as f32 / told;

@@ -36,7 +36,7 @@ const LIT_SHIFT: u32 = 3;
 /// Added to the slowness, in frames per pitch, where lateness is measured by it.
 const LATE_FROM: f32 = 0.23;
 /// Limits of the largest and the mean lateness and of the unexplained energy; and those if all whiskers are lit.
-const LIMITS: [[f32; 3]; 2] = [[0.12, 0.06, 0.15], [0.08, 0.045, 0.05]];
+const LIMITS: [[f32; 3]; 2] = [[0.12, 0.06, 0.25], [0.08, 0.045, 0.05]];
 /// Largest change of slowness of a third of the touch, as a fraction.
 const MOST_CHANGE: f32 = 0.1;
 /// Largest change along the sensor as a fraction, and in standard deviations; and what is certain beyond both.

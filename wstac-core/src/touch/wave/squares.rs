@@ -132,7 +132,7 @@ fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
 fn inverted(mut matrix: Matrix) -> Option<Matrix> {
     for k in 0..COLUMNS {
         let pivot = at(&matrix, k, k);
-        if !(pivot > f32::MIN_POSITIVE) {
+        if pivot.is_nan() || pivot <= f32::MIN_POSITIVE {
             return None;
         }
         let by = 1.0 / pivot;
