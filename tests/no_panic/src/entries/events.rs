@@ -181,4 +181,7 @@ entries! {
     fit(wave: &mut Wave, frames: &[Option<[u16; 25]>], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
         wave.fit(frames.iter().map(Option::as_ref), config)
     }
+    fit_ring(wave: &mut Wave, ring: &TaxelRing, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+        wave.fit(ring.frames(), config)
+    }
 }

@@ -105,6 +105,24 @@ fn lost_frames_are_on_straight_lines() {
     assert_eq!(wave.fit(core::iter::empty(), config()), Err(Reason::FewWhiskers));
 }
 
+/// Checks that a ring gives its frames in their order, and none from before a loss.
+#[test]
+fn a_ring_has_the_frames_of_a_wave() {
+    use crate::touch::path_sample::{TaxelRing, TaxelStore};
+
+    let frames = slide([1.5, 0.5], |_, _| 1.0);
+    let mut ring = TaxelRing::new(u16::MAX.into());
+    ring.push(&[9; TAXELS]);
+    ring.lose();
+    frames.iter().for_each(|frame| ring.push(&frame.map(u32::from)));
+    assert!(ring.frames().eq(frames.iter().map(Some)));
+    let mut wave = Wave::EMPTY;
+    assert_eq!(wave.fit(ring.frames(), config()), fit(&frames));
+    ring.lose();
+    ring.push(&[9; TAXELS]);
+    assert!(ring.frames().eq([Some(&[9; TAXELS])]));
+}
+
 /// Checks a rolling shutter: a wave has its own velocity whatever the time in which rows are read.
 #[test]
 fn rows_have_their_times() {
