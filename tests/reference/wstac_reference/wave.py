@@ -178,7 +178,7 @@ def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut:
         size, whole = math.hypot(*step), math.hypot(*slowness)
         step = step * min(1.0, (0.2 * whole + 0.08) / max(size, 1e-9))
         slowness = slowness + step
-        if size < 0.002 * whole:
+        if size < 0.006 * whole:
             break
     late = late + around @ step
     late = late - weights @ late / weights.sum()

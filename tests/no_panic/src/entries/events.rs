@@ -177,11 +177,11 @@ entries! {
 
 entries! {
     wave:
-    new() -> Wave { Wave::EMPTY }
-    fit(wave: &mut Wave, frames: &[Option<[u16; 25]>], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+    new_wave() -> Wave { Wave::EMPTY }
+    fit_wave(wave: &mut Wave, frames: &[Option<[u16; 25]>], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
         wave.fit(frames.iter().map(Option::as_ref), config)
     }
-    fit_ring(wave: &mut Wave, ring: &TaxelRing, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+    fit_wave_of_ring(wave: &mut Wave, ring: &TaxelRing, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
         wave.fit(ring.frames(), config)
     }
 }

@@ -149,7 +149,7 @@ impl<'a> Whiskers<'a> {
             let part = if size > most { most / size } else { 1.0 };
             let step = step.map(|along| along * part);
             slowness = [slowness[0] + step[0], slowness[1] + step[1]];
-            if number == ROUNDS || size < 0.002 * whole {
+            if number == ROUNDS || size < 0.006 * whole {
                 return Ok(sums.end(self, slowness, step, &late));
             }
             number += 1;

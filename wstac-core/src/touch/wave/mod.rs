@@ -3,7 +3,7 @@
 //! [`by_coherence`](crate::touch::motion::by_coherence) takes a row for one line, so it needs an object as wide as the
 //! sensor. A wave takes each whisker for itself: a ball, a coin, a rod or a narrow block lights some of them alike.
 //!
-//! An answer takes 180,000 instructions on a Cortex-M4F for a ball, and up to 680,000 for what is slow and wide; on a
+//! An answer takes 170,000 instructions on a Cortex-M4F for a ball, and up to 680,000 for what is slow and wide; on a
 //! Cortex-M0 it takes 600,000 to 1,600,000. Beside [`Wave`] and a ring of taxels it takes 6 kB of stack.
 
 mod fit;
