@@ -290,14 +290,16 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")
+    # One wave cannot tell how far ahead of the other one of two objects is.
+    is_apart = has_valley(peaks, right, up)
     if twist > max(TWIST[0], TWIST[1] * twist_sd):
-        raise Refused("two objects" if has_valley(peaks, right, up) else "turning")
+        raise Refused("two objects" if is_apart else "turning")
     is_full = bool(lit.all())
     unit = 1 / (whole + 0.23)
     farthest = float(np.abs(late * wave.gains).max() / wave.gains.max()) * unit
     rms = math.sqrt(float(weights @ late**2 / weights.sum())) * unit
-    if farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
-        raise Refused("two objects" if has_valley(peaks, right, up) else "not alike")
+    if is_apart or farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
+        raise Refused("two objects" if is_apart else "not alike")
     deg = math.degrees(math.atan2(up, right)) % 360
     outline, outline_sd = outline_of(peaks)
     apart = abs((outline - deg + 90) % 180 - 90)

@@ -119,16 +119,16 @@ impl Wave {
         }
         let (right, up) = (each[1] / slowness, 0.0 - each[0] / slowness);
         let is_full = count == TAXELS as u32;
-        let [along_sd, across_sd] = steady(&wave, slowness, right, up, count).map_err(|reason| {
-            // Two objects have a valley between them.
-            let is_apart = reason == Reason::Turning && has_valley(peaks, right, up);
-            if is_apart { Reason::TwoObjects } else { reason }
-        })?;
+        // One wave cannot tell how far ahead of the other one of two objects is.
+        let is_apart = has_valley(peaks, right, up);
+        let or_two = |reason| if is_apart { Reason::TwoObjects } else { reason };
+        let [along_sd, across_sd] = steady(&wave, slowness, right, up, count)
+            .map_err(|reason| if reason == Reason::Turning { or_two(reason) } else { reason })?;
         let unit = 1.0 / (slowness + LATE_FROM);
         let [late, mean, miss] = LIMITS[usize::from(is_full)];
-        let mean_late = wave.mean_late() * unit;
-        if wave.farthest * unit > late || mean_late > mean || wave.miss > miss {
-            return Err(if has_valley(peaks, right, up) { Reason::TwoObjects } else { Reason::NotAlike });
+        let is_alike = wave.farthest * unit <= late && wave.mean_late() * unit <= mean && wave.miss <= miss;
+        if is_apart || !is_alike {
+            return Err(or_two(Reason::NotAlike));
         }
         let basis = basis(peaks, count, degrees(right, up)).ok_or(Reason::NotAlike)?;
         let reach = config.readout().reach(slowness, right, up);
