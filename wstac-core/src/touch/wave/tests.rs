@@ -114,7 +114,9 @@ fn a_ring_has_the_frames_of_a_wave() {
     let mut ring = TaxelRing::new(u16::MAX.into());
     ring.push(&[9; TAXELS]);
     ring.lose();
-    frames.iter().for_each(|frame| ring.push(&frame.map(u32::from)));
+    for frame in &frames {
+        ring.push(&frame.map(u32::from));
+    }
     assert!(ring.frames().eq(frames.iter().map(Some)));
     let mut wave = Wave::EMPTY;
     assert_eq!(wave.fit(ring.frames(), config()), fit(&frames));
