@@ -26,6 +26,7 @@ from vectors.motion_cases import motion_cases, readout_cases
 from vectors.path_cases import path_cases
 from vectors.shutters import SHUTTERS, named
 from vectors.touch_cases import touch_cases
+from vectors.wave_cases import wave_cases
 from wstac_reference.formats import FORMATS
 
 VERSION = 2
@@ -64,6 +65,7 @@ def made_files() -> dict[str, bytes]:
         "motion.json": lines_of({"cases": motion_cases()}).encode(),
         "readout.json": lines_of({"shutters": [named(shutter) for shutter in SHUTTERS], "cases": readout_cases()}).encode(),
         "path.json": lines_of({"cases": path_cases()}).encode(),
+        "wave.json": lines_of({"cases": wave_cases()}).encode(),
     }
 
 

@@ -57,6 +57,10 @@ pub enum Reason {
     Uncertain,
     /// Unclear or not reliable: it depends on when the camera reads its rows, which nobody has stated.
     ReadoutUnknown,
+    /// Not reliable: what slides also turns.
+    Turning,
+    /// Not reliable: two objects touch the sensor, and have not one velocity.
+    TwoObjects,
 }
 
 impl Reason {
@@ -90,6 +94,8 @@ impl Reason {
             Self::OutOfLine => "a row or a column lights up too early or too late, as by a weak whisker",
             Self::Uncertain => "the standard deviation of the speed is too large",
             Self::ReadoutUnknown => "readout unknown: it depends on [sensor] readout_ms, which is not stated",
+            Self::Turning => "the object turns while it slides",
+            Self::TwoObjects => "two objects touch the sensor, and have not one velocity",
         }
     }
 }

@@ -8,6 +8,7 @@ mod motion;
 mod motion_of;
 mod path;
 mod shutter;
+mod wave;
 
 use std::collections::HashMap;
 use std::fs;

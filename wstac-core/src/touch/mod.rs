@@ -4,3 +4,4 @@
 pub mod motion;
 pub(crate) mod onset;
 pub mod path_sample;
+pub mod wave;

@@ -18,6 +18,7 @@ use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
+use wstac_core::touch::wave::{Basis, Wave};
 
 entries! {
     trigger:
@@ -174,4 +175,15 @@ entries! {
     answer_by_coherence(law: &ByCoherence, event: &Event<'_>) -> Answer { law.answer(event) }
     answer_by_edges(law: &ByEdges, event: &Event<'_>) -> Answer { law.answer(event) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
+}
+
+entries! {
+    wave:
+    new_wave() -> Wave { Wave::EMPTY }
+    fit_wave(wave: &mut Wave, frames: &[Option<[u16; 25]>], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+        wave.fit(frames.iter().map(Option::as_ref), config)
+    }
+    fit_wave_of_ring(wave: &mut Wave, ring: &TaxelRing, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+        wave.fit(ring.frames(), config)
+    }
 }

@@ -11,7 +11,7 @@ mod axis;
 mod contact;
 mod edges;
 mod live;
-mod readout;
+pub(crate) mod readout;
 mod shape;
 mod shift;
 mod sqrt;
@@ -25,7 +25,7 @@ use axis::Axis;
 pub use contact::Contact;
 pub use live::{LiveContact, LiveMotion};
 pub use readout::{Readout, ReadoutTime, RowOrder};
-use sqrt::sqrt;
+pub(crate) use sqrt::sqrt;
 
 /// A speed and a direction, each with its standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -229,7 +229,7 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
 }
 
 /// Returns what slownesses of rows, columns and both are, as far as the readout tells; or why that is unclear.
-fn contact_at(each: [f32; 2], slowness: f32, readout: Readout) -> Result<Contact, Reason> {
+pub(crate) fn contact_at(each: [f32; 2], slowness: f32, readout: Readout) -> Result<Contact, Reason> {
     let [least, most] = readout.bounds(each, slowness);
     if least > MOST_SLOWNESS {
         Err(Reason::TooSlow)
@@ -353,7 +353,7 @@ fn velocity(
 }
 
 /// Returns the angle of a vector in degrees, counterclockwise from the right: 0 ≤ degrees < 360.
-fn degrees(right: f32, up: f32) -> f32 {
+pub(crate) fn degrees(right: f32, up: f32) -> f32 {
     let degrees = libm::atan2f(up, right) * (180.0 / core::f32::consts::PI);
     let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     // A tiny negative angle rounds to a whole turn, and a negative zero is no angle.

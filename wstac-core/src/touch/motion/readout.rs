@@ -136,7 +136,7 @@ impl Readout {
 
     /// Returns how far the speed may be off as a fraction, and the direction in radians, if the slowness is this one with
     /// this direction.
-    pub(super) fn reach(self, slowness: f32, right: f32, up: f32) -> [f32; 2] {
+    pub(crate) fn reach(self, slowness: f32, right: f32, up: f32) -> [f32; 2] {
         if self.is_known() {
             return [0.0; 2];
         }
@@ -149,12 +149,12 @@ impl Readout {
 const SPREAD: usize = TAXELS * 2;
 
 /// Returns whether a velocity may be off by more than a reliable one.
-pub(super) fn is_too_far(reach: [f32; 2]) -> bool {
+pub(crate) fn is_too_far(reach: [f32; 2]) -> bool {
     reach[0] > MOST_OFF[0] || reach[1] > MOST_OFF[1]
 }
 
 /// Returns a standard deviation together with that of what may be off by `reach`.
-pub(super) fn widened(sd: f32, reach: f32) -> f32 {
+pub(crate) fn widened(sd: f32, reach: f32) -> f32 {
     if reach == 0.0 {
         return sd;
     }

@@ -1,7 +1,7 @@
 //! The square root in few bytes: `libm::sqrtf` takes 300 more.
 
 /// Returns the square root of a number, rounded to the nearest as IEEE 754 says; NaN of a number below 0.
-pub(super) fn sqrt(x: f32) -> f32 {
+pub(crate) fn sqrt(x: f32) -> f32 {
     if !(x > 0.0 && x < f32::INFINITY) {
         return if x < 0.0 { f32::NAN } else { x };
     }

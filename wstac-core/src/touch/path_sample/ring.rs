@@ -141,6 +141,12 @@ impl TaxelRing {
         self.unbroken as usize == SAMPLE_FRAMES
     }
 
+    /// Returns the frames since the last that was lost, at most 70, the oldest first: what
+    /// [`Wave::fit`](crate::touch::wave::Wave::fit) takes.
+    pub fn frames(&self) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
+        (SAMPLE_FRAMES.saturating_sub(self.unbroken.into())..SAMPLE_FRAMES).map(|at| self.frames.get(self.place(at)))
+    }
+
     /// Adds lost frames, each equal to the last one.
     pub fn fill(&mut self, lost: u32) {
         for _ in 0..lost.min(SAMPLE_FRAMES as u32) {

@@ -1,0 +1,127 @@
+"""Touches of 25 taxels by objects of several outlines, and what the reference says of their motion by a wave."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from wstac_reference.constants import NOMINAL_FPS, TAXELS
+from wstac_reference.rng import SplitMix64, seed_of
+from wstac_reference.wave import COLUMN, ROW, measure_wave
+
+from . import SEED
+from .motion_cases import flashes, light
+from .stored import stored
+
+DARK = 300
+FULL = 9000
+FRAMES = 56
+
+
+@dataclass(frozen=True)
+class Touch:
+    """What slides, how, and what the camera makes of it."""
+
+    mm_s: float = 90.0
+    deg: float = 0.0
+    outline: str = "ball"
+    offset: float = 0.0
+    noise: int = 4
+    fps: float = NOMINAL_FPS
+    readout_ms: float | None = 0.0
+    """The camera's, and the one that is stated unless `is_unknown`."""
+    is_unknown: bool = False
+    weak: tuple[int, ...] = ()
+    gain: float = 1.0
+    lost: tuple[int, ...] = ()
+    begins: float = 14.0
+    faster: float = 0.0
+    """How the slowness changes along the sensor, as a fraction."""
+    turns: float = 0.0
+    second: float = 1.0
+    """The slowness of whiskers on the motion's right, as a fraction."""
+
+
+def outline_of(name: str, across: np.ndarray) -> np.ndarray:
+    """How bright whiskers are by their distance from the object's middle, in mm."""
+    widths = {"ball": 5.0, "coin": 7.0, "block": 6.0, "finger": 3.5}
+    if name == "edge":
+        return np.ones(TAXELS)
+    if name == "whisker":
+        return np.where(np.arange(TAXELS) == 12, 1.0, 0.0)
+    if name == "fingers":
+        return outline_of("finger", across - 7) + outline_of("finger", across + 7)
+    far = np.abs(across) / widths[name]
+    if name == "block":
+        return np.clip(2.5 - 2 * far, 0.0, 1.0)
+    return np.sqrt(np.maximum(1 - far * far, 0.0))
+
+
+def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
+    """The frames of a touch; None is a lost one."""
+    shape = flashes(rng)
+    gains = (800 + rng.below(400, TAXELS)) / 1000
+    shake = rng.below(2 * touch.noise + 1, (TAXELS, FRAMES)) - touch.noise
+    right, up = math.cos(math.radians(touch.deg)), math.sin(math.radians(touch.deg))
+    along, across = COLUMN * right - ROW * up, -COLUMN * up - ROW * right
+    slowness = 4 * touch.fps / touch.mm_s if touch.mm_s else 0.0
+    late = slowness * (along - touch.faster * along**2 / 8 + touch.turns * along * across / 8)
+    late = np.where(across < 0, late * touch.second, late)
+    late = late - touch.readout_ms / 1000 * touch.fps / 5 * ROW
+    peaks = outline_of(touch.outline, 4 * across - touch.offset) * gains * touch.gain
+    peaks[list(touch.weak)] *= 0.02
+    middle = touch.begins + 2 * slowness * (abs(right) + abs(up))
+    frames: list[list[int] | None] = []
+    for t in range(FRAMES):
+        of = [peak * light(shape, (t - middle - each) * NOMINAL_FPS / touch.fps) for peak, each in zip(peaks, late)]
+        frame = [min(DARK + round(FULL * value) + int(noise), 65535) for value, noise in zip(of, shake[:, t])]
+        frames.append(None if t in touch.lost else frame)
+    return frames
+
+
+def touches() -> dict[str, Touch]:
+    """Every case by its name."""
+    ball = Touch()
+    made = {
+        f"{outline}-{speed}-{deg}": Touch(speed, deg, outline, offset)
+        for outline, speed, deg, offset in [
+            *(("ball", 30, 12, 2), ("ball", 150, 101, -3), ("ball", 290, 200, 0), ("coin", 60, 45, 4)),
+            *(("coin", 220, 333, 0), ("block", 45, 0, 0), ("block", 130, 90, 1), ("block", 250, 250, -2)),
+            *(("edge", 35, 77, 0), ("edge", 110, 150, 0), ("edge", 400, 300, 0), ("fingers", 80, 20, 0)),
+        ]
+    }
+    return made | {
+        "slow": replace(ball, mm_s=10.0),
+        "fast": replace(ball, mm_s=600.0),
+        "press": replace(ball, mm_s=0.0, outline="edge"),
+        "poke": replace(ball, outline="whisker"),
+        "dark": replace(ball, gain=0.0),
+        "noise": replace(ball, noise=60, deg=30),
+        "begun": replace(ball, begins=2.0),
+        "late": replace(ball, begins=44.0),
+        "saturated": replace(ball, outline="edge", gain=12.0),
+        "faster": replace(ball, outline="coin", faster=0.5),
+        "turning": replace(ball, outline="coin", turns=0.5),
+        "two-velocities": replace(ball, outline="fingers", second=0.8),
+        "dead": replace(ball, outline="edge", weak=(7,), deg=160),
+        "lost": replace(ball, lost=(0, 15, 22, 23), deg=70),
+        "15-fps": replace(ball, fps=15.0, deg=40),
+        "40-fps": replace(ball, fps=40.0, deg=40),
+        "rolling": replace(ball, readout_ms=25.0, deg=290),
+        "rolling-unknown": replace(ball, readout_ms=25.0, deg=290, is_unknown=True),
+        "rolling-slow": replace(ball, readout_ms=15.0, mm_s=40.0, deg=250, is_unknown=True),
+    }
+
+
+def wave_cases() -> list[dict[str, Any]]:
+    """Every case with its frames and the answer."""
+    made = []
+    for name, touch in touches().items():
+        sums = sums_of(touch, SplitMix64(seed_of(f"wave-{name}", SEED)))
+        stated = None if touch.is_unknown else touch.readout_ms
+        answer = stored(measure_wave(sums, touch.fps, stated))
+        made.append({"name": name, "fps": touch.fps, "readout_ms": stated, "sums": sums, "wave": answer})
+    return made

@@ -1,0 +1,324 @@
+"""Motion of a touch by one plane wave through 25 taxels (SPEC section 9, "By a wave")."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .constants import COLUMNS, NOMINAL_FPS, ROWS, TAXELS
+from .motion import MOST_OFF, MOST_PRESS, PITCH_MM
+
+DARK = 4
+"""Frames at the start that count as dark."""
+NOISE = 84
+"""The sum of the dark frames' 75 differences is so many standard deviations of the noise."""
+LEAST_LIGHT = 64
+LIT = 1 / 8
+BRIGHT = 1 / 32
+ROUNDS = 5
+FEWEST_STEPS = 8
+FEWEST = 5
+WEAKEST_GAIN = 1 / 16
+LATE, RMS, MISS = (0.12, 0.08), (0.06, 0.045), (0.25, 0.05)
+"""Limits of a wave that leaves whiskers dark, and of one that lights all."""
+CHANGE = 0.1
+ACCELERATION = (0.068, 2.5)
+CERTAIN = (0.05, 5.0)
+TWIST = (0.12, 1.6)
+VALLEY = 0.15
+ANGLES = 36
+LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
+WEAK = 0.55
+OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
+MOST_EDGE_DARK = 5
+MOST_SD = (0.05, 0.09)
+"""Largest deviations: of the speed as a fraction, and of the direction in radians."""
+
+COLUMN = np.tile(np.arange(COLUMNS) - COLUMNS // 2, ROWS).astype(float)
+ROW = np.repeat(np.arange(ROWS) - ROWS // 2, COLUMNS).astype(float)
+PLACES = np.column_stack([COLUMN, ROW])
+
+
+class Refused(Exception):
+    """The reason why there is no velocity."""
+
+
+@dataclass(frozen=True)
+class WaveAnswer:
+    """Either a reason, or all the rest."""
+
+    why: str | None = None
+    mm_s: float | None = None
+    mm_s_sd: float | None = None
+    deg: float | None = None
+    deg_sd: float | None = None
+    basis: str | None = None
+
+
+def light_of(samples: list[list[int] | None]) -> tuple[np.ndarray, float]:
+    """Light of every frame above that of the first ones, and the noise. Lost frames are on straight lines."""
+    known = [t for t, frame in enumerate(samples) if frame is not None]
+    if not known:
+        raise Refused("too few whiskers")
+    values = np.array([samples[t] for t in known], dtype=float)
+    light = np.array([np.interp(np.arange(len(samples)), known, column) for column in values.T]).T
+    if len(light) < DARK + 8:
+        raise Refused("too few whiskers")
+    noise = max(float(np.abs(np.diff(light[:DARK], axis=0)).sum()) / NOISE, 2.0)
+    return light - light[:DARK].mean(axis=0), noise
+
+
+def span_of(light: np.ndarray, noise: float) -> tuple[int, int, bool]:
+    """The first touch, from dark to dark: its first frame, the first one behind it, and whether it is not over."""
+    # Noise of 25 whiskers is five times that of one: three standard deviations.
+    total = np.maximum(light.sum(axis=1) - 15 * noise, 0)
+    before = np.maximum.accumulate(total)
+    after = np.maximum.accumulate(total[::-1])[::-1]
+    lit = total > np.maximum(0.2 * np.minimum(before, after), 0.01 * total.max())
+    bright = light.max(axis=1) > max(8 * noise, LEAST_LIGHT)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], lit, [False]]).astype(int)))
+    for start, end in edges.reshape(-1, 2).tolist():
+        if end - start < 2 or not bright[start:end].any():
+            continue
+        if start < DARK:
+            raise Refused("starts on the sensor")
+        first, last = start, end
+        while start - first < 4 and total[first - 1] <= total[first]:
+            first -= 1
+        while last < len(light) and last - end < 6 and total[last] <= total[last - 1]:
+            last += 1
+        return max(first - 2, 0), last, end == len(light)
+    raise Refused("too few whiskers")
+
+
+def prepared(light: np.ndarray) -> np.ndarray:
+    """Smoothed light of a touch."""
+    light = np.maximum(light, -light.max())
+    for _ in range(2):
+        wide = np.pad(light, ((1, 1), (0, 0)), mode="edge")
+        light = (wide[:-2] + 2 * wide[1:-1] + wide[2:]) / 4
+    return light
+
+
+def fit(columns: np.ndarray, weights: np.ndarray, values: np.ndarray, ridge: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Weighted least squares with a ridge: the coefficients, the inverse of the normal matrix, and the errors' scale."""
+    normal = (columns.T * weights) @ columns
+    size = len(normal)
+    inverse = np.linalg.inv(normal + ridge * np.diag(np.diag(normal)) + 1e-6 * np.trace(normal) * np.eye(size))
+    found = inverse @ ((columns.T * weights) @ values)
+    rest = values - columns @ found
+    free = max(len(values) - columns.shape[1], 1)
+    return found, inverse, math.sqrt(float((weights * rest * rest).sum()) / free)
+
+
+def start_of(light: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Slowness of a plane through the centroids of the light."""
+    peak = light.max(axis=0)
+    above = np.maximum(light - BRIGHT * peak, 0)
+    centroids = (above * np.arange(len(light))[:, None]).sum(axis=0) / above.sum(axis=0)
+    columns = np.column_stack([np.ones(len(peak)), places])
+    return fit(columns, peak / peak.max(), centroids, 1e-3)[0][1:]
+
+
+def shifted(line: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """A line at times between its frames, by cubic convolution (Keys 1981); dark beyond its ends."""
+    first = np.floor(times).astype(int)
+    total = np.zeros(len(times))
+    for tap in (-1, 0, 1, 2):
+        x = np.abs(times - (first + tap))
+        kernel = np.where(x <= 1, 1.5 * x**3 - 2.5 * x**2 + 1, np.where(x < 2, -0.5 * x**3 + 2.5 * x**2 - 4 * x + 2, 0.0))
+        inside = (first + tap >= 0) & (first + tap < len(line))
+        total += np.where(inside, line[np.clip(first + tap, 0, len(line) - 1)], 0.0) * kernel
+    return total
+
+
+@dataclass(frozen=True)
+class Wave:
+    """What is known of a wave at its slowness."""
+
+    slowness: np.ndarray
+    weights: np.ndarray
+    late: np.ndarray
+    gains: np.ndarray
+    miss: float
+    parts: list[np.ndarray]
+
+
+def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut: bool) -> Wave:
+    """Gauss-Newton for the least Σ (x_i(t + s·p_i) − g_i m(t))² over the slowness s, the shape m and the gains g."""
+    peak = light.max(axis=0)
+    bright = light > BRIGHT * peak
+    first = bright.argmax(axis=0)
+    last = len(light) - 1 - bright[::-1].argmax(axis=0)
+    for number in range(ROUNDS):
+        delays = places @ slowness
+        start = math.floor((first - delays).min()) - 2
+        end = math.ceil((last - delays).max()) + 3
+        if is_cut:
+            # The last two steps are smoothed with what is unknown, and interpolation reads two more.
+            end = min(end, math.floor((len(light) - 4 - delays).min()))
+        if end - start < FEWEST_STEPS:
+            raise Refused("not over")
+        time = np.arange(start, end)
+        z = np.array([shifted(line, time + delay) for line, delay in zip(light.T, delays, strict=True)]).T
+        m = z.mean(axis=1)
+        d = np.concatenate([[m[1]], m[2:] - m[:-2], [0.0 if is_cut else -m[-2]]]) / 2
+        mm, md, dd = m @ m, m @ d, d @ d
+        zm, zd = m @ z, d @ z
+        gains = zm / mm
+        told = dd - md * md / mm
+        weights = gains * gains
+        late = (zd - gains * md) / (np.maximum(gains, WEAKEST_GAIN) * told)
+        around = places - weights @ places / weights.sum()
+        normal = (around.T * weights) @ around
+        normal = normal + 1e-4 * np.trace(normal) * np.eye(2)
+        step = -np.linalg.solve(normal, (around.T * weights) @ late)
+        size, whole = math.hypot(*step), math.hypot(*slowness)
+        step = step * min(1.0, (0.2 * whole + 0.08) / max(size, 1e-9))
+        slowness = slowness + step
+        if size < 0.006 * whole:
+            break
+    late = late + around @ step
+    late = late - weights @ late / weights.sum()
+    energy = np.cumsum(d * d)
+    parts = []
+    for part in np.split(np.arange(len(d)), np.searchsorted(energy, energy[-1] * np.array([1, 2]) / 3)):
+        rest = (d[part] @ z[part] - gains * (m[part] @ d[part])) / np.maximum(gains, WEAKEST_GAIN)
+        parts.append(rest / max(float(d[part] @ d[part]), 1e-9))
+    left = np.maximum((z * z).sum(axis=0) - gains * gains * mm, 0).sum()
+    return Wave(slowness, weights, late, gains, float(left / (z * z).sum()), parts)
+
+
+def outline_of(peaks: np.ndarray) -> tuple[float, float]:
+    """Direction from 0 to 180 degrees in which whiskers of one place across the motion are alike, and its deviation.
+
+    The peaks are a Gaussian chain across the motion, of unknown scale, in each of 36 directions.
+    """
+    values = (np.maximum(peaks, 0) / peaks.max()) ** POWER
+    grid = np.pad(values.reshape(ROWS, COLUMNS), 1, constant_values=np.nan)
+    beside = np.stack([grid[:-2, 1:-1], grid[2:, 1:-1], grid[1:-1, :-2], grid[1:-1, 2:]]).reshape(4, TAXELS)
+    enough = np.isfinite(beside).sum(axis=0) >= 3
+    lowest = np.nanmin(beside, axis=0)
+    values = np.where(enough & (lowest > LIT**POWER) & (values < WEAK * lowest), np.nanmean(beside, axis=0), values)
+    likely = np.empty(ANGLES)
+    for k in range(ANGLES):
+        angle = math.pi * k / ANGLES
+        across = PITCH_MM * (-COLUMN * math.sin(angle) - ROW * math.cos(angle))
+        along = COLUMN * math.cos(angle) - ROW * math.sin(angle)
+        order = np.lexsort((np.round(along, 6), np.round(across, 6)))
+        of = values[order]
+        scaled = math.sqrt(3) * np.diff(across[order]) / LENGTH_MM
+        whole = 1 + GAIN**2
+        like = (1 + scaled) * np.exp(-scaled) / whole
+        variance = np.concatenate([[whole], whole * (1 - like * like)])
+        rest = np.concatenate([of[:1], of[1:] - like * of[:-1]])
+        likely[k] = -0.5 * np.log(variance).sum() - TAXELS / 2 * math.log((rest * rest / variance).sum())
+    best = int(np.argmax(likely))
+    share = np.exp(likely - likely[best])
+    share = share / share.sum()
+    turn = (np.arange(ANGLES) - best + ANGLES // 2) % ANGLES - ANGLES // 2
+    mean = float(share @ turn)
+    deviation = math.sqrt(float(share @ (turn - mean) ** 2) + 1 / 12)
+    return (best + mean) * 180 / ANGLES, deviation * 180 / ANGLES
+
+
+def has_valley(peaks: np.ndarray, right: float, up: float) -> bool:
+    """Whether a dark valley across the motion parts two contacts."""
+    order = np.argsort(-COLUMN * up - ROW * right, kind="stable")
+    of = peaks[order]
+    for at in range(3, TAXELS - 2):
+        sides = min(np.sort(of[:at])[-2], np.sort(of[at:])[-2])
+        if sides > LIT * peaks.max() and max(of[at - 1], of[at]) < VALLEY * sides:
+            return True
+    return False
+
+
+def measure_wave(
+    samples: list[list[int] | None], fps: float = NOMINAL_FPS, readout_ms: float | None = 0.0
+) -> WaveAnswer:
+    """The motion of the first touch in frames of 25 sums; None is a lost frame.
+
+    `readout_ms` is that of the paper's layout over the full height; None is unknown.
+    """
+    try:
+        return answer(samples, fps, readout_ms)
+    except Refused as refused:
+        return WaveAnswer(why=str(refused))
+
+
+def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None) -> WaveAnswer:
+    """The velocity; raises [`Refused`] if it is not certain."""
+    light, noise = light_of(samples)
+    start, end, is_cut = span_of(light, noise)
+    light = prepared(light[start:end])
+    peaks = light.max(axis=0)
+    lit = peaks > LIT * peaks.max()
+    if lit.sum() < FEWEST:
+        raise Refused("poke" if lit.sum() <= 2 else "too few whiskers")
+    seen, places = light[:, lit], PLACES[lit]
+    wave = wave_of(seen, places, start_of(seen, places), is_cut)
+    delay = np.array([0.0, (0.5 if readout_ms is None else readout_ms / 1000 * fps) / ROWS])
+    slowness = wave.slowness + delay
+    whole = math.hypot(*slowness)
+    least = most = whole
+    if readout_ms is None:
+        lowest, highest = slowness[1] - delay[1], slowness[1] + delay[1]
+        least = math.hypot(slowness[0], min(max(lowest, 0.0), highest))
+        most = math.hypot(slowness[0], max(abs(lowest), abs(highest)))
+    if most > 13:
+        raise Refused("too slow")
+    if least < 0.17 and most >= MOST_PRESS and readout_ms is None:
+        raise Refused("readout unknown")
+    if least < 0.17:
+        raise Refused("press" if least < 0.1 else "too fast")
+    right, up = slowness[0] / whole, -slowness[1] / whole
+    along, across = places @ [right, -up], places @ [-up, -right]
+    late, weights, one = wave.late, wave.weights, np.ones(len(places))
+    plane = np.column_stack([one, along, across])
+    _, inverse, scale = fit(plane, weights, late, 1e-4)
+    # Changes of the slowness over the sensor's length of four pitches, as fractions of it.
+    unit = 8 / whole
+    curve, of_curve, curve_scale = fit(np.column_stack([plane, along**2, across**2]), weights, late, 1e-3)
+    dome = math.copysign(min(abs(curve[3]), abs(curve[4])), curve[4]) if curve[3] * curve[4] > 0 else 0.0
+    faster, faster_sd = abs(dome - curve[3]) * unit, curve_scale * math.sqrt(of_curve[3, 3]) * unit
+    turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
+    twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
+    change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts) / whole
+    if change > CHANGE or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
+        raise Refused("speed changed")
+    if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
+        raise Refused("speed changed")
+    # One wave cannot tell how far ahead of the other one of two objects is.
+    is_apart = has_valley(peaks, right, up)
+    if twist > max(TWIST[0], TWIST[1] * twist_sd):
+        raise Refused("two objects" if is_apart else "turning")
+    is_full = bool(lit.all())
+    unit = 1 / (whole + 0.23)
+    farthest = float(np.abs(late * wave.gains).max() / wave.gains.max()) * unit
+    rms = math.sqrt(float(weights @ late**2 / weights.sum())) * unit
+    if is_apart or farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
+        raise Refused("two objects" if is_apart else "not alike")
+    deg = math.degrees(math.atan2(up, right)) % 360
+    outline, outline_sd = outline_of(peaks)
+    apart = abs((outline - deg + 90) % 180 - 90)
+    if is_full:
+        agrees = outline_sd >= OUTLINE_MUTE or apart <= 6.5 * outline_sd + 6
+    elif outline_sd > OUTLINE_TELLS:
+        agrees = outline_sd > OUTLINE_MUTE and lit.sum() >= TAXELS - MOST_EDGE_DARK
+    else:
+        agrees = apart <= min(11.0, 3.2 * outline_sd + 3)
+    if not agrees:
+        raise Refused("not alike")
+    basis = "outline" if not is_full and outline_sd <= OUTLINE_TELLS else "edge"
+    off = [delay[1] / whole * abs(part) if readout_ms is None else 0.0 for part in (up, right)]
+    if off[0] > MOST_OFF[0] or off[1] > MOST_OFF[1]:
+        raise Refused("readout unknown")
+    of_slowness = scale / whole
+    speed_sd = math.hypot(of_slowness * math.sqrt(inverse[1, 1]), 0.001, off[0] / math.sqrt(3))
+    deg_sd = math.hypot(of_slowness * math.sqrt(inverse[2, 2]), 0.0005, off[1] / math.sqrt(3))
+    if speed_sd > MOST_SD[0] or deg_sd > MOST_SD[1]:
+        raise Refused("uncertain")
+    mm_s = PITCH_MM * fps / whole
+    return WaveAnswer(None, mm_s, mm_s * speed_sd, deg, math.degrees(deg_sd), basis)

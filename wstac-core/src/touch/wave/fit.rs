@@ -1,0 +1,398 @@
+//! The wave: one shape passes all lit whiskers with one slowness, and each has a gain of its own.
+
+use super::light::{LONGEST, Lines, PAD};
+use super::squares::{Moments, Polynomial, monomials};
+use crate::params::{COLUMNS, TAXELS};
+use crate::reason::Reason;
+use crate::touch::motion::sqrt;
+
+/// Fewest and most steps of a shape.
+const FEWEST_STEPS: usize = 8;
+const MOST_STEPS: usize = 128;
+/// Fraction bits of a slowness, of taps, of gains, of a lateness.
+const TIME_BITS: u32 = 16;
+const TAP_BITS: u32 = 12;
+const GAIN_BITS: u32 = 8;
+const LATE_BITS: u32 = 12;
+/// Largest slowness along either axis, in frames per pitch.
+const MOST_SLOWNESS: f32 = 16.0;
+/// A whisker's lateness counts as if its gain was at least a 16th.
+const WEAKEST_GAIN: i32 = 1 << (GAIN_BITS - 4);
+const MOST_GAIN: i32 = (1 << (GAIN_BITS + 3)) - 1;
+/// Latest a whisker may be, in frames.
+const LATEST: f32 = 8.0;
+/// A line is bright above a 32nd of its peak.
+const BRIGHT_SHIFT: u32 = 5;
+const ROUNDS: usize = 5;
+const PARTS: usize = 3;
+
+/// What is known of a wave at its slowness.
+pub(super) struct Wave {
+    /// Frames from a column to the next, and from a row to the one below it.
+    pub(super) slowness: [f32; 2],
+    /// Sums of weights times monomials.
+    pub(super) moments: Moments,
+    /// Weighted sums of lateness times monomials, in frames, of the whole touch and of its parts.
+    pub(super) late: Polynomial,
+    pub(super) parts: [Polynomial; PARTS],
+    /// Weighted sum of the squares of lateness.
+    pub(super) squares: f32,
+    /// The largest lateness, as far as the gain tells it.
+    pub(super) farthest: f32,
+    /// The part of the energy that the wave leaves over.
+    pub(super) miss: f32,
+}
+
+impl Wave {
+    /// Returns the root of the mean square of lateness, in steps.
+    pub(super) fn mean_late(&self) -> f32 {
+        sqrt(self.squares / self.moments.plane()[0].max(1.0))
+    }
+}
+
+/// A lit whisker: its line, its place, and in which frames it is bright.
+#[derive(Clone, Copy)]
+pub(super) struct Whisker<'a> {
+    line: &'a [i16; LONGEST + 2 * PAD],
+    place: [i32; 2],
+    peak: i32,
+    first: i32,
+    last: i32,
+}
+
+impl Default for Whisker<'_> {
+    fn default() -> Self {
+        Self { line: &[0; LONGEST + 2 * PAD], place: [0; 2], peak: 0, first: 0, last: 0 }
+    }
+}
+
+/// Returns the place of a whisker: columns to the right of the middle, and rows below it.
+pub(super) const fn place_of(taxel: usize) -> [i32; 2] {
+    [(taxel % COLUMNS) as i32 - 2, (taxel / COLUMNS) as i32 - 2]
+}
+
+/// Lit whiskers.
+pub(super) struct Whiskers<'a> {
+    all: [Whisker<'a>; TAXELS],
+    count: usize,
+    length: usize,
+    /// The lines' length, if the touch is not over there.
+    cut: Option<i32>,
+}
+
+impl<'a> Whiskers<'a> {
+    /// Creates the list of whiskers that `lit` says.
+    pub(super) fn new(lines: &'a Lines, lit: u32) -> Self {
+        let mut list = Self {
+            all: [Whisker::default(); TAXELS],
+            count: 0,
+            length: lines.length,
+            cut: lines.is_cut.then_some(lines.length as i32),
+        };
+        for (taxel, (line, peak)) in lines.padded().enumerate() {
+            if lit >> taxel & 1 == 1
+                && let Some(place) = list.all.get_mut(list.count)
+            {
+                let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
+                let number = |at: Option<usize>| at.unwrap_or(PAD) as i32 - PAD as i32;
+                let light = line.get(..PAD + lines.length).unwrap_or_default();
+                let first = number(light.iter().position(is_bright));
+                let last = number(light.iter().rposition(is_bright));
+                *place = Whisker { line, place: place_of(taxel), peak, first, last };
+                list.count += 1;
+            }
+        }
+        list
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &Whisker<'a>> {
+        self.all.iter().take(self.count)
+    }
+
+    /// Returns the slowness of a plane through the centroids of the light.
+    fn start(&self) -> [f32; 2] {
+        let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
+        for whisker in self.iter() {
+            let (mut energy, mut moment) = (0, 0);
+            for (time, &light) in (0..).zip(whisker.line.iter().skip(PAD).take(self.length)) {
+                // At most 35 · 70 · 4,095.
+                let above = (i32::from(light) - (whisker.peak >> BRIGHT_SHIFT)).max(0);
+                energy += above;
+                moment += above * time;
+            }
+            // 128ths of a frame.
+            let centroid = (moment << 7) / energy.max(1);
+            moments.add(whisker.peak, whisker.place);
+            for (sum, factor) in sums.iter_mut().zip(monomials(whisker.place)) {
+                *sum += i64::from(factor * whisker.peak) * i64::from(centroid);
+            }
+        }
+        let [one, x, y] = sums.map(|sum| sum as f32);
+        solved(&moments, [one, x, y], 1e-3).map(|slowness| slowness / 128.0)
+    }
+
+    /// Returns the wave by Gauss-Newton steps.
+    ///
+    /// # Errors
+    /// Nothing holds for all whiskers.
+    pub(super) fn wave(&self) -> Result<Wave, Reason> {
+        let mut slowness = self.start();
+        let (mut number, mut late) = (1, [0; TAXELS]);
+        loop {
+            let delays =
+                slowness.map(|part| (part.clamp(-MOST_SLOWNESS, MOST_SLOWNESS) * (1 << TIME_BITS) as f32) as i32);
+            let mut sums = Sums::new(self, delays)?;
+            let step = sums.step(self, &mut late)?;
+            let size = length(step);
+            let whole = length(slowness);
+            let most = 0.2 * whole + 0.08;
+            let part = if size > most { most / size } else { 1.0 };
+            let step = step.map(|along| along * part);
+            slowness = [slowness[0] + step[0], slowness[1] + step[1]];
+            if number == ROUNDS || size < 0.006 * whole {
+                return Ok(sums.end(self, slowness, step, &late));
+            }
+            number += 1;
+        }
+    }
+}
+
+/// Returns the plane's slope by the weighted sums of values with 1, x and y.
+fn solved(moments: &Moments, [one, x, y]: [f32; 3], ridge: f32) -> [f32; 2] {
+    let [w, wx, wy, wxx, wxy, wyy] = moments.plane();
+    let w = if w > 0.0 { w } else { 1.0 };
+    let (x, y) = (x - one * wx / w, y - one * wy / w);
+    let (xx, xy, yy) = (wxx - wx * wx / w, wxy - wx * wy / w, wyy - wy * wy / w);
+    let more = ridge * (xx + yy);
+    let (xx, yy) = (xx + more, yy + more);
+    let determinant = xx * yy - xy * xy;
+    if determinant > 0.0 { [(x * yy - y * xy) / determinant, (y * xx - x * xy) / determinant] } else { [0.0; 2] }
+}
+
+pub(super) fn length([a, b]: [f32; 2]) -> f32 {
+    sqrt(a * a + b * b)
+}
+
+/// Sums of a whisker's products with the shape.
+#[derive(Clone, Copy, Default)]
+struct OfWhisker {
+    /// With the shape, and with its derivative in each part.
+    zm: i32,
+    zd: [i32; PARTS],
+    zz: i32,
+    /// Gain and weight, in units of 2^-8.
+    gain: i32,
+    weight: i32,
+}
+
+/// Sums over the steps of a shape.
+struct Sums {
+    of: [OfWhisker; TAXELS],
+    mm: i32,
+    md: [i32; PARTS],
+    dd: [i32; PARTS],
+}
+
+impl Sums {
+    /// Sums up the whiskers' lines, each shifted by its delay.
+    #[inline(never)]
+    fn new(whiskers: &Whiskers<'_>, delays: [i32; 2]) -> Result<Self, Reason> {
+        let delay = |whisker: &Whisker<'_>| delays[0] * whisker.place[0] + delays[1] * whisker.place[1];
+        let (mut start, mut end) = (i32::MAX, i32::MIN);
+        for whisker in whiskers.iter() {
+            start = start.min((whisker.first << TIME_BITS) - delay(whisker));
+            end = end.max((whisker.last << TIME_BITS) - delay(whisker));
+        }
+        let start = (start >> TIME_BITS) - 2;
+        let end = -((-end) >> TIME_BITS) + 3;
+        // The last two frames are smoothed with what is unknown, and interpolation reads two more.
+        let known = whiskers.cut.and_then(|cut| {
+            whiskers.iter().map(|whisker| (((cut - 4) << TIME_BITS) - delay(whisker)) >> TIME_BITS).min()
+        });
+        let steps = usize::try_from(known.map_or(end, |known| end.min(known)) - start).unwrap_or(0);
+        if steps < FEWEST_STEPS {
+            return Err(Reason::NotOver);
+        }
+        let mut shape = [0_i32; MOST_STEPS];
+        let shape = shape.get_mut(..steps).ok_or(Reason::NotAlike)?;
+        for whisker in whiskers.iter() {
+            let shifted = Shifted::new(whisker.line, delay(whisker), start, steps);
+            shifted.add_to(shape);
+        }
+        // The mean of the lit whiskers.
+        let by = (1 << TIME_BITS) / (whiskers.count as i32).max(1);
+        for light in shape.iter_mut() {
+            *light = (*light * by) >> TIME_BITS;
+        }
+        let mut slopes = [0_i32; MOST_STEPS];
+        let slopes = slopes.get_mut(..steps).ok_or(Reason::NotAlike)?;
+        let (mut before, mut mm, mut energy) = (0, 0, 0);
+        for (number, slope) in slopes.iter_mut().enumerate() {
+            let here = shape.get(number).copied().unwrap_or(0);
+            let after = shape.get(number + 1).copied().unwrap_or(if known.is_some() { before } else { 0 });
+            *slope = (after - before + 1) >> 1;
+            (before, mm, energy) = (here, mm + here * here, energy + *slope * *slope);
+        }
+        // Three parts of equal energy of the derivative.
+        let mut sums = Self { of: [OfWhisker::default(); TAXELS], mm, md: [0; PARTS], dd: [0; PARTS] };
+        let mut cuts = [steps; PARTS];
+        let (mut so_far, mut part) = (0, 0);
+        for (number, (&slope, &light)) in slopes.iter().zip(shape.iter()).enumerate() {
+            so_far += slope * slope;
+            while part < PARTS - 1 && so_far >= (energy / PARTS as i32) * (part as i32 + 1) {
+                if let Some(cut) = cuts.get_mut(part) {
+                    *cut = number;
+                }
+                part += 1;
+            }
+            if let (Some(md), Some(dd)) = (sums.md.get_mut(part), sums.dd.get_mut(part)) {
+                *md += light * slope;
+                *dd += slope * slope;
+            }
+        }
+        for (whisker, of) in whiskers.iter().zip(&mut sums.of) {
+            let shifted = Shifted::new(whisker.line, delay(whisker), start, steps);
+            let mut first = 0;
+            for (zd, cut) in of.zd.iter_mut().zip(cuts) {
+                shifted.sum(shape, slopes, first, cut, &mut of.zm, zd, &mut of.zz);
+                first = cut;
+            }
+        }
+        Ok(sums)
+    }
+}
+
+impl Sums {
+    /// Returns the Gauss-Newton step, and each whisker's lateness; sets gains and weights.
+    #[inline(never)]
+    fn step(&mut self, whiskers: &Whiskers<'_>, late: &mut [i32; TAXELS]) -> Result<[f32; 2], Reason> {
+        let [md, dd] = [self.md, self.dd].map(|parts| parts.iter().map(|&part| part as f32).sum::<f32>());
+        // What the derivative's part along the shape leaves.
+        let told = dd - md * md / self.mm as f32;
+        if self.mm == 0 || told.is_nan() || told <= 0.0 {
+            return Err(Reason::NotAlike);
+        }
+        let unit = (1 << LATE_BITS) as f32 / told;
+        let most = LATEST * (1 << LATE_BITS) as f32;
+        let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
+        for ((whisker, of), late) in whiskers.iter().zip(&mut self.of).zip(late) {
+            of.gain = (of.zm / (self.mm >> GAIN_BITS).max(1)).clamp(-MOST_GAIN, MOST_GAIN);
+            // Squares of gains are below 2^22.
+            of.weight = (of.gain * of.gain) >> 4;
+            let zd: i32 = of.zd.iter().sum();
+            let along = zd as f32 - of.gain as f32 * (md * (1.0 / (1 << GAIN_BITS) as f32));
+            let told = (along * unit).clamp(-most, most) as i32;
+            *late = (told << GAIN_BITS) / of.gain.max(WEAKEST_GAIN);
+            moments.add(of.weight, whisker.place);
+            for (sum, factor) in sums.iter_mut().zip(monomials(whisker.place)) {
+                *sum += i64::from(factor * of.weight) * i64::from(*late);
+            }
+        }
+        let sums = sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32));
+        Ok(solved(&moments, sums, 1e-4).map(|along| -along))
+    }
+
+    /// Returns the wave after a last step.
+    #[inline(never)]
+    fn end(&self, whiskers: &Whiskers<'_>, slowness: [f32; 2], step: [f32; 2], late: &[i32; TAXELS]) -> Wave {
+        let step = step.map(|along| (along * (1 << LATE_BITS) as f32) as i32);
+        let (mut moments, mut sum, mut weights) = (Moments::default(), 0_i64, 0_i64);
+        let all = || whiskers.iter().zip(&self.of).zip(late);
+        let after = |whisker: &Whisker<'_>, late: i32| late + step[0] * whisker.place[0] + step[1] * whisker.place[1];
+        for ((whisker, of), &late) in all() {
+            moments.add(of.weight, whisker.place);
+            sum += i64::from(of.weight) * i64::from(after(whisker, late));
+            weights += i64::from(of.weight);
+        }
+        let mean = (sum as f32 / (weights as f32).max(1.0)) as i32;
+        let (mut of_late, mut of_parts, mut squares) = ([0_i64; 6], [[0.0_f32; 6]; PARTS], 0_i64);
+        let (mut farthest, mut most_gain, mut energy, mut explained) = (0, 1, 0.0_f32, 0.0_f32);
+        for ((whisker, of), &late) in all() {
+            let late = after(whisker, late) - mean;
+            let each = monomials(whisker.place);
+            for (sum, factor) in of_late.iter_mut().zip(each) {
+                *sum += i64::from(factor * of.weight) * i64::from(late);
+            }
+            squares += i64::from(late) * i64::from(late) * i64::from(of.weight);
+            farthest = farthest.max((late * of.gain.abs()).abs());
+            most_gain = most_gain.max(of.gain);
+            let gain = of.gain as f32 * (1.0 / (1 << GAIN_BITS) as f32);
+            energy += of.zz as f32;
+            explained += (gain * gain * self.mm as f32).min(of.zz as f32);
+            let by = of.weight as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
+            for (((part, zd), md), dd) in of_parts.iter_mut().zip(of.zd).zip(self.md).zip(self.dd) {
+                let late = by * (zd as f32 - gain * md as f32) / (dd as f32).max(1.0);
+                for (sum, factor) in part.iter_mut().zip(each).take(3) {
+                    *sum += factor as f32 * late;
+                }
+            }
+        }
+        let unit = 1.0 / (1 << LATE_BITS) as f32;
+        Wave {
+            slowness,
+            moments,
+            late: of_late.map(|sum| sum as f32 * unit),
+            parts: of_parts,
+            squares: squares as f32 * unit * unit,
+            farthest: farthest as f32 * unit / most_gain as f32,
+            miss: if energy > 0.0 { 1.0 - explained / energy } else { 1.0 },
+        }
+    }
+}
+
+/// A line that is shifted by cubic convolution (Keys 1981).
+struct Shifted<'a> {
+    taps: [i32; 4],
+    /// The first step that it has a part in, and its light from a step before that on.
+    from: usize,
+    values: &'a [i16],
+}
+
+impl<'a> Shifted<'a> {
+    fn new(line: &'a [i16; LONGEST + 2 * PAD], delay: i32, start: i32, steps: usize) -> Self {
+        let u = (delay & 0xFFFF) >> (TIME_BITS - TAP_BITS);
+        let square = (u * u) >> TAP_BITS;
+        let cube = (square * u) >> TAP_BITS;
+        let first = (2 * square - u - cube) >> 1;
+        let third = (u + 4 * square - 3 * cube) >> 1;
+        let last = (cube - square) >> 1;
+        let taps = [first, (1 << TAP_BITS) - first - third - last, third, last];
+        // The step's place in the line, less one.
+        let at = start + (delay >> TIME_BITS) - 1 + PAD as i32;
+        let from = (-at).max(0) as usize;
+        let behind = (at + from as i32) as usize;
+        let to = (line.len() as i32 - 3 - at).clamp(0, steps as i32) as usize;
+        let values = line.get(behind..(behind + to.saturating_sub(from) + 3).min(line.len()));
+        Self { taps, from, values: values.filter(|_| from < to).unwrap_or_default() }
+    }
+
+    fn of(&self, values: &'a [i16]) -> impl Iterator<Item = i32> + use<'a> {
+        let [a, b, c, d] = self.taps;
+        values.array_windows().map(move |&[p, q, r, s]| {
+            let outer = a * i32::from(p) + d * i32::from(s);
+            let inner = b * i32::from(q) + c * i32::from(r);
+            (outer + inner + (1 << (TAP_BITS - 1))) >> TAP_BITS
+        })
+    }
+
+    fn add_to(&self, shape: &mut [i32]) {
+        for (sum, light) in shape.iter_mut().skip(self.from).zip(self.of(self.values)) {
+            *sum += light;
+        }
+    }
+
+    /// Adds the products of the steps from `first` to before `end`.
+    #[expect(clippy::too_many_arguments, reason = "sums in registers")]
+    fn sum(&self, shape: &[i32], slopes: &[i32], first: usize, end: usize, zm: &mut i32, zd: &mut i32, zz: &mut i32) {
+        let first = first.max(self.from);
+        let values = self.values.get(first - self.from..).unwrap_or_default();
+        let (shape, slopes) = (shape.get(first..end).unwrap_or_default(), slopes.get(first..end).unwrap_or_default());
+        let (mut of_zm, mut of_zd, mut of_zz) = (0, 0, 0);
+        for ((z, m), d) in self.of(values).zip(shape).zip(slopes) {
+            of_zm += z * m;
+            of_zd += z * d;
+            of_zz += z * z;
+        }
+        (*zm, *zd, *zz) = (*zm + of_zm, *zd + of_zd, *zz + of_zz);
+    }
+}

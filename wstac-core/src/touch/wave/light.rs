@@ -1,0 +1,230 @@
+//! The light of a touch: 25 smoothed lines, cut out of a sample.
+
+use crate::params::{SAMPLE_FRAMES, TAXELS};
+use crate::reason::Reason;
+
+/// Frames at the start that count as dark, and units of light to one of a sum.
+const DARK: usize = 4;
+const DARK_SHIFT: u32 = DARK.trailing_zeros();
+/// The sum of the dark frames' 75 differences is 84 standard deviations of the noise, of which each is four units of light.
+const NOISE: u32 = 84 / DARK as u32;
+/// The noise is at least two units of a sum.
+const LEAST_NOISE: u32 = 2 * DARK as u32;
+/// A touch has a light of at least 64 units of a sum.
+const LEAST_LIGHT: u32 = 64 * DARK as u32;
+/// Most frames of a line.
+pub(super) const LONGEST: usize = SAMPLE_FRAMES;
+/// Dark frames before and behind a line, so that each frame that it is shifted to has four taps.
+pub(super) const PAD: usize = 3;
+const PADDED: usize = LONGEST + 2 * PAD;
+/// Bits of a line's light.
+const BITS: u32 = 12;
+const MOST: i32 = (1 << BITS) - 1;
+
+/// Whiskers' smoothed light over a touch.
+#[derive(Clone, Debug)]
+pub(super) struct Lines {
+    /// Light in units of at most a 2048th of the brightest, between dark frames.
+    values: [[i16; PADDED]; TAXELS],
+    pub(super) peaks: [i16; TAXELS],
+    pub(super) length: usize,
+    /// Whether the touch is not over at the lines' end.
+    pub(super) is_cut: bool,
+}
+
+impl Lines {
+    pub(super) const EMPTY: Self = Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false };
+
+    /// Returns each line between dark frames, with its peak.
+    pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16; PADDED], i32)> {
+        self.values.iter().zip(self.peaks.map(i32::from))
+    }
+
+    /// Fills the lines with the first touch of a sample's frames.
+    ///
+    /// # Errors
+    /// There is no touch, or the sample does not begin in the dark.
+    #[inline(never)]
+    pub(super) fn fill(&mut self, samples: &Samples<'_>) -> Result<(), Reason> {
+        let (mut dark, mut differences) = ([0_u32; TAXELS], 0_u32);
+        let [mut here, mut there] = [[0; TAXELS]; 2];
+        for number in 0..DARK {
+            let (frame, before) = (samples.frame(number, &mut here), samples.frame(number.max(1) - 1, &mut there));
+            for ((dark, &light), &before) in dark.iter_mut().zip(frame).zip(before) {
+                *dark += u32::from(light);
+                differences += u32::from(light.abs_diff(before));
+            }
+        }
+        let noise = (differences / NOISE).max(LEAST_NOISE);
+        // Noise of 25 whiskers is five times that of one: three standard deviations.
+        let totals = Totals::new(samples, dark.iter().sum::<u32>() + 15 * noise);
+        let least = (8 * noise).max(LEAST_LIGHT);
+        let (mut is_cut, mut most) = (false, 0);
+        let [first, last] = totals.span(|start, end| {
+            is_cut = end >= samples.count;
+            most = samples.brightest(&dark, start, end);
+            most > least
+        })?;
+        (self.length, self.is_cut) = (last - first, is_cut);
+        // As many bits as a line has.
+        let bits = u32::BITS - most.leading_zeros();
+        let (left, right) = (BITS.saturating_sub(bits), bits.saturating_sub(BITS));
+        self.values = Self::EMPTY.values;
+        for number in 0..self.length {
+            let frame = samples.frame(first + number, &mut here);
+            for ((line, &light), &dark) in self.values.iter_mut().zip(frame).zip(&dark) {
+                let light = ((i32::from(light) << DARK_SHIFT) - dark as i32).max(-(most as i32));
+                if let Some(place) = line.get_mut(PAD + number) {
+                    *place = ((light << left) >> right).clamp(-MOST - 1, MOST) as i16;
+                }
+            }
+        }
+        for (line, peak) in self.values.iter_mut().zip(&mut self.peaks) {
+            let line = line.get_mut(PAD..PAD + self.length).unwrap_or_default();
+            smooth(line);
+            smooth(line);
+            *peak = line.iter().copied().max().unwrap_or(0).max(0);
+        }
+        Ok(())
+    }
+}
+
+/// Smooths by the filter [1 2 1] / 4 in place. The first and last values stand for those beyond them.
+fn smooth(line: &mut [i16]) {
+    let mut places = line.iter_mut();
+    let Some(mut place) = places.next() else { return };
+    let mut here = i32::from(*place);
+    let mut before = here;
+    for next in places {
+        let after = i32::from(*next);
+        *place = ((before + 2 * here + after + 2) >> 2) as i16;
+        (before, here, place) = (here, after, next);
+    }
+    *place = ((before + 3 * here + 2) >> 2) as i16;
+}
+
+/// A sample's frames, oldest first; `None` is a lost one.
+pub(super) struct Samples<'a> {
+    pub(super) frames: [Option<&'a [u16; TAXELS]>; SAMPLE_FRAMES],
+    pub(super) count: usize,
+}
+
+impl<'a> Samples<'a> {
+    pub(super) fn new(samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Self {
+        let mut list = Self { frames: [None; SAMPLE_FRAMES], count: 0 };
+        for (place, frame) in list.frames.iter_mut().zip(samples) {
+            *place = frame;
+            list.count += 1;
+        }
+        list
+    }
+
+    fn known(&self, number: usize) -> Option<&'a [u16; TAXELS]> {
+        self.frames.get(number).copied().flatten()
+    }
+
+    /// Returns a frame. A lost one is on a straight line between those that arrived before and after it.
+    fn frame<'b>(&'b self, number: usize, place: &'b mut [u16; TAXELS]) -> &'b [u16; TAXELS] {
+        if let Some(frame) = self.known(number) {
+            return frame;
+        }
+        *place = self.between(number);
+        place
+    }
+
+    /// Returns the most light of a whisker in some frames.
+    #[inline(never)]
+    fn brightest(&self, dark: &[u32; TAXELS], start: usize, end: usize) -> u32 {
+        let (mut most, mut place) = (0, [0; TAXELS]);
+        for number in start..end {
+            for (&light, &dark) in self.frame(number, &mut place).iter().zip(dark) {
+                most = (u32::from(light) << DARK_SHIFT).saturating_sub(dark).max(most);
+            }
+        }
+        most
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn between(&self, number: usize) -> [u16; TAXELS] {
+        let before = (1..=number).find_map(|steps| Some((self.known(number - steps)?, steps)));
+        let after = (1..SAMPLE_FRAMES).find_map(|steps| Some((self.known(number + steps)?, steps)));
+        let (Some((before, since)), Some((after, until))) = (before, after) else {
+            return before.or(after).map_or([0; TAXELS], |(frame, _)| *frame);
+        };
+        let mut frame = *before;
+        for (light, &after) in frame.iter_mut().zip(after) {
+            let steps = (since + until) as i32;
+            let rise = ((i32::from(after) - i32::from(*light)) * since as i32).checked_div(steps).unwrap_or(0);
+            *light = (i32::from(*light) + rise) as u16;
+        }
+        frame
+    }
+}
+
+/// Light of all whiskers over a sample, as far as it is above the noise.
+struct Totals {
+    total: [u32; SAMPLE_FRAMES],
+    frames: usize,
+}
+
+impl Totals {
+    fn new(samples: &Samples<'_>, floor: u32) -> Self {
+        let mut totals = Self { total: [0; SAMPLE_FRAMES], frames: samples.count };
+        let mut place = [0; TAXELS];
+        for (number, total) in totals.total.iter_mut().enumerate().take(samples.count) {
+            let sum: u32 = samples.frame(number, &mut place).iter().map(|&light| u32::from(light)).sum();
+            *total = (sum << DARK_SHIFT).saturating_sub(floor);
+        }
+        totals
+    }
+
+    /// Returns the first frame of the first touch, and the first one behind it.
+    fn span(&self, mut is_bright: impl FnMut(usize, usize) -> bool) -> Result<[usize; 2], Reason> {
+        let total = self.total.get(..self.frames).unwrap_or_default();
+        let highest = total.iter().copied().max().unwrap_or(0);
+        let middle = total.iter().position(|&light| light == highest).unwrap_or(0);
+        // A frame is lit if it has a fifth of the light before it, and of that behind it.
+        let mut is_lit = 0_u128;
+        for half in [0..middle + 1, middle..total.len()] {
+            let is_second = half.start == middle && half.end != middle + 1;
+            let mut most = 0;
+            let count = half.len();
+            for number in 0..count {
+                let at = if is_second { half.end - 1 - number } else { half.start + number };
+                let light = total.get(at).copied().unwrap_or(0);
+                most = light.max(most);
+                // At most 25 · 4 · 65,535 · 100.
+                if 5 * light > most && 100 * light > highest {
+                    is_lit |= 1 << (at & 127);
+                }
+            }
+        }
+        let mut end = 0;
+        while end < self.frames {
+            let start = end + (is_lit >> (end & 127)).trailing_zeros() as usize;
+            if start >= self.frames {
+                break;
+            }
+            end = start + (is_lit >> (start & 127)).trailing_ones() as usize;
+            if end - start < 2 || !is_bright(start, end) {
+                continue;
+            }
+            return if start < DARK { Err(Reason::NotCrossed) } else { Ok(widened(total, start, end)) };
+        }
+        Err(Reason::FewWhiskers)
+    }
+}
+
+/// Returns a touch with the frames at both ends in which its light still rises or falls.
+fn widened(total: &[u32], start: usize, end: usize) -> [usize; 2] {
+    let at = |frame: usize| total.get(frame).copied();
+    let (mut first, mut last) = (start, end);
+    while start - first < 4 && first > 0 && at(first - 1) <= at(first) {
+        first -= 1;
+    }
+    while last - end < 6 && last < total.len() && at(last) <= at(last - 1) {
+        last += 1;
+    }
+    [first.saturating_sub(2), last]
+}

@@ -1,0 +1,213 @@
+//! Speed and direction of anything that slides, from 25 taxels (SPEC §9, "By a wave").
+//!
+//! [`by_coherence`](crate::touch::motion::by_coherence) takes a row for one line, so it needs an object as wide as the
+//! sensor. A wave takes each whisker for itself: a ball, a coin, a rod or a narrow block lights some of them alike.
+//!
+//! An answer takes 170,000 instructions on a Cortex-M4F for a ball, and up to 680,000 for what is slow and wide; on a
+//! Cortex-M0 it takes 600,000 to 1,600,000. Beside [`Wave`] and a ring of taxels it takes 6 kB of stack.
+
+mod fit;
+mod light;
+mod outline;
+mod squares;
+
+use crate::params::TAXELS;
+use crate::reason::Reason;
+use crate::touch::motion::{Contact, MotionConfig, Velocity, contact_at, degrees, readout};
+use fit::{Wave as Fitted, Whiskers, length};
+use light::{Lines, Samples};
+use outline::{Outline, has_valley};
+use squares::{NONE, Polynomial, fit};
+
+/// What a velocity is known by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Basis {
+    /// An edge that covers the sensor: only the motion across it is known.
+    Edge,
+    /// An object that is narrower than the sensor: whiskers beside its path are dark, and agree with the direction.
+    Outline,
+}
+
+/// Fewest lit whiskers of a wave, and most of a poke.
+const FEWEST: u32 = 5;
+const MOST_OF_POKE: u32 = 2;
+/// A whisker is lit above an eighth of the brightest.
+const LIT_SHIFT: u32 = 3;
+/// Added to the slowness, in frames per pitch, where lateness is measured by it.
+const LATE_FROM: f32 = 0.23;
+/// Limits of the largest and the mean lateness and of the unexplained energy; and those if all whiskers are lit.
+const LIMITS: [[f32; 3]; 2] = [[0.12, 0.06, 0.25], [0.08, 0.045, 0.05]];
+/// Largest change of slowness of a third of the touch, as a fraction.
+const MOST_CHANGE: f32 = 0.1;
+/// Largest change along the sensor as a fraction, and in standard deviations; and what is certain beyond both.
+const ACCELERATION: [f32; 2] = [0.068, 2.5];
+const CERTAIN: [f32; 2] = [0.05, 5.0];
+const TWIST: [f32; 2] = [0.12, 1.6];
+/// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does not.
+const OUTLINE: [f32; 2] = [8.0, 25.0];
+/// Fewest whiskers that an edge lights, if its outline tells nothing.
+const FEWEST_OF_EDGE: u32 = 20;
+/// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
+const MOST_SD: [f32; 2] = [0.05, 0.09];
+const LEAST_SD: [f32; 2] = [0.001, 0.0005];
+
+/// The memory of a wave: about 3,900 bytes.
+#[derive(Clone, Debug)]
+pub struct Wave {
+    lines: Lines,
+}
+
+impl Wave {
+    /// Memory without a touch.
+    pub const EMPTY: Self = Self { lines: Lines::EMPTY };
+
+    /// Returns the velocity of the first touch in a sample of 25 taxels, and what it is known by.
+    ///
+    /// `samples` are up to 70 frames, oldest first, of which four are dark; `None` is a lost frame.
+    ///
+    /// # Errors
+    /// Returns why there is no certain velocity.
+    ///
+    /// ```
+    /// use wstac_core::{rate::FrameRate, touch::motion::{MotionConfig, Readout}, touch::wave::{Basis, Wave}};
+    ///
+    /// // A narrow flash passes from left to right, a column every two frames.
+    /// let frames: Vec<[u16; 25]> = (0..40).map(|t| core::array::from_fn(|taxel| {
+    ///     let (row, late) = (taxel / 5, t as f32 - 14.0 - 2.0 * (taxel % 5) as f32);
+    ///     300 + (9000.0 * [0.0, 0.4, 1.0, 0.4, 0.0][row] * (-late * late / 3.0).exp()) as u16
+    /// })).collect();
+    /// let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
+    /// let mut wave = Wave::EMPTY;
+    /// let (velocity, basis) = wave.fit(frames.iter().map(Some), config)?;
+    /// assert_eq!(basis, Basis::Outline);
+    /// assert!((velocity.mm_s - 60.0).abs() < 0.3 && velocity.degrees.min(360.0 - velocity.degrees) < 1.0);
+    /// # Ok::<(), wstac_core::reason::Reason>(())
+    /// ```
+    pub fn fit<'a>(
+        &mut self,
+        samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
+        config: MotionConfig,
+    ) -> Result<(Velocity, Basis), Reason> {
+        self.lines.fill(&Samples::new(samples))?;
+        self.answer(config)
+    }
+
+    /// Answers about the lines.
+    #[inline(never)]
+    fn answer(&self, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+        let peaks = &self.lines.peaks;
+        let highest = peaks.iter().copied().max().unwrap_or(0);
+        let mut lit = 0_u32;
+        for (taxel, &peak) in peaks.iter().enumerate() {
+            lit |= u32::from(i32::from(peak) << LIT_SHIFT > i32::from(highest)) << taxel;
+        }
+        let count = lit.count_ones();
+        if count < FEWEST {
+            let is_poke = count <= MOST_OF_POKE;
+            return Err(if is_poke { Reason::NoSlide(Contact::Poke) } else { Reason::FewWhiskers });
+        }
+        let wave = Whiskers::new(&self.lines, lit).wave()?;
+        let [of_rows, of_columns] = config.readout().delays();
+        let each = [wave.slowness[1] + of_rows, wave.slowness[0] + of_columns];
+        let slowness = length(each);
+        match contact_at(each, slowness, config.readout())? {
+            Contact::Slide => {}
+            contact => return Err(Reason::NoSlide(contact)),
+        }
+        let (right, up) = (each[1] / slowness, 0.0 - each[0] / slowness);
+        let is_full = count == TAXELS as u32;
+        // One wave cannot tell how far ahead of the other one of two objects is.
+        let is_apart = has_valley(peaks, right, up);
+        let or_two = |reason| if is_apart { Reason::TwoObjects } else { reason };
+        let [along_sd, across_sd] = steady(&wave, slowness, right, up, count)
+            .map_err(|reason| if reason == Reason::Turning { or_two(reason) } else { reason })?;
+        let unit = 1.0 / (slowness + LATE_FROM);
+        let [late, mean, miss] = LIMITS[usize::from(is_full)];
+        let is_alike = wave.farthest * unit <= late && wave.mean_late() * unit <= mean && wave.miss <= miss;
+        if is_apart || !is_alike {
+            return Err(or_two(Reason::NotAlike));
+        }
+        let basis = basis(peaks, count, degrees(right, up)).ok_or(Reason::NotAlike)?;
+        let reach = config.readout().reach(slowness, right, up);
+        if readout::is_too_far(reach) {
+            return Err(Reason::ReadoutUnknown);
+        }
+        let unit = 1.0 / slowness;
+        let of_speed = readout::widened(length([along_sd * unit, LEAST_SD[0]]), reach[0]);
+        let of_angle = readout::widened(length([across_sd * unit, LEAST_SD[1]]), reach[1]);
+        if of_speed > MOST_SD[0] || of_angle > MOST_SD[1] {
+            return Err(Reason::Uncertain);
+        }
+        let mm_s = config.pitch_per_frame() / slowness;
+        let velocity = Velocity {
+            mm_s,
+            mm_s_sd: mm_s * of_speed,
+            degrees: degrees(right, up),
+            degrees_sd: of_angle * (180.0 / core::f32::consts::PI),
+        };
+        Ok((velocity, basis))
+    }
+}
+
+/// Returns the standard deviations of the slowness along and across the motion, in frames per pitch.
+#[inline(never)]
+fn steady(wave: &Fitted, slowness: f32, right: f32, up: f32, count: u32) -> Result<[f32; 2], Reason> {
+    let one: Polynomial = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let along: Polynomial = [0.0, right, 0.0 - up, 0.0, 0.0, 0.0];
+    let across: Polynomial = [0.0, 0.0 - up, 0.0 - right, 0.0, 0.0, 0.0];
+    let along_2 = [0.0, 0.0, 0.0, right * right, -2.0 * right * up, up * up];
+    let across_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
+    let both = [0.0, 0.0, 0.0, 0.0 - right * up, up * up - right * right, right * up];
+    let (products, late, squares, count) = (&wave.moments.products(), &wave.late, wave.squares, count as usize);
+    let plane = [one, along, across, NONE, NONE];
+    let of_plane = fit(products, &plane, late, squares, count, 1e-4).ok_or(Reason::NotAlike)?;
+    let curve =
+        fit(products, &[one, along, across, along_2, across_2], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
+    let twist = fit(products, &[one, along, across, both, NONE], late, squares, count, 1e-3).ok_or(Reason::NotAlike)?;
+    // Over the sensor's four pitches.
+    let unit = 8.0 / slowness;
+    let [_, _, _, u, v] = curve.coefficients;
+    // What is curved alike along and across is a dome.
+    let dome = if u * v > 0.0 { if v > 0.0 { u.min(v) } else { u.max(v) } } else { 0.0 };
+    let faster = (dome - u).abs() * unit;
+    let faster_sd = curve.deviation(3) * unit;
+    let mut change = 0.0_f32;
+    for part in &wave.parts {
+        change = change.max(of_plane.of_others(1, &plane, part).abs());
+    }
+    if change > MOST_CHANGE * slowness
+        || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
+        || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd)
+    {
+        return Err(Reason::SpeedChanges);
+    }
+    if twist.coefficients[3].abs() * unit > (TWIST[1] * twist.deviation(3) * unit).max(TWIST[0]) {
+        return Err(Reason::Turning);
+    }
+    Ok([of_plane.deviation(1), of_plane.deviation(2)])
+}
+
+/// Returns what a direction is known by; `None` if the outline has another one.
+fn basis(peaks: &[i16; TAXELS], count: u32, degrees: f32) -> Option<Basis> {
+    let outline = Outline::new(peaks);
+    let sd = outline.degrees_sd;
+    // Less than half a turn, either way round.
+    let off = (outline.degrees - degrees).abs();
+    let off = if off >= 180.0 { off - 180.0 } else { off };
+    let off = if off >= 180.0 { off - 180.0 } else { off };
+    let apart = off.min(180.0 - off);
+    let is_full = count == TAXELS as u32;
+    if is_full {
+        (sd >= OUTLINE[1] || apart <= 6.5 * sd + 6.0).then_some(Basis::Edge)
+    } else if sd > OUTLINE[0] {
+        (sd > OUTLINE[1] && count >= FEWEST_OF_EDGE).then_some(Basis::Edge)
+    } else {
+        (apart <= (3.2 * sd + 3.0).min(11.0)).then_some(Basis::Outline)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,230 @@
+//! The direction in which whiskers that the same part of an object passes are alike.
+
+use super::LIT_SHIFT;
+use super::fit::place_of;
+use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::ln::constant::{exp, ln};
+use crate::ln::fixed::Fixed;
+use crate::ln::{LN_FRACTION_BITS, Ln};
+use crate::params::{COLUMNS, PITCH_MM, ROWS, TAXELS};
+use crate::touch::motion::sqrt;
+
+/// Directions of half a turn. The grid's symmetry makes them of those from 0° to 45°.
+const ANGLES: usize = 36;
+const QUARTER: usize = ANGLES / 2;
+const KEPT: usize = QUARTER / 2 + 1;
+/// The angle of a step in degrees.
+const STEP: f32 = 180.0 / ANGLES as f32;
+/// Length in mm over which whiskers are alike, and the variance of their gains.
+const LENGTH_MM: f64 = 6.0;
+const GAIN: f64 = 0.25 * 0.25;
+/// Fraction bits of a peak and of likeness, and of a weight.
+const PEAK_BITS: u32 = 12;
+const WEIGHT_BITS: u32 = 6;
+/// A whisker below 55 % of all its neighbors is weak, in units of 2^-8, if they are lit: an eighth to the power of 0.6.
+const WEAK: i32 = 141;
+const LIT: i32 = 1176;
+
+/// One of the directions: the whiskers' order across it.
+struct Chain {
+    order: [u8; TAXELS],
+    /// How alike a whisker is to the one before it, in units of 2^-12.
+    like: [u16; TAXELS],
+    /// The inverse of the variance of what is left, in units of 2^-6.
+    weight: [u16; TAXELS],
+    /// Half the logarithm of the variances' product, in units of 2^-20.
+    half_ln: i32,
+}
+
+static CHAINS: [Chain; KEPT] = {
+    const NONE: Chain = Chain { order: [0; TAXELS], like: [0; TAXELS], weight: [0; TAXELS], half_ln: 0 };
+    let mut chains = [NONE; KEPT];
+    let mut k = 0;
+    while k < KEPT {
+        chains[k] = chain(core::f64::consts::PI * k as f64 / ANGLES as f64);
+        k += 1;
+    }
+    chains
+};
+
+/// Returns the sine of an angle from 0 to π/2 by its series.
+const fn sine(x: f64) -> f64 {
+    let (mut term, mut sum, mut n) = (x, x, 1);
+    while n < 12 {
+        term *= -x * x / ((2 * n) as f64 * (2 * n + 1) as f64);
+        sum += term;
+        n += 1;
+    }
+    sum
+}
+
+/// Returns the square root of 3 by Newton's steps.
+const ROOT_3: f64 = 1.732_050_807_568_877_2;
+
+const fn chain(angle: f64) -> Chain {
+    let (up, right) = (sine(angle), sine(core::f64::consts::FRAC_PI_2 - angle));
+    let (mut across, mut along) = ([0.0; TAXELS], [0.0; TAXELS]);
+    let mut chain = Chain { order: [0; TAXELS], like: [0; TAXELS], weight: [0; TAXELS], half_ln: 0 };
+    let mut taxel = 0;
+    while taxel < TAXELS {
+        let [x, y] = place_of(taxel);
+        across[taxel] = -(x as f64) * up - y as f64 * right;
+        along[taxel] = x as f64 * right - y as f64 * up;
+        // Sorted by the place across, and by that along.
+        let mut at = taxel;
+        while at > 0 {
+            let before = chain.order[at - 1] as usize;
+            let apart = across[before] - across[taxel];
+            if apart < -1e-6 || (apart < 1e-6 && along[before] < along[taxel]) {
+                break;
+            }
+            chain.order[at] = chain.order[at - 1];
+            at -= 1;
+        }
+        chain.order[at] = taxel as u8;
+        taxel += 1;
+    }
+    let whole = 1.0 + GAIN;
+    let (mut at, mut sum) = (0, 0.0);
+    while at < TAXELS {
+        let mut like = 0.0;
+        if at > 0 {
+            let apart = across[chain.order[at] as usize] - across[chain.order[at - 1] as usize];
+            let scaled = ROOT_3 * PITCH_MM as f64 * (if apart > 0.0 { apart } else { 0.0 }) / LENGTH_MM;
+            like = (1.0 + scaled) * exp(-scaled) / whole;
+        }
+        let variance = whole * (1.0 - like * like);
+        chain.like[at] = (like * (1 << PEAK_BITS) as f64 + 0.5) as u16;
+        chain.weight[at] = ((1 << WEIGHT_BITS) as f64 / variance + 0.5) as u16;
+        sum += ln(variance);
+        at += 1;
+    }
+    chain.half_ln = (0.5 * sum * (1 << EXP_FRACTION_BITS) as f64) as i32;
+    chain
+}
+
+/// Returns the grid turned or mirrored, so that a direction is one of those kept.
+fn moved(values: &[i32; TAXELS], to: impl Fn(usize, usize) -> [usize; 2]) -> [i32; TAXELS] {
+    core::array::from_fn(|taxel| {
+        let [row, column] = to(taxel / COLUMNS, taxel % COLUMNS);
+        values.get(row * COLUMNS + column).copied().unwrap_or(0)
+    })
+}
+
+/// The direction that whiskers' peaks tell.
+pub(super) struct Outline {
+    /// Degrees counterclockwise from the right, from 0 to 180, or a little beyond.
+    pub(super) degrees: f32,
+    pub(super) degrees_sd: f32,
+}
+
+impl Outline {
+    /// Returns the direction by the whiskers' peaks.
+    #[inline(never)]
+    pub(super) fn new(peaks: &[i16; TAXELS]) -> Self {
+        let plain = values(peaks);
+        let turn = |row, column| [COLUMNS - 1 - column, row];
+        let mirror = |row, column| [COLUMNS - 1 - column, ROWS - 1 - row];
+        let turned = moved(&plain, turn);
+        let grids = [moved(&plain, mirror), moved(&turned, mirror)];
+        let mut likely = [0_i32; ANGLES];
+        for (k, likely) in likely.iter_mut().enumerate() {
+            let (is_turned, of_quarter) = (k >= QUARTER, k % QUARTER);
+            let is_mirrored = of_quarter >= KEPT;
+            let kept = if is_mirrored { QUARTER - of_quarter } else { of_quarter };
+            let Some(chain) = CHAINS.get(kept) else { continue };
+            let values = match (is_mirrored, is_turned) {
+                (false, false) => &plain,
+                (false, true) => &turned,
+                (true, _) => &grids[usize::from(is_turned)],
+            };
+            let (mut before, mut sum) = (0, 0_u32);
+            for ((&taxel, &like), &weight) in chain.order.iter().zip(&chain.like).zip(&chain.weight) {
+                let value = values.get(usize::from(taxel)).copied().unwrap_or(0);
+                let rest = value - ((i32::from(like) * before) >> PEAK_BITS);
+                // Below 2^16, times below 2^10, 25 times.
+                sum += ((rest * rest) as u32 >> 8) * u32::from(weight);
+                before = value;
+            }
+            let ln = Fixed::<256>.ln(sum.max(1)) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);
+            *likely = -chain.half_ln - (ln >> 1) * TAXELS as i32;
+        }
+        let highest = likely.iter().copied().max().unwrap_or(0);
+        let best = likely.iter().position(|&each| each == highest).unwrap_or(0) as i32;
+        let (mut whole, mut first, mut second) = (0, 0, 0);
+        for (k, &likely) in (0..).zip(&likely) {
+            let share = (exp_of_negative(highest.abs_diff(likely)) >> 16) as i32;
+            let half = QUARTER as i32;
+            let turn = (k - best + 3 * half) % (2 * half) - half;
+            // Below 2^15 · 36 · 18².
+            (whole, first, second) = (whole + share, first + share * turn, second + share * turn * turn);
+        }
+        let mean = first as f32 / whole.max(1) as f32;
+        let variance = second as f32 / whole.max(1) as f32 - mean * mean;
+        Self { degrees: (best as f32 + mean) * STEP, degrees_sd: sqrt(variance.max(0.0) + 1.0 / 12.0) * STEP }
+    }
+}
+
+/// Returns the peaks to the power of 0.6, in units of 2^-12 of the brightest. A weak whisker has the mean of its neighbors.
+fn values(peaks: &[i16; TAXELS]) -> [i32; TAXELS] {
+    let ln =
+        |peak: i16| Fixed::<256>.ln(u32::from(peak.max(1).unsigned_abs())) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);
+    let highest = peaks.iter().copied().max().map_or(0, ln);
+    let values = peaks.map(|peak| {
+        let below = (highest - ln(peak)).max(0) as u32;
+        if peak > 0 { (exp_of_negative(below / 5 * 3) >> (31 - PEAK_BITS)) as i32 } else { 0 }
+    });
+    let mut mended = values;
+    for (taxel, place) in mended.iter_mut().enumerate() {
+        let (row, column) = (taxel / COLUMNS, taxel % COLUMNS);
+        let beside = [
+            (row > 0).then(|| taxel - COLUMNS),
+            (row + 1 < ROWS).then_some(taxel + COLUMNS),
+            (column > 0).then(|| taxel - 1),
+            (column + 1 < COLUMNS).then_some(taxel + 1),
+        ];
+        let (mut lowest, mut sum, mut count) = (i32::MAX, 0, 0);
+        for value in beside.into_iter().flatten().filter_map(|at| values.get(at).copied()) {
+            (lowest, sum, count) = (lowest.min(value), sum + value, count + 1);
+        }
+        if count >= 3 && lowest > LIT && *place << 8 < WEAK * lowest {
+            *place = sum / count;
+        }
+    }
+    mended
+}
+
+/// Returns whether a dark valley across the motion parts two contacts.
+pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
+    let mut order = [(i32::MAX, 0_i16); TAXELS];
+    let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
+    for (taxel, &peak) in peaks.iter().enumerate() {
+        let [x, y] = place_of(taxel);
+        let mut each = (-x * up - y * right, peak);
+        // A stable sort in few bytes.
+        for place in &mut order {
+            if each.0 < place.0 {
+                core::mem::swap(place, &mut each);
+            }
+        }
+    }
+    let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
+    let second = |part: &[(i32, i16)]| {
+        let (mut most, mut second) = (0, 0);
+        for &(_, peak) in part {
+            if peak > most {
+                (most, second) = (peak, most);
+            } else {
+                second = second.max(peak);
+            }
+        }
+        i32::from(second)
+    };
+    (3..TAXELS - 2).any(|at| {
+        let Some((before, behind)) = order.split_at_checked(at) else { return false };
+        let sides = second(before).min(second(behind));
+        let [a, b] = [before.last(), behind.first()].map(|each| each.map_or(0, |&(_, peak)| i32::from(peak)));
+        // Both sides are lit, and the valley has less than 15 % of either.
+        sides << LIT_SHIFT > highest && 20 * a.max(b) < 3 * sides
+    })
+}

@@ -1,0 +1,158 @@
+//! Weighted least squares over whiskers' places, for polynomials of at most two degrees.
+
+use crate::touch::motion::sqrt;
+
+/// Exponents of the monomials of a polynomial: of the column's number from the middle, and of the row's.
+const MONOMIALS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]];
+
+/// A polynomial of a place, by its six monomials.
+pub(super) type Polynomial = [f32; 6];
+
+/// Sums over whiskers of weights times the monomials of up to four degrees.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moments([[i32; 5]; 5]);
+
+impl Moments {
+    /// Adds a whisker: its weight is below 2^19, its place within 2 of the middle.
+    pub(super) fn add(&mut self, weight: i32, [x, y]: [i32; 2]) {
+        let mut of_x = weight;
+        for (degree, row) in self.0.iter_mut().enumerate() {
+            let mut value = of_x;
+            for sum in row.iter_mut().take(5 - degree) {
+                *sum += value;
+                value *= y;
+            }
+            of_x *= x;
+        }
+    }
+
+    fn product(&self, a: [usize; 2], b: [usize; 2]) -> f32 {
+        self.0.get(a[0] + b[0]).and_then(|row| row.get(a[1] + b[1])).map_or(0.0, |&sum| sum as f32)
+    }
+
+    /// Returns the sums of weights times products of two monomials.
+    pub(super) fn products(&self) -> Products {
+        MONOMIALS.map(|a| MONOMIALS.map(|b| self.product(a, b)))
+    }
+
+    /// Returns the sums of weights times 1, x, y and their products.
+    pub(super) fn plane(&self) -> Polynomial {
+        MONOMIALS.map(|exponents| self.product([0, 0], exponents))
+    }
+}
+
+/// Weighted sums of products of two monomials.
+pub(super) type Products = [Polynomial; 6];
+
+/// Returns the six monomials of a place.
+pub(super) fn monomials([x, y]: [i32; 2]) -> [i32; 6] {
+    [1, x, y, x * x, x * y, y * y]
+}
+
+fn dot(a: &Polynomial, b: &Polynomial) -> f32 {
+    a.iter().zip(b).map(|(a, b)| if *a == 0.0 { 0.0 } else { a * b }).sum()
+}
+
+/// Most columns. A column of zeros counts as none: one size takes less code than three.
+pub(super) const COLUMNS: usize = 5;
+type Matrix = [[f32; COLUMNS]; COLUMNS];
+
+/// No column.
+pub(super) const NONE: Polynomial = [0.0; 6];
+
+/// Coefficients of the columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    pub(super) coefficients: [f32; COLUMNS],
+    inverse: Matrix,
+    /// The variance of a value of weight 1.
+    variance: f32,
+}
+
+impl Fit {
+    /// Returns the standard deviation of a coefficient.
+    pub(super) fn deviation(&self, k: usize) -> f32 {
+        sqrt(self.variance * at(&self.inverse, k, k).max(0.0))
+    }
+
+    /// Returns a coefficient of other values, of these weighted sums.
+    pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; COLUMNS], sums: &Polynomial) -> f32 {
+        self.inverse.get(k).map_or(0.0, |row| product(row, &columns.map(|column| dot(&column, sums))))
+    }
+}
+
+/// Fits values by polynomials: `sums` are their weighted sums with every monomial, and `squares` of their squares.
+///
+/// Returns `None` if the normal equations are singular in spite of the ridge.
+#[inline(never)]
+pub(super) fn fit(
+    products: &Products,
+    columns: &[Polynomial; COLUMNS],
+    sums: &Polynomial,
+    squares: f32,
+    count: usize,
+    ridge: f32,
+) -> Option<Fit> {
+    let mut matrix = [[0.0_f32; COLUMNS]; COLUMNS];
+    for (row, a) in matrix.iter_mut().zip(columns) {
+        let times = products.map(|row| dot(a, &row));
+        for (place, b) in row.iter_mut().zip(columns) {
+            *place = dot(b, &times);
+        }
+    }
+    let right = columns.map(|column| dot(&column, sums));
+    let normal = matrix;
+    let trace: f32 = (0..COLUMNS).map(|k| at(&matrix, k, k)).sum();
+    let mut used = 0;
+    for (k, (row, column)) in matrix.iter_mut().zip(columns).enumerate() {
+        if let Some(place) = row.get_mut(k) {
+            let is_none = *column == NONE;
+            *place = if is_none { 1.0 } else { *place + ridge * *place + 1e-6 * trace };
+            used += usize::from(!is_none);
+        }
+    }
+    let inverse = inverted(matrix)?;
+    let coefficients = inverse.map(|row| product(&row, &right));
+    // What is left of the squares.
+    let explained =
+        2.0 * product(&coefficients, &right) - product(&coefficients, &normal.map(|row| product(&row, &coefficients)));
+    let variance = (squares - explained).max(0.0) / count.saturating_sub(used).max(1) as f32;
+    Some(Fit { coefficients, inverse, variance })
+}
+
+fn product(a: &[f32; COLUMNS], b: &[f32; COLUMNS]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| if *a == 0.0 { 0.0 } else { a * b }).sum()
+}
+
+fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
+    matrix.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
+}
+
+/// Returns the inverse of a symmetric matrix whose leading minors are above 0, by Gauss and Jordan in place.
+fn inverted(mut matrix: Matrix) -> Option<Matrix> {
+    for k in 0..COLUMNS {
+        let pivot = at(&matrix, k, k);
+        if pivot.is_nan() || pivot <= f32::MIN_POSITIVE {
+            return None;
+        }
+        let by = 1.0 / pivot;
+        let mut of_pivot = *matrix.get(k)?;
+        *of_pivot.get_mut(k)? = 1.0;
+        for place in &mut of_pivot {
+            *place *= by;
+        }
+        for (number, row) in matrix.iter_mut().enumerate() {
+            if number == k {
+                *row = of_pivot;
+                continue;
+            }
+            let factor = core::mem::replace(row.get_mut(k)?, 0.0);
+            if factor != 0.0 {
+                for (place, part) in row.iter_mut().zip(&of_pivot) {
+                    *place -= factor * part;
+                }
+            }
+        }
+    }
+    Some(matrix)
+}

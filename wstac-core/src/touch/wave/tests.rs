@@ -1,0 +1,230 @@
+//! Tests waves on touches of known motion, and on whatever a sample may hold.
+
+use std::vec::Vec;
+
+use super::{Basis, Wave};
+use crate::params::{SAMPLE_FRAMES, TAXELS};
+use crate::rate::FrameRate;
+use crate::reason::Reason;
+use crate::touch::motion::{Contact, MotionConfig, Readout, Velocity};
+
+type Frame = [u16; TAXELS];
+
+fn config() -> MotionConfig {
+    MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL)
+}
+
+fn fit(frames: &[Frame]) -> Result<(Velocity, Basis), Reason> {
+    fit_with(frames, config())
+}
+
+fn fit_with(frames: &[Frame], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+    let mut wave = Wave::EMPTY;
+    wave.fit(frames.iter().map(Some), config)
+}
+
+/// Light of a flash that rises in a frame and fades in three.
+fn flash(t: f64) -> f64 {
+    (-(t / 3.0).max(0.0)).exp() / (1.0 + (-t / 0.5).exp())
+}
+
+/// Returns frames in which a flash passes whiskers with a slowness to the right and downward, in frames per pitch.
+/// Each whisker has the brightness that `peak` says for its place to the right of the middle and above it.
+fn slide([right, down]: [f64; 2], peak: impl Fn(f64, f64) -> f64) -> Vec<Frame> {
+    let frame = |t: usize| {
+        core::array::from_fn(|taxel| {
+            let (x, y) = ((taxel % 5) as f64 - 2.0, (taxel / 5) as f64 - 2.0);
+            let at = t as f64 - 14.0 - 2.0 * (right.abs() + down.abs()) - x * right - y * down;
+            (300.0 + 9000.0 * peak(x, -y) * flash(at) + (t * 7 + taxel * 3) as f64 % 3.0) as u16
+        })
+    };
+    (0..SAMPLE_FRAMES).map(frame).collect()
+}
+
+/// Checks that a velocity is that of a motion, to 2 % and 2°.
+fn check(name: &str, frames: &[Frame], mm_s: f64, degrees: f64, basis: Basis) {
+    let found = fit(frames);
+    let Ok((velocity, known_by)) = found else { panic!("{name}: {found:?}") };
+    let turned = (f64::from(velocity.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
+    assert!((f64::from(velocity.mm_s) / mm_s - 1.0).abs() < 0.02 && turned.abs() < 2.0, "{name}: {velocity:?}");
+    assert_eq!(known_by, basis, "{name}");
+}
+
+#[test]
+fn narrow_and_wide_things_have_their_velocity() {
+    for (mm_s, degrees) in [(25.0, 15.0), (60.0, 100.0), (120.0, 0.0), (200.0, 225.0), (300.0, 310.0_f64)] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let slowness = [120.0 / mm_s * cosine, -120.0 / mm_s * sine];
+        let narrow = slide(slowness, |x, y| (-(y * cosine - x * sine).powi(2) / 1.5).exp());
+        check("narrow", &narrow, mm_s, degrees, Basis::Outline);
+        check("wide", &slide(slowness, |_, _| 1.0), mm_s, degrees, Basis::Edge);
+        // A dead whisker, and gains that differ by a half.
+        let gain = |x: f64, y: f64| 0.8 + 0.1 * (7.0 * x + 3.0 * y).rem_euclid(5.0);
+        let dead = slide(slowness, |x, y| if (x, y) == (1.0, 0.0) { 0.0 } else { gain(x, y) });
+        check("dead", &dead, mm_s, degrees, Basis::Edge);
+    }
+}
+
+#[test]
+fn what_no_wave_explains_is_refused() {
+    let press = slide([0.0, 0.0], |_, _| 1.0);
+    assert_eq!(fit(&press), Err(Reason::NoSlide(Contact::Press)));
+    // Between a slide and a press: 900 mm/s.
+    assert_eq!(fit(&slide([0.135, 0.0], |_, _| 1.0)), Err(Reason::TooFast));
+    let poke = slide([1.0, 0.0], |x, y| if (x, y) == (0.0, 0.0) { 1.0 } else { 0.0 });
+    assert_eq!(fit(&poke), Err(Reason::NoSlide(Contact::Poke)));
+    let few = slide([1.0, 0.0], |x, y| if y == 0.0 && x < 1.0 { 1.0 } else { 0.0 });
+    assert_eq!(fit(&few), Err(Reason::FewWhiskers));
+    // A block at an angle to its edge: the edge's wave is 20° off the outline.
+    let skewed = slide([0.8, 0.3], |_, y| (-y * y / 1.2).exp());
+    assert_eq!(fit(&skewed), Err(Reason::NotAlike));
+    let begun = &slide([1.0, 0.0], |_, _| 1.0)[12..];
+    assert_eq!(fit(begun), Err(Reason::NotCrossed));
+    // Two fingers, of which one is a quarter faster.
+    let [slow, fast] = [[1.0, 0.0], [0.75, 0.0]];
+    let (above, below) = (slide(slow, |_, y| f64::from(y > 1.5)), slide(fast, |_, y| f64::from(y < -1.5)));
+    let both: Vec<Frame> = above.iter().zip(&below).map(|(a, b)| core::array::from_fn(|k| a[k].max(b[k]))).collect();
+    assert_eq!(fit(&both), Err(Reason::TwoObjects));
+}
+
+#[test]
+fn lost_frames_are_on_straight_lines() {
+    let frames = slide([1.5, 0.5], |_, _| 1.0);
+    let mut wave = Wave::EMPTY;
+    let whole = wave.fit(frames.iter().map(Some), config()).unwrap().0;
+    // Any one frame may be lost, and the first ones.
+    for lost in 0..SAMPLE_FRAMES {
+        let some = frames.iter().enumerate().map(|(t, frame)| (t != lost).then_some(frame));
+        if let Ok((velocity, _)) = wave.fit(some, config()) {
+            assert!((velocity.mm_s / whole.mm_s - 1.0).abs() < 0.05, "{lost}: {velocity:?}, expected {whole:?}");
+        }
+    }
+    let late = frames.iter().enumerate().map(|(t, frame)| (t >= 3).then_some(frame));
+    assert!(wave.fit(late, config()).is_ok());
+    assert_eq!(wave.fit(core::iter::repeat_n(None, 70), config()), Err(Reason::FewWhiskers));
+    assert_eq!(wave.fit(core::iter::empty(), config()), Err(Reason::FewWhiskers));
+}
+
+/// Checks that a ring gives its frames in their order, and none from before a loss.
+#[test]
+fn a_ring_has_the_frames_of_a_wave() {
+    use crate::touch::path_sample::{TaxelRing, TaxelStore};
+
+    let frames = slide([1.5, 0.5], |_, _| 1.0);
+    let mut ring = TaxelRing::new(u16::MAX.into());
+    ring.push(&[9; TAXELS]);
+    ring.lose();
+    for frame in &frames {
+        ring.push(&frame.map(u32::from));
+    }
+    assert!(ring.frames().eq(frames.iter().map(Some)));
+    let mut wave = Wave::EMPTY;
+    assert_eq!(wave.fit(ring.frames(), config()), fit(&frames));
+    ring.lose();
+    ring.push(&[9; TAXELS]);
+    assert!(ring.frames().eq([Some(&[9; TAXELS])]));
+}
+
+/// Checks a rolling shutter: a wave has its own velocity whatever the time in which rows are read.
+#[test]
+fn rows_have_their_times() {
+    for degrees in [0.0, 90.0, 215.0_f64] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let frames = slide([2.0 * cosine, -2.0 * sine - 0.15], |_, _| 1.0);
+        let layout = crate::layout::Layout::paper(crate::layout::FrameSize::new(400, 400).unwrap()).unwrap();
+        let of = |ms| Readout::of_layout(ms, crate::touch::motion::RowOrder::Down, &layout, FrameRate::NOMINAL);
+        // 0.15 frames per pitch.
+        let known = fit_with(&frames, config().with_readout(of(Some(25.0)))).unwrap().0;
+        let turned = (f64::from(known.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
+        assert!((known.mm_s / 60.0 - 1.0).abs() < 0.01 && turned.abs() < 1.0, "{degrees}: {known:?}");
+        let unknown = fit_with(&frames, config().with_readout(of(None))).unwrap().0;
+        assert!(unknown.mm_s_sd > known.mm_s_sd || unknown.degrees_sd > known.degrees_sd, "{unknown:?}");
+    }
+    let unknown = config().with_readout(Readout::unknown(FrameRate::NOMINAL));
+    let fast = slide([0.0, 0.5], |_, _| 1.0);
+    assert_eq!(fit_with(&fast, unknown), Err(Reason::ReadoutUnknown));
+}
+
+/// Checks extremes: refused, or right.
+#[test]
+fn extremes_are_refused_or_right() {
+    let all = |light: fn(usize, usize) -> u16| -> Vec<Frame> {
+        (0..SAMPLE_FRAMES).map(|t| core::array::from_fn(|taxel| light(t, taxel))).collect()
+    };
+    let refused = [
+        ("black", all(|_, _| 0)),
+        ("saturated", all(|_, _| u16::MAX)),
+        ("a step to saturation", all(|t, _| if t < 20 { 0 } else { u16::MAX })),
+        ("a step to darkness", all(|t, _| if t < 20 { u16::MAX } else { 0 })),
+        ("one frame of light", all(|t, _| if t == 20 { u16::MAX } else { 9 })),
+        ("one frame of a whisker", all(|t, taxel| if t == 20 && taxel == 3 { u16::MAX } else { 9 })),
+        ("equal series", all(|t, _| if t % 3 == 0 && t > 15 { 40_000 } else { 9 })),
+        ("every second frame", all(|t, _| if t > 11 && t % 2 == 0 { u16::MAX } else { 0 })),
+        ("a chess board", all(|t, taxel| if t > 11 && (t + taxel) % 2 == 0 { u16::MAX } else { 0 })),
+        ("one lit whisker", all(|t, taxel| if taxel == 12 && t > 20 && t < 30 { 30_000 } else { 9 })),
+        ("light until the end", all(|t, taxel| if t > 60 + taxel / 5 { 30_000 } else { 9 })),
+    ];
+    for (name, frames) in refused {
+        assert!(fit(&frames).is_err(), "{name}: {:?}", fit(&frames));
+    }
+    // Whiskers of one column, whose motion across it nothing tells.
+    let column = slide([0.0, 1.0], |x, _| f64::from(x == 0.0));
+    if let Ok((velocity, _)) = fit(&column) {
+        assert!((velocity.mm_s - 120.0).abs() < 3.0 && (velocity.degrees - 270.0).abs() < 3.0, "{velocity:?}");
+    }
+    // One whisker is 2^15 times as bright as the others.
+    let bright = slide([1.0, 0.0], |x, y| if (x, y) == (0.0, 0.0) { 7.2 } else { 7.2 / 32_768.0 });
+    assert!(fit(&bright).is_err());
+    let saturated = slide([1.0, 0.3], |_, _| 7.0);
+    check("bright", &saturated, 120.0 / 1.0_f64.hypot(0.3), (-0.3_f64).atan2(1.0).to_degrees(), Basis::Edge);
+    for mm_s in [10.0, 600.0] {
+        if let Ok((velocity, _)) = fit(&slide([120.0 / mm_s, 0.0], |_, y| (-y * y / 2.0).exp())) {
+            assert!((f64::from(velocity.mm_s) / mm_s - 1.0).abs() < 0.05, "{mm_s}: {velocity:?}");
+        }
+    }
+}
+
+/// Checks that whatever a sample holds, sums fit and numbers are in range. Overflow is a panic in tests.
+#[test]
+fn any_sample_has_an_answer_in_range() {
+    let mut state = 1_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as u32
+    };
+    let (mut wave, mut answered) = (Wave::EMPTY, 0);
+    for round in 0..3000 {
+        let kind = round % 6;
+        let slowness = [random() % 4000, random() % 4000].map(|part| f64::from(part) / 500.0 - 4.0);
+        let smooth = slide(slowness, |x, y| (-(x * x + y * y) / 3.0).exp());
+        let level = 1 << (random() % 17);
+        let frames: Vec<Option<Frame>> = (0..random() as usize % 75)
+            .map(|t| {
+                let frame: Frame = core::array::from_fn(|taxel| match kind {
+                    0 => random() as u16,
+                    1 => [0, u16::MAX][random() as usize & 1],
+                    2 if t < 5 => 9,
+                    2 => (random() % level) as u16,
+                    3 => [9, u16::MAX][usize::from(t > 8 && random() % 9 == 0)],
+                    4 => [0, u16::MAX][usize::from(t > 6 && (t / (1 + round / 900) + taxel * (round % 5)) % 2 == 0)],
+                    _ => smooth.get(t).map_or(0, |frame| frame[taxel]) + (random() % 40) as u16,
+                });
+                (random() % 20 != 0).then_some(frame)
+            })
+            .collect();
+        let readout = if round % 4 == 0 { Readout::unknown(FrameRate::NOMINAL) } else { Readout::GLOBAL };
+        let Ok((velocity, _)) = wave.fit(frames.iter().map(Option::as_ref), config().with_readout(readout)) else {
+            continue;
+        };
+        answered += 1;
+        let Velocity { mm_s, mm_s_sd, degrees, degrees_sd } = velocity;
+        assert!((0.0..360.0).contains(&degrees) && mm_s > 8.0 && mm_s < 710.0, "{round}: {velocity:?}");
+        assert!(
+            mm_s_sd > 0.0 && mm_s_sd <= 0.1 * mm_s && degrees_sd > 0.0 && degrees_sd < 11.0,
+            "{round}: {velocity:?}"
+        );
+        // Noise alone is no wave.
+        assert!(kind > 1, "{round}: {velocity:?}");
+    }
+    assert!(answered > 50, "{answered} answers");
+}
