@@ -5,7 +5,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
-use wstac_core::touch::motion::{Contact, MotionConfig, Readout, RowOrder};
+use wstac_core::touch::motion::{Contact, MotionConfig, Readout, ReadoutTime, RowOrder};
 use wstac_core::touch::wave::{Basis, Wave};
 
 use super::case::{directory, read};
@@ -65,7 +65,7 @@ fn every_wave_is_that_of_the_reference() {
     let (mut wave, mut worst) = (Wave::EMPTY, [0.0_f64; 2]);
     for WaveCase { name, fps, readout_ms, sums, wave: expected } in &cases {
         let rate = FrameRate::new(*fps as u32, 1).unwrap();
-        let readout = Readout::of_layout(*readout_ms, RowOrder::Down, &layout, rate);
+        let readout = Readout::of_layout(readout_ms.and_then(ReadoutTime::from_ms), RowOrder::Down, &layout, rate);
         let config = MotionConfig::published(rate).with_readout(readout);
         let found = wave.fit(sums.iter().map(Option::as_ref), config);
         let (Ok((velocity, basis)), Some(mm_s)) = (found, expected.mm_s) else {

@@ -6,7 +6,7 @@ use super::{Basis, Wave};
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::rate::FrameRate;
 use crate::reason::Reason;
-use crate::touch::motion::{Contact, MotionConfig, Readout, Velocity};
+use crate::touch::motion::{Contact, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 
 type Frame = [u16; TAXELS];
 
@@ -132,7 +132,9 @@ fn rows_have_their_times() {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         let frames = slide([2.0 * cosine, -2.0 * sine - 0.15], |_, _| 1.0);
         let layout = crate::layout::Layout::paper(crate::layout::FrameSize::new(400, 400).unwrap()).unwrap();
-        let of = |ms| Readout::of_layout(ms, crate::touch::motion::RowOrder::Down, &layout, FrameRate::NOMINAL);
+        let of = |ms: Option<f32>| {
+            Readout::of_layout(ms.and_then(ReadoutTime::from_ms), RowOrder::Down, &layout, FrameRate::NOMINAL)
+        };
         // 0.15 frames per pitch.
         let known = fit_with(&frames, config().with_readout(of(Some(25.0)))).unwrap().0;
         let turned = (f64::from(known.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
