@@ -268,9 +268,7 @@ extern "C" {
 ///
 /// # Safety
 /// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
-WstacStatus wstac_open(const char *source,
-                       const struct WstacOptions *options,
-                       struct Wstac **handle);
+WstacStatus wstac_open(const char *source, const struct WstacOptions *options, struct Wstac **handle);
 
 /// Opens a sensor whose frames the program pushes.
 ///
