@@ -101,14 +101,14 @@ fn wrong_arguments_about_outputs_end_with_2() {
     good(&["record", "scene:Saw3@150", "--size", "40x40", "-o", &folder.path("a.mcap")]);
     for (command, expected) in [
         ("run scene:Saw3@150 -o a", "expected .jsonl, .json, .csv or .txt, or --output-format"),
-        ("run scene:Saw3@150 -o a.csv --json", "its name ends in .csv, the ending of another form (found json)"),
+        ("run scene:Saw3@150 -o a.csv --json", "its name ends in .csv, but --json is given"),
         ("record scene:Saw3@150 -o a.csv", "expected .mcap"),
         ("record cam:a=scene:Saw3@150 cam:b=scene:Saw3@150 -o a.csv", "expected .mcap"),
         ("record a.mcap --force -o a.mcap", "is an input of the command"),
         ("recover a.mcap --force -o a.mcap", "is the recording itself"),
         ("plot scene:Saw3@150 -o a.jsonl", "expected one of .svg"),
         ("scene render Saw3@150 -o a.svg", ".y4m or .raw"),
-        ("run scene:Saw3@150 -o a.txt --output-format csv", "the ending of another form (found csv)"),
+        ("run scene:Saw3@150 -o a.txt --output-format csv", "its name ends in .txt, but --output-format csv is given"),
         ("run scene:Saw3@150 -o b.mcap --json", "its name ends in .mcap, expected .jsonl"),
         ("trade --budget M4F<60k -o b.svg", "only the figure of a map is a file"),
         ("trade --slides 1 -o b.pdf", "only the figure of a map is a file"),

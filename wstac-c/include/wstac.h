@@ -261,15 +261,14 @@ extern "C" {
 
 /// Opens a source, as `wstac run SOURCE` does.
 ///
-/// A source is "/dev/videoN", "rpicam:", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording (.mcap), or "-".
+/// A source is "/dev/videoN", "rpicam:", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording
+/// (.mcap), or "-".
 /// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
 /// wstac_error_message(NULL) returns the message.
 ///
 /// # Safety
 /// `source` is null or a string that ends in 0; `options` is null or options; `handle` is null or memory for a pointer.
-WstacStatus wstac_open(const char *source,
-                       const struct WstacOptions *options,
-                       struct Wstac **handle);
+WstacStatus wstac_open(const char *source, const struct WstacOptions *options, struct Wstac **handle);
 
 /// Opens a sensor whose frames the program pushes.
 ///
@@ -344,20 +343,20 @@ const char *wstac_error_kind(const struct Wstac *handle);
 
 /// Returns what nothing states of a handle's source, such as where its taxels are, and what follows for the answers.
 ///
-/// It is UTF-8 for a person, one sentence per line, and empty if all is stated, or if the handle is null. The string is
-/// valid until wstac_close.
+/// It is UTF-8 for a person, one sentence per line. It is empty if all is stated, if the handle is null, or after
+/// WSTAC_STATUS_PANIC. The string is valid until wstac_close.
 ///
 /// # Safety
-/// `handle` is null or an open handle.
+/// `handle` is null or an open handle, which no other thread uses meanwhile.
 const char *wstac_notes(const struct Wstac *handle);
 
 /// Returns the milliseconds in which the camera reads its rows, as motion is computed with it.
 ///
-/// It is negative if the bottom row comes first, 0 for a global shutter, and NAN if nothing states it, or if the handle
-/// is null.
+/// It is negative if the bottom row comes first, and 0 for a global shutter. It is NAN if nothing states it, if the handle
+/// is null, or after WSTAC_STATUS_PANIC.
 ///
 /// # Safety
-/// `handle` is null or an open handle.
+/// `handle` is null or an open handle, which no other thread uses meanwhile.
 double wstac_readout_ms(const struct Wstac *handle);
 
 /// Returns a status in words: a static string in English. A number that is no status has a string, too.

@@ -94,7 +94,8 @@ unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut SensorSession) -> Resu
 
 /// Opens a source, as `wstac run SOURCE` does.
 ///
-/// A source is "/dev/videoN", "rpicam:", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording (.mcap), or "-".
+/// A source is "/dev/videoN", "rpicam:", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording
+/// (.mcap), or "-".
 /// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
 /// wstac_error_message(NULL) returns the message.
 ///
@@ -257,11 +258,11 @@ pub unsafe extern "C" fn wstac_error_kind(handle: *const Wstac) -> *const c_char
 
 /// Returns what nothing states of a handle's source, such as where its taxels are, and what follows for the answers.
 ///
-/// It is UTF-8 for a person, one sentence per line, and empty if all is stated, or if the handle is null. The string is
-/// valid until wstac_close.
+/// It is UTF-8 for a person, one sentence per line. It is empty if all is stated, if the handle is null, or after
+/// WSTAC_STATUS_PANIC. The string is valid until wstac_close.
 ///
 /// # Safety
-/// `handle` is null or an open handle.
+/// `handle` is null or an open handle, which no other thread uses meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_notes(handle: *const Wstac) -> *const c_char {
     // SAFETY: null, or an open handle (the caller).
@@ -270,11 +271,11 @@ pub unsafe extern "C" fn wstac_notes(handle: *const Wstac) -> *const c_char {
 
 /// Returns the milliseconds in which the camera reads its rows, as motion is computed with it.
 ///
-/// It is negative if the bottom row comes first, 0 for a global shutter, and NAN if nothing states it, or if the handle
-/// is null.
+/// It is negative if the bottom row comes first, and 0 for a global shutter. It is NAN if nothing states it, if the handle
+/// is null, or after WSTAC_STATUS_PANIC.
 ///
 /// # Safety
-/// `handle` is null or an open handle.
+/// `handle` is null or an open handle, which no other thread uses meanwhile.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_readout_ms(handle: *const Wstac) -> f64 {
     // SAFETY: null, or an open handle (the caller).

@@ -76,11 +76,11 @@ impl FrameSource {
     ) -> bool {
         let Self { name, mut station, picture, is_camera } = self;
         let rate = station.info().rate;
+        replace(&publisher.counts().stated, stated(&station));
         if !is_camera {
             // A frame of a file may last for hours.
             thread::sleep(Duration::from_secs_f64((share / rate.per_second()).min(1.0)));
         }
-        replace(&publisher.counts().stated, stated(&station));
         let (stamp, sums) = (SystemTime::now(), FrameSums::new(rate));
         let mut reader = PublishingObserver { publisher, picture, stamp, completed: None, sums };
         let (mut turn, mut is_good) = (Ok(Turn::Read), true);

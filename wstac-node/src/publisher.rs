@@ -81,7 +81,7 @@ pub(crate) struct Counts {
     skipped: AtomicU64,
     /// Camera frames that were lost, by reason.
     lost_by: Mutex<LossCounts>,
-    /// What is stated of the source, and what is not.
+    /// The facts of a state that the source or its configuration states: the readout, and a note if no layout is given.
     pub(crate) stated: Mutex<Vec<(&'static str, Value)>>,
     /// Pictures in the queue.
     pictures: AtomicU64,

@@ -1,4 +1,4 @@
-//! What Zenoh has no setting for: its threads, which it takes from the environment, and how its connections close.
+//! Zenoh's threads and how its connections close, for which its configuration has no setting.
 //! Only this file holds unsafe code.
 
 use std::{env, fs};
@@ -11,13 +11,18 @@ const _: () = assert!(
 
 /// The variable that Zenoh reads when it opens its first session.
 const NAME: &str = "ZENOH_RUNTIME";
-/// `rx` reads connections: one thread waits for a client that asks and takes no answer, until it is cut off. One thread takes
-/// connections and closes those that are too many (`net`), after 128 at most: two of them could use up the files.
+/// The numbers of Zenoh's threads.
+///
+/// `rx` reads connections. A client that asks and does not read the answer holds a thread of it until it is cut off.
+/// `acc` accepts connections in the single thread of `net`, which also closes those above the limit.
+/// With two threads, more connections could be open than the process may have files.
 const THREADS: &str = "(rx: (worker_threads: 16), acc: (handover: net))";
 
-/// Sets the threads, unless the environment has one. `main` calls this before anything else.
+/// Sets the threads, unless the environment does. `main` calls this before anything else.
 pub(crate) fn prepare() {
-    if env::var_os(NAME).is_none() {
+    if env::var_os(NAME).is_some() {
+        crate::note(format_args!("{NAME} is set: the limits of connections do not hold"));
+    } else {
         // SAFETY: there is no other thread yet that could read the environment.
         unsafe { env::set_var(NAME, THREADS) };
     }

@@ -1,5 +1,6 @@
 //! Sources of frames: files, scenes and cameras, read event by event or to their end.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::sync::{Mutex, PoisonError};
@@ -81,7 +82,7 @@ pub(crate) struct Source {
     /// Whether frames have times of their own.
     has_times: bool,
     recorded: Recorded,
-    notes: Vec<&'static str>,
+    notes: Vec<String>,
     config: Parsed,
     /// The size of a frame in bytes, the last row's padding included.
     frame_bytes: usize,
@@ -172,7 +173,7 @@ impl Source {
 
     /// Returns notes for a person about what nothing states of it.
     #[getter]
-    fn notes(&self) -> Vec<&'static str> {
+    fn notes(&self) -> Vec<String> {
         self.notes.clone()
     }
 
@@ -300,7 +301,7 @@ impl Source {
             .map_err(crate::failed_by)?;
         let (width, height) = info.size.into();
         Ok(Self {
-            notes: config.notes(&info).collect(),
+            notes: config.notes(&info).map(Cow::into_owned).collect(),
             about: info.about,
             shape: (stream::code(info.format), width, height, info.bytes_per_row),
             rate: info.rate.into(),

@@ -461,7 +461,7 @@ class End:
     """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
     """The most by which the stamp may be wrong, in ms."""
-    dropped_by: dict[str, int] = field(default_factory=dict, repr=False)
+    dropped_by: dict[str, int] = field(default_factory=dict, repr=False, hash=False)
     """The lost frames by reason, in words such as "shorter than a frame"."""
     readout_ms: Optional[float] = field(default=None, repr=False)
     """Time in which the camera reads its rows, in ms: 0 for a global shutter, None if nothing states it."""

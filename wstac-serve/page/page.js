@@ -152,7 +152,8 @@ class Sensor {
     } else if (record.kind === "incomplete") {
       this.words(record.frame, "incomplete event, " + plural(record.frames, "frame") + " of 70", "incomplete");
     } else if (record.kind === "end") {
-      const reasons = Object.entries(record.dropped_by || {}).map(([reason, frames]) => `; ${frames}: ${reason}`).join("");
+      const lost = Object.entries(record.dropped_by || {});
+      const reasons = lost.map(([reason, frames]) => `; ${frames}: ${reason}`).join("");
       this.words(record.frames, "end of the source, " + plural(record.dropped, "frame") + " lost" + reasons, "end");
     }
   }

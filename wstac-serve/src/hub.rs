@@ -1,5 +1,6 @@
 //! The newest outputs of sensors, kept for the clients. A sensor never waits for a client: it replaces what is older.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -22,7 +23,7 @@ pub(crate) struct About {
     /// The source and its frames, for a person.
     pub(crate) source: String,
     /// What nothing states of it, for a person.
-    pub(crate) notes: Vec<&'static str>,
+    pub(crate) notes: Vec<Cow<'static, str>>,
     /// Width and height of a frame.
     pub(crate) size: [u16; 2],
     /// Width and height of a taxel.
@@ -297,10 +298,11 @@ impl Hub {
         self.locked().get_mut(sensor)?.order.take()
     }
 
-    /// Takes the layout of a sensor that was calibrated, for clients to come.
-    pub(crate) fn set_layout(&self, sensor: usize, layout: &Layout) {
+    /// Takes the layout of a sensor that was calibrated and the notes that remain, for clients to come.
+    pub(crate) fn set_layout(&self, sensor: usize, layout: &Layout, notes: Vec<Cow<'static, str>>) {
         if let Some(channel) = self.locked().get_mut(sensor) {
-            (channel.about.taxel, channel.about.corners) = (layout.taxel(), layout.corners().to_vec());
+            let about = &mut channel.about;
+            (about.taxel, about.corners, about.notes) = (layout.taxel(), layout.corners().to_vec(), notes);
         }
     }
 

@@ -141,7 +141,8 @@ impl NewsObserver<'_> {
         match action {
             Action::Use { proposal } => {
                 self.jobs.confirm(proposal, station)?;
-                self.hub.set_layout(self.number, station.processor().geometry().layout());
+                let notes = station.config().notes(station.info()).collect();
+                self.hub.set_layout(self.number, station.processor().geometry().layout(), notes);
                 self.status.disturbed = false;
             }
             Action::Stop {} => self.jobs.stop(station)?,

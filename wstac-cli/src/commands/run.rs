@@ -453,7 +453,8 @@ fn form(arguments: &Arguments) -> Result<Form, Error> {
     let refused = |message: String| Err(Error::new(Kind::Usage, path.display(), message));
     match (stated, named) {
         (Some(stated), Some(named)) if stated != named => {
-            refused(format!("its name ends in .{ending}, the ending of another form (found {})", stated.name()))
+            let given = if arguments.json { "--json".to_owned() } else { format!("--output-format {}", stated.name()) };
+            refused(format!("its name ends in .{ending}, but {given} is given"))
         }
         (Some(form), None) => {
             let endings = ENDINGS.iter().find(|(known, _)| *known == form).map_or(&[][..], |(_, endings)| endings);

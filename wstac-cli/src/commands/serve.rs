@@ -1,5 +1,6 @@
 //! `wstac serve` shows sensors on a page in a browser.
 
+use std::borrow::Cow;
 use std::ffi::{OsStr, OsString};
 use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -227,7 +228,7 @@ fn open(
     // A recording has every frame.
     let policy = if record_to.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
     let (source, info, config) = options.open_configured(&sensor.source, policy, config.as_deref())?;
-    let doubts = config.notes(&info).map(str::to_owned);
+    let doubts = config.notes(&info).map(Cow::into_owned);
     let notes = [info.about.clone()].into_iter().chain(doubts).chain(doubts_of_textures(&info, files)).collect();
     let is_live = is_camera(&sensor.source);
     let camera = info.camera.as_ref().filter(|camera| is_live && is_device(&camera.path));

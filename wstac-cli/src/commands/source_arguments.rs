@@ -211,30 +211,13 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
     }
 }
 
-/// Returns a doubt about speeds by the published law: if frames come at another rate than it was fitted at.
-pub(super) fn doubt_of_rate(info: &StreamInfo, config: &Config) -> Option<String> {
-    let ratio = ratio_to_nominal(info);
-    let is_off = config.speed.law().is_some() && (ratio - 1.0).abs() > RATE_OFF_PUBLISHED;
-    is_off.then(|| {
-        let nominal = FrameRate::NOMINAL.per_second();
-        format!(
-            "features come {:.2} times per second, and law = \"published\" counts frames at {nominal}: its durations are \
-             multiplied by {:.3}",
-            ratio * nominal,
-            1.0 / ratio
-        )
-    })
-}
-
 /// Returns how often features come, as a multiple of the nominal rate.
 fn ratio_to_nominal(info: &StreamInfo) -> f64 {
     info.rate.per_second() / f64::from(info.rate.frames_added()) / FrameRate::NOMINAL.per_second()
 }
 
-/// The fraction by which the rate may differ from the nominal one without harm to textures, and without a word about the
-/// published law.
+/// The fraction by which the rate may differ from the nominal one without harm to textures.
 const RATE_OFF: f64 = 0.1;
-const RATE_OFF_PUBLISHED: f64 = 0.02;
 
 /// Returns a parser of whole numbers that refuses those below `least`.
 pub(super) fn at_least<T>(least: T) -> impl Fn(&str) -> Result<T, String> + Clone

@@ -93,7 +93,7 @@ impl ViewedSensor for FramesView {
         let mut state = State::new(info.about.clone(), self.live, format!("{} fps, nominal", fps(info.rate)));
         state.layout = Some(*self.station.processor().geometry().layout());
         self.look(&mut state);
-        self.station.config().notes(info).for_each(|note| state.say(About::Note, note.to_owned()));
+        self.station.config().notes(info).for_each(|note| state.say(About::Note, note.into_owned()));
         state
     }
 

@@ -175,6 +175,29 @@ typedef int32_t WstacFwContact;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+/// The task of a model: what it tells apart.
+enum WstacFwTask
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /// A task that is not stated.
+  WSTAC_FW_TASK_OTHER = 0,
+  /// Specimens: pattern and depth.
+  WSTAC_FW_TASK_SPECIMEN = 1,
+  /// Patterns.
+  WSTAC_FW_TASK_PATTERN = 2,
+  /// Depths in mm.
+  WSTAC_FW_TASK_DEPTH = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum WstacFwTask WstacFwTask;
+#else
+typedef int32_t WstacFwTask;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 /// The reason why an answer is missing or not reliable.
 enum WstacFwWhy
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -230,29 +253,6 @@ typedef int32_t WstacFwWhy;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-/// The task of a model: what it tells apart.
-enum WstacFwTask
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /// A task that is not stated.
-  WSTAC_FW_TASK_OTHER = 0,
-  /// Specimens: pattern and depth.
-  WSTAC_FW_TASK_SPECIMEN = 1,
-  /// Patterns.
-  WSTAC_FW_TASK_PATTERN = 2,
-  /// Depths in mm.
-  WSTAC_FW_TASK_DEPTH = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum WstacFwTask WstacFwTask;
-#else
-typedef int32_t WstacFwTask;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
 /// A pixel format: one of the WSTAC_FW_ constants below. A program links the code of those that it names.
 typedef struct WstacFwFormat WstacFwFormat;
 
@@ -295,14 +295,14 @@ typedef struct WstacFwMotion {
   float degrees;
   /// The standard deviation of the direction in degrees; 0 unless it slides.
   float degrees_sd;
-  /// Why the touch is unclear, or why it is not reliable.
-  WstacFwWhy why;
+  /// Why the touch is unclear, or why it is not reliable: a WstacFwWhy.
+  int32_t why;
 } WstacFwMotion;
 
 /// A sliding speed by a law of durations.
 typedef struct WstacFwSpeed {
-  /// Whether there is one, or the reason why not.
-  WstacFwWhy why;
+  /// Whether there is one, or the reason why not: a WstacFwWhy.
+  int32_t why;
   /// The speed in mm/s; 0 if there is none.
   float mm_s;
   /// The upper bound of the speed of a slide that is cut off, in mm/s, as far as the law is good there; 0 otherwise.
@@ -315,8 +315,8 @@ typedef struct WstacFwSpeed {
 
 /// A sliding direction by centroids.
 typedef struct WstacFwDirection {
-  /// Whether there is one, or the reason why not.
-  WstacFwWhy why;
+  /// Whether there is one, or the reason why not: a WstacFwWhy.
+  int32_t why;
   /// The direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; -1 if there is none.
   int16_t degrees;
   /// The confidence, 0 to 32768: 0 to 1 in units of 2^-15.

@@ -64,8 +64,8 @@ pub struct WstacFwMotion {
     pub degrees: f32,
     /// The standard deviation of the direction in degrees; 0 unless it slides.
     pub degrees_sd: f32,
-    /// Why the touch is unclear, or why it is not reliable.
-    pub why: WstacFwWhy,
+    /// Why the touch is unclear, or why it is not reliable: a WstacFwWhy.
+    pub why: i32,
 }
 
 /// The end of the touch of an event: its light has left.
@@ -146,17 +146,17 @@ impl WstacFwWhy {
         Self::OF_MOTION.iter().find(|(_, reason)| *reason == doubt).map_or(Self::Other, |(why, _)| *why)
     }
 
-    /// Returns the reason why a motion is unclear or not reliable; `None` if this is none of these.
-    pub(crate) fn reason(self) -> Option<Reason> {
-        Self::OF_MOTION.iter().find(|(why, _)| *why == self).map(|(_, reason)| *reason)
+    /// Returns the reason with this number why an answer is unclear or not reliable; `None` if there is none.
+    pub(crate) fn reason(number: i32) -> Option<Reason> {
+        Self::OF_MOTION.iter().find(|(why, _)| *why as i32 == number).map(|(_, reason)| *reason)
     }
 }
 
 /// A sliding speed by a law of durations.
 #[repr(C)]
 pub struct WstacFwSpeed {
-    /// Whether there is one, or the reason why not.
-    pub why: WstacFwWhy,
+    /// Whether there is one, or the reason why not: a WstacFwWhy.
+    pub why: i32,
     /// The speed in mm/s; 0 if there is none.
     pub mm_s: f32,
     /// The upper bound of the speed of a slide that is cut off, in mm/s, as far as the law is good there; 0 otherwise.
@@ -170,8 +170,8 @@ pub struct WstacFwSpeed {
 /// A sliding direction by centroids.
 #[repr(C)]
 pub struct WstacFwDirection {
-    /// Whether there is one, or the reason why not.
-    pub why: WstacFwWhy,
+    /// Whether there is one, or the reason why not: a WstacFwWhy.
+    pub why: i32,
     /// The direction in degrees: 0, 90, 180 or 270, counterclockwise from +x; -1 if there is none.
     pub degrees: i16,
     /// The confidence, 0 to 32768: 0 to 1 in units of 2^-15.
@@ -304,7 +304,7 @@ fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
         Contact::Poke => (WstacFwContact::Poke, event.reliable),
         _ => (WstacFwContact::Unclear, false),
     };
-    let why = WstacFwWhy::of(motion.doubt);
+    let why = WstacFwWhy::of(motion.doubt) as i32;
     let none = WstacFwMotion { contact, reliable, mm_s: 0.0, mm_s_sd: 0.0, degrees: -1.0, degrees_sd: 0.0, why };
     motion.velocity.map_or(none, |found| WstacFwMotion {
         contact,
@@ -357,7 +357,7 @@ pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed:
     let of = |event: &Event<'_>, state: &PipelineState| {
         let frames = speed::duration(event, &state.speed).map_or(-1, |duration| i16::from(duration.frames()));
         let none = WstacFwSpeed {
-            why: WstacFwWhy::There,
+            why: WstacFwWhy::There as i32,
             mm_s: 0.0,
             at_most_mm_s: 0.0,
             duration_frames: frames,
@@ -365,13 +365,13 @@ pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed:
         };
         match speed::speed(event, &state.speed) {
             Ok(speed) => WstacFwSpeed { mm_s: speed.mm_s, extrapolated: speed.extrapolated, ..none },
-            Err(Reason::BaselineAbove) => WstacFwSpeed { why: WstacFwWhy::BaselineAbove, ..none },
-            Err(Reason::NeverValid) => WstacFwSpeed { why: WstacFwWhy::NeverLit, ..none },
+            Err(Reason::BaselineAbove) => WstacFwSpeed { why: WstacFwWhy::BaselineAbove as i32, ..none },
+            Err(Reason::NeverValid) => WstacFwSpeed { why: WstacFwWhy::NeverLit as i32, ..none },
             Err(Reason::CutOff { at_most }) => {
-                WstacFwSpeed { why: WstacFwWhy::CutOff, at_most_mm_s: at_most.unwrap_or(0.0), ..none }
+                WstacFwSpeed { why: WstacFwWhy::CutOff as i32, at_most_mm_s: at_most.unwrap_or(0.0), ..none }
             }
-            Err(Reason::OutsideLaw) => WstacFwSpeed { why: WstacFwWhy::OutsideLaw, ..none },
-            Err(_) => WstacFwSpeed { why: WstacFwWhy::Other, ..none },
+            Err(Reason::OutsideLaw) => WstacFwSpeed { why: WstacFwWhy::OutsideLaw as i32, ..none },
+            Err(_) => WstacFwSpeed { why: WstacFwWhy::Other as i32, ..none },
         }
     };
     // SAFETY: the caller guarantees it.
@@ -396,7 +396,7 @@ pub unsafe extern "C" fn wstac_fw_direction(
             Err(_) => WstacFwWhy::Other,
         };
         let degrees = found.heading().map_or(-1, |heading| heading.degrees().cast_signed());
-        WstacFwDirection { why, degrees, confidence: found.confidence.unwrap_or(0) }
+        WstacFwDirection { why: why as i32, degrees, confidence: found.confidence.unwrap_or(0) }
     };
     // SAFETY: the caller guarantees it.
     unsafe { answer(pipeline, to, of) }

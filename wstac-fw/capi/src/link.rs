@@ -333,29 +333,32 @@ fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Answer {
     let mut answer = Answer::new(speed, Direction::by_arrival(direction), motion.reliable);
     (answer.contact, answer.duration) = (Some(contact), event.lit_frames());
     // Hosts refuse a reliable answer with a reason against it.
-    answer.doubt = if motion.reliable { None } else { motion.why.reason() };
+    answer.doubt = if motion.reliable { None } else { WstacFwWhy::reason(motion.why) };
     answer
 }
 
 /// Returns the answer of a law of durations.
 fn by_duration(speed: &WstacFwSpeed, direction: &WstacFwDirection, event: &Event<'_>) -> Answer {
+    const THERE: i32 = WstacFwWhy::There as i32;
     let found = match speed.why {
-        WstacFwWhy::There => {
+        THERE => {
             let mut found = Speed::new(speed.mm_s);
             found.extrapolated = speed.extrapolated;
             Ok(found)
         }
-        WstacFwWhy::BaselineAbove => Err(Reason::BaselineAbove),
-        WstacFwWhy::CutOff => Err(Reason::CutOff { at_most: Some(speed.at_most_mm_s).filter(|&mm_s| mm_s > 0.0) }),
-        WstacFwWhy::OutsideLaw => Err(Reason::OutsideLaw),
-        _ => Err(Reason::NeverValid),
+        why if why == WstacFwWhy::BaselineAbove as i32 => Err(Reason::BaselineAbove),
+        why if why == WstacFwWhy::CutOff as i32 => {
+            Err(Reason::CutOff { at_most: Some(speed.at_most_mm_s).filter(|&mm_s| mm_s > 0.0) })
+        }
+        why if why == WstacFwWhy::OutsideLaw as i32 => Err(Reason::OutsideLaw),
+        why => Err(WstacFwWhy::reason(why).unwrap_or(Reason::NeverValid)),
     };
     let heading = match (direction.why, direction.degrees) {
-        (WstacFwWhy::There, 0) => Ok(Heading::Right),
-        (WstacFwWhy::There, 90) => Ok(Heading::Up),
-        (WstacFwWhy::There, 180) => Ok(Heading::Left),
-        (WstacFwWhy::There, 270) => Ok(Heading::Down),
-        (WstacFwWhy::NeverLit, _) => Err(Reason::NeverLit),
+        (THERE, 0) => Ok(Heading::Right),
+        (THERE, 90) => Ok(Heading::Up),
+        (THERE, 180) => Ok(Heading::Left),
+        (THERE, 270) => Ok(Heading::Down),
+        (why, _) if why == WstacFwWhy::NeverLit as i32 => Err(Reason::NeverLit),
         _ => Err(Reason::NoOrder),
     };
     let mut answer = Answer::new(found, Direction::by_centroids(heading, direction.confidence), event.reliable);

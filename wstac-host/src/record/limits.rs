@@ -8,6 +8,8 @@ use crate::error::{Error, ErrorKind};
 pub(crate) const MOST_MESSAGE: u64 = 64 << 20;
 /// Most bytes of a compressed chunk, before and after it is unpacked.
 pub(crate) const MOST_PACKED: u64 = 72 << 20;
+/// Most bytes of unpacked chunks that are kept, if a file is put in order.
+pub(crate) const MOST_ROOM: u64 = 512 << 20;
 /// Most bytes of all schemas and channels of a file, of all its metadata, and of one of them.
 pub(crate) const MOST_DEFINITIONS: u64 = 4 << 20;
 /// Most chunks whose places are kept.

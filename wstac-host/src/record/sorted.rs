@@ -4,11 +4,11 @@
 //! Messages of a sensor have running numbers, and a moment's checksum has the count of frames and the bytes of the moment. So
 //! the places and lengths of all messages are enough, and no frame is kept in memory.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::io;
 
 use super::file::Topic;
-use super::limits::{MOST_PACKED, MOST_SORTED};
+use super::limits::{MOST_PACKED, MOST_ROOM, MOST_SORTED};
 use super::summary::HEAD;
 use super::sums::{Sum, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Packed, Span, Walk};
@@ -142,11 +142,12 @@ impl Index {
         own: impl Fn(u16) -> Option<(u8, Topic)>,
     ) -> io::Result<Sorted> {
         let Self { mut entries, chunks, unpacked } = self;
-        let mut sorted = Sorted::new(chunks, unpacked);
+        let channels = entries.iter().map(|of| of.channel).collect::<BTreeSet<_>>().len();
         for entry in &mut entries {
             entry.own = own(entry.channel);
         }
-        leave_out_copies(&mut entries);
+        leave_out_copies(&mut entries, &chunks);
+        let mut sorted = Sorted::new(chunks, unpacked, channels);
         entries.sort_by_key(|of| (of.own, of.number, of.time, of.length, of.chunk, of.at));
         let (own, mut others): (Vec<_>, Vec<_>) = entries.into_iter().partition(|of| of.own.is_some());
         others.sort_by_key(|of| of.time);
@@ -209,10 +210,11 @@ impl Index {
     }
 }
 
-/// Leaves out messages of this program that are there already.
-fn leave_out_copies(entries: &mut Vec<Entry>) {
+/// Leaves out messages of this program that are there already. A copy in a chunk that is not damaged stays.
+fn leave_out_copies(entries: &mut Vec<Entry>, chunks: &[(Option<Packed>, Crc)]) {
     let key = |of: &Entry| (of.own, of.number, of.time, of.length, of.sum);
-    entries.sort_by_key(key);
+    let is_bad = |of: &Entry| chunks.get(of.chunk as usize).is_some_and(|(_, crc)| *crc == Crc::Bad);
+    entries.sort_by_key(|of| (key(of), is_bad(of)));
     entries.dedup_by(|copy, first| copy.own.is_some() && key(copy) == key(first));
 }
 
@@ -292,9 +294,12 @@ pub(super) struct Sorted {
 }
 
 impl Sorted {
-    fn new(chunks: Vec<(Option<Packed>, Crc)>, unpacked: u64) -> Self {
+    fn new(chunks: Vec<(Option<Packed>, Crc)>, unpacked: u64, channels: usize) -> Self {
+        let largest = chunks.iter().filter_map(|(packed, _)| *packed).map(|packed| packed.unpacked).max().unwrap_or(0);
+        // Each topic of a file that is grouped by topic is read in a chunk of its own.
+        let room = largest.saturating_mul(channels as u64 + 1).clamp(MOST_PACKED, MOST_ROOM);
         let (order, unpacked, allowed) = (VecDeque::new(), VecDeque::new(), unpacked.saturating_mul(MOST_UNPACKED));
-        Self { order, has_sums: false, chunks, shown: None, unpacked, room: MOST_PACKED, allowed }
+        Self { order, has_sums: false, chunks, shown: None, unpacked, room, allowed }
     }
 
     /// Returns the next message, which the walk reads from now on; `None` at the end.
@@ -341,8 +346,8 @@ impl Sorted {
             (None, Some(packed)) => {
                 self.allowed = self.allowed.checked_sub(packed.unpacked).ok_or_else(|| {
                     let message = format!(
-                        "has messages too far out of order (its chunks are unpacked more than {MOST_UNPACKED} times), \
-                         expected an order by time, as mcap sort makes it"
+                        "has messages too far out of order (its chunks are unpacked more than {MOST_UNPACKED} times); \
+                         help: mcap sort OLD -o NEW"
                     );
                     io::Error::new(io::ErrorKind::InvalidData, message)
                 })?;
@@ -372,16 +377,17 @@ mod tests {
     use super::super::walk::{Mode, WalkStep};
     use super::*;
 
-    /// Writes three compressed chunks whose messages have these times, and finds them again.
-    fn indexed(times: [&[u64]; 3]) -> (Walk, Index) {
+    /// Writes three compressed chunks, each of its own topic, whose messages have these times and so many bytes, and finds
+    /// them again.
+    fn indexed(times: [&[u64]; 3], bytes: usize) -> (Walk, Index) {
         let file = std::env::temp_dir().join(format!("wstac-sorted-{}-{}.mcap", std::process::id(), times[0].len()));
         let options = WriteOptions::new().compression(Some(mcap::Compression::Lz4)).chunk_size(None);
         let mut writer = options.create(std::fs::File::create(&file).unwrap()).unwrap();
-        let [topic, message_encoding] = ["/a", "x"].map(str::to_owned);
-        let channel = Arc::new(Channel { id: 1, topic, schema: None, message_encoding, metadata: BTreeMap::new() });
-        for of_chunk in times {
+        for (id, of_chunk) in (1..).zip(times) {
+            let (topic, message_encoding) = (format!("/{id}"), "x".to_owned());
+            let channel = Arc::new(Channel { id, topic, schema: None, message_encoding, metadata: BTreeMap::new() });
             for &time in of_chunk {
-                let (channel, data) = (channel.clone(), vec![0; 1000].into());
+                let (channel, data) = (channel.clone(), vec![0; bytes].into());
                 writer.write(&Message { channel, sequence: 0, log_time: time, publish_time: time, data }).unwrap();
             }
             writer.flush().unwrap();
@@ -400,11 +406,11 @@ mod tests {
     }
 
     /// Returns how many messages come in order, the bytes that are unpacked for them, and why no more come.
-    fn read(times: [&[u64]; 3], room: u64) -> (usize, u64, u64, Option<String>) {
-        let (mut walk, index) = indexed(times);
+    fn read(times: [&[u64]; 3], bytes: usize, room: Option<u64>) -> (usize, u64, u64, Option<String>) {
+        let (mut walk, index) = indexed(times, bytes);
         let all = index.unpacked;
         let mut sorted = index.sort(&mut walk, 1, |_| None).unwrap();
-        sorted.room = room;
+        sorted.room = room.unwrap_or(sorted.room);
         let (most, mut found) = (sorted.allowed, 0);
         loop {
             match sorted.next(&mut walk) {
@@ -425,16 +431,35 @@ mod tests {
         let apart = [0, 1, 2].map(|chunk| all.iter().copied().skip(chunk).step_by(3).collect::<Vec<_>>());
         let apart = [&apart[0][..], &apart[1], &apart[2]];
         // All chunks are kept, or they stand one behind the other: each is unpacked once.
-        let (found, unpacked, bytes, why) = read(apart, MOST_PACKED);
+        let (found, unpacked, bytes, why) = read(apart, 1000, None);
         assert!(
             (found, unpacked, &why) == (300, bytes, &None) && bytes > 300_000,
             "{found} {unpacked} {bytes} {why:?}"
         );
         let in_turn = [&all[..100], &all[100..200], &all[200..]];
-        assert_eq!(read(in_turn, 0), (300, bytes, bytes, None));
+        assert_eq!(read(in_turn, 1000, Some(0)), (300, bytes, bytes, None));
         // Of chunks that are not kept, each message needs another one.
-        let (found, unpacked, bytes, why) = read(apart, 0);
+        let (found, unpacked, bytes, why) = read(apart, 1000, Some(0));
         assert_eq!((found, unpacked), (3 * MOST_UNPACKED as usize, bytes * MOST_UNPACKED));
         assert!(why.is_some_and(|why| why.contains("too far out of order")));
+    }
+    #[test]
+    fn topics_in_large_chunks_are_each_unpacked_once() {
+        let all: Vec<u64> = (0..60).collect();
+        let apart = [0, 1, 2].map(|chunk| all.iter().copied().skip(chunk).step_by(3).collect::<Vec<_>>());
+        let (found, unpacked, bytes, why) = read([&apart[0], &apart[1], &apart[2]], 2 << 20, None);
+        assert_eq!((found, unpacked, why), (60, bytes, None));
+        // The two chunks that are not read have more than the least room.
+        assert!(bytes / 3 * 2 > MOST_PACKED, "{bytes}");
+    }
+
+    #[test]
+    fn the_copy_in_a_sound_chunk_stays() {
+        let own = Some((0, Topic::Features));
+        let of = |chunk| Entry { time: 1, at: 0, length: 9, number: 1, chunk, sum: 7, channel: 1, own };
+        let chunks = [Crc::Bad, Crc::Good, Crc::Good].map(|crc| (None, crc));
+        let mut entries = vec![of(0), of(1), of(2)];
+        leave_out_copies(&mut entries, &chunks);
+        assert_eq!(entries.iter().map(|entry| entry.chunk).collect::<Vec<_>>(), [1]);
     }
 }

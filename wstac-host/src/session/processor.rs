@@ -1,5 +1,6 @@
 //! The core set up for one stream. It takes source events and gives typed outputs.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use wstac_core::frame::Stride;
@@ -12,6 +13,7 @@ use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
+use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, ReadoutTime};
 use wstac_core::touch::path_sample::TaxelRing;
@@ -25,6 +27,9 @@ use crate::output::{
 };
 use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
+
+/// The fraction by which the rate may differ from the nominal one without a note about the published law.
+const RATE_OFF: f64 = 0.02;
 
 /// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
 pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>, Option<TaxelRing>>;
@@ -162,21 +167,36 @@ impl Config {
         let is_known = self.layout.is_stated() || info.recorded.is_some() || info.is_simulated;
         (!is_known).then_some(
             "no [layout] is given, so taxels are where the sensor of the publication has them; help: run wstac \
-             calibrate, and give its file with --config",
+             calibrate, and give its [layout]",
         )
     }
 
     /// Returns a note for a person about what an unknown readout does to the answers, if that of a source is unknown.
     pub fn readout_note(&self, info: &StreamInfo) -> Option<&'static str> {
         (self.readout(info).is_none() && self.speed.law().is_none()).then_some(
-            "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; state it with \
-             --readout MS or [sensor] readout_ms (0: global shutter)",
+            "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; \
+             state [sensor] readout_ms (0: global shutter)",
         )
     }
 
-    /// Returns the notes for a person about what nothing states of a source.
-    pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = &'static str> {
-        self.layout_note(info).into_iter().chain(self.readout_note(info))
+    /// Returns a note for a person if frames come at another rate than that at which the published law was fitted.
+    pub fn rate_note(&self, info: &StreamInfo) -> Option<String> {
+        let nominal = FrameRate::NOMINAL.per_second();
+        let found = info.rate.per_second() / f64::from(info.rate.frames_added());
+        let is_off = self.speed.law().is_some() && (found / nominal - 1.0).abs() > RATE_OFF;
+        is_off.then(|| {
+            format!(
+                "features come {found:.2} times per second, and law = \"published\" counts frames at {nominal}: its \
+                 durations are multiplied by {:.3}",
+                nominal / found
+            )
+        })
+    }
+
+    /// Returns the notes for a person about what nothing states of a source, and about its rate.
+    pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
+        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info));
+        stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))
     }
 
     /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.

@@ -18,7 +18,7 @@ use crate::error::{Error, ErrorKind};
 pub(super) const PNG: &[&str] = &["png"];
 #[cfg(feature = "jpeg")]
 pub(super) const JPEG: &[&str] = &["jpg", "jpeg"];
-/// Those of pictures that are not read.
+/// The endings of pictures that are not read.
 const OTHERS: [&str; 6] = ["tif", "tiff", "webp", "bmp", "pgm", "ppm"];
 
 /// Digits of a date and a time of day.
@@ -411,9 +411,11 @@ pub(super) fn without_pictures(folder: &Path) -> Error {
         (true, false) => ".jpg",
         _ => ".png",
     };
-    let is_there = |ending: &&str| list(folder, &[ending]).is_ok_and(|files| !files.is_empty());
-    let message = match OTHERS.into_iter().find(is_there) {
+    // Shells tell small letters from capital ones.
+    let found = OTHERS.into_iter().find_map(|ending| list(folder, &[ending]).ok()?.into_iter().next());
+    let message = match found.as_deref().and_then(Path::extension) {
         Some(other) => {
+            let other = other.display();
             format!("has .{other} files, expected {kinds}; help: mogrify -format png *.{other} makes PNG files of them")
         }
         None => format!("has no {kinds} file, expected at least one; a recording is named by itself, FILE.mcap"),

@@ -62,9 +62,22 @@ impl RosMessage {
         let (level, text) = health.described();
         let cdr = Cdr::new().header(SystemTime::now(), "").u32(1);
         let cdr = cdr.u8(level).text(&format!("wstac: {sensor}")).text(text).text(sensor);
-        let write = |cdr: Cdr, (name, value): &(&str, Value)| cdr.text(name).text(value.to_string().trim_matches('"'));
+        let write = |cdr: Cdr, (name, value): &(&str, Value)| cdr.text(name).text(&in_words(value));
         let cdr = facts.iter().fold(cdr.u32(facts.len() as u32), write);
         Self { kind: Type::DiagnosticArray, payload: cdr.finish() }
+    }
+}
+
+/// Returns a fact of a state for a person.
+fn in_words(value: &Value) -> String {
+    match value {
+        Value::Null => "unknown".to_owned(),
+        Value::String(text) => text.clone(),
+        Value::Object(counts) => {
+            let counts: Vec<_> = counts.iter().map(|(name, count)| format!("{count} {name}")).collect();
+            counts.join(", ")
+        }
+        other => other.to_string(),
     }
 }
 
@@ -121,4 +134,18 @@ fn name_of(texture: &Texture) -> String {
     let depth = texture.depth_mm.map(|depth| depth.to_string());
     let parts = [texture.pattern.clone(), depth].into_iter().flatten().collect::<Vec<_>>().join(" ");
     texture.specimen.clone().or_else(|| texture.class.clone()).unwrap_or(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn facts_of_a_state_are_words() {
+        let lost = json!({"corrupt": 1, "shorter than a frame": 3});
+        let found = [Value::Null, lost, "default-layout".into(), 7.5.into()].map(|value| in_words(&value));
+        assert_eq!(found, ["unknown", "1 corrupt, 3 shorter than a frame", "default-layout", "7.5"]);
+    }
 }

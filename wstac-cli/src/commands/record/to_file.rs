@@ -10,7 +10,7 @@ use super::super::files::{Outputs, check_ending};
 use super::super::output::{LossReport, Stop, note, text_of};
 use super::super::records::{Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::{doubt_of_rate, doubts_of_textures};
+use super::super::source_arguments::doubts_of_textures;
 use super::{Arguments, Shown, create, frame_limit, kept, labels, say};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -127,9 +127,9 @@ fn open<'a>(
     let about = About::new(&kept(arguments, &info, &config)?, &config, labels.clone(), models)?;
     records.note(&info.about);
     if let Some(text) = config.layout_note(&info) {
-        records.notice("default-layout", text);
+        records.notice("default-layout", &format!("{text} with --config"));
     }
-    if let Some(doubt) = doubt_of_rate(&info, &config) {
+    if let Some(doubt) = config.rate_note(&info) {
         records.notice("rate", &doubt);
     }
     if let Some(doubt) = doubts_of_textures(&info, files) {

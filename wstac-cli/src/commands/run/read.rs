@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::{doubt_of_rate, doubts_of_textures};
+use super::super::source_arguments::doubts_of_textures;
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -118,7 +118,7 @@ impl<'a> Run<'a> {
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         let (layout, readout) = (config.layout_note(&info), config.readout_note(&info));
-        let rate = doubt_of_rate(&info, &config);
+        let rate = config.rate_note(&info);
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
@@ -132,7 +132,7 @@ impl<'a> Run<'a> {
         finishing(self.ending());
         records.note(&info.about);
         if let Some(doubt) = layout {
-            records.notice("default-layout", doubt);
+            records.notice("default-layout", &format!("{doubt} with --config"));
         }
         if let Some(doubt) = rate {
             records.notice("rate", &doubt);
@@ -141,7 +141,7 @@ impl<'a> Run<'a> {
             records.note(doubt);
         }
         if let Some(doubt) = readout {
-            records.note(doubt);
+            records.note(format_args!("{doubt}, or give --readout MS"));
         }
         if info.rate.frames_added() > 1 {
             records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));

@@ -31,7 +31,7 @@ const OVERLONG: Refusal = Refusal::Corrupt("it has too many bytes between its bl
 /// A Huffman table: the value of each code, and the count of its bits and of those that the value says follow.
 #[derive(Clone)]
 pub(super) struct Table {
-    /// That count (0 if the code is longer) and that value, by the next [`DIRECT_BITS`] bits.
+    /// The bits of a code and its value, by the next 9 bits; 0 bits if the code is longer.
     direct: [(u8, u8); 1 << DIRECT_BITS],
     /// One past the last code of each length, left-aligned in 16 bits, and the number to add to a code for its place.
     ends: [(u32, i32); 17],

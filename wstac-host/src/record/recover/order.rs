@@ -28,7 +28,15 @@ pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Erro
         emptied.map_err(|error| not_written(path, error.into()))?;
         attempt(old, &new, path, order).map(|(found, _)| found)
     };
-    let sorted = again(Order::Sorted)?;
+    let sorted = match again(Order::Sorted) {
+        // To put them in order takes too much work.
+        Err(error) if error.is_format() || error.is_data() => {
+            let mut found = again(Order::AsItStands)?;
+            found.problem.get_or_insert_with(|| error.message().to_owned());
+            return Ok(found);
+        }
+        sorted => sorted?,
+    };
     // Frames may be lost rather than moved: then the file has more of them as it stands.
     if sorted.frames < found.frames { again(Order::AsItStands) } else { Ok(sorted) }
 }
@@ -36,7 +44,7 @@ pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Erro
 /// The order in which messages are read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
-    /// As they stand, unless they turn out to be in another order than they were recorded in.
+    /// As they stand, unless that is not the order in which they were recorded.
     Doubted,
     AsItStands,
     Sorted,

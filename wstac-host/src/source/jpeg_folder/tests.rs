@@ -105,7 +105,7 @@ fn folders_that_are_no_source_are_named() {
     let one = jpeg(SIDE, [0, 1, 0], false);
     assert!(message(folder(&[("a.txt", b"")]).path()).contains("has no .png or .jpg file, expected at least one"));
     let error = message(folder(&[("1.TIFF", &one), ("2.tiff", b"")]).path());
-    let help = "has .tiff files, expected .png or .jpg; help: mogrify -format png *.tiff makes PNG files of them";
+    let help = "has .TIFF files, expected .png or .jpg; help: mogrify -format png *.TIFF makes PNG files of them";
     assert!(error.ends_with(help), "{error}");
     let mixed = folder(&[("1.jpg", &one), ("2.jpeg", &one), ("3.png", b"")]);
     let error = message(mixed.path());
