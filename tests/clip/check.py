@@ -177,11 +177,12 @@ class Clips:
         self.judged(self.make("-c:v", "mjpeg", "-q:v", "2", to="raw.mjpeg"), True, "30:1 frames per second (assumed: state another with --fps)")
 
     def damaged(self) -> None:
-        """Files with flipped bits: no reliable speed is wrong. Of pictures that are coded alone, the damaged ones are lost."""
-        kinds = {"mp4": (X264, "frames may be wrong and events are not reliable"), "avi": (("-c:v", "mjpeg", "-q:v", "2"), "picture that cannot be decoded")}
-        for kind, (options, word) in kinds.items():
+        """Files with flipped bits: no reliable speed is wrong, and key frames end doubt. A cut file is as reliable as a whole one."""
+        word = "frames may be wrong and events are not reliable"
+        # Only the film of pictures that are coded alone has key frames that end doubt.
+        for kind, options, ends in (("mp4", X264, False), ("avi", ("-c:v", "mjpeg", "-q:v", "2"), True)):
             whole = self.make(*options, to=f"whole.{kind}").read_bytes()
-            said, wrong = 0, []
+            said, ended, wrong = 0, 0, []
             for seed in range(8):
                 chance, damaged = random.Random(seed), bytearray(whole)
                 for _ in range(3):
@@ -192,8 +193,21 @@ class Clips:
                 events = [record for record in records if record["kind"] == "event" and record["reliable"]]
                 wrong += [event["speed"] for event in events if abs(event["speed"]["mm_s"] / 149 - 1) > 0.02]
                 said += word in notes
-            found = f"{said} of 8 damaged .{kind} files say \"{word}\""
-            self.verdict(said > 1 and not wrong, found, f"{found}; wrong and reliable: {wrong}")
+                ended += any(record.get("fault") == "even" for record in records)
+            found = f"{said} of 8 damaged .{kind} files say \"{word}\", in {ended} doubt ends"
+            self.verdict(said > 1 and (ended > 1 if ends else not ended) and not wrong, found, f"{found}; wrong and reliable: {wrong}")
+        # Damage long before the touch costs nothing.
+        whole = bytearray(self.make("-c:v", "mjpeg", "-q:v", "2", to="early.avi").read_bytes())
+        whole[len(whole) // 20 : len(whole) // 20 + 40] = bytes(40)
+        (self.at / "early.avi").write_bytes(whole)
+        self.judged(self.at / "early.avi", True, 'ffmpeg reports "')
+        # Packets before the first key frame, of whose sequence nothing is known.
+        self.make(*X264, "-g", "10", to="keys.mp4")
+        ffmpeg("-ss", "0.2", "-i", self.at / "keys.mp4", "-c", "copy", self.at / "trimmed.ts")
+        self.judged(self.at / "trimmed.ts", True)
+        packets = (self.at / "trimmed.ts").read_bytes()
+        (self.at / "headless.ts").write_bytes(packets[len(packets) // 20 // 188 * 188 :])
+        self.judged(self.at / "headless.ts", True)
 
     def dark(self) -> None:
         """The darkest hundredths of the scale, where a wrong range hides the slide."""

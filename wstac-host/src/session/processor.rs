@@ -57,6 +57,8 @@ pub struct Processor {
     uneven: UnevenFrames,
     /// The frames that a file leaves out, or that cannot be decoded.
     missing: UnevenFrames,
+    /// Whether lost JPEG pictures are such frames. A camera's are told by their times.
+    is_of_camera: bool,
     baseline_reported: bool,
     /// The first feature frame of the baseline.
     zero: u64,
@@ -323,6 +325,7 @@ impl Processor {
             dropped_by: LossCounts::default(),
             uneven: UnevenFrames::default(),
             missing: UnevenFrames::default(),
+            is_of_camera: info.camera.is_some(),
             baseline_reported: false,
             zero: first,
         })
@@ -359,7 +362,10 @@ impl Processor {
         if let SourceEvent::Fault(fault) = event {
             self.uneven.fault(&fault.kind, self.pipeline.next_frame());
         }
-        if let SourceEvent::Lost { frames, reason: LossReason::Missing | LossReason::CorruptPicture } = event {
+        if let SourceEvent::Lost { frames, reason } = event
+            && (matches!(reason, LossReason::Missing | LossReason::CorruptPicture)
+                || (reason.is_of_jpeg() && !self.is_of_camera))
+        {
             let first = self.pipeline.next_frame();
             self.missing.fault(&FaultKind::Uneven, first);
             let added = u64::from(self.geometry().rate().frames_added());
@@ -510,14 +516,22 @@ impl Processor {
     /// It is for a file that is touched in its first frames: `source` is the same file, opened once more.
     ///
     /// # Errors
-    /// The source fails, or ends before the baseline is complete.
+    /// The source fails, ends before the baseline is complete, or reports that frames of the baseline are damaged or
+    /// come unevenly.
     pub fn gather_baseline(&mut self, source: &mut dyn Source, from_s: f64) -> Result<(), Error> {
         let skipped = (from_s.max(0.0) * source.info().rate.per_second()).round() as u64;
-        let mut frame = 0_u64;
+        let (mut frame, mut is_doubted) = (0_u64, false);
         while self.pipeline.baseline().is_none() {
             let is_skipped = frame < skipped;
             match source.next_event()? {
                 SourceEvent::Frame(_) | SourceEvent::Taxels(_) if is_skipped => {}
+                SourceEvent::Frame(_) | SourceEvent::Taxels(_) if is_doubted => {
+                    let message = format_args!(
+                        "frames of the baseline from {from_s} s on are damaged or come unevenly; help: choose another \
+                         --baseline-at"
+                    );
+                    return Err(Error::new(ErrorKind::Usage, &source.info().about, message));
+                }
                 SourceEvent::Frame(taken) if self.pipeline.push_frame(taken.bytes).is_ok() => {}
                 SourceEvent::Frame(_) => {
                     self.pipeline.push_lost(1);
@@ -532,7 +546,15 @@ impl Processor {
                     }
                     continue;
                 }
-                SourceEvent::Fault(_) | SourceEvent::Waiting => continue,
+                SourceEvent::Fault(fault) => {
+                    is_doubted = match fault.kind {
+                        FaultKind::Uneven => true,
+                        FaultKind::Even => false,
+                        _ => is_doubted,
+                    };
+                    continue;
+                }
+                SourceEvent::Waiting => continue,
                 SourceEvent::End => {
                     let message = format_args!("ends before the baseline from {from_s} s on is complete");
                     return Err(Error::new(ErrorKind::Usage, &source.info().about, message));

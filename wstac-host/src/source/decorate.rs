@@ -301,6 +301,28 @@ mod tests {
     }
 
     #[test]
+    fn a_baseline_of_doubted_frames_is_refused() {
+        let size = FrameSize::new(100, 100).unwrap();
+        let info = StreamInfo::new("a stripe", size, PixelFormat::Gray, FrameRate::NOMINAL);
+        let stripe = || Stripe { info: info.clone(), bytes: vec![0; 10_000], number: 0 };
+        let error = |from, to| {
+            let source = FaultInjector::new(stripe(), move |number| match number {
+                _ if number == from => Injection::Fault(FaultKind::Uneven),
+                _ if number == to => Injection::Fault(FaultKind::Even),
+                _ => Injection::Keep,
+            });
+            let error = Session::builder(stripe()).baseline_from(source, 0.5).build().err();
+            error.map(|error| error.to_string())
+        };
+        assert_eq!((error(u64::MAX, u64::MAX), error(3, 9), error(110, 115)), (None, None, None));
+        let refused = "a stripe: frames of the baseline from 0.5 s on are damaged or come unevenly; help: choose another \
+                       --baseline-at";
+        for (from, to) in [(3, u64::MAX), (20, u64::MAX), (20, 30)] {
+            assert_eq!(error(from, to).as_deref(), Some(refused), "{from} to {to}");
+        }
+    }
+
+    #[test]
     fn a_source_that_fails_gives_its_end_and_its_error() {
         let found = outputs(|number| if number == 50 { Injection::Fail } else { Injection::Keep });
         assert!(matches!(&found[..], [Ok(Output::End(end)), Err(_)] if end.frames == 50), "{found:?}");

@@ -54,7 +54,6 @@ pub(super) struct Spacing {
     /// Frames in a row that were in their places.
     even: u32,
     is_uneven: bool,
-    is_lost: bool,
     /// Frames that are missing, and frames that came unevenly.
     missing: u64,
     uneven: u64,
@@ -68,23 +67,8 @@ pub(super) struct Spacing {
 impl Spacing {
     pub(super) fn new(subject: String, positions: Positions, step: f64) -> Self {
         let (least, most, ready) = (f64::INFINITY, 0.0, VecDeque::new());
-        let (last, mean, frame, even, is_uneven, is_lost, missing, uneven) = (None, 0.0, 0, 0, false, false, 0, 0);
-        Self {
-            subject,
-            positions,
-            step,
-            last,
-            mean,
-            frame,
-            even,
-            is_uneven,
-            is_lost,
-            missing,
-            uneven,
-            least,
-            most,
-            ready,
-        }
+        let (last, mean, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0, 0, false, 0, 0);
+        Self { subject, positions, step, last, mean, frame, even, is_uneven, missing, uneven, least, most, ready }
     }
 
     /// Takes the position of the next frame. [`Self::next_event`] has what comes before it. If it is not a number, the
@@ -144,17 +128,15 @@ impl Spacing {
         }
     }
 
-    /// Takes it that no frame from the next one on has a position.
-    pub(super) fn lose(&mut self) {
-        self.is_lost = true;
-        let message = format!("ffmpeg reports no time of frame {}; events are not reliable from there on", self.frame);
-        self.fault(FaultKind::Uneven, &message);
+    /// Returns whether frames come unevenly now.
+    pub(super) fn is_uneven(&self) -> bool {
+        self.is_uneven
     }
 
     /// Takes the end of the source: if frames were missing or uneven, [`Self::next_event`] says how many.
     pub(super) fn finish(&mut self) {
         let (missing, uneven) = (std::mem::take(&mut self.missing), std::mem::take(&mut self.uneven));
-        if self.is_lost || (missing == 0 && uneven == 0) {
+        if missing == 0 && uneven == 0 {
             return;
         }
         let by = match self.positions {

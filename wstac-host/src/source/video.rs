@@ -19,7 +19,7 @@ use wstac_core::touch::motion::RowOrder;
 
 use super::spacing::{self, Positions, Spacing};
 use super::y4m::Y4m;
-use super::{Fault, FaultKind, LossReason, Source, SourceEvent, StreamInfo, replaced_rate};
+use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo, replaced_rate};
 use crate::error::{Error, ErrorKind};
 
 /// The endings of files that are taken for videos.
@@ -44,8 +44,8 @@ const MADE_UP: (u32, u32) = (25, 1);
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
 /// The highest rate that a file may state.
 const MOST_PER_SECOND: f64 = 1000.0;
-/// Prints the time of every frame in microseconds before the frame comes.
-const EVERY_TIME: &str = "settb=1/1000000,metadata=delete,metadata=add:key=wstac:value=time,metadata=print:key=wstac";
+/// Prints the time of every frame in microseconds before the frame comes, and whether it is a key frame.
+const EVERY_TIME: &str = "settb=1/1000000,showinfo=checksum=0,";
 /// Gives frames the times of a stream without gaps, so that ffmpeg repeats none and leaves none out.
 const EVERY_FRAME: &str = "settb=1/30,setpts=N";
 /// Frames that show how far frames are apart.
@@ -57,8 +57,11 @@ const MOST_REPORTED: usize = 2000;
 /// Longest wait for the time of a frame that has come, and the number of such waits after which no time is expected.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 const MOST_WAITS: u32 = 10;
-/// The line of ffmpeg's log behind which it decodes the frames.
-const BEGINS: &str = "[info] Stream mapping:";
+/// Frames after the last report of damage before which no key frame ends the doubt: since version 7, ffmpeg decodes
+/// eight frames ahead of the time that it prints, and B-frames come in another order.
+const LONGEST_AHEAD: u32 = 16;
+/// Codecs that call every frame a key frame, and most are made of those before.
+const WITHOUT_KEYS: [&str; 2] = ["apng", "gif"];
 /// An error that concerns no picture: many cameras write such a marker.
 const HARMLESS: &str = "unable to decode APP fields";
 /// Most bytes of a line of ffmpeg's log that are read as one.
@@ -76,14 +79,19 @@ pub struct Video {
     has_arrived: bool,
     /// Waits for the time of the next frame.
     waits: u32,
-    /// Whether every frame is coded alone, whether the next one is damaged, and whether a frame before it was, of which
-    /// later ones may be made.
-    is_intra: bool,
-    is_damaged: bool,
-    is_doubted: bool,
+    doubt: Doubt,
     /// The fault about its rotation, until it is reported.
     turned: Option<Fault>,
     ended: bool,
+}
+
+/// Whether frames may be wrong, because of what ffmpeg could not decode.
+#[derive(Debug, Default)]
+struct Doubt {
+    is_on: bool,
+    /// Frames since the last report of damage.
+    frames: u32,
+    lacks_keys: bool,
 }
 
 /// ffmpeg, and what it reports.
@@ -98,8 +106,11 @@ struct Decoder {
 /// What ffmpeg reports before a frame.
 #[derive(Debug, PartialEq)]
 enum Report {
-    /// The time of the frame in milliseconds; not a number for a frame without.
-    Time(f64),
+    Frame {
+        /// Milliseconds; not a number for a frame without a time.
+        time: f64,
+        is_key: bool,
+    },
     /// What it could not decode of the frame, or of one that the frame is made of.
     Damage(String),
 }
@@ -119,8 +130,8 @@ struct Stated {
     row_order: RowOrder,
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
-    /// Whether every frame is coded alone.
-    is_intra: bool,
+    /// Whether key frames are not known.
+    lacks_keys: bool,
 }
 
 /// Returns whether a file is a video by its name.
@@ -136,8 +147,8 @@ impl Video {
     /// states no range or matrix, the frames are taken to have limited range and BT.601, and the description says so. Of
     /// red, green and blue, green is taken as it is.
     ///
-    /// A frame that ffmpeg cannot decode without errors is lost if every frame is coded alone. Otherwise later frames
-    /// may be made of it, so nothing from there on is reliable.
+    /// From a frame that ffmpeg cannot decode without errors on, nothing is reliable until a later key frame. Errors
+    /// before the first frame say only that the file was cut.
     ///
     /// # Errors
     /// ffmpeg is not installed, cannot read the file, or finds no picture in it, or the file states an absurd rate.
@@ -153,7 +164,7 @@ impl Video {
             return Err(Error::new(ErrorKind::Format, &subject, message));
         }
         let (conversion, pixels) = stated.conversion();
-        let filters = format!("{EVERY_TIME},{conversion}{EVERY_FRAME}");
+        let filters = format!("{EVERY_TIME}{conversion}{EVERY_FRAME}");
         let mut process = ffmpeg("ffmpeg", path)
             // Cover pictures are no video.
             .args(["-map", "0:V:0", "-vf", &filters, "-r", "30", "-pix_fmt", pixels])
@@ -177,22 +188,25 @@ impl Video {
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
-        let (is_intra, has_arrived, is_damaged, is_doubted, ended) = (stated.is_intra, false, false, false, false);
-        let waits = 0;
-        Ok(Self {
-            subject,
-            info,
-            frames,
-            decoder,
-            spacing,
-            has_arrived,
-            waits,
-            is_intra,
-            is_damaged,
-            is_doubted,
-            turned,
-            ended,
-        })
+        let doubt = Doubt { lacks_keys: stated.lacks_keys, ..Doubt::default() };
+        let (has_arrived, waits, ended) = (false, 0, false);
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, ended })
+    }
+}
+
+impl Doubt {
+    /// Takes a report of damage. Returns true if doubt begins.
+    fn begin(&mut self) -> bool {
+        self.frames = 0;
+        !std::mem::replace(&mut self.is_on, true)
+    }
+
+    /// Takes a frame. Returns true if doubt ends before it.
+    fn end(&mut self, is_key: bool) -> bool {
+        self.frames = self.frames.saturating_add(1);
+        let ends = self.is_on && is_key && !self.lacks_keys && self.frames > LONGEST_AHEAD;
+        self.is_on &= !ends;
+        ends
     }
 }
 
@@ -205,26 +219,33 @@ impl Source for Video {
         if let Some(fault) = self.turned.take() {
             return Ok(SourceEvent::Fault(fault));
         }
-        let Self { subject, frames, decoder, spacing, has_arrived, waits, is_damaged, is_doubted, ended, .. } = self;
+        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, ended, .. } = self;
+        let fault = |kind, message: &str| Ok(SourceEvent::Fault(Fault::new(kind, format!("{subject}: {message}"))));
         if let Some(reports) = decoder.reports.as_ref().filter(|_| !*has_arrived && !*ended) {
             if !frames.has_next() {
                 return Ok(SourceEvent::Waiting);
             }
             // ffmpeg reports what it could not decode, and the time, before the frame.
             match reports.recv_timeout(LONGEST_WAIT) {
-                Ok(Report::Time(time)) => spacing.iter_mut().for_each(|spacing| spacing.arrive(time)),
-                // At the end, no frame is made of what was damaged.
-                Ok(Report::Damage(why)) if frames.has_frame() => {
-                    *is_damaged = self.is_intra;
-                    if self.is_intra || std::mem::replace(is_doubted, true) {
+                Ok(Report::Frame { time, is_key }) => {
+                    (*has_arrived, *waits) = (true, 0);
+                    spacing.iter_mut().for_each(|spacing| spacing.arrive(time));
+                    // A key frame mends no times.
+                    if doubt.end(is_key) && !spacing.as_ref().is_some_and(Spacing::is_uneven) {
+                        return fault(FaultKind::Even, "frames are decoded without errors again");
+                    }
+                }
+                Ok(Report::Damage(why)) => {
+                    // At the end, no frame is made of what was damaged.
+                    if !frames.has_frame() || !doubt.begin() {
                         return Ok(SourceEvent::Waiting);
                     }
                     let message = format!(
-                        "{subject}: ffmpeg reports \"{why}\"; from here on frames may be wrong and events are not reliable"
+                        "ffmpeg reports \"{why}\"; from here on frames may be wrong and events are not reliable, until a \
+                         later key frame"
                     );
-                    return Ok(SourceEvent::Fault(Fault::new(FaultKind::Uneven, message)));
+                    return fault(FaultKind::Uneven, &message);
                 }
-                Ok(Report::Damage(_)) => return Ok(SourceEvent::Waiting),
                 Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {
                     *waits += 1;
                     return Ok(SourceEvent::Waiting);
@@ -233,15 +254,16 @@ impl Source for Video {
                     decoder.reports = None;
                     // At the end, no time is missing.
                     if frames.has_frame() {
-                        spacing.iter_mut().for_each(Spacing::lose);
+                        *spacing = None;
+                        let message = "ffmpeg reports no time of a frame; events are not reliable from there on";
+                        return fault(FaultKind::Uneven, message);
                     }
                 }
             }
-            (*has_arrived, *waits) = (true, 0);
         }
         match spacing.as_mut().and_then(Spacing::next_event) {
             // Even times mend no frame.
-            Some(SourceEvent::Fault(fault)) if *is_doubted && fault.kind == FaultKind::Even => {
+            Some(SourceEvent::Fault(fault)) if doubt.is_on && fault.kind == FaultKind::Even => {
                 return Ok(SourceEvent::Waiting);
             }
             Some(event) => return Ok(event),
@@ -263,10 +285,6 @@ impl Source for Video {
                 *ended = true;
                 let why = decoder.end().unwrap_or_else(|| error.message().to_owned());
                 Err(Error::new(ErrorKind::Format, subject, why))
-            }
-            Ok(SourceEvent::Frame(_)) if std::mem::take(is_damaged) => {
-                *has_arrived = false;
-                Ok(SourceEvent::Lost { frames: 1, reason: LossReason::CorruptPicture })
             }
             other => {
                 *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_)));
@@ -336,14 +354,13 @@ impl Stated {
         };
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
         let (pixels, stated) = (pixels, mean.or(base));
-        let mut keys = text.lines().filter_map(|line| line.strip_prefix("key_frame=")).peekable();
-        let is_intra = keys.peek().is_some() && keys.all(|key| key.trim() == "1");
+        let lacks_keys = WITHOUT_KEYS.contains(&value("codec_name"));
         let format = value("format_name");
         if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
             let known = Self { pixels, range, matrix, rate, is_turned, row_order, ..Self::default() };
-            return Self { is_made_up, is_intra, ..known };
+            return Self { is_made_up, lacks_keys, ..known };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
@@ -358,7 +375,7 @@ impl Stated {
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         let rate = by_header.or(by_times);
-        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false, is_intra }
+        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false, lacks_keys }
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -435,11 +452,12 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
     if program == "ffmpeg" {
         // The times of frames are information. Each line states its level. Times are not to be mended.
         command.args(["-nostdin", "-hide_banner", "-nostats", "-v", "repeat+level+info", "-copyts"]);
+        // Several threads report damage many frames ahead of its frame, each time as many as happens. It would be
+        // ignored before the first frame, and doubt could end before the frame comes. Large videos take longer.
+        command.args(["-threads", "1"]);
     } else {
         command.args(["-v", "error"]);
     }
-    // With several threads, errors of a damaged file come in another order each time.
-    command.args(["-threads", "1"]);
     // The log is read.
     command.env("AV_LOG_FORCE_NOCOLOR", "1").env_remove("AV_LOG_FORCE_COLOR");
     // A playlist could name other files or the network.
@@ -450,8 +468,8 @@ fn ffmpeg(program: &str, path: &Path) -> Command {
 
 /// Asks `ffprobe` for the properties of a video.
 fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
-    let entries = "format=format_name:stream=pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
-                   stream_side_data=rotation,displaymatrix:frame=key_frame,best_effort_timestamp_time";
+    let entries = "format=format_name:stream=codec_name,pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
+                   stream_side_data=rotation,displaymatrix:frame=best_effort_timestamp_time";
     let ask = |options: &[&str]| {
         let mut command = ffmpeg("ffprobe", path);
         command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
@@ -489,12 +507,16 @@ fn not_started(subject: &str, error: std::io::Error) -> Error {
     Error::new(ErrorKind::Io, subject, format_args!("ffmpeg does not start: {error}")).caused_by(error)
 }
 
-/// Returns a line without the part of ffmpeg that it comes from, whose address differs from run to run.
+/// Returns a line without the parts of ffmpeg that it comes from, whose addresses differ from run to run.
 fn without_context(line: &str) -> &str {
-    let line = line.trim();
-    let context = line.strip_prefix('[').and_then(|line| line.split_once("] "));
+    let mut line = line.trim();
     let has_address = |context: &str| context.split_once('@').is_some_and(|(_, at)| at.trim_start().starts_with("0x"));
-    context.filter(|(context, _)| has_address(context)).map_or(line, |(_, rest)| rest)
+    while let Some((context, rest)) = line.strip_prefix('[').and_then(|line| line.split_once("] "))
+        && has_address(context)
+    {
+        line = rest;
+    }
+    line
 }
 
 /// Returns an error that ffmpeg reports in a line of its log.
@@ -513,13 +535,13 @@ fn damage_in(line: &str) -> Option<&str> {
     error_in(line).or(replaced).filter(|why| !why.starts_with(HARMLESS))
 }
 
-/// Returns the time of a frame in milliseconds that ffmpeg reports in a line of its log: `frame:0 pts:33333 pts_time:…`.
-/// It is not a number for a frame without a time.
-fn time_in(line: &str) -> Option<f64> {
-    let line = line.strip_prefix("[Parsed_metadata_")?;
-    let (_, time) = line.split_once("frame:")?.1.split_once(" pts:")?;
-    let time = time.split(' ').next()?;
-    Some(time.parse::<i64>().map_or(f64::NAN, |time| time as f64 / 1000.0))
+/// Returns the frame that ffmpeg reports in a line of its log: `n:0 pts:33333 pts_time:… iskey:1 …`.
+fn frame_in(line: &str) -> Option<Report> {
+    let text = without_context(line);
+    let (_, rest) = text.strip_prefix("[info] n:").filter(|_| text.len() < line.trim().len())?.split_once(" pts:")?;
+    let (time, key) = (rest.split_ascii_whitespace().next()?, rest.split_once(" iskey:")?.1);
+    let time = time.parse::<i64>().map_or(f64::NAN, |time| time as f64 / 1000.0);
+    Some(Report::Frame { time, is_key: key.starts_with('1') })
 }
 
 /// Reads what a process reports, so that it never waits: keeps the beginning of errors, and sends what concerns frames.
@@ -533,17 +555,17 @@ fn read_reports(
         let mut has_begun = false;
         while let Ok(1..) = errors.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
             let line = String::from_utf8_lossy(&bytes);
-            if let Some(time) = time_in(&line) {
+            if let Some(frame) = frame_in(&line) {
+                has_begun = true;
                 // After the end of the source nobody asks.
-                let _ = reports.send(Report::Time(time));
+                let _ = reports.send(frame);
             } else {
-                has_begun |= line.trim_end() == BEGINS;
                 if let Some(error) = error_in(&line) {
                     let mut kept = reported.lock().unwrap_or_else(PoisonError::into_inner);
                     let room = MOST_REPORTED.saturating_sub(kept.len());
                     kept.extend(error.bytes().chain([b'\n']).take(room));
                 }
-                // Before that, it looks for the rate and the size, in other streams, too.
+                // Before the first frame, it looks for the rate and the size, in other streams, too, and for a key frame.
                 if let Some(why) = damage_in(&line).filter(|_| has_begun) {
                     let _ = reports.send(Report::Damage(why.to_owned()));
                 }
@@ -645,12 +667,15 @@ mod tests {
 
     #[test]
     fn the_log_of_ffmpeg_is_read() {
-        let time = "[Parsed_metadata_3 @ 0x560dd031a040] [info] frame:7    pts:233333  pts_time:0.233333\n";
-        assert_eq!(time_in(time), Some(233.333));
-        let without = time_in("[Parsed_metadata_3 @ 0x5] [info] frame:7    pts:NOPTS  pts_time:NOPTS");
-        assert!(without.is_some_and(f64::is_nan));
-        assert_eq!(time_in("[Parsed_metadata_3 @ 0x5] [info] wstac=time"), None);
-        assert_eq!(time_in("[info]     title           : [info] frame:7 pts:3 pts_time:0.233333"), None);
+        let frame = |time| {
+            let line =
+                "[Parsed_showinfo_1 @ 0x560dd031a040] [info] n:   7 pts:PTS pts_time:0.2 fmt:gray iskey:1 type:I";
+            frame_in(&line.replace("PTS", time))
+        };
+        assert_eq!(frame(" 233333"), Some(Report::Frame { time: 233.333, is_key: true }));
+        assert!(matches!(frame("   NOPTS"), Some(Report::Frame { time, .. }) if time.is_nan()));
+        assert_eq!(frame_in("[Parsed_showinfo_1 @ 0x5] [info] config in time_base: 1/1000000, frame_rate: 30/1"), None);
+        assert_eq!(frame_in("[info]     title           : [info] n:   7 pts:3 iskey:1"), None);
         assert_eq!(error_in("[h264 @ 0x560dd031a040] [error] no frame!\n"), Some("no frame!"));
         assert_eq!(error_in("[fatal] no such filter"), Some("no such filter"));
         assert_eq!(error_in("[info]     title           : [error] none"), None);
@@ -662,6 +687,11 @@ mod tests {
             ),
             ("[warning] a.mp4: corrupt decoded frame in stream 0", Some("a.mp4: corrupt decoded frame in stream 0")),
             ("[mjpeg @ 0x5] [error] unable to decode APP fields: Invalid data", None),
+            ("[vist#0:0/h264 @ 0x5] [dec:h264 @ 0x6] [warning] corrupt decoded frame", Some("corrupt decoded frame")),
+            (
+                "[vist#0:0/h264 @ 0x5] [dec:h264 @ 0x6] [error] Error submitting packet to decoder: Invalid data",
+                Some("Error submitting packet to decoder: Invalid data"),
+            ),
             ("[mjpeg @ 0x5] [warning] EOI missing, emulating", None),
             ("[info] concealing 75 DC", None),
             ("[info]     title           : corrupt decoded frame", None),
@@ -672,15 +702,32 @@ mod tests {
 
     #[test]
     fn what_ffmpeg_could_not_decode_comes_before_its_frame() {
-        let log = "[mp3 @ 0x5] [error] Header missing\n[info] Stream mapping:\n\
-                   [Parsed_metadata_3 @ 0x5] [info] frame:0 pts:0 pts_time:0\n[h264 @ 0x5] [error] no frame!\n\
-                   [Parsed_metadata_3 @ 0x5] [info] frame:1 pts:1000 pts_time:0.001\n";
+        let log = "[h264 @ 0x5] [error] non-existing PPS 0 referenced\n\
+                   [Parsed_showinfo_1 @ 0x5] [info] n: 0 pts: 0 pts_time:0 iskey:1 type:I\n[h264 @ 0x5] [error] no frame!\n\
+                   [Parsed_showinfo_1 @ 0x5] [info] n: 1 pts: 1000 pts_time:0.001 iskey:0 type:P\n";
         let (sender, reports) = channel();
         read_reports(log.as_bytes(), Arc::default(), sender).join().expect("it ends");
-        let expected = [Report::Time(0.0), Report::Damage("no frame!".into()), Report::Time(1.0)];
+        let expected = [
+            Report::Frame { time: 0.0, is_key: true },
+            Report::Damage("no frame!".into()),
+            Report::Frame { time: 1.0, is_key: false },
+        ];
         assert_eq!(reports.iter().collect::<Vec<_>>(), expected);
-        let of_keys = |keys: &str| Stated::parse(keys).is_intra;
-        assert!(of_keys("key_frame=1\nkey_frame=1\n") && !of_keys("key_frame=1\nkey_frame=0\n") && !of_keys(""));
+    }
+
+    #[test]
+    fn doubt_ends_at_a_key_frame_long_after_damage() {
+        let mut doubt = Doubt::default();
+        assert!(!doubt.end(true) && doubt.begin() && !doubt.begin());
+        assert!((0..8).all(|_| !doubt.end(true)) && !doubt.begin());
+        assert!((0..LONGEST_AHEAD).all(|_| !doubt.end(true)));
+        assert!(!doubt.end(false) && doubt.is_on);
+        assert!(doubt.end(true) && !doubt.is_on && doubt.begin());
+        for (codec, ends) in [("gif", false), ("apng", false), ("h264", true)] {
+            let lacks_keys = Stated::parse(&format!("codec_name={codec}\n")).lacks_keys;
+            let mut doubt = Doubt { is_on: true, frames: LONGEST_AHEAD, lacks_keys };
+            assert_eq!(doubt.end(true), ends, "{codec}");
+        }
     }
 
     #[test]

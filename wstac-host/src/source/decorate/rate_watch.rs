@@ -23,7 +23,7 @@ const LONG_SPAN: Duration = Duration::from_secs(10);
 const OFF: f64 = 0.02;
 
 /// Reports a fault if a source's frames come at another rate than agreed on, and once more if they come in time again.
-/// A rate that is more than 2 % off over ten seconds is reported once.
+/// A rate that is more than 2 % off over ten seconds is reported once in each direction, until it is right again.
 ///
 /// It uses the driver's sequence numbers and timestamps alone, over at least two seconds and five frames. Frames that
 /// were dropped count as taken, so a slow program or a full bus is no slow camera. While the camera is slow, frames that
@@ -182,15 +182,16 @@ struct Pace {
     /// Sequence number of the last frame.
     last: u32,
     slow: bool,
-    /// Sequence number and time of the first frame of the long measurement, and whether it was reported.
+    /// Sequence number and time of the first frame of the long measurement.
     long_start: Option<(u32, Duration)>,
-    is_off: bool,
+    /// Whether the rate was reported as too high or as too low; `None` if it was right when it was measured last.
+    is_fast: Option<bool>,
 }
 
 impl Pace {
     fn new(rate: FrameRate) -> Self {
         let rate = rate.per_second();
-        Self { rate, start: None, last: 0, slow: false, long_start: None, is_off: false }
+        Self { rate, start: None, last: 0, slow: false, long_start: None, is_fast: None }
     }
 
     /// Returns whether the camera was slow when it was measured last.
@@ -227,14 +228,18 @@ impl Pace {
         Some(self.fault(measured))
     }
 
-    /// Returns a fault the first time that the rate is off over a long span.
+    /// Returns a fault if the rate has become too high or too low over a long span.
     fn off(&mut self, sequence: u32, now: Duration) -> Option<Fault> {
         let (first, start) = self.long_start?;
         let span = now.checked_sub(start).filter(|span| *span >= LONG_SPAN)?;
         self.long_start = Some((sequence, now));
         let measured = f64::from(sequence.wrapping_sub(first)) / span.as_secs_f64();
         let off = measured / self.rate - 1.0;
-        if self.slow || off.abs() <= OFF || std::mem::replace(&mut self.is_off, true) {
+        if self.slow {
+            return None;
+        }
+        let is_fast = (off.abs() > OFF).then_some(off > 0.0);
+        if std::mem::replace(&mut self.is_fast, is_fast) == is_fast || is_fast.is_none() {
             return None;
         }
         let what = if off < 0.0 { "those that are missing count as lost" } else { "speeds are too low by as much" };
@@ -399,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_is_a_little_off_is_told_once() {
+    fn a_rate_that_is_a_little_off_is_reported_once() {
         for (rate, words) in [(29.3, "29.30 frames per second, 30.00"), (31.0, "speeds are too low")] {
             let mut pace = Pace::new(FrameRate::NOMINAL);
             let time = |number: u32| Some(Duration::from_secs_f64(100.0 + f64::from(number) / rate));
@@ -407,6 +412,17 @@ mod tests {
             assert!(matches!(&faults[..], [fault] if fault.kind == FaultKind::Rate), "{rate}: {faults:?}");
             assert!(faults[0].message.contains(words), "{}", faults[0]);
         }
+        // Another direction is reported, and so is the same one after a rate that was right.
+        let (mut pace, mut start, mut words) = (Pace::new(FrameRate::NOMINAL), 100.0, Vec::new());
+        for (part, rate) in [29.3, 31.5, 31.5, 30.0, 31.5].into_iter().enumerate() {
+            let first = 900 * part as u32;
+            start -= f64::from(first) / rate;
+            let time = |number: u32| Some(Duration::from_secs_f64(start + f64::from(number) / rate));
+            let faults = (first..first + 900).filter_map(|number| pace.arrive(number, time(number)));
+            words.extend(faults.map(|fault| (part, fault.message.contains("too low"))));
+            start += f64::from(first + 900) / rate;
+        }
+        assert_eq!(words, [(0, false), (1, true), (4, true)]);
         // One that changes within the span is slow, and then in time.
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
