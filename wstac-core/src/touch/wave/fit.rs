@@ -127,8 +127,7 @@ impl<'a> Whiskers<'a> {
                 *sum += i64::from(factor * whisker.peak) * i64::from(centroid);
             }
         }
-        let [one, x, y] = sums.map(|sum| sum as f32);
-        solved(&moments, [one, x, y], 1e-3).map(|slowness| slowness / 128.0)
+        solved(&moments, sums.map(|sum| sum as f32), 1e-3).map(|slowness| slowness / 128.0)
     }
 
     /// Returns the wave by Gauss-Newton steps.

@@ -189,8 +189,7 @@ impl Totals {
         for half in [0..middle + 1, middle..total.len()] {
             let is_second = half.start == middle && half.end != middle + 1;
             let mut most = 0;
-            let count = half.len();
-            for number in 0..count {
+            for number in 0..half.len() {
                 let at = if is_second { half.end - 1 - number } else { half.start + number };
                 let light = total.get(at).copied().unwrap_or(0);
                 most = light.max(most);
