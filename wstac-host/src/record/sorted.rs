@@ -364,10 +364,8 @@ impl Sorted {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "compression"))]
 mod tests {
-    #![cfg(feature = "compression")]
-
     use std::collections::BTreeMap;
     use std::sync::Arc;
 
