@@ -123,7 +123,7 @@ impl Message {
     }
 
     /// Returns a message of this program's own kinds.
-    fn timed(topic: Topic, times: &Times, fields: serde_json::Map<String, serde_json::Value>) -> Self {
+    fn timed(topic: Topic, times: &Times, fields: serde_json::Map<String, Value>) -> Self {
         let StampFields { stamp, stamp_within_ms } = StampFields::new(times.stamp);
         let mut payload = fields;
         payload.insert("kind".to_owned(), topic.name().into());
