@@ -178,7 +178,7 @@ class Clips:
 
     def damaged(self) -> None:
         """Files with flipped bits: no reliable speed is wrong, and key frames end doubt. A cut file is as reliable as a whole one."""
-        word = "frames may be wrong and events are not reliable"
+        word = "events are not reliable until a later key frame"
         # Only the film of pictures that are coded alone has key frames that end doubt.
         for kind, options, ends in (("mp4", X264, False), ("avi", ("-c:v", "mjpeg", "-q:v", "2"), True)):
             whole = self.make(*options, to=f"whole.{kind}").read_bytes()
@@ -196,12 +196,13 @@ class Clips:
                 ended += any(record.get("fault") == "even" for record in records)
             found = f"{said} of 8 damaged .{kind} files say \"{word}\", in {ended} doubt ends"
             self.verdict(said > 1 and (ended > 1 if ends else not ended) and not wrong, found, f"{found}; wrong and reliable: {wrong}")
-        # Damage long before the touch costs nothing.
-        whole = bytearray(self.make("-c:v", "mjpeg", "-q:v", "2", to="early.avi").read_bytes())
-        whole[len(whole) // 20 : len(whole) // 20 + 40] = bytes(40)
-        (self.at / "early.avi").write_bytes(whole)
+        # A picture long before the touch whose second half cannot be decoded costs nothing.
+        *first, early, rest = self.make("-c:v", "mjpeg", "-q:v", "2", to="early.avi").read_bytes().split(b"00dc", 10)
+        half = len(early) // 2
+        early = early[:half] + b"\xaa" * (len(early) - half)
+        (self.at / "early.avi").write_bytes(b"00dc".join([*first, early, rest]))
         self.judged(self.at / "early.avi", True, 'ffmpeg reports "')
-        # Packets before the first key frame, of whose sequence nothing is known.
+        # A file that was cut, also between key frames.
         self.make(*X264, "-g", "10", to="keys.mp4")
         ffmpeg("-ss", "0.2", "-i", self.at / "keys.mp4", "-c", "copy", self.at / "trimmed.ts")
         self.judged(self.at / "trimmed.ts", True)

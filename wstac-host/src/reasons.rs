@@ -173,9 +173,9 @@ words! {
     Decoder = "decoder",
     /// Pictures are turned or mirrored as their files say.
     Turned = "turned",
-    /// The frames of a file come unevenly from here on.
+    /// The frames of a file come unevenly from here on, or are damaged.
     Uneven = "uneven",
-    /// The frames of a file come evenly again.
+    /// The frames of a file come evenly again, and are whole.
     Even = "even",
     /// Says at the end of a file how many of its frames are missing or came unevenly.
     Spacing = "spacing",

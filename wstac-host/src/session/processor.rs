@@ -57,7 +57,7 @@ pub struct Processor {
     uneven: UnevenFrames,
     /// The frames that a file leaves out, or that cannot be decoded.
     missing: UnevenFrames,
-    /// Whether lost JPEG pictures are such frames. A camera's are told by their times.
+    /// Whether lost JPEG pictures are such frames. A camera reports its own.
     is_of_camera: bool,
     baseline_reported: bool,
     /// The first feature frame of the baseline.
@@ -547,11 +547,7 @@ impl Processor {
                     continue;
                 }
                 SourceEvent::Fault(fault) => {
-                    is_doubted = match fault.kind {
-                        FaultKind::Uneven => true,
-                        FaultKind::Even => false,
-                        _ => is_doubted,
-                    };
+                    is_doubted = (is_doubted || fault.kind == FaultKind::Uneven) && fault.kind != FaultKind::Even;
                     continue;
                 }
                 SourceEvent::Waiting => continue,

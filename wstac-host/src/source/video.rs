@@ -60,8 +60,6 @@ const MOST_WAITS: u32 = 10;
 /// Frames after the last report of damage before which no key frame ends the doubt: since version 7, ffmpeg decodes
 /// eight frames ahead of the time that it prints, and B-frames come in another order.
 const LONGEST_AHEAD: u32 = 16;
-/// Codecs that call every frame a key frame, and most are made of those before.
-const WITHOUT_KEYS: [&str; 2] = ["apng", "gif"];
 /// An error that concerns no picture: many cameras write such a marker.
 const HARMLESS: &str = "unable to decode APP fields";
 /// Most bytes of a line of ffmpeg's log that are read as one.
@@ -86,11 +84,12 @@ pub struct Video {
 }
 
 /// Whether frames may be wrong, because of what ffmpeg could not decode.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 struct Doubt {
     is_on: bool,
     /// Frames since the last report of damage.
     frames: u32,
+    /// Whether its codec calls every frame a key frame, although most are made of those before.
     lacks_keys: bool,
 }
 
@@ -130,8 +129,7 @@ struct Stated {
     row_order: RowOrder,
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
-    /// Whether key frames are not known.
-    lacks_keys: bool,
+    doubt: Doubt,
 }
 
 /// Returns whether a file is a video by its name.
@@ -188,8 +186,7 @@ impl Video {
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
-        let doubt = Doubt { lacks_keys: stated.lacks_keys, ..Doubt::default() };
-        let (has_arrived, waits, ended) = (false, 0, false);
+        let (doubt, has_arrived, waits, ended) = (stated.doubt, false, 0, false);
         Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, ended })
     }
 }
@@ -229,7 +226,9 @@ impl Source for Video {
             match reports.recv_timeout(LONGEST_WAIT) {
                 Ok(Report::Frame { time, is_key }) => {
                     (*has_arrived, *waits) = (true, 0);
-                    spacing.iter_mut().for_each(|spacing| spacing.arrive(time));
+                    if let Some(spacing) = spacing {
+                        spacing.arrive(time);
+                    }
                     // A key frame mends no times.
                     if doubt.end(is_key) && !spacing.as_ref().is_some_and(Spacing::is_uneven) {
                         return fault(FaultKind::Even, "frames are decoded without errors again");
@@ -240,10 +239,7 @@ impl Source for Video {
                     if !frames.has_frame() || !doubt.begin() {
                         return Ok(SourceEvent::Waiting);
                     }
-                    let message = format!(
-                        "ffmpeg reports \"{why}\"; from here on frames may be wrong and events are not reliable, until a \
-                         later key frame"
-                    );
+                    let message = format!("ffmpeg reports \"{why}\"; events are not reliable until a later key frame");
                     return fault(FaultKind::Uneven, &message);
                 }
                 Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {
@@ -354,13 +350,13 @@ impl Stated {
         };
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
         let (pixels, stated) = (pixels, mean.or(base));
-        let lacks_keys = WITHOUT_KEYS.contains(&value("codec_name"));
+        let doubt = Doubt { lacks_keys: matches!(value("codec_name"), "apng" | "gif"), ..Doubt::default() };
         let format = value("format_name");
         if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
             let known = Self { pixels, range, matrix, rate, is_turned, row_order, ..Self::default() };
-            return Self { is_made_up, lacks_keys, ..known };
+            return Self { is_made_up, doubt, ..known };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
@@ -375,7 +371,7 @@ impl Stated {
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         let rate = by_header.or(by_times);
-        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false, lacks_keys }
+        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false, doubt }
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -538,7 +534,8 @@ fn damage_in(line: &str) -> Option<&str> {
 /// Returns the frame that ffmpeg reports in a line of its log: `n:0 pts:33333 pts_time:… iskey:1 …`.
 fn frame_in(line: &str) -> Option<Report> {
     let text = without_context(line);
-    let (_, rest) = text.strip_prefix("[info] n:").filter(|_| text.len() < line.trim().len())?.split_once(" pts:")?;
+    let text = text.strip_prefix("[info]").filter(|_| text.len() < line.trim().len())?;
+    let (_, rest) = text.trim_start().strip_prefix("n:")?.split_once(" pts:")?;
     let (time, key) = (rest.split_ascii_whitespace().next()?, rest.split_once(" iskey:")?.1);
     let time = time.parse::<i64>().map_or(f64::NAN, |time| time as f64 / 1000.0);
     Some(Report::Frame { time, is_key: key.starts_with('1') })
@@ -724,8 +721,8 @@ mod tests {
         assert!(!doubt.end(false) && doubt.is_on);
         assert!(doubt.end(true) && !doubt.is_on && doubt.begin());
         for (codec, ends) in [("gif", false), ("apng", false), ("h264", true)] {
-            let lacks_keys = Stated::parse(&format!("codec_name={codec}\n")).lacks_keys;
-            let mut doubt = Doubt { is_on: true, frames: LONGEST_AHEAD, lacks_keys };
+            let stated = Stated::parse(&format!("codec_name={codec}\n"));
+            let mut doubt = Doubt { is_on: true, frames: LONGEST_AHEAD, ..stated.doubt };
             assert_eq!(doubt.end(true), ends, "{codec}");
         }
     }

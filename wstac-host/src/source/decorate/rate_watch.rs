@@ -431,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_camera_is_told_once_and_once_more_when_it_recovers() {
+    fn a_slow_camera_is_reported_once_and_once_more_when_it_recovers() {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
         assert!(pace.is_slow());
