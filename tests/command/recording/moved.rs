@@ -409,7 +409,9 @@ fn a_damaged_index_hides_no_checksums() {
     let (index, frame) = (place(b"/sums/json"), place(&70_u32.to_be_bytes()));
     for flips in [&[index + 1][..], &[frame + 9], &[index + 1, frame + 9]] {
         let mut damaged = anew.clone();
-        flips.iter().for_each(|&at| damaged[at] ^= 4);
+        for at in flips {
+            damaged[at] ^= 4;
+        }
         let (code, frames, said) = recovered(&folder, &damaged, &truth);
         let expected = if flips.contains(&(frame + 9)) { 299 } else { 300 };
         assert_eq!((code, frames), (Some(0), expected), "{flips:?}: {said}");
