@@ -137,7 +137,7 @@ pub unsafe extern "C" fn wstac_open_frames(
         let options = unsafe { options::read(options) }?;
         // SAFETY: the caller's.
         let info = unsafe { frames.info() }?;
-        SensorSession::of_frames(info, &options)
+        SensorSession::of_frames(&info, &options)
     };
     // SAFETY: the caller's.
     unsafe { open(handle, make) }

@@ -38,10 +38,10 @@ impl SensorSession {
     }
 
     /// Creates a sensor whose frames the program pushes.
-    pub(super) fn of_frames(info: StreamInfo, options: &Options) -> Result<Self, Failure> {
+    pub(super) fn of_frames(info: &StreamInfo, options: &Options) -> Result<Self, Failure> {
         options.without_source()?;
         let config = options.config.clone().unwrap_or_default();
-        Self::new(Session::of_frames(info.clone()), &info, config, options, true)
+        Self::new(Session::of_frames(info.clone()), info, config, options, true)
     }
 
     fn new(
@@ -51,7 +51,7 @@ impl SensorSession {
         options: &Options,
         takes_frames: bool,
     ) -> Result<Self, Failure> {
-        let notes = c_string(&config.notes(info).collect::<Vec<_>>().join("\n"));
+        let notes = c_string(config.notes(info).collect::<Vec<_>>().join("\n"));
         let readout_ms = ReadoutUsed::of(config.readout(info)).ms().unwrap_or(f64::NAN);
         Ok(Self {
             session: session(builder, config, options)?,

@@ -409,7 +409,7 @@ fn a_damaged_index_hides_no_checksums() {
     let (index, frame) = (place(b"/sums/json"), place(&70_u32.to_be_bytes()));
     for flips in [&[index + 1][..], &[frame + 9], &[index + 1, frame + 9]] {
         let mut damaged = anew.clone();
-        for at in flips {
+        for &at in flips {
             damaged[at] ^= 4;
         }
         let (code, frames, said) = recovered(&folder, &damaged, &truth);

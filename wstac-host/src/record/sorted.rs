@@ -364,7 +364,8 @@ impl Sorted {
     }
 }
 
-#[cfg(all(test, feature = "compression"))]
+#[cfg(feature = "compression")]
+#[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
     use std::sync::Arc;
@@ -441,6 +442,7 @@ mod tests {
         assert_eq!((found, unpacked), (3 * MOST_UNPACKED as usize, bytes * MOST_UNPACKED));
         assert!(why.is_some_and(|why| why.contains("too far out of order")));
     }
+
     #[test]
     fn topics_in_large_chunks_are_each_unpacked_once() {
         let all: Vec<u64> = (0..60).collect();
