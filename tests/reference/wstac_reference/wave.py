@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from .constants import COLUMNS, NOMINAL_FPS, ROWS, TAXELS
-from .motion import MOST_OFF, MOST_PRESS, PITCH_MM
+from .motion import PITCH_MM
+from .readout import Readout
 
 DARK = 4
 """Frames at the start that count as dark."""
 NOISE = 84
 """The sum of the dark frames' 75 differences is so many standard deviations of the noise."""
 LEAST_LIGHT = 64
+MOST_PRESS = 0.22
 LIT = 1 / 8
 BRIGHT = 1 / 32
 ROUNDS = 5
@@ -259,21 +261,18 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
         raise Refused("poke" if lit.sum() <= 2 else "too few whiskers")
     seen, places = light[:, lit], PLACES[lit]
     wave = wave_of(seen, places, start_of(seen, places), is_cut)
-    delay = np.array([0.0, (0.5 if readout_ms is None else readout_ms / 1000 * fps) / ROWS])
-    slowness = wave.slowness + delay
-    whole = math.hypot(*slowness)
-    least = most = whole
-    if readout_ms is None:
-        lowest, highest = slowness[1] - delay[1], slowness[1] + delay[1]
-        least = math.hypot(slowness[0], min(max(lowest, 0.0), highest))
-        most = math.hypot(slowness[0], max(abs(lowest), abs(highest)))
-    if most > 13:
+    is_known = readout_ms is not None
+    of_rows = Readout((readout_ms / 1000 * fps if is_known else 0.5) / ROWS, is_known=is_known)
+    rows, columns = of_rows.of_light(wave.slowness[1], wave.slowness[0])
+    whole = math.hypot(rows, columns)
+    least, most = of_rows.bounds(rows, columns)
+    if least > 13:
         raise Refused("too slow")
-    if least < 0.17 and most >= MOST_PRESS and readout_ms is None:
+    if least < 0.17 and most >= MOST_PRESS and not is_known:
         raise Refused("readout unknown")
     if least < 0.17:
         raise Refused("press" if least < 0.1 else "too fast")
-    right, up = slowness[0] / whole, -slowness[1] / whole
+    right, up = columns / whole, -rows / whole
     along, across = places @ [right, -up], places @ [-up, -right]
     late, weights, one = wave.late, wave.weights, np.ones(len(places))
     plane = np.column_stack([one, along, across])
@@ -312,9 +311,9 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     if not agrees:
         raise Refused("not alike")
     basis = "outline" if not is_full and outline_sd <= OUTLINE_TELLS else "edge"
-    off = [delay[1] / whole * abs(part) if readout_ms is None else 0.0 for part in (up, right)]
-    if off[0] > MOST_OFF[0] or off[1] > MOST_OFF[1]:
+    if of_rows.moves_too_far(rows, columns):
         raise Refused("readout unknown")
+    off = of_rows.off(rows, columns)
     of_slowness = scale / whole
     speed_sd = math.hypot(of_slowness * math.sqrt(inverse[1, 1]), 0.001, off[0] / math.sqrt(3))
     deg_sd = math.hypot(of_slowness * math.sqrt(inverse[2, 2]), 0.0005, off[1] / math.sqrt(3))

@@ -106,8 +106,7 @@ optional; these are the defaults:
                          # fraction of the light
   crosstalk = 0          # light of a base that is seen at each of the
                          # four beside it, as a fraction
-  decay = 0              # light lost from touch to touch, as a
-                         # fraction
+  decay = 0              # fraction of light lost per touch
   dead = []              # whiskers without light, as [row, column],
                          # each 1 to 5
   weak = []              # weak whiskers, as [row, column, gain], the
