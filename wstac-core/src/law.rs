@@ -1,13 +1,15 @@
 //! The laws from an event to its answers: speed, direction and kind of touch, behind one trait.
 //!
-//! [`ByCoherence`] and [`ByEdges`] measure arrival times, and hold for any slide. [`SpeedConfig`] is a law of durations,
-//! with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
+//! [`ByWave`] measures arrival times of 25 taxels, and holds for objects of any shape. [`ByCoherence`] and [`ByEdges`] measure
+//! those of ten sums, and hold for objects wider than the sensor. [`SpeedConfig`] is a law of durations, with the direction of
+//! centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
 
 use crate::paper::direction::{self, Direction};
 use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
 use crate::paper::trigger::Event;
 use crate::reason::Reason;
 use crate::touch::motion::{self, Contact, Motion, MotionConfig, Readout, Velocity};
+use crate::touch::wave::{self, Basis};
 
 /// The answers of a law about an event's touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +25,8 @@ pub struct Answer {
     pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
+    /// What speed and direction are known by; `None` if there are none, and by a law of durations.
+    pub basis: Option<Basis>,
     /// Whether the answers are reliable.
     ///
     /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says that
@@ -35,7 +39,7 @@ pub struct Answer {
 impl Answer {
     /// Creates an answer of a law of one's own.
     pub const fn new(speed: Result<Speed, Reason>, direction: Direction, reliable: bool) -> Self {
-        Self { contact: None, duration: None, speed, direction, reliable, doubt: None }
+        Self { contact: None, duration: None, speed, direction, basis: None, reliable, doubt: None }
     }
 
     /// Returns the velocity by arrival times; `None` by a law of durations, or if the touch has none.
@@ -72,6 +76,11 @@ pub trait EventLaw {
         true
     }
 
+    /// Returns whether the law takes the taxels of an event, so that a pipeline must keep them.
+    fn takes_taxels(&self) -> bool {
+        false
+    }
+
     /// Returns the law for a camera with this readout. A law of durations stays as it is.
     #[must_use]
     fn with_readout(self, _: Readout) -> Self
@@ -82,7 +91,14 @@ pub trait EventLaw {
     }
 }
 
-/// The law of arrival times by coherence ([`motion::by_coherence`]): the default.
+/// The law of arrival times of 25 taxels ([`wave::by_wave`]): the default of hosts.
+///
+/// For an event without taxels ([`Event::taxels`]) it is [`ByCoherence`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ByWave(pub MotionConfig);
+
+/// The law of arrival times of ten sums by coherence ([`motion::by_coherence`]).
 ///
 /// ```
 /// use wstac_core::law::{ByCoherence, EventLaw};
@@ -113,9 +129,25 @@ pub struct ByCoherence(pub MotionConfig);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ByEdges(pub MotionConfig);
 
+impl EventLaw for ByWave {
+    fn answer(&self, event: &Event<'_>) -> Answer {
+        let Some(taxels) = event.taxels() else { return ByCoherence(self.0).answer(event) };
+        let (motion, basis) = wave::by_wave(event, taxels, self.0);
+        by_arrival(event, &motion, basis)
+    }
+
+    fn takes_taxels(&self) -> bool {
+        true
+    }
+
+    fn with_readout(self, readout: Readout) -> Self {
+        Self(self.0.with_readout(readout))
+    }
+}
+
 impl EventLaw for ByCoherence {
     fn answer(&self, event: &Event<'_>) -> Answer {
-        by_arrival(event, &motion::by_coherence(event, self.0))
+        by_arrival(event, &motion::by_coherence(event, self.0), Some(Basis::Edge))
     }
 
     fn with_readout(self, readout: Readout) -> Self {
@@ -125,7 +157,7 @@ impl EventLaw for ByCoherence {
 
 impl EventLaw for ByEdges {
     fn answer(&self, event: &Event<'_>) -> Answer {
-        by_arrival(event, &motion::by_edges(event, self.0))
+        by_arrival(event, &motion::by_edges(event, self.0), Some(Basis::Edge))
     }
 
     fn with_readout(self, readout: Readout) -> Self {
@@ -141,6 +173,7 @@ impl EventLaw for SpeedConfig {
             duration: speed::duration(event, self).map(LitSpan::frames),
             speed: speed::speed(event, self),
             direction: direction::direction(event),
+            basis: None,
             reliable: event.reliable,
             doubt: None,
         }
@@ -155,6 +188,8 @@ impl EventLaw for SpeedConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 // It is exhaustive: whoever writes or draws a law must not miss one.
 pub enum AnyLaw {
+    /// Arrival times of 25 taxels.
+    Wave(ByWave),
     /// Arrival times by coherence.
     Coherence(ByCoherence),
     /// Arrival times by rising edges.
@@ -166,6 +201,7 @@ pub enum AnyLaw {
 impl EventLaw for AnyLaw {
     fn answer(&self, event: &Event<'_>) -> Answer {
         match self {
+            Self::Wave(law) => law.answer(event),
             Self::Coherence(law) => law.answer(event),
             Self::Edges(law) => law.answer(event),
             Self::Duration(law) => law.answer(event),
@@ -174,14 +210,20 @@ impl EventLaw for AnyLaw {
 
     fn is_per_touch(&self) -> bool {
         match self {
+            Self::Wave(law) => law.is_per_touch(),
             Self::Coherence(law) => law.is_per_touch(),
             Self::Edges(law) => law.is_per_touch(),
             Self::Duration(law) => law.is_per_touch(),
         }
     }
 
+    fn takes_taxels(&self) -> bool {
+        matches!(self, Self::Wave(_))
+    }
+
     fn with_readout(self, readout: Readout) -> Self {
         match self {
+            Self::Wave(law) => Self::Wave(law.with_readout(readout)),
             Self::Coherence(law) => Self::Coherence(law.with_readout(readout)),
             Self::Edges(law) => Self::Edges(law.with_readout(readout)),
             Self::Duration(_) => self,
@@ -197,7 +239,7 @@ impl AnyLaw {
     }
 }
 
-fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
+fn by_arrival(event: &Event<'_>, motion: &Motion, basis: Option<Basis>) -> Answer {
     let (speed, direction) = match motion.velocity {
         Some(velocity) => {
             (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
@@ -209,6 +251,7 @@ fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
         duration: event.lit_frames(),
         speed,
         direction: Direction::by_arrival(direction),
+        basis: motion.velocity.and(basis),
         reliable: motion.doubt.is_none(),
         doubt: motion.doubt,
     }

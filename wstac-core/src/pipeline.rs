@@ -12,10 +12,10 @@ use crate::paper::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::paper::early::{self, SamplePrefix};
 use crate::paper::sample::Sample;
 use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
-use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
+use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, SAMPLE_FRAMES, TAXELS};
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
-use crate::touch::path_sample::{NoTaxels, TaxelRing, TaxelStore};
+use crate::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
 
 /// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples.
 ///
@@ -93,8 +93,14 @@ impl<'a> Update<'a> {
 
     /// Returns the event that was completed.
     pub fn event(&self) -> Option<Event<'a>> {
-        let Completed { trigger, event, .. } = self.completed?;
-        event.map(|first| trigger.event(first))
+        let Completed { trigger, taxels, number, event, .. } = self.completed?;
+        let event = trigger.event(event?);
+        // A sample that lost frames complete ends before the ring does.
+        let is_last = event.frame.saturating_add(SAMPLE_FRAMES as u64 - 1) == number;
+        Some(match taxels {
+            Some(ring) if is_last => event.with_taxels(ring),
+            _ => event,
+        })
     }
 
     /// Returns the taxels of the last 70 frames, for the sample of the event
@@ -416,7 +422,8 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         let trigger = self.trigger.state();
         // An interrupted sample is not the one that is under way now.
         let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
-        let taxels = self.taxels.ring();
+        // Lost frames behind this one are in the ring already.
+        let taxels = if lost_after > 0 { None } else { self.taxels.ring() };
         Update { completed: Some(Completed { trigger, taxels, number, event, before }) }
     }
 }

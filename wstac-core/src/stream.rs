@@ -6,7 +6,7 @@ use crate::green::GreenChannel;
 use crate::ln::Ln;
 use crate::params::{FEATURES, TAXELS};
 use crate::taxels::{FrameGeometry, TaxelSums};
-use crate::touch::path_sample::{NoTaxels, TaxelStore};
+use crate::touch::taxel_ring::{NoTaxels, TaxelStore};
 
 /// The features of one feature frame, which is one camera frame, or several above 45 frames per second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -205,9 +205,6 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
     }
 
     fn lose(&mut self, frames: u64, store: &mut impl TaxelStore) -> Loss {
-        if frames > 0 {
-            store.lose();
-        }
         let size = self.camera().rate().frames_added();
         let room = u64::from(size - self.present - self.lost);
         if !self.started {
@@ -221,7 +218,9 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
         let has_missing_frames = self.complete(store);
         let groups = beyond.checked_div(u64::from(size)).unwrap_or(0);
         self.lost = (beyond - groups * u64::from(size)) as u32;
-        Loss { has_missing_frames, frames: groups + u64::from(has_missing_frames.is_none()) }
+        let frames = groups + u64::from(has_missing_frames.is_none());
+        store.skip(frames);
+        Loss { has_missing_frames, frames }
     }
 
     /// Returns the feature frame if all its camera frames have arrived or are lost; `None` if all are lost.

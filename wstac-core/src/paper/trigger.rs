@@ -12,6 +12,7 @@ pub use crate::paper::trigger_config::{Rule, TriggerConfig};
 use crate::params::{FEATURES, LONGEST_FILLED_GAP, SAMPLE_FRAMES};
 pub use crate::touch::onset::ContactEnd;
 use crate::touch::onset::TouchState;
+use crate::touch::taxel_ring::TaxelRing;
 
 /// A tactile event: a complete sample and what is known about it.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +39,8 @@ pub struct Event<'a> {
     /// The number of the first dark frame behind the touch; `None` if five dark frames have not followed it within the
     /// sample, or if the trigger gives more than one event per touch.
     pub end_frame: Option<u64>,
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) taxels: Option<&'a TaxelRing>,
 }
 
 impl<'a> Event<'a> {
@@ -47,7 +50,22 @@ impl<'a> Event<'a> {
     #[inline]
     pub const fn new(frame: u64, sample: Sample<'a>, baseline: &'a Baseline) -> Self {
         let (touch_frame, end_frame) = (None, None);
-        Self { frame, sample, baseline, frames_filled: 0, touch_filled: 0, reliable: true, touch_frame, end_frame }
+        let (frames_filled, touch_filled, reliable, taxels) = (0, 0, true, None);
+        Self { frame, sample, baseline, frames_filled, touch_filled, reliable, touch_frame, end_frame, taxels }
+    }
+
+    /// Returns the event with the taxels of its sample. The ring's last frame must be that of the sample.
+    #[must_use]
+    #[inline]
+    pub const fn with_taxels(self, ring: &'a TaxelRing) -> Self {
+        Self { taxels: Some(ring), ..self }
+    }
+
+    /// Returns the taxels of the sample; `None` if the pipeline keeps none
+    /// ([`PipelineBuilder::taxels`](crate::pipeline::PipelineBuilder::taxels)).
+    #[inline]
+    pub const fn taxels(&self) -> Option<&'a TaxelRing> {
+        self.taxels
     }
 
     /// Returns the duration from the first lit frame of the sample to the last, 0..=69 frames; `None` unless the trigger
@@ -564,6 +582,7 @@ impl TriggerState {
             reliable: self.quiet && u32::from(frames_filled) <= LONGEST_FILLED_GAP,
             touch_frame,
             end_frame,
+            taxels: None,
         }
     }
 

@@ -4,4 +4,5 @@
 pub mod motion;
 pub(crate) mod onset;
 pub mod path_sample;
+pub mod taxel_ring;
 pub mod wave;

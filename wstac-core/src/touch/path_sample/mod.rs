@@ -10,7 +10,6 @@
 //! A model file says which of them it takes ([`Input`]).
 
 mod resample;
-mod ring;
 
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
 use crate::ln::Ln;
@@ -19,8 +18,9 @@ use crate::model::file::{INPUTS, Input};
 use crate::paper::trigger::Event;
 use crate::params::{COLUMNS, FEATURES, ROWS, SAMPLE_FRAMES, TAXELS};
 use crate::touch::motion::{MotionConfig, Velocity};
+pub use crate::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
 use resample::{BY_COLUMNS, BY_ROWS, BY_TAXELS, Factors, Light, Plan, Track};
-pub use ring::{NoTaxels, TaxelRing, TaxelStore};
+
 
 /// Numbers before those of the first step: the speed, the direction, and products of them.
 pub const FACTS: usize = 4;
@@ -33,6 +33,9 @@ const ONE: i32 = 1 << 11;
 /// Largest slowness, in frames per pitch: that of a slide at 9 mm/s, at a pitch of 4 mm and 30 frames per second.
 const MOST_SLOWNESS: f32 = 13.5;
 const FRAME_BITS: u32 = 16;
+/// Frames at the start of a sample that count as dark.
+const DARK_SHIFT: u32 = 2;
+const DARK_FRAMES: usize = 1 << DARK_SHIFT;
 
 /// The sample of a touch along its path, as a texture model takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,7 +135,7 @@ impl PathSample {
             let (row, column) = ((taxel / COLUMNS) as i32, (taxel % COLUMNS) as i32);
             up * (2 - row) + right * (column - 2)
         });
-        way.sample(&ring::TaxelLight::new(ring), &BY_TAXELS, delays, [1; TAXELS], frames, self)
+        way.sample(&TaxelLight::new(ring), &BY_TAXELS, delays, [1; TAXELS], frames, self)
     }
 
     /// Returns the numbers, as a texture model takes them.
@@ -253,6 +256,31 @@ impl SumLight {
 impl Light for SumLight {
     fn at(&self, frame: usize, line: usize) -> u16 {
         self.0.get(frame).and_then(|frame| frame.get(line)).copied().unwrap_or(0)
+    }
+}
+
+/// Light of the ring's taxels above what it was in the first frames.
+struct TaxelLight<'a> {
+    ring: &'a TaxelRing,
+    dark: [u16; TAXELS],
+}
+
+impl<'a> TaxelLight<'a> {
+    fn new(ring: &'a TaxelRing) -> Self {
+        let mut sums = [0_u32; TAXELS];
+        for number in 0..DARK_FRAMES {
+            for (sum, light) in sums.iter_mut().zip(ring.frame(number)) {
+                *sum += u32::from(light);
+            }
+        }
+        Self { ring, dark: sums.map(|sum| ((sum + (1 << (DARK_SHIFT - 1))) >> DARK_SHIFT) as u16) }
+    }
+}
+
+impl Light for TaxelLight<'_> {
+    #[inline(always)]
+    fn at(&self, frame: usize, line: usize) -> u16 {
+        self.ring.light(frame, line).saturating_sub(self.dark.get(line).copied().unwrap_or(0))
     }
 }
 

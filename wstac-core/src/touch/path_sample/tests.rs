@@ -1,6 +1,5 @@
 use std::vec::Vec;
 
-use super::ring::{TaxelLight, TaxelStore};
 use super::*;
 use crate::features::Features;
 use crate::green::gray::Gray;

@@ -15,9 +15,11 @@ mod light;
 mod outline;
 mod squares;
 
+use crate::paper::trigger::Event;
 use crate::params::TAXELS;
 use crate::reason::Reason;
-use crate::touch::motion::{Contact, MotionConfig, Velocity, contact_at, degrees, readout};
+use crate::touch::motion::{Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, readout};
+use crate::touch::taxel_ring::TaxelRing;
 use fit::{Wave as Fitted, Whiskers, length};
 use light::{Lines, Samples};
 use outline::{Outline, has_valley};
@@ -153,6 +155,31 @@ impl Wave {
             degrees_sd: of_angle * (180.0 / core::f32::consts::PI),
         };
         Ok((velocity, basis))
+    }
+}
+
+/// Returns the motion of an event's touch by its 25 taxels, and what its velocity is known by.
+///
+/// Coherence tells kinds of touch, and the velocity of whatever covers the sensor. If it is not reliable, the wave tells the
+/// velocity.
+///
+/// It takes 10 kB of stack.
+#[inline(never)]
+pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> (Motion, Option<Basis>) {
+    let coherent = by_coherence(event, config);
+    if coherent.reliable || !event.reliable {
+        return (coherent, Some(Basis::Edge));
+    }
+    let mut wave = Wave::EMPTY;
+    match wave.fit(taxels.frames(), config) {
+        Ok((velocity, basis)) => {
+            let (contact, velocity) = (Contact::Slide, Some(velocity));
+            (Motion { contact, velocity, reliable: true, doubt: None, ..coherent }, Some(basis))
+        }
+        Err(reason @ (Reason::Turning | Reason::TwoObjects | Reason::SpeedChanges)) => {
+            (Motion { doubt: Some(reason), ..coherent }, Some(Basis::Edge))
+        }
+        Err(_) => (coherent, Some(Basis::Edge)),
     }
 }
 

@@ -108,7 +108,7 @@ fn lost_frames_are_on_straight_lines() {
 /// Checks that a ring gives its frames in their order, and none from before a loss.
 #[test]
 fn a_ring_has_the_frames_of_a_wave() {
-    use crate::touch::path_sample::{TaxelRing, TaxelStore};
+    use crate::touch::taxel_ring::{TaxelRing, TaxelStore};
 
     let frames = slide([1.5, 0.5], |_, _| 1.0);
     let mut ring = TaxelRing::new(u16::MAX.into());
@@ -123,6 +123,14 @@ fn a_ring_has_the_frames_of_a_wave() {
     ring.lose();
     ring.push(&[9; TAXELS]);
     assert!(ring.frames().eq([Some(&[9; TAXELS])]));
+    // Lost frames keep their places.
+    ring.skip(3);
+    ring.push(&[8; TAXELS]);
+    assert!(ring.frames().eq([Some(&[9; TAXELS]), None, None, None, Some(&[8; TAXELS])]));
+    ring.skip(68);
+    assert!(ring.frames().take(2).eq([Some(&[8; TAXELS]), None]));
+    ring.skip(u64::MAX);
+    assert_eq!(ring.frames().count(), 0);
 }
 
 /// Checks a rolling shutter: a wave has its own velocity whatever the time in which rows are read.

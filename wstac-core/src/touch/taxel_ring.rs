@@ -1,13 +1,8 @@
-//! Light of 25 taxels over the frames of a sample.
+//! Light of 25 taxels over the last frames.
 
-use super::resample::Light;
 use crate::green::GreenChannel;
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::taxels::FrameGeometry;
-
-/// Frames at the start of a sample that count as dark, and their logarithm.
-const DARK_FRAMES: usize = 4;
-const DARK_SHIFT: u32 = 2;
 
 /// Keeps the taxels of a pipeline's last frames, or nothing.
 ///
@@ -30,7 +25,14 @@ pub trait TaxelStore: Sized {
     /// Ends the feature frame. `has_missing_frames` says whether some of its camera frames were lost.
     fn complete(&mut self, has_missing_frames: bool);
 
-    /// Takes note of lost camera frames.
+    /// Keeps the place of lost feature frames.
+    fn skip(&mut self, frames: u64) {
+        if frames > 0 {
+            self.lose();
+        }
+    }
+
+    /// Forgets the frames: those to come do not follow them.
     fn lose(&mut self);
 
     /// Returns the ring; `None` if taxels are not kept.
@@ -53,6 +55,9 @@ impl TaxelStore for NoTaxels {
 
     #[inline(always)]
     fn complete(&mut self, _: bool) {}
+
+    #[inline(always)]
+    fn skip(&mut self, _: u64) {}
 
     #[inline(always)]
     fn lose(&mut self) {}
@@ -85,6 +90,12 @@ impl TaxelStore for Option<TaxelRing> {
         }
     }
 
+    fn skip(&mut self, frames: u64) {
+        if let Some(ring) = self {
+            ring.skip(frames);
+        }
+    }
+
     fn lose(&mut self) {
         if let Some(ring) = self {
             ring.lose();
@@ -104,8 +115,19 @@ pub struct TaxelRing {
     oldest: u8,
     /// Bits of a sum that a frame has no room for.
     shift: u8,
-    /// Frames since the last that was lost, at most 70.
-    unbroken: u8,
+    /// A bit a frame, that of the newest the lowest: whether it was lost, in whole or in part, or came before the ring began.
+    lost: u128,
+}
+
+/// All frames are lost.
+const ALL_LOST: u128 = (1 << SAMPLE_FRAMES) - 1;
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for TaxelRing {
+    // An event is logged without its light.
+    fn format(&self, formatter: defmt::Formatter<'_>) {
+        defmt::write!(formatter, "TaxelRing");
+    }
 }
 
 const MOST_BYTES: usize = 3584;
@@ -138,13 +160,23 @@ impl TaxelRing {
 
     /// Returns whether no frame is missing: the last 70 frames have arrived, one after the other.
     pub const fn is_unbroken(&self) -> bool {
-        self.unbroken as usize == SAMPLE_FRAMES
+        self.lost == 0
     }
 
-    /// Returns the frames since the last that was lost, at most 70, the oldest first: what
-    /// [`Wave::fit`](crate::touch::wave::Wave::fit) takes.
+    /// Returns the last frames, the oldest first, from the first of 70 that arrived: what
+    /// [`Wave::fit`](crate::touch::wave::Wave::fit) takes. A lost one is `None`.
     pub fn frames(&self) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
-        (SAMPLE_FRAMES.saturating_sub(self.unbroken.into())..SAMPLE_FRAMES).map(|at| self.frames.get(self.place(at)))
+        let numbers = (0..SAMPLE_FRAMES).skip_while(|&number| self.is_lost(number));
+        numbers.map(|number| if self.is_lost(number) { None } else { self.frames.get(self.place(number)) })
+    }
+
+    fn is_lost(&self, number: usize) -> bool {
+        self.lost >> ((SAMPLE_FRAMES - 1).saturating_sub(number) & 127) & 1 == 1
+    }
+
+    /// Returns a taxel's light in a frame by its age: 0 is the oldest, 69 the last one; 0 beyond them.
+    pub(crate) fn light(&self, frame: usize, taxel: usize) -> u16 {
+        self.frames.get(self.place(frame)).and_then(|frame| frame.get(taxel)).copied().unwrap_or(0)
     }
 
     /// Adds lost frames, each equal to the last one.
@@ -154,17 +186,17 @@ impl TaxelRing {
             if let Some(frame) = self.frames.get_mut(usize::from(self.oldest)) {
                 *frame = last;
             }
-            self.advance();
-            self.unbroken = 0;
+            self.advance(true);
         }
     }
 
-    fn advance(&mut self) {
+    fn advance(&mut self, is_lost: bool) {
+        self.lost = (self.lost << 1 | u128::from(is_lost)) & ALL_LOST;
         self.oldest = if usize::from(self.oldest) + 1 < SAMPLE_FRAMES { self.oldest + 1 } else { 0 };
     }
 
     /// Returns a frame by its age: 0 is the oldest, 69 the last one.
-    fn frame(&self, number: usize) -> [u16; TAXELS] {
+    pub(crate) fn frame(&self, number: usize) -> [u16; TAXELS] {
         self.frames.get(self.place(number)).copied().unwrap_or([0; TAXELS])
     }
 
@@ -175,7 +207,7 @@ impl TaxelRing {
 }
 
 impl TaxelStore for TaxelRing {
-    const EMPTY: Self = Self { frames: [[0; TAXELS]; SAMPLE_FRAMES], oldest: 0, shift: 0, unbroken: 0 };
+    const EMPTY: Self = Self { frames: [[0; TAXELS]; SAMPLE_FRAMES], oldest: 0, shift: 0, lost: ALL_LOST };
 
     fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>) {
         let frames = geometry.rate().frames_added();
@@ -194,44 +226,18 @@ impl TaxelStore for TaxelRing {
     }
 
     fn complete(&mut self, has_missing_frames: bool) {
-        self.advance();
-        let unbroken = if has_missing_frames { 0 } else { self.unbroken.saturating_add(1) };
-        self.unbroken = unbroken.min(SAMPLE_FRAMES as u8);
+        self.advance(has_missing_frames);
+    }
+
+    fn skip(&mut self, frames: u64) {
+        self.fill(frames.min(SAMPLE_FRAMES as u64) as u32);
     }
 
     fn lose(&mut self) {
-        self.unbroken = 0;
+        self.lost = ALL_LOST;
     }
 
     fn ring(&self) -> Option<&Self> {
         Some(self)
     }
 }
-
-/// Light of the ring's taxels above what it was in the first frames.
-pub(super) struct TaxelLight<'a> {
-    ring: &'a TaxelRing,
-    dark: [u16; TAXELS],
-}
-
-impl<'a> TaxelLight<'a> {
-    pub(super) fn new(ring: &'a TaxelRing) -> Self {
-        let mut sums = [0_u32; TAXELS];
-        for number in 0..DARK_FRAMES {
-            for (sum, light) in sums.iter_mut().zip(ring.frame(number)) {
-                *sum += u32::from(light);
-            }
-        }
-        Self { ring, dark: sums.map(|sum| ((sum + (1 << (DARK_SHIFT - 1))) >> DARK_SHIFT) as u16) }
-    }
-}
-
-impl Light for TaxelLight<'_> {
-    #[inline(always)]
-    fn at(&self, frame: usize, line: usize) -> u16 {
-        let light = self.ring.frames.get(self.ring.place(frame)).and_then(|frame| frame.get(line)).copied();
-        light.unwrap_or(0).saturating_sub(self.dark.get(line).copied().unwrap_or(0))
-    }
-}
-
-const _: () = assert!(DARK_FRAMES == 1 << DARK_SHIFT);
