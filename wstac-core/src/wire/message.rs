@@ -24,6 +24,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::Texture;
 use crate::touch::motion::{Contact, Velocity};
+use crate::touch::wave::Basis;
 
 /// A message from a board to a host.
 ///
@@ -281,6 +282,10 @@ pub struct Answers<'a> {
     /// a board before version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub doubt: Option<Reason>,
+    /// What speed and direction are known by; `None` if there are none, by a law of durations, and from a board before
+    /// version 0.4.
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub basis: Option<Basis>,
 }
 
 impl<'a> Answers<'a> {
@@ -306,6 +311,7 @@ impl<'a> Answers<'a> {
             number: 0,
             kept: 0,
             doubt: answer.doubt,
+            basis: answer.basis,
         }
     }
 

@@ -201,6 +201,7 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
         },
         Quantity::Contact,
     )?;
+    ensure(answers.basis.is_none() || (answers.speed.is_ok() && angle.is_ok()), Quantity::Contact)?;
     ensure(!answers.reliable || may_be_reliable(answers), Quantity::Reliability)?;
     answers.textures.iter().flatten().try_for_each(check_texture)
 }
