@@ -137,9 +137,11 @@ pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
 fn laws(config: &Config) -> String {
     let [slowest, fastest] = config.speed.range();
     let durations = config.speed.law().unwrap_or(Law::PUBLISHED);
-    let (law, value) = match config.speed.estimator() {
+    // A board without memory for 25 taxels is the usual one.
+    let (law, value) = match config.speed.estimator_or(Estimator::Coherence) {
         Some(estimator) => {
             let law = match estimator {
+                Estimator::Wave => "ByWave",
                 Estimator::Coherence => "ByCoherence",
                 Estimator::Edges => "ByEdges",
             };

@@ -10,6 +10,7 @@ use wstac_core::paper::trigger::InterruptedSample;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
+use wstac_core::touch::wave::Basis;
 
 use crate::output::{
     ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
@@ -248,6 +249,8 @@ pub struct EventLine<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     speed_at_most: Option<SpeedField>,
     direction: Option<DirectionField>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    basis: Option<&'static str>,
     texture: Option<&'a Texture>,
     frames_filled: u8,
     reliable: bool,
@@ -270,6 +273,7 @@ impl<'a> EventLine<'a> {
             speed: event.speed.ok().map(SpeedField::from),
             speed_at_most: event.speed_at_most.map(SpeedField::from),
             direction: DirectionField::new(direction),
+            basis: event.basis.map(Basis::as_str),
             texture: event.texture.as_ref().ok(),
             frames_filled: event.frames_filled,
             reliable: event.reliable,

@@ -3,7 +3,7 @@
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use wstac_core::error::ConfigError;
-use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
+use wstac_core::law::{AnyLaw, ByCoherence, ByEdges, ByWave};
 use wstac_core::paper::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
@@ -44,8 +44,10 @@ impl<'de> Deserialize<'de> for LawName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
-    /// The coherence of the lines' signals: most accurate.
+    /// The light of 25 taxels: for objects of any shape.
     #[default]
+    Wave,
+    /// The coherence of ten lines' signals: for objects wider than the sensor.
     Coherence,
     /// The rising edges of the lines: cheapest.
     Edges,
@@ -118,7 +120,12 @@ impl SpeedKeys {
 
     /// Returns how arrival times are estimated; `None` if the law is one of durations.
     pub fn estimator(&self) -> Option<Estimator> {
-        (self.law == LawName::Arrival).then(|| self.estimator.unwrap_or_default())
+        self.estimator_or(Estimator::default())
+    }
+
+    /// Returns how arrival times are estimated where another estimator is the default, as on a board.
+    pub fn estimator_or(&self, default: Estimator) -> Option<Estimator> {
+        (self.law == LawName::Arrival).then(|| self.estimator.unwrap_or(default))
     }
 
     /// Returns the keys with arrival times by this estimator, without the parameters of other laws. Without an estimator,
@@ -148,6 +155,7 @@ impl SpeedKeys {
     pub(crate) fn in_force(&self, motion: MotionConfig, rate: FrameRate) -> Result<AnyLaw, ConfigError> {
         let durations = self.of_durations(rate)?;
         Ok(match self.estimator() {
+            Some(Estimator::Wave) => AnyLaw::Wave(ByWave(motion)),
             Some(Estimator::Coherence) => AnyLaw::Coherence(ByCoherence(motion)),
             Some(Estimator::Edges) => AnyLaw::Edges(ByEdges(motion)),
             None => AnyLaw::Duration(durations),

@@ -9,6 +9,7 @@ use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, MotionConfig};
 use wstac_core::touch::path_sample::{PathSample, TaxelRing};
+use wstac_core::touch::wave::Basis;
 
 use super::{RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};
@@ -49,6 +50,9 @@ pub struct TactileEvent {
     pub speed_at_most: Option<Speed>,
     /// The sliding direction, or why there is none.
     pub direction: Direction,
+    /// What speed and direction are known by; `None` if there are none, by a law of durations, and from a board before
+    /// version 0.4.
+    pub basis: Option<Basis>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
     /// The speeds that the model knows, if the speed of the slide is none of them and so it is no wonder that the texture
@@ -105,6 +109,7 @@ impl TactileEvent {
             speed: answer.speed,
             speed_at_most: bound(answer.speed, |mm_s| answering.durations.marked(mm_s)),
             direction: answer.direction,
+            basis: answer.basis,
             texture,
             texture_doubt,
             frames_filled: event.frames_filled,
@@ -159,6 +164,7 @@ impl TactileEvent {
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
+            basis: answers.basis,
             texture: texture.ok_or(no_texture),
             texture_doubt: None,
             frames_filled: answers.frames_filled,

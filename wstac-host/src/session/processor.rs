@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
-use wstac_core::law::AnyLaw;
+use wstac_core::law::{AnyLaw, EventLaw};
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
 use wstac_core::paper::baseline_policy::TrackingBaseline;
@@ -307,13 +307,14 @@ impl Processor {
         let in_table = |error| config.does_not_fit(&info.about, "[speed]", error);
         let mut pipeline = config.pipeline_at(info, first)?;
         let motion = config.motion_of(info)?;
-        if options.paths {
+        let law = config.law_of(info)?;
+        if options.paths || law.takes_taxels() {
             pipeline.keep_taxels();
         }
         Ok(Self {
             pipeline,
             taxels: None,
-            law: config.law_of(info)?,
+            law,
             durations: config.durations(info.rate).map_err(in_table)?,
             motion,
             readout: ReadoutUsed::of(config.readout(info)),
@@ -342,7 +343,8 @@ impl Processor {
     ///
     /// Models of 25 taxels answer for events that begin after it.
     pub fn set_textures(&mut self, textures: Textures) {
-        if textures.needs_taxels() && !self.textures.needs_taxels() {
+        let has_taxels = self.options.paths || self.law.takes_taxels() || self.textures.needs_taxels();
+        if textures.needs_taxels() && !has_taxels {
             self.pipeline.keep_taxels();
         }
         self.textures = textures;

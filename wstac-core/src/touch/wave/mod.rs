@@ -37,6 +37,16 @@ pub enum Basis {
     Outline,
 }
 
+impl Basis {
+    /// Returns the word of JSON and of bindings: `edge` or `outline`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Edge => "edge",
+            Self::Outline => "outline",
+        }
+    }
+}
+
 /// Fewest lit whiskers of a wave, and most of a poke.
 const FEWEST: u32 = 5;
 const MOST_OF_POKE: u32 = 2;
