@@ -43,6 +43,7 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     text("why_no_direction", event->why_no_direction);
     text("why_not_reliable", event->why_not_reliable);
     text("why_texture", event->why_texture);
+    text("basis", event->basis);
     text("contact", event->contact);
     number("speed_sd_mm_s", event->speed_sd_mm_s);
     number("direction_sd_deg", event->direction_sd_deg);

@@ -88,7 +88,7 @@ def check_lines(file, outputs):
     for lines in outputs:
         kinds.update(check(validator, [json.loads(line) for line in lines]))
     for kind, message in kinds.items():
-        check_required(validator, message, {"speed_at_most", "why", "sample", "sensor"})
+        check_required(validator, message, {"speed_at_most", "basis", "why", "sample", "sensor"})
         assert set(message) <= set(schema["properties"]) | {"sample"}, kind
     return sorted(kinds)
 

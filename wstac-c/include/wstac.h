@@ -188,6 +188,9 @@ typedef struct WstacEvent {
   const char *why_not_reliable;
   /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
   const char *why_texture;
+  /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is known) or
+  /// "outline" (an object that is narrower than the sensor); null without them, and by a law of durations.
+  const char *basis;
 } WstacEvent;
 
 /// Answer of the texture models. Strings are UTF-8, and null if no model tells.

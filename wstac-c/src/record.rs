@@ -6,6 +6,7 @@ use std::ptr;
 use wstac_core::params::FEATURES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
+use wstac_core::touch::wave::Basis;
 use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::source::LossCounts;
@@ -112,6 +113,9 @@ pub struct WstacEvent {
     pub why_not_reliable: *const c_char,
     /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
     pub why_texture: *const c_char,
+    /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is known) or
+    /// "outline" (an object that is narrower than the sensor); null without them, and by a law of durations.
+    pub basis: *const c_char,
 }
 
 /// How a stream ended.
@@ -193,6 +197,7 @@ const EMPTY: WstacRecord = WstacRecord {
         completed_ns: -1,
         why_not_reliable: ptr::null(),
         why_texture: ptr::null(),
+        basis: ptr::null(),
     },
     texture: NO_TEXTURE,
     frames: 0,
@@ -343,6 +348,7 @@ impl Given {
             completed_ns: event.completed_ns.map_or(-1, signed),
             why_not_reliable: self.keep_any(event.doubt.map(Reason::as_str)),
             why_texture: self.keep_any(why_texture.as_deref()),
+            basis: self.keep_any(event.basis.map(Basis::as_str)),
         }
     }
 

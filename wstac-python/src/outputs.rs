@@ -14,6 +14,7 @@ use wstac_core::paper::speed::Speed;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
+use wstac_core::touch::wave::Basis;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread, within_ms};
 use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
@@ -274,6 +275,7 @@ impl<'py> Classes<'py> {
             ("speed", speed.into_bound_py_any(py)?),
             ("speed_at_most", speed_at_most.into_bound_py_any(py)?),
             ("direction", self.direction(direction)?.into_bound_py_any(py)?),
+            ("basis", event.basis.map(Basis::as_str).into_bound_py_any(py)?),
             ("texture", event.texture.ok().map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
             ("frames_filled", event.frames_filled.into_bound_py_any(py)?),
             ("reliable", event.reliable.into_bound_py_any(py)?),

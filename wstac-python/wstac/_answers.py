@@ -121,6 +121,9 @@ class Event:
     """Upper bound of the speed of an event that is cut off, by a law of durations."""
     direction: Optional[Direction]
     """Sliding direction; None if arrival times give none, and `why["direction"]` gives the reason."""
+    basis: Optional[str]
+    """What speed and direction are known by: "edge" (only the motion across an edge that covers the sensor is known) or
+    "outline" (an object narrower than the sensor); None without them, and by a law of durations."""
     texture: Optional[Texture]
     """Texture; None without a model, and for a touch that is no slide."""
     frames_filled: int
@@ -177,6 +180,7 @@ class Event:
             **_columns("speed", self.speed),
             "speed_at_most_mm_s": None if self.speed_at_most is None else self.speed_at_most.mm_s,
             **_columns("direction", self.direction),
+            "basis": self.basis,
             **{name.rstrip("_"): value for name, value in asdict(texture).items() if name not in ("confidence", "known")},
             "texture_confidence": texture.confidence,
             "texture_known": texture.known,
@@ -198,8 +202,9 @@ class Event:
             del found["stamp_within_ms"]
         else:
             found["stamp"] = _in_utc(self.stamp)
-        if self.speed_at_most is None:
-            del found["speed_at_most"]
+        for name in ("speed_at_most", "basis"):
+            if found[name] is None:
+                del found[name]
         for answer in ("speed", "speed_at_most", "direction"):
             _leave_out(found.get(answer), "sd", "extrapolated", "confidence")
         if not self.why:

@@ -39,6 +39,7 @@ const EVENTS: &[&str] = &[
     "direction/deg",
     "direction/sd",
     "direction/confidence",
+    "basis",
     "texture/specimen",
     "texture/pattern",
     "texture/depth_mm",

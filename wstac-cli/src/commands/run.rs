@@ -333,15 +333,17 @@ Output with --json, one object per line (wrapped here):
               time of "touch_frame", "completed_s" and "completed_ns"
               that of the sample's last frame: seconds from the first
               frame, nanoseconds of the clock, and UTC where
-              the source knows it. "sd" is a standard deviation. speed,
-              direction and texture are null if there is no answer, and
-              "why" gives the reason. Its "reliable" says why the touch
-              is unclear or the answers are not reliable, and its
-              "texture" also if the speed is outside of those that a
-              model that comes with wstac knows. Models of other
-              classes answer with "class". "confidence" is the
-              probability that the names are right if the texture is
-              one of the training's.
+              the source knows it. "sd" is a standard deviation.
+              "basis" is "edge" if an edge covers the sensor, so that
+              only the motion across it is known, or else "outline".
+              speed, direction and texture are null if there is no
+              answer, and "why" gives the reason. Its "reliable" says
+              why the touch is unclear or the answers are not
+              reliable, and its "texture" also if the speed is
+              outside of those that a model that comes with wstac
+              knows. Models of other classes answer with "class".
+              "confidence" is the probability that the names are
+              right if the texture is one of the training's.
               "known" is false for a sample that is unlike those of the
               training, by its texture or by its speed: then there are
               no names.
