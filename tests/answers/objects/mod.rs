@@ -297,42 +297,42 @@ speed within 1, 2 sd, % | direction | missed goals |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 impl Tally {
-    /// Returns the cells of a row of the page, with intervals and goals.
+    /// Returns the cells of a row of the page, with intervals and goals. What misses its goal is bold.
     fn page(&self, goal: &Goal) -> String {
-        let of = |count: usize| {
-            let [low, high] = wilson(count as u32, self.count as u32).map(|limit| 100.0 * limit);
-            format!("{} ({low:.1}…{high:.1}", share(count, self.count))
-        };
-        let least = goal.reliable.map_or_else(String::new, |least| format!("; ≥{least}"));
-        let error = |of: usize| {
-            let [Some(median), Some(high)] = [0.5, 0.95].map(|fraction| self.error(of, fraction)) else {
-                return "–".into();
-            };
-            let most = goal.errors.map_or_else(String::new, |most| format!(" ({}, {})", most[of][0], most[of][1]));
-            format!("{median:.2}, {high:.2}{most}")
-        };
-        let within = |of: usize| self.within[of].map(|count| share(count, self.reliable)).join(", ");
-        let reason = self.refused.iter().max_by_key(|(_, count)| **count);
         let missed = self.missed(goal);
+        let bold = |column: &str, cell: String| if missed.contains(&column) { format!("**{cell}**") } else { cell };
+        let of = |column: &str, count: usize| {
+            let [low, high] = wilson(count as u32, self.count as u32).map(|limit| 100.0 * limit);
+            format!("{} ({low:.1}…{high:.1})", bold(column, share(count, self.count)))
+        };
+        let error = |of: usize, column: &str| {
+            let found = [0.5, 0.95].map(|fraction| self.error(of, fraction).map(|error| format!("{error:.2}")));
+            let [Some(median), Some(high)] = found else { return bold(column, "–".into()) };
+            let most = goal.errors.map_or_else(String::new, |most| format!(" ≤{}/{}", most[of][0], most[of][1]));
+            bold(column, format!("{median}/{high}")) + &most
+        };
+        let within =
+            |of: usize, column: &str| bold(column, self.within[of].map(|count| share(count, self.reliable)).join("/"));
+        let reason = self.refused.iter().max_by_key(|(_, count)| **count);
         format!(
-            "{}{least}) | {}; ≤{}) | {} | {} | {} | {} | {} | {} |",
-            of(self.reliable),
-            of(self.wrong),
+            "{}{} | {} ≤{} | {} | {} | {}, {} | {} |",
+            of("reliable", self.reliable),
+            goal.reliable.map_or_else(String::new, |least| format!(" ≥{least}")),
+            of("wrong", self.wrong),
             goal.wrong,
-            error(0),
-            error(1),
-            within(0),
-            within(1),
-            if missed.is_empty() { "–".into() } else { missed.join(", ") },
+            error(0, "speed"),
+            error(1, "direction"),
+            within(0, "speed sd"),
+            within(1, "direction sd"),
             reason.map_or("–", |(reason, _)| reason),
         )
     }
 }
 
 const PAGE_HEAD: &str = "\
-| touch | reliable, % | wrong, % | speed error, %: median, p95 | direction error, ° | speed within 1, 2 sd, % | direction | \
-missed | most frequent doubt |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+| touch | reliable, % | wrong, % | speed error, %: median/p95 | direction error, °: median/p95 | within 1/2 sd, %: speed, direction | \
+most frequent doubt |
+| --- | --- | --- | --- | --- | --- | --- |";
 /// Bounds of the speeds of the table by speed, in mm/s, and its touches of each kind and speed.
 const DECADES: [[f64; 2]; 4] = [[10.0, 30.0], [30.0, 100.0], [100.0, 300.0], [300.0, 600.0]];
 const OF_DECADE: u64 = 300;
@@ -347,16 +347,18 @@ pub(crate) fn section(page: &mut String) {
     }
     let _ = writeln!(
         page,
-        "\nBy speed in mm/s, {OF_DECADE} of each: reliable / wrong, %.\n\n\
+        "\nBy speed in mm/s, {OF_DECADE} of each, reliable/wrong in %:\n\n\
          | touch | 10 to 30 | 30 to 100 | 100 to 300 | 300 to 600 |\n| --- | --- | --- | --- | --- |"
     );
-    for row in ROWS.iter().filter(|row| row.fault == Fault::None && row.kind != Kind::Mix) {
+    for row in
+        ROWS.iter().filter(|row| row.fault == Fault::None && row.goal.reliable.is_some() && row.kind != Kind::Mix)
+    {
         let _ = write!(page, "| {} |", row.touch);
         for speeds in DECADES {
             // Other touches than those of the first table.
             let answered = each(OF_DECADE, |number| answer(row, speeds, JUDGE, SLIDES + number));
             let tally = Tally::new(&answered, LAW);
-            let _ = write!(page, " {} / {} |", share(tally.reliable, tally.count), share(tally.wrong, tally.count));
+            let _ = write!(page, " {}/{} |", share(tally.reliable, tally.count), share(tally.wrong, tally.count));
         }
         page.push('\n');
     }
