@@ -14,7 +14,7 @@
 //! radius = 0.5           # radius of a Sphere in mm
 //! shape = "block"        # outline: a rectangle that turns with skew; or "rod", "ball", "coin" or "corner"
 //! diameter = 8           # of a rod, ball or coin in mm
-//! angle = 90             # between the edges of a corner, in degrees
+//! angle = 90             # between the edges of a corner, in degrees; or of a rod in the picture, instead of skew
 //! seed = 7               # of all random numbers; default 0
 //! noise = 0.8            # scale of all random deviations; 0 for none
 //! lead_in = 45           # dark frames before the first touch
@@ -263,6 +263,17 @@ mod tests {
     }
 
     #[test]
+    fn a_rod_may_state_its_angle_in_the_picture() {
+        for (direction, angle, skew) in
+            [(0, 90, 0.0), (90, 0, 0.0), (30, 130, 10.0), (350, 70, -10.0), (0, -100, -10.0)]
+        {
+            let text = format!("shape = \"rod\"\ndiameter = 5\nspeed = 9\ndirection = {direction}\nangle = {angle}");
+            let script = SceneConfig::from_toml("a", &text).unwrap();
+            assert!((script.touches[0].slide().unwrap().skew_deg - skew).abs() < 1e-9, "{text}");
+        }
+    }
+
+    #[test]
     fn touches_that_are_not_slides() {
         let text =
             "[[touch]]\nkind = \"press\"\n[[touch]]\nkind = \"poke\"\nwhisker = [5, 1]\n[[touch]]\nkind = \"hold\"";
@@ -353,8 +364,9 @@ mod tests {
             ("shape = \"block\"\nspeed = 9", ["width is missing", "in mm with shape = \"block\""]),
             ("shape = \"rod\"\nspeed = 9\ndiameter = 0", ["diameter is 0", "0.1 to 1000"]),
             ("shape = \"coin\"\nspeed = 9\ndiameter = 9\nwidth = 9", ["width is 9", "only with a block or a rod"]),
+            ("shape = \"rod\"\nspeed = 9\ndiameter = 9\nskew = 1\nangle = 2", ["angle is there", "without skew"]),
             ("shape = \"corner\"\nspeed = 9\nangle = 5", ["angle is 5", "10 to 170"]),
-            ("specimen = \"Saw3\"\nspeed = 9\nangle = 90", ["angle is 90", "only with shape = \"corner\""]),
+            ("specimen = \"Saw3\"\nspeed = 9\nangle = 90", ["angle is 90", "only with shape = \"corner\" or \"rod\""]),
             ("shape = \"ball\"\nspecimen = \"Saw3\"\nspeed = 9\ndiameter = 9", ["specimen is \"Saw3\"", "none with"]),
             ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),
             ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),

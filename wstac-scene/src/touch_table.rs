@@ -146,11 +146,23 @@ impl FileSlide {
                 (profile.speed_at(0.0), Some(profile))
             }
         };
-        let (skew_deg, offset_mm) = (self.skew.unwrap_or(0.0), self.offset.unwrap_or(0.0));
+        let (direction_deg, offset_mm) = (checked_direction(self.direction)?, self.offset.unwrap_or(0.0));
+        let (skew_key, skew_deg) = match (self.angle, self.skew) {
+            (Some(_), Some(_)) if specimen.body == Body::Rod => {
+                return Err("angle is there, expected it without skew".into());
+            }
+            // Both ends of a rod are alike.
+            (Some(angle), None) if specimen.body == Body::Rod => {
+                within("angle", angle, -360.0, 360.0)?;
+                let turned = libm::fmod(angle - direction_deg, 180.0);
+                ("skew by angle", if turned < 0.0 { turned + 90.0 } else { turned - 90.0 })
+            }
+            _ => ("skew", self.skew.unwrap_or(0.0)),
+        };
         let most = if extent(&specimen, 0.0).is_none() { MOST_SKEW } else { 180.0 };
-        within("skew", skew_deg, -most, most)?;
+        within(skew_key, skew_deg, -most, most)?;
         within("offset", offset_mm, -100.0, 100.0)?;
-        let slide = Slide::new(specimen, speed_mm_s, checked_direction(self.direction)?);
+        let slide = Slide::new(specimen, speed_mm_s, direction_deg);
         Ok(Slide { skew_deg, offset_mm, profile, ..slide })
     }
 
@@ -161,7 +173,7 @@ impl FileSlide {
         let keys: &[&str] = match body {
             Body::Prism if is_sphere => &["radius"],
             Body::Prism | Body::Block => &["length", "width", "edge"],
-            Body::Rod => &["diameter", "width"],
+            Body::Rod => &["diameter", "width", "angle"],
             Body::Ball => &["diameter"],
             Body::Coin => &["diameter", "edge"],
             Body::Corner { .. } => &["angle", "length", "edge"],
@@ -175,7 +187,7 @@ impl FileSlide {
             ("width", self.width, false, "a block or a rod"),
             ("edge", self.edge, false, "a block, a coin or a corner"),
             ("diameter", self.diameter, false, "shape = \"rod\", \"ball\" or \"coin\""),
-            ("angle", self.angle, false, "shape = \"corner\""),
+            ("angle", self.angle, false, "shape = \"corner\" or \"rod\""),
         ] {
             if let Some(found) = found.filter(|_| !has && !keys.contains(&key)) {
                 return Err(format!("{key} is {found}, expected only with {others}"));

@@ -59,7 +59,9 @@ optional; these are the defaults:
                          # "ball" or "coin"; a rod without a width
                          # has no end
   #diameter = 8          # diameter of a rod, ball or coin in mm
-  #angle = 90            # angle between a corner's edges in degrees
+  #angle = 90            # angle between a corner's edges in degrees;
+                         # of a rod, its own in the picture, instead
+                         # of skew
   #radius = 0.5          # radius of a Sphere in mm, instead of depth,
                          # period, length and edge
   seed = 0               # seed of all random numbers: the same seed
