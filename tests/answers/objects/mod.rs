@@ -11,9 +11,9 @@ use wstac_core::layout::Layout;
 use wstac_core::paper::trigger::{Event, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::TaxelRing;
-use wstac_core::touch::wave::{Basis, Wave};
+use wstac_core::touch::wave::{Basis, Wave, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
@@ -122,23 +122,22 @@ struct Answered {
     answers: [Answer; ESTIMATORS.len()],
 }
 
-/// Returns an answer by coherence. What it knows is the motion across an edge.
-fn by_coherence(event: &Event<'_>, config: MotionConfig) -> Answer {
-    let motion = motion::by_coherence(event, config);
-    match motion.velocity {
-        Some(velocity) if motion.reliable => Ok((velocity, Basis::Edge)),
+fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
+    match (motion.velocity, basis) {
+        (Some(velocity), Some(basis)) if motion.reliable => Ok((velocity, basis)),
         _ => Err(motion.doubt.map_or_else(|| format!("{:?}", motion.contact), |doubt| format!("{doubt:?}"))),
     }
 }
 
-/// Returns the answers to an event.
-fn answers(event: &Event<'_>, ring: Option<&TaxelRing>, config: MotionConfig) -> [Answer; 3] {
-    let coherence = by_coherence(event, config);
-    let Some(ring) = ring else { return [coherence.clone(), Err("no taxels".into()), coherence] };
+/// Returns the answers to an event. What coherence knows is the motion across an edge.
+fn answers(event: &Event<'_>, config: MotionConfig) -> [Answer; ESTIMATORS.len()] {
+    let coherence = told(&motion::by_coherence(event, config), Some(Basis::Edge));
+    // As the law `wave`: an event that ends with a lost frame has no taxels.
+    let Some(taxels) = event.taxels() else { return [coherence.clone(), Err("no taxels".into()), coherence] };
     let mut wave = Wave::EMPTY;
-    let wave = wave.fit(ring.frames(), config).map_err(|reason| format!("{reason:?}"));
-    let law = coherence.clone().or_else(|_| wave.clone());
-    [coherence, wave, law]
+    let wave = wave.fit(taxels.frames(), config).map_err(|reason| format!("{reason:?}"));
+    let (law, basis) = by_wave(event, taxels, config);
+    [coherence, wave, told(&law, basis)]
 }
 
 /// Computes the scene of a number with the whole core, until the first event of its last touch.
@@ -164,7 +163,7 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
         // An event of something before the touch does not show it.
         if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
-            found = answers(&event, update.taxels(), config);
+            found = answers(&event, config);
             break;
         }
     }
