@@ -16,7 +16,7 @@ use crate::source::{Crop, Labels, ReadoutTime, RowOrder, StreamClock, StreamInfo
 
 /// The names of the records of metadata.
 const STREAM: &str = "wstac.stream";
-const CONFIGURATION: &str = "wstac.configuration";
+pub(super) const CONFIGURATION: &str = "wstac.configuration";
 const CAMERA: &str = "wstac.camera";
 const LABELS: &str = "wstac.labels";
 const LAYOUT: &str = "wstac.layout";
@@ -26,7 +26,7 @@ const SENSORS: &str = "wstac.sensors";
 pub(crate) const MOST_SENSORS: usize = 20;
 /// The key of a record that holds a single text.
 const JSON: &str = "json";
-const TOML: &str = "toml";
+pub(super) const TOML: &str = "toml";
 
 /// Returns whether a record of this name is a part of a recording's description.
 pub(super) fn is_description(name: &str) -> bool {

@@ -34,7 +34,7 @@ use mcap::{McapError, Schema};
 pub use self::order::recover;
 
 use self::order::Order;
-use super::about::{About, is_description};
+use super::about::{About, CONFIGURATION, TOML, is_description};
 use super::channels::Channels;
 use super::compression::Compression;
 use super::file::{RecordingFile, Sensors, Topic, write_error};
@@ -153,6 +153,13 @@ struct Recovery<'a> {
     found: Recovered,
 }
 
+/// Returns whether all configurations can be read. If checksums are damaged as well, nothing else tells damage from text.
+fn has_configurations(description: &[Metadata]) -> bool {
+    let all = description.iter().filter(|metadata| metadata.name.starts_with(CONFIGURATION));
+    let texts = all.filter_map(|metadata| metadata.metadata.get(TOML));
+    texts.map(|text| Config::parse(text)).all(|config| config.is_ok())
+}
+
 /// Recovers a file. Returns false as well if its messages stand in another order than they were recorded in.
 fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recovered, bool), Error> {
     let failed = |error| Error::io(old.display(), error);
@@ -173,7 +180,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         return Err(Error::new(ErrorKind::Format, old.display(), message));
     }
     let problem = match &about {
-        _ if missing > 0 => Some("has a damaged description".to_owned()),
+        _ if missing > 0 || !has_configurations(&description) => Some("has a damaged description".to_owned()),
         Ok(Some(_)) => None,
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
