@@ -98,11 +98,11 @@ struct Decoder {
     process: Child,
     reported: Arc<Mutex<Vec<u8>>>,
     reader: Option<JoinHandle<()>>,
-    /// What it reports of frames. `None` if it does not come in time.
+    /// Times and damage of frames. `None` if they do not come in time.
     reports: Option<Receiver<Report>>,
 }
 
-/// What ffmpeg reports before a frame.
+/// A report of ffmpeg, which comes before its frame.
 #[derive(Debug, PartialEq)]
 enum Report {
     Frame {
@@ -110,7 +110,7 @@ enum Report {
         time: f64,
         is_key: bool,
     },
-    /// What it could not decode of the frame, or of one that the frame is made of.
+    /// An error in the frame, or in one that the frame is made of.
     Damage(String),
 }
 
