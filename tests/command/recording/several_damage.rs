@@ -44,7 +44,7 @@ pub(super) struct Stream {
     events: Vec<TactileEvent>,
 }
 
-/// Reads a sensor; `None` if the file cannot be read to its end.
+/// Reads a sensor; `None` if the file cannot be read to its end, or has no configuration that can be read.
 pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
     let mut source = McapSource::open_sensor(file, name, None).ok()?;
     let mut frames = Vec::new();
@@ -57,7 +57,8 @@ pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
             other => panic!("{other:?}"),
         }
     }
-    let session = Session::builder(McapSource::open_sensor(file, name, None).unwrap()).build().unwrap();
+    // Its configuration may be damaged, too, which no frame shows.
+    let session = Session::builder(McapSource::open_sensor(file, name, None).unwrap()).build().ok()?;
     let events = session.filter_map(|output| match output.unwrap() {
         Output::Event(event) => Some(*event),
         _ => None,
