@@ -78,8 +78,8 @@ def test_a_refused_frame_was_not_taken() -> None:
     assert pipeline.features is None and pipeline.taxels is None
     assert pipeline.lost == [wstac.Lost(1, 3, "reported lost")]
     assert pipeline.finish() is None
-    assert pipeline.end == wstac.End(4, 3, "incomplete", None, "frames", 100_000_000)
-    assert len({pipeline.end, wstac.End(4, 3, "incomplete", None, "frames", 100_000_000)}) == 1
+    end = wstac.End(4, 3, "incomplete", None, "frames", 100_000_000, dropped_by={"reported lost": 3})
+    assert pipeline.end == end and len({pipeline.end, end}) == 1
     for call in (lambda: pipeline.push(GREY[0]), lambda: pipeline.lose(), pipeline.finish):
         with pytest.raises(wstac.Error, match="the pipeline is finished"):
             call()

@@ -22,7 +22,7 @@ pub struct SensorSession {
     /// Whether the program pushes the frames.
     takes_frames: bool,
     given: Given,
-    /// What nothing states of the source, one sentence per line.
+    /// Notes about what nothing states of the source, one sentence per line.
     notes: CString,
     /// The readout that motion is computed with; NAN if it is unknown.
     readout_ms: f64,

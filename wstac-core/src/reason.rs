@@ -61,6 +61,8 @@ pub enum Reason {
     Turning,
     /// Not reliable: two objects touch the sensor, and have not one velocity.
     TwoObjects,
+    /// Not reliable: the camera takes more frames than were agreed on, so speeds are too low. Its caller says so.
+    FasterCamera,
 }
 
 impl Reason {
@@ -96,6 +98,7 @@ impl Reason {
             Self::ReadoutUnknown => "readout unknown: it depends on [sensor] readout_ms, which is not stated",
             Self::Turning => "the object turns while it slides",
             Self::TwoObjects => "two objects touch the sensor, and have not one velocity",
+            Self::FasterCamera => "the camera takes more frames per second than were agreed on",
         }
     }
 }

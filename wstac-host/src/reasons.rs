@@ -163,8 +163,10 @@ words! {
     Slow = "slow",
     /// The camera takes the frames that were agreed on again.
     InTime = "in-time",
-    /// The rate of the camera is more than 2 % off the one that was agreed on.
+    /// The rate of the camera is more than 2 % below the one that was agreed on.
     Rate = "rate",
+    /// The rate of the camera is more than 2 % above the one that was agreed on: speeds are too low, and not reliable.
+    Fast = "fast",
     /// Controls have other values than before the break.
     Controls = "controls",
     /// A calibration reports something.

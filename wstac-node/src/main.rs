@@ -15,6 +15,7 @@ mod message;
 mod network;
 mod orders;
 mod publisher;
+mod queue;
 mod records;
 mod refused;
 mod ros;

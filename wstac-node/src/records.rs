@@ -1,7 +1,6 @@
 //! The records of a sensor, published as JSON or CDR under the keys of `docs/NETWORK.md`.
 
 use std::collections::VecDeque;
-use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
@@ -15,13 +14,14 @@ use zenoh::{Session, Wait};
 
 use crate::arguments::Arguments;
 use crate::message::{Message, Topic};
+use crate::queue::Queue;
 use crate::refused::refused;
 use crate::ros::names::Type;
 
 /// The events that are kept for those who ask.
 const MOST_EVENTS: usize = 1000;
 /// The requests for events of a sensor that wait at most. Further ones have no answer.
-const MOST_ASKED: usize = 16;
+pub(crate) const MOST_ASKED: usize = 16;
 
 /// The publishers of a sensor, one for each topic.
 pub(crate) struct RecordPublishers {
@@ -59,12 +59,12 @@ impl RecordPublishers {
         let encoding = encoding_of(arguments.has_cdr_records().then_some(Type::Event));
         // Who asks may be slow to take the answers, and Zenoh's own threads must not wait for it. The thread ends with the
         // requests.
-        let (asks, asked) = sync_channel(MOST_ASKED);
+        let (asks, asked) = Queue::new(MOST_ASKED);
         let answers = move || asked.iter().for_each(|query| answer(&query, &prefix, &kept, &encoding));
         thread::Builder::new().name("events".into()).spawn(answers).map_err(|error| Error::io("a thread", error))?;
         let answers = session
             .declare_queryable(format!("{sensor}/event/*"))
-            .callback(move |query| drop(asks.try_send(query)))
+            .callback(move |query| asks.add(query))
             .wait()
             .map_err(refused)?;
         let alive = session.liveliness().declare_token(sensor.to_owned()).wait().map_err(refused)?;

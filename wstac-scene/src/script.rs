@@ -292,7 +292,7 @@ mod tests {
             ),
             (
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1",
-                "travel is there, expected it beside",
+                "travel needs hold",
             ),
             (
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nafter = 1",
@@ -301,7 +301,7 @@ mod tests {
             ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nstick = [0, 1]", "stick's distance is 0"),
             (
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nstick = [1, 1]\nstop = [1, 1]",
-                "without stick",
+                "stop and stick exclude each other",
             ),
             ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nturn = 2", "turn is 2, expected -1 to 1"),
             ("[[touch]]\nkind = \"twist\"\nspecimen = \"Fla0\"\nrate = 9", "by is missing, expected an angle"),

@@ -226,7 +226,7 @@ impl FileSlide {
         let Some(shape) = self.shape.as_deref() else { return Ok(Body::Prism) };
         let needs = |key: &str, found: Option<f64>| match found {
             Some(_) => Ok(()),
-            None => Err(format!("{key} is missing, expected it in mm with shape = {shape:?}")),
+            None => Err(format!("shape = {shape:?} needs {key}, in mm")),
         };
         match shape {
             "block" => needs("width", self.width).map(|()| Body::Block),
@@ -287,13 +287,13 @@ impl FileTouch {
         if let Some(key) =
             [("approach", self.approach), ("travel", self.travel)].iter().find(|(_, found)| found.is_some())
         {
-            self.hold.ok_or_else(|| format!("{} is there, expected it beside hold", key.0))?;
+            self.hold.ok_or_else(|| format!("{} needs hold", key.0))?;
         }
         let turn_deg_mm = self.turn.unwrap_or(0.0);
         within("turn", turn_deg_mm, -1.0, 1.0)?;
         self.after.map_or(Ok(()), |after| within("after", after, 0.0, 60.0))?;
         let rest = match (self.stop, self.stick) {
-            (Some(_), Some(_)) => return Err("stop is there, expected it without stick".into()),
+            (Some(_), Some(_)) => return Err("stop and stick exclude each other".into()),
             (Some([first_mm, rest_s]), None) => Some(Rest { first_mm, every_mm: f64::INFINITY, rest_s }),
             (None, Some([every_mm, rest_s])) => Some(Rest { first_mm: every_mm, every_mm, rest_s }),
             (None, None) => None,

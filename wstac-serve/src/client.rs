@@ -20,8 +20,8 @@ use crate::order::{self, Order, Refused};
 
 /// Time between two updates: 30 per second.
 const PERIOD: Duration = Duration::from_micros(33_333);
-/// A client that acknowledges nothing for so long, or takes nothing, is gone.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// A client that acknowledges nothing for so long, or takes nothing, is gone, unless the program has another patience.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 /// Time after which a client without news gets a sign of life.
 const QUIET: Duration = Duration::from_secs(2);
 /// Most messages that are taken in one look. More wait in the socket, so a client that never stops talking holds up itself
@@ -40,6 +40,7 @@ pub(crate) const MOST_WAITING: usize = 32 << 20;
 pub(crate) struct Client<'h> {
     socket: WebSocket<TcpStream>,
     hub: &'h Hub,
+    patience: Duration,
     _joined: Joined<'h>,
     /// Bytes that the socket has not taken yet, rounded up to whole messages.
     waiting: usize,
@@ -71,7 +72,7 @@ impl<'h> Client<'h> {
     ///
     /// # Errors
     /// The connection breaks.
-    pub(crate) fn new(stream: TcpStream, rest: Vec<u8>, hub: &'h Hub) -> Result<Self, Error> {
+    pub(crate) fn new(stream: TcpStream, rest: Vec<u8>, hub: &'h Hub, patience: Duration) -> Result<Self, Error> {
         let config = WebSocketConfig::default()
             .max_message_size(Some(LONGEST))
             .max_frame_size(Some(LONGEST))
@@ -82,6 +83,7 @@ impl<'h> Client<'h> {
         let mut client = Self {
             socket: WebSocket::from_partially_read(stream, rest, Role::Server, Some(config)),
             hub,
+            patience,
             _joined: hub.join(),
             waiting: 0,
             cursors: vec![Cursor::default(); hub.sensors()],
@@ -135,7 +137,7 @@ impl<'h> Client<'h> {
             return if is_gone { Err(Error::ConnectionClosed) } else { Ok(()) };
         }
         let is_idle = self.waiting == 0 && self.acknowledged == self.sent;
-        if !is_idle && now.duration_since(self.heard) > PATIENCE {
+        if !is_idle && now.duration_since(self.heard) > self.patience {
             return Err(io::Error::from(io::ErrorKind::TimedOut).into());
         }
         if is_ready || self.has_more {

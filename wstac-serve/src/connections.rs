@@ -37,13 +37,15 @@ pub(crate) struct Connections<'h> {
     listener: &'h TcpListener,
     access: &'h Access,
     hub: &'h Hub,
+    /// The time until a page that acknowledges nothing goes.
+    patience: Duration,
     guests: VecDeque<Guest>,
     clients: Vec<Client<'h>>,
 }
 
 impl<'h> Connections<'h> {
-    pub(crate) fn new(listener: &'h TcpListener, access: &'h Access, hub: &'h Hub) -> Self {
-        Self { listener, access, hub, guests: VecDeque::new(), clients: Vec::new() }
+    pub(crate) fn new(listener: &'h TcpListener, access: &'h Access, hub: &'h Hub, patience: Duration) -> Self {
+        Self { listener, access, hub, patience, guests: VecDeque::new(), clients: Vec::new() }
     }
 
     /// Waits until anything is possible, a short time at most, and does it.
@@ -86,7 +88,7 @@ impl<'h> Connections<'h> {
             Fate::Goes => {}
             Fate::Joins(key, rest) if self.clients.len() < MOST => {
                 // A connection that breaks is the client's affair.
-                if let Ok(client) = join(guest, &key, rest, self.hub) {
+                if let Ok(client) = join(guest, &key, rest, self.hub, self.patience) {
                     self.clients.push(client);
                 }
             }
@@ -132,10 +134,16 @@ impl<'h> Connections<'h> {
 }
 
 /// Makes a client of a guest that may have a WebSocket.
-fn join<'h>(guest: Guest, key: &str, rest: Vec<u8>, hub: &'h Hub) -> Result<Client<'h>, tungstenite::Error> {
+fn join<'h>(
+    guest: Guest,
+    key: &str,
+    rest: Vec<u8>,
+    hub: &'h Hub,
+    patience: Duration,
+) -> Result<Client<'h>, tungstenite::Error> {
     let (accept, mut stream) = (derive_accept_key(key.as_bytes()), guest.stream);
     let head = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n";
     // Nothing was sent before, so there is room for it.
     stream.write_all(format!("{head}Sec-WebSocket-Accept: {accept}\r\n\r\n").as_bytes())?;
-    Client::new(stream, rest, hub)
+    Client::new(stream, rest, hub, patience)
 }

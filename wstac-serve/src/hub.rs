@@ -22,7 +22,7 @@ pub(crate) struct About {
     pub(crate) name: Option<String>,
     /// The source and its frames, for a person.
     pub(crate) source: String,
-    /// What nothing states of it, for a person.
+    /// Notes about what nothing states of it, for a person.
     pub(crate) notes: Vec<Cow<'static, str>>,
     /// Width and height of a frame.
     pub(crate) size: [u16; 2],
@@ -339,6 +339,8 @@ impl Drop for Joined<'_> {
 mod tests {
     use std::sync::mpsc::channel;
 
+    use wstac_core::layout::FrameSize;
+
     use super::*;
     use crate::order::{Action, Refused};
 
@@ -398,6 +400,21 @@ mod tests {
         );
         assert_eq!(hub.take_order(0).map(|order| order.action), Some(Action::Calibrate {}));
         assert!(hub.take_order(0).is_none() && hub.take_order(7).is_none());
+    }
+
+    #[test]
+    fn a_calibrated_sensor_has_the_notes_that_remain() {
+        let of_source = || About { notes: vec!["no [layout] is given".into(), "readout unknown".into()], ..about() };
+        let hub = Hub::new([of_source(), of_source()].into_iter());
+        let layout = Layout::paper(FrameSize::new(640, 480).unwrap()).unwrap();
+        hub.set_layout(1, &layout, vec!["readout unknown".into()]);
+        let hello: serde_json::Value = serde_json::from_str(&hub.hello().unwrap()).unwrap();
+        let sensors = &hello["sensors"];
+        assert_eq!(sensors[0]["notes"], serde_json::json!(["no [layout] is given", "readout unknown"]));
+        assert_eq!(sensors[1]["notes"], serde_json::json!(["readout unknown"]));
+        assert_eq!(sensors[1]["corners"].as_array().map(Vec::len), Some(25));
+        // There is no such sensor.
+        hub.set_layout(2, &layout, Vec::new());
     }
 
     #[test]

@@ -5,10 +5,12 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
+use std::time::Duration;
 
 use wstac_host::error::{Error, ErrorKind};
 
 use crate::access::{Access, Token};
+use crate::client::PATIENCE;
 use crate::connections::Connections;
 use crate::hub::{About, Hub};
 use crate::sensor::ServedSensor;
@@ -45,6 +47,7 @@ pub struct Server {
     listener: TcpListener,
     bound: SocketAddr,
     access: Access,
+    patience: Duration,
 }
 
 impl Server {
@@ -69,7 +72,14 @@ impl Server {
         let listener = TcpListener::bind(address).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let bound = listener.local_addr().map_err(failed)?;
-        Ok(Self { listener, bound, access: Access::new(bound.ip(), token) })
+        Ok(Self { listener, bound, access: Access::new(bound.ip(), token), patience: PATIENCE })
+    }
+
+    /// Sets how long a page may acknowledge nothing, or take nothing, until it goes: 30 s by default.
+    #[must_use]
+    pub fn with_patience(mut self, patience: Duration) -> Self {
+        self.patience = patience;
+        self
     }
 
     /// Returns the address to open in a browser, with the token if there is one.
@@ -103,7 +113,7 @@ impl Server {
                     }
                 });
             }
-            let mut connections = Connections::new(&self.listener, &self.access, hub);
+            let mut connections = Connections::new(&self.listener, &self.access, hub, self.patience);
             while !stop.load(Ordering::Relaxed) {
                 connections.advance();
             }

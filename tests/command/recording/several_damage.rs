@@ -44,7 +44,7 @@ pub(super) struct Stream {
     events: Vec<TactileEvent>,
 }
 
-/// Reads a sensor; `None` if the file cannot be read to its end, or its configuration is damaged.
+/// Reads a sensor; `None` if the file cannot be read to its end, or has no configuration that can be read.
 pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
     let mut source = McapSource::open_sensor(file, name, None).ok()?;
     let mut frames = Vec::new();
@@ -57,6 +57,7 @@ pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
             other => panic!("{other:?}"),
         }
     }
+    // Its configuration may be damaged, too, which no frame shows.
     let session = Session::builder(McapSource::open_sensor(file, name, None).unwrap()).build().ok()?;
     let events = session.filter_map(|output| match output.unwrap() {
         Output::Event(event) => Some(*event),

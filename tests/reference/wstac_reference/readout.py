@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from .constants import COLUMNS, NOMINAL_FPS, ROWS
 from .layout import Layout
 
+MOST_PRESS = 0.22
+"""Frames from a line to the next. By an unknown readout, light that may be a press's or slower than this is unclear."""
 ORDERS = {"down": (1, 1), "up": (1, -1), "right": (0, 1), "left": (0, -1)}
 """Where the sensor's rows follow each other in the picture: the axis, and whether along it."""
 
@@ -62,6 +64,6 @@ def readout(ms: float | None, order: str, layout: Layout, frame: tuple[int, int]
 def contact(rows: float, columns: float, of: Readout) -> str:
     """What slownesses of the light along both axes are."""
     least, most = of.bounds(rows, columns)
-    if least > 13 or (not of.is_known and least < 0.17 and most >= 0.22):
+    if least > 13 or (not of.is_known and least < 0.17 and most >= MOST_PRESS):
         return "unclear"
     return "press" if least < 0.1 else "unclear" if least < 0.17 else "slide"

@@ -9,14 +9,13 @@ import numpy as np
 
 from .constants import COLUMNS, NOMINAL_FPS, ROWS, TAXELS
 from .motion import PITCH_MM
-from .readout import Readout
+from .readout import MOST_PRESS, Readout
 
 DARK = 4
 """Frames at the start that count as dark."""
 NOISE = 84
 """The sum of the dark frames' 75 differences is so many standard deviations of the noise."""
 LEAST_LIGHT = 64
-MOST_PRESS = 0.22
 LIT = 1 / 8
 BRIGHT = 1 / 32
 ROUNDS = 5

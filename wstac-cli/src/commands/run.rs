@@ -210,7 +210,9 @@ Camera faults and recovery:
     signal         the signal is back
     slow           fewer than 90 % of the agreed frames arrive
     in-time        frames arrive at the agreed rate again
-    rate           frames arrive at a rate that is more than 2 % off
+    rate           the rate is more than 2 % too low
+    fast           the rate is more than 2 % too high: until in-time,
+                   events are not reliable
     controls       controls have other values than before the fault
     decoder        a JPEG picture is refused: the first one says why
   A camera that comes back with another format, size or rate ends the

@@ -261,6 +261,43 @@ fn the_bytes_of_a_frame_are_these() {
     assert_eq!(crc32(*b"123456789"), 0xCBF4_3926);
 }
 
+/// The numbers of reasons never change: boards and hosts may have different versions.
+#[test]
+fn every_reason_crosses_the_link_by_its_number() {
+    let at_most = Some(45.5);
+    let reasons = [
+        (0, Reason::BaselineAbove),
+        (1, Reason::NeverValid),
+        (2, Reason::CutOff { at_most }),
+        (3, Reason::OutsideLaw),
+        (4, Reason::NoSlide(Contact::Poke)),
+        (5, Reason::NeverLit),
+        (6, Reason::NoOrder),
+        (7, Reason::LostFrames),
+        (8, Reason::Uneven),
+        (9, Reason::Baseline),
+        (10, Reason::FewWhiskers),
+        (11, Reason::NotOver),
+        (12, Reason::TooSlow),
+        (13, Reason::TooFast),
+        (14, Reason::NotAlike),
+        (15, Reason::SpeedChanges),
+        (16, Reason::NotCrossed),
+        (17, Reason::OutOfLine),
+        (18, Reason::Uncertain),
+        (19, Reason::ReadoutUnknown),
+        (20, Reason::Turning),
+        (21, Reason::TwoObjects),
+        (22, Reason::FasterCamera),
+    ];
+    for (number, reason) in reasons {
+        let mut bytes = [0; 16];
+        assert_eq!(postcard::to_slice(&reason, &mut bytes).unwrap()[0], number, "{reason}");
+        let event = Message::Event(Answers { speed: Err(reason), doubt: Some(reason), ..answers() });
+        assert_eq!(received(&mut Decoder::new(), &frame(&event, 0)), [arrived(&event, 0)], "{reason}");
+    }
+}
+
 #[test]
 fn every_truncation_and_every_changed_byte_is_refused() {
     for message in messages() {

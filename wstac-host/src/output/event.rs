@@ -64,7 +64,7 @@ pub struct TactileEvent {
     /// frames of the sample came unevenly.
     pub reliable: bool,
     /// The reason why the touch is unclear, or why the answers are not reliable; `None` if they are, and if a board does not
-    /// say, as before version 0.4. By a law of durations it is only [`Reason::Uneven`].
+    /// say, as before version 0.4. By a law of durations it is only [`Reason::Uneven`] or [`Reason::FasterCamera`].
     pub doubt: Option<Reason>,
     /// Whether the sample is reliable, whatever its answers are: the baseline was quiet, at most a tenth of the sample was
     /// filled, and its frames came evenly. A board says only [`Self::reliable`].
@@ -121,9 +121,9 @@ impl TactileEvent {
         }
     }
 
-    /// Returns the event of a sample whose frames came unevenly: nothing of it is reliable.
-    pub(crate) fn uneven(self) -> Self {
-        Self { reliable: false, sample_reliable: false, doubt: Some(Reason::Uneven), ..self }
+    /// Returns the event of a sample whose frames have other times than it was computed with: nothing of it is reliable.
+    pub(crate) fn mistimed(self, why: Reason) -> Self {
+        Self { reliable: false, sample_reliable: false, doubt: Some(why), ..self }
     }
 
     /// Returns the event of a sample of which a file leaves out frames that its speed depends on.

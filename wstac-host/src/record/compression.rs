@@ -127,7 +127,7 @@ mod tests {
             let (found, is_all) = Compression::Zstd.unpack(&packed[..cut], bytes.len()).unwrap();
             assert!(bytes.starts_with(&found) && (!is_all || cut == 0), "{cut}: {} bytes", found.len());
         }
-        // What unpacks to more than may be read ends there.
+        // Text that unpacks to more than may be read ends there.
         let (found, is_all) = Compression::Zstd.unpack(&packed, 100_000).unwrap();
         assert!(bytes.starts_with(&found) && found.len() <= 100_000 && !is_all);
     }

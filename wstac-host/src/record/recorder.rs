@@ -453,7 +453,7 @@ mod tests {
         }
         let before = SystemTime::UNIX_EPOCH - Duration::from_secs(1);
         assert!(line.clock_line(0, stamp(before)).is_none());
-        // What could not be written is not taken for written.
+        // Bytes that could not be written are not taken for written.
         let line = line.clock_line(0, stamp(SystemTime::UNIX_EPOCH)).unwrap();
         assert_eq!(line.stamp, "1970-01-01T00:00:00.000000000Z");
     }

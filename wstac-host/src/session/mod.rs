@@ -12,12 +12,14 @@
 //! ```
 
 mod processor;
+mod stream_config;
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::ffi::OsStr;
 
-pub use self::processor::{HostPipeline, Phase, Processor};
+pub use self::processor::{Phase, Processor};
+pub use self::stream_config::HostPipeline;
 use crate::config::Config;
 use crate::error::Error;
 use crate::model_file::ModelFile;

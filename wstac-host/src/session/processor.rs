@@ -1,24 +1,20 @@
 //! The core set up for one stream. It takes source events and gives typed outputs.
 
-use std::borrow::Cow;
 use std::collections::VecDeque;
 
-use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::{AnyLaw, EventLaw};
-use wstac_core::layout::Layout;
-use wstac_core::ln::any::AnyLn;
-use wstac_core::paper::baseline_policy::TrackingBaseline;
 use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::pipeline::{Pipeline, Update};
-use wstac_core::rate::FrameRate;
+use wstac_core::pipeline::Update;
+use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, ReadoutTime};
+use wstac_core::touch::motion::{LiveMotion, MotionConfig};
 use wstac_core::touch::path_sample::TaxelRing;
 
-use crate::config::{Config, Kernel};
+use super::stream_config::HostPipeline;
+use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::frame_clock::FrameClock;
 use crate::output::{
@@ -27,12 +23,6 @@ use crate::output::{
 };
 use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
-
-/// The fraction by which the rate may differ from the nominal one without a note about the published law.
-const RATE_OFF: f64 = 0.02;
-
-/// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
-pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>, Option<TaxelRing>>;
 
 /// Turns source events into typed outputs.
 ///
@@ -55,6 +45,8 @@ pub struct Processor {
     dropped: u64,
     dropped_by: LossCounts,
     uneven: UnevenFrames,
+    /// The frames of a camera that is faster than agreed on.
+    fast: UnevenFrames,
     /// The frames that a file leaves out, or that cannot be decoded.
     missing: UnevenFrames,
     /// Whether lost JPEG pictures are such frames. A camera reports its own.
@@ -123,176 +115,6 @@ impl UnevenFrames {
     }
 }
 
-fn kernel(kernel: Kernel) -> AnyLn {
-    match kernel {
-        Kernel::Fixed => AnyLn::Fixed,
-        Kernel::Libm => AnyLn::Libm,
-        Kernel::Micromath => AnyLn::Micromath,
-    }
-}
-
-impl Config {
-    /// Returns the geometry of a stream's frames: pixel format, layout, stride and rate.
-    ///
-    /// # Errors
-    /// Layout, format and configuration do not fit each other.
-    pub fn geometry(&self, info: &StreamInfo) -> Result<FrameGeometry<Any>, Error> {
-        let in_table = |table| move |error| self.does_not_fit(&info.about, table, error);
-        self.layout.check_frame(info.size).map_err(|error| self.does_not_fit(&info.about, "[layout]", error))?;
-        let layout = self.layout(info.size).map_err(in_table("[layout]"))?;
-        let green = Any::new(info.format, info.color, self.green.yuv);
-        let geometry = FrameGeometry::with_stride(green, layout, info.rate, self.green.stride)
-            .and_then(|geometry| geometry.with_bytes_per_row(info.bytes_per_row))
-            .map_err(in_table("[layout], [green]"))?;
-        if let Some(crop) = &info.crop
-            && let Some(taxel) = crop.first_outside(geometry.layout())
-        {
-            let ([x, y], size) = (crop.at(), crop.size());
-            let (width, height) = (size.width(), size.height());
-            let message = format!(
-                "taxel {taxel} lies outside of what was recorded: {width} x {height} pixels at ({x}, {y}); expected \
-                 taxels inside, or a recording without --crop"
-            );
-            return Err(self.does_not_fit(&info.about, "[layout]", message));
-        }
-        Ok(geometry)
-    }
-
-    /// Returns the readout that holds for a source: the configuration's, else the source's own. `None` is unknown.
-    pub fn readout(&self, info: &StreamInfo) -> Option<ReadoutTime> {
-        self.sensor.readout.or(info.readout)
-    }
-
-    /// Returns a note for a person if nothing states where the taxels of a source are. In a scene they are where the
-    /// publication has them, and of a recording it was said when it was made.
-    pub fn layout_note(&self, info: &StreamInfo) -> Option<&'static str> {
-        let is_known = self.layout.is_stated() || info.recorded.is_some() || info.is_simulated;
-        (!is_known).then_some(
-            "no [layout] is given, so taxels are where the sensor of the publication has them; help: run wstac \
-             calibrate, and give its [layout]",
-        )
-    }
-
-    /// Returns a note for a person about what an unknown readout does to the answers, if that of a source is unknown.
-    pub fn readout_note(&self, info: &StreamInfo) -> Option<&'static str> {
-        (self.readout(info).is_none() && self.speed.law().is_none()).then_some(
-            "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; \
-             state [sensor] readout_ms (0: global shutter)",
-        )
-    }
-
-    /// Returns a note for a person if frames come at another rate than that at which the published law was fitted.
-    pub fn rate_note(&self, info: &StreamInfo) -> Option<String> {
-        let nominal = FrameRate::NOMINAL.per_second();
-        let found = info.rate.per_second() / f64::from(info.rate.frames_added());
-        let is_off = self.speed.law().is_some() && (found / nominal - 1.0).abs() > RATE_OFF;
-        is_off.then(|| {
-            format!(
-                "features come {found:.2} times per second, and law = \"published\" counts frames at {nominal}: its \
-                 durations are multiplied by {:.3}",
-                nominal / found
-            )
-        })
-    }
-
-    /// Returns the notes for a person about what nothing states of a source, and about its rate.
-    pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
-        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info));
-        stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))
-    }
-
-    /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.
-    ///
-    /// # Errors
-    /// The readout is longer than a frame, or the errors of [`Config::layout`] and of [`MotionConfig::new`].
-    pub fn motion_of(&self, info: &StreamInfo) -> Result<MotionConfig, Error> {
-        let time = self.readout(info);
-        // Rows are read within a frame; a rate may be a little off.
-        let most = 1050.0 / info.rate.per_second();
-        if let Some(ms) = time.map(ReadoutTime::ms).filter(|ms| f64::from(ms.abs()) > most) {
-            let message = format!("readout_ms is {ms}, expected at most a frame's time: {most:.1} ms");
-            return Err(self.does_not_fit(&info.about, "[sensor]", message));
-        }
-        let layout = self.layout(info.size).map_err(|error| self.does_not_fit(&info.about, "[layout]", error))?;
-        let motion = MotionConfig::new(self.sensor.pitch_mm, info.rate);
-        let motion = motion.map_err(|error| self.does_not_fit(&info.about, "[sensor]", error))?;
-        Ok(motion.with_readout(Readout::of_layout(time, info.row_order, &layout, info.rate)))
-    }
-
-    /// Returns the law from an event to its answers for the frames of a source.
-    ///
-    /// # Errors
-    /// The errors of [`Config::motion_of`] and [`Config::durations`].
-    pub fn law_of(&self, info: &StreamInfo) -> Result<AnyLaw, Error> {
-        let law = self.speed.in_force(self.motion_of(info)?, info.rate);
-        law.map_err(|error| self.does_not_fit(&info.about, "[speed]", error))
-    }
-
-    /// Builds the pipeline of a stream.
-    ///
-    /// # Errors
-    /// Layout, format and configuration do not fit each other.
-    pub fn pipeline(&self, info: &StreamInfo) -> Result<HostPipeline, Error> {
-        self.pipeline_at(info, 0)
-    }
-
-    /// Builds the pipeline of a stream. Its feature frames are counted from `first` on.
-    fn pipeline_at(&self, info: &StreamInfo, first: u64) -> Result<HostPipeline, Error> {
-        let geometry = self.geometry(info)?;
-        if info.taxels_only {
-            self.check_sums(info, &geometry)?;
-        }
-        self.pipeline_from(geometry, &info.about, first)
-    }
-
-    /// Refuses another layout, stride or method than those that a stream's taxel sums were made with.
-    fn check_sums(&self, info: &StreamInfo, geometry: &FrameGeometry<Any>) -> Result<(), Error> {
-        let wrong = |expected: &str| Err(self.does_not_fit(&info.about, "[layout], [green]", expected));
-        let Some(recorded) = &info.recorded else {
-            let is_published = Ok(*geometry.layout()) == Layout::paper(info.size);
-            if is_published && self.green.stride == Stride::One {
-                return Ok(());
-            }
-            return wrong("taxel sums are of the paper's layout and every pixel, expected no other layout or stride");
-        };
-        let own = Self::parse_recorded(&recorded.configuration).map_err(|error| error.about(&info.about))?;
-        let is_same = own.geometry(info)?.layout() == geometry.layout()
-            && own.green.stride == self.green.stride
-            && (own.green.yuv == self.green.yuv || !info.format.is_ycbcr());
-        if is_same {
-            return Ok(());
-        }
-        wrong(
-            "are not those of the recording, which has no pictures, only taxel sums: expected its own [layout], stride \
-             and yuv, or a recording without --features-only",
-        )
-    }
-
-    /// Builds the pipeline of frames of this geometry. `about` names their source in errors.
-    ///
-    /// # Errors
-    /// `[features]` or `[trigger]` does not fit the geometry.
-    pub fn pipeline_of(&self, geometry: FrameGeometry<Any>, about: &str) -> Result<HostPipeline, Error> {
-        self.pipeline_from(geometry, about, 0)
-    }
-
-    /// Builds the pipeline of frames of this geometry. Its feature frames are counted from `first` on.
-    fn pipeline_from(&self, geometry: FrameGeometry<Any>, about: &str, first: u64) -> Result<HostPipeline, Error> {
-        let in_table = |table| move |error| self.does_not_fit(about, table, error);
-        let trigger = self.trigger().and_then(|trigger| Ok((trigger, self.following()?)));
-        let (trigger, baseline) = trigger.map_err(in_table("[trigger]"))?;
-        Pipeline::builder(geometry)
-            .floor_levels(self.features.floor_levels)
-            .ln(kernel(self.features.ln))
-            .trigger(trigger)
-            .baseline(baseline)
-            .taxels()
-            .starting_at(first)
-            .build()
-            .map_err(in_table("[features]"))
-    }
-}
-
 impl Processor {
     /// Creates a processor for frames as `info` describes them.
     ///
@@ -325,6 +147,7 @@ impl Processor {
             dropped: 0,
             dropped_by: LossCounts::default(),
             uneven: UnevenFrames::default(),
+            fast: UnevenFrames::default(),
             missing: UnevenFrames::default(),
             is_of_camera: info.camera.is_some(),
             baseline_reported: false,
@@ -362,7 +185,13 @@ impl Processor {
         mut emit: impl FnMut(Output) -> Result<(), E>,
     ) -> Result<bool, E> {
         if let SourceEvent::Fault(fault) = event {
-            self.uneven.fault(&fault.kind, self.pipeline.next_frame());
+            let frame = self.pipeline.next_frame();
+            self.uneven.fault(&fault.kind, frame);
+            match fault.kind {
+                FaultKind::Fast => self.fast.fault(&FaultKind::Uneven, frame),
+                FaultKind::InTime | FaultKind::Rate | FaultKind::Slow => self.fast.fault(&FaultKind::Even, frame),
+                _ => {}
+            }
         }
         if let SourceEvent::Lost { frames, reason } = event
             && (matches!(reason, LossReason::Missing | LossReason::CorruptPicture)
@@ -594,9 +423,9 @@ impl Processor {
         let next = self.pipeline.next_frame();
         let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
         let incomplete = self.restart();
-        let Self { clock, dropped, dropped_by, uneven, missing, .. } = std::mem::replace(self, new);
+        let Self { clock, dropped, dropped_by, uneven, fast, missing, .. } = std::mem::replace(self, new);
         (self.clock, self.dropped, self.dropped_by) = (clock, dropped, dropped_by);
-        (self.uneven, self.missing) = (uneven, missing);
+        (self.uneven, self.fast, self.missing) = (uneven, fast, missing);
         Ok(incomplete)
     }
 
@@ -625,8 +454,9 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, missing, .. } = self;
-        (pipeline, Answers { textures, law, durations, motion: *motion, clock, options: *options, uneven, missing })
+        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, fast, missing, .. } = self;
+        let (motion, options) = (*motion, *options);
+        (pipeline, Answers { textures, law, durations, motion, clock, options, uneven, fast, missing })
     }
 }
 
@@ -639,18 +469,21 @@ struct Answers<'p> {
     clock: &'p mut FrameClock,
     options: OutputOptions,
     uneven: &'p UnevenFrames,
+    fast: &'p UnevenFrames,
     missing: &'p UnevenFrames,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::paper::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
-        let Self { law, durations, textures, motion, ref clock, options, uneven, missing } = *self;
+        let Self { law, durations, textures, motion, ref clock, options, uneven, fast, missing } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
         let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };
         let event = TactileEvent::new(event, taxels, &answering);
         let is_vague = event.speed.is_ok_and(|speed| speed.sd.is_some_and(|sd| sd > MOST_SD_OF_GAPS * speed.mm_s));
         Output::Event(Box::new(if uneven.touch(event.frame) {
-            event.uneven()
+            event.mistimed(Reason::Uneven)
+        } else if fast.touch(event.frame) {
+            event.mistimed(Reason::FasterCamera)
         } else if is_vague && missing.touch(event.frame) {
             event.missing()
         } else {

@@ -301,6 +301,28 @@ mod tests {
     }
 
     #[test]
+    fn an_event_of_a_camera_that_is_too_fast_is_not_reliable() {
+        let event = |fast, then: FaultKind, to| {
+            let found = outputs(move |number| match number {
+                _ if number == fast => Injection::Fault(FaultKind::Fast),
+                _ if number == to => Injection::Fault(then.clone()),
+                _ => Injection::Keep,
+            });
+            let event = found.into_iter().flatten().find_map(|output| match output {
+                Output::Event(event) => Some((event.reliable, event.sample_reliable, event.doubt)),
+                _ => None,
+            });
+            event.unwrap()
+        };
+        let doubted = (false, false, Some(Reason::FasterCamera));
+        assert_eq!(event(10, FaultKind::InTime, 50), doubted);
+        assert_eq!(event(10, FaultKind::Even, 20), doubted);
+        for right in [FaultKind::InTime, FaultKind::Rate, FaultKind::Slow] {
+            assert_ne!(event(10, right, 20), doubted);
+        }
+    }
+
+    #[test]
     fn a_baseline_of_doubted_frames_is_refused() {
         let size = FrameSize::new(100, 100).unwrap();
         let info = StreamInfo::new("a stripe", size, PixelFormat::Gray, FrameRate::NOMINAL);

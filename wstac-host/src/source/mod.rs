@@ -47,6 +47,9 @@ pub use self::crop::Crop;
 pub use crate::frame_clock::{Stamp, StreamClock};
 pub use crate::reasons::{FaultKind, LossCounts, LossReason};
 
+/// The part of a rate by which another one may differ without being reported.
+pub(crate) const RATE_OFF: f64 = 0.02;
+
 /// The labels that a person gave, such as `specimen` `Saw3`.
 pub type Labels = BTreeMap<String, String>;
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
 use wstac_host::error::{Error, ErrorKind};
@@ -20,12 +20,13 @@ use super::requests::action;
 use crate::arguments::Arguments;
 use crate::note;
 use crate::orders::{Action, Control};
+use crate::queue::Queue;
 use crate::refused::{in_words, refused};
 
 /// The requests that wait at most. Further ones have no answer.
 const MOST_WAITING: usize = 64;
 /// The refusals and changes of parameters that wait at most.
-const MOST_PATIENT: usize = 512;
+pub(crate) const MOST_PATIENT: usize = 512;
 /// The longest request, with all that comes along.
 const MOST_BYTES: usize = 1 << 16;
 
@@ -85,7 +86,7 @@ pub(crate) struct Services {
 /// Answers the requests, in a thread of its own. It never waits: an answer that a client does not take is dropped.
 pub(crate) struct Clerk {
     parameters: Parameters,
-    patient: SyncSender<Patient>,
+    patient: Queue<Patient>,
     folder: Option<PathBuf>,
     arriving: Receiver<Work>,
     own: Sender<Work>,
@@ -148,7 +149,7 @@ impl Services {
         });
         let refused = |error: zenoh::Error| refused(ErrorKind::Usage, "the services", &error);
         let events = RosPublisher::new(session, arguments, Type::ParameterEvent, "", first).map_err(refused)?;
-        let (patient, work) = sync_channel(MOST_PATIENT);
+        let (patient, work) = Queue::new(MOST_PATIENT);
         // It ends with the services and the clerk.
         let wait = move || waiting_thread(&work, events);
         thread::Builder::new().name("patient".into()).spawn(wait).map_err(|error| Error::io("a thread", error))?;
@@ -161,7 +162,7 @@ impl Services {
             let take = move |mut query: Query| {
                 if let Some(why) = refusal(&mut query, &answered) {
                     // Too many of them have no answer.
-                    let _ = patient.try_send(Patient::Refused(why, query));
+                    patient.add(Patient::Refused(why, query));
                 } else if waiting.fetch_add(1, Ordering::Relaxed) < MOST_WAITING {
                     let request =
                         PendingRequest { query, key: Arc::clone(&answered), _waits: Waits(Arc::clone(&waiting)) };
@@ -263,7 +264,7 @@ impl Clerk {
 
     fn publish(&mut self, changed: &Changes) {
         // Whoever does not keep up with as many misses some.
-        let _ = self.patient.try_send(Patient::Changed(self.parameters.event(changed)));
+        self.patient.add(Patient::Changed(self.parameters.event(changed)));
     }
 
     /// Answers a request about parameters, and hands any other one to its sensor.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tungstenite::{Error, Message};
 use wstac_host::config::Config;
-use wstac_serve::Tools;
+use wstac_serve::{Server, Tools};
 
 use super::page::{Page, Served};
 
@@ -124,10 +124,12 @@ fn a_client_gets_thirty_updates_per_second() {
     assert_eq!(served.end().0, 0);
 }
 
-/// Half a request has its answer after 5 s, and a page that acknowledges nothing is gone after 30 s.
+/// Half a request has its answer after 5 s, and a page that acknowledges nothing is gone when patience ends.
 #[test]
 fn whoever_does_not_go_on_goes() {
-    let served = Served::new(None, &Config::default(), Tools::default());
+    let server = Server::bind("127.0.0.1:0".parse().unwrap(), None).unwrap();
+    let server = server.with_patience(Duration::from_secs(7));
+    let served = Served::of(None, &Config::default(), Tools::default(), server);
     let (start, mut half, mut page) = (Instant::now(), served.connect(), served.page());
     served.allow(5);
     half.write_all(b"GET / HTTP/1.1\r\n").unwrap();
@@ -145,6 +147,6 @@ fn whoever_does_not_go_on_goes() {
     let seconds = start.elapsed().as_secs();
     let is_patience =
         matches!(&gone, Error::Io(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut));
-    assert!(!is_patience && seconds >= 29, "after {seconds} s: {gone}");
+    assert!(!is_patience && seconds >= 6, "after {seconds} s: {gone}");
     assert_eq!(served.end().0, 0);
 }

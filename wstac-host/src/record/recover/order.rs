@@ -23,26 +23,30 @@ pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Erro
     if is_final {
         return Ok(found);
     }
-    let mut again = |order| {
+    in_better_order(found.frames, |order| {
         let emptied = new.set_len(0).and_then(|()| new.rewind());
         emptied.map_err(|error| not_written(path, error.into()))?;
         attempt(old, &new, path, order).map(|(found, _)| found)
-    };
-    let sorted = match again(Order::Sorted) {
+    })
+}
+
+/// Recovers a file in order by another `attempt`, or as it stands where that is better. `found` frames were found before.
+fn in_better_order(found: u64, mut attempt: impl FnMut(Order) -> Result<Recovered, Error>) -> Result<Recovered, Error> {
+    match attempt(Order::Sorted) {
         // To put them in order takes too much work.
         Err(error) if error.is_format() || error.is_data() => {
-            let mut found = again(Order::AsItStands)?;
+            let mut found = attempt(Order::AsItStands)?;
             found.problem.get_or_insert_with(|| error.message().to_owned());
-            return Ok(found);
+            Ok(found)
         }
-        sorted => sorted?,
-    };
-    // Frames may be lost rather than moved: then the file has more of them as it stands.
-    if sorted.frames < found.frames { again(Order::AsItStands) } else { Ok(sorted) }
+        // Frames may be lost rather than moved: then the file has more of them as it stands.
+        Ok(sorted) if sorted.frames < found => attempt(Order::AsItStands),
+        sorted => sorted,
+    }
 }
 
 /// The order in which messages are read.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
     /// As they stand, unless that is not the order in which they were recorded.
     Doubted,
@@ -71,5 +75,36 @@ impl Recovery<'_> {
         let own = |channel: u16| owns.get(&channel).copied();
         self.sorted = Some(index.sort(&mut self.walk, self.sensors.count(), own)?);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::ErrorKind;
+
+    #[test]
+    fn a_file_that_is_not_put_in_order_is_recovered_as_it_stands() {
+        // The frames in order, or why there are none; a problem of the file as it stands; what comes back.
+        let recovered = |sorted: Result<u64, ErrorKind>, problem: Option<&str>| {
+            let mut orders = Vec::new();
+            let result = in_better_order(100, |order| {
+                orders.push(order);
+                match (order, sorted) {
+                    (Order::Sorted, Err(kind)) => Err(Error::new(kind, "a.mcap", "too far out of order")),
+                    (Order::Sorted, Ok(frames)) => Ok(Recovered { frames, ..Recovered::default() }),
+                    _ => Ok(Recovered { frames: 7, problem: problem.map(str::to_owned), ..Recovered::default() }),
+                }
+            });
+            (orders, result.map(|found| (found.frames, found.problem)).map_err(|error| error.kind()))
+        };
+        let (sorted, both) = (vec![Order::Sorted], vec![Order::Sorted, Order::AsItStands]);
+        assert_eq!(recovered(Ok(100), None), (sorted.clone(), Ok((100, None))));
+        assert_eq!(recovered(Ok(99), None), (both.clone(), Ok((7, None))));
+        let why = |text: &str| Ok((7, Some(text.to_owned())));
+        assert_eq!(recovered(Err(ErrorKind::Format), None), (both.clone(), why("too far out of order")));
+        assert_eq!(recovered(Err(ErrorKind::Format), Some("cut")), (both, why("cut")));
+        // Another attempt fails alike.
+        assert_eq!(recovered(Err(ErrorKind::Io), None), (sorted, Err(ErrorKind::Io)));
     }
 }

@@ -6,7 +6,9 @@ use std::time::Duration;
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
-use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, Source, SourceEvent, Stamp, StreamInfo, SummedFrame};
+use crate::source::{
+    Fault, FaultKind, Frame, Lag, LossReason, RATE_OFF, Source, SourceEvent, Stamp, StreamInfo, SummedFrame,
+};
 
 /// The shortest span of a measurement, in time and in frames.
 const SPAN: Duration = Duration::from_secs(2);
@@ -18,12 +20,14 @@ const MOST_FRAMES: u32 = 1 << 16;
 /// Fractions of the agreed rate: below the first the camera is slow, and from the second on it is no longer slow.
 const SLOW: f64 = 0.9;
 const IN_TIME: f64 = 0.95;
-/// The span over which a smaller deviation is measured, and the part of the agreed rate from which it is reported.
+/// From this on it is too fast over the shortest span, too: a first slide must not be reliable.
+const FAST: f64 = 1.05;
+/// The span over which a smaller deviation is measured.
 const LONG_SPAN: Duration = Duration::from_secs(10);
-const OFF: f64 = 0.02;
 
 /// Reports a fault if a source's frames come at another rate than agreed on, and once more if they come in time again.
-/// A rate that is more than 2 % off over ten seconds is reported once in each direction, until it is right again.
+/// A rate that is more than 2 % off over ten seconds, or 5 % too high over two, is reported once in each direction, until
+/// it is right again, which is reported, too.
 ///
 /// It uses the driver's sequence numbers and timestamps alone, over at least two seconds and five frames. Frames that
 /// were dropped count as taken, so a slow program or a full bus is no slow camera. While the camera is slow, frames that
@@ -184,14 +188,21 @@ struct Pace {
     slow: bool,
     /// Sequence number and time of the first frame of the long measurement.
     long_start: Option<(u32, Duration)>,
-    /// Whether the rate was reported as too high or as too low; `None` if it was right when it was measured last.
-    is_fast: Option<bool>,
+    /// The deviation that was reported; `None` if the rate was right when it was measured last.
+    off: Option<Off>,
+}
+
+/// A deviation from the agreed rate by more than 2 %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Off {
+    TooFew,
+    TooMany,
 }
 
 impl Pace {
     fn new(rate: FrameRate) -> Self {
         let rate = rate.per_second();
-        Self { rate, start: None, last: 0, slow: false, long_start: None, is_fast: None }
+        Self { rate, start: None, last: 0, slow: false, long_start: None, off: None }
     }
 
     /// Returns whether the camera was slow when it was measured last.
@@ -222,30 +233,41 @@ impl Pace {
         let share = measured / self.rate;
         let slow = if self.slow { share < IN_TIME } else { share < SLOW };
         if slow == self.slow {
-            return self.off(sequence, now);
+            let is_long = self.long_start.is_none_or(|(_, start)| now.saturating_sub(start) >= LONG_SPAN);
+            return if share > FAST && self.off != Some(Off::TooMany) {
+                self.deviate(Some(Off::TooMany), measured)
+            } else if is_long && !slow {
+                self.off(sequence, now)
+            } else {
+                None
+            };
         }
-        (self.slow, self.long_start) = (slow, self.start);
+        (self.slow, self.long_start, self.off) = (slow, self.start, None);
         Some(self.fault(measured))
     }
 
-    /// Returns a fault if the rate has become too high or too low over a long span.
+    /// Returns a fault if the rate has become too high, too low or right over a long span.
     fn off(&mut self, sequence: u32, now: Duration) -> Option<Fault> {
-        let (first, start) = self.long_start?;
-        let span = now.checked_sub(start).filter(|span| *span >= LONG_SPAN)?;
-        self.long_start = Some((sequence, now));
-        let measured = f64::from(sequence.wrapping_sub(first)) / span.as_secs_f64();
+        let (first, start) = self.long_start.replace((sequence, now))?;
+        let measured = f64::from(sequence.wrapping_sub(first)) / now.saturating_sub(start).as_secs_f64();
         let off = measured / self.rate - 1.0;
-        if self.slow {
+        let too = if off < 0.0 { Off::TooFew } else { Off::TooMany };
+        self.deviate((off.abs() > RATE_OFF).then_some(too), measured)
+    }
+
+    /// Takes what was measured. Returns a fault if it differs from what was reported last.
+    fn deviate(&mut self, off: Option<Off>, measured: f64) -> Option<Fault> {
+        if std::mem::replace(&mut self.off, off) == off {
             return None;
         }
-        let is_fast = (off.abs() > OFF).then_some(off > 0.0);
-        if std::mem::replace(&mut self.is_fast, is_fast) == is_fast || is_fast.is_none() {
-            return None;
-        }
-        let what = if off < 0.0 { "those that are missing count as lost" } else { "speeds are too low by as much" };
+        let (kind, what) = match off {
+            None => return Some(self.fault(measured)),
+            Some(Off::TooFew) => (FaultKind::Rate, "those that are missing count as lost"),
+            Some(Off::TooMany) => (FaultKind::Fast, "speeds are too low by as much, and events are not reliable"),
+        };
         let rate = self.rate;
         let message = format!("the camera takes {measured:.2} frames per second, {rate:.2} were agreed on; {what}");
-        Some(Fault::new(FaultKind::Rate, message))
+        Some(Fault::new(kind, message))
     }
 
     /// Starts again with the stream: nothing is measured across the break.
@@ -405,24 +427,31 @@ mod tests {
 
     #[test]
     fn a_rate_that_is_a_little_off_is_reported_once() {
-        for (rate, words) in [(29.3, "29.30 frames per second, 30.00"), (31.0, "speeds are too low")] {
+        for (rate, at, kind, words) in [
+            (29.3, 294, FaultKind::Rate, "29.30 frames per second, 30.00"),
+            (31.0, 310, FaultKind::Fast, "31.00 frames per second, 30.00"),
+            (33.0, 66, FaultKind::Fast, "33.00 frames per second, 30.00"),
+        ] {
             let mut pace = Pace::new(FrameRate::NOMINAL);
             let time = |number: u32| Some(Duration::from_secs_f64(100.0 + f64::from(number) / rate));
-            let faults: Vec<_> = (0..2000).filter_map(|number| pace.arrive(number, time(number))).collect();
-            assert!(matches!(&faults[..], [fault] if fault.kind == FaultKind::Rate), "{rate}: {faults:?}");
-            assert!(faults[0].message.contains(words), "{}", faults[0]);
+            let faults: Vec<_> =
+                (0..2000).filter_map(|number| Some((number, pace.arrive(number, time(number))?))).collect();
+            let [(number, fault)] = &faults[..] else { panic!("{rate}: {faults:?}") };
+            assert!((at..at + 70).contains(number) && fault.kind == kind, "{rate}: {number}, {fault}");
+            assert!(fault.message.contains(words), "{fault}");
         }
         // Another direction is reported, and so is the same one after a rate that was right.
-        let (mut pace, mut start, mut words) = (Pace::new(FrameRate::NOMINAL), 100.0, Vec::new());
+        let (mut pace, mut start, mut found) = (Pace::new(FrameRate::NOMINAL), 100.0, Vec::new());
         for (part, rate) in [29.3, 31.5, 31.5, 30.0, 31.5].into_iter().enumerate() {
             let first = 900 * part as u32;
             start -= f64::from(first) / rate;
             let time = |number: u32| Some(Duration::from_secs_f64(start + f64::from(number) / rate));
             let faults = (first..first + 900).filter_map(|number| pace.arrive(number, time(number)));
-            words.extend(faults.map(|fault| (part, fault.message.contains("too low"))));
+            found.extend(faults.map(|fault| (part, fault.kind)));
             start += f64::from(first + 900) / rate;
         }
-        assert_eq!(words, [(0, false), (1, true), (4, true)]);
+        let (rate, fast, in_time) = (FaultKind::Rate, FaultKind::Fast, FaultKind::InTime);
+        assert_eq!(found, [(0, rate), (1, fast.clone()), (3, in_time), (4, fast)]);
         // One that changes within the span is slow, and then in time.
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
