@@ -3,6 +3,7 @@
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
+use wstac_core::touch::wave::Basis;
 use wstac_host::config::Config;
 use wstac_host::json::JsonLine;
 use wstac_host::output::{Output, TactileEvent};
@@ -47,10 +48,19 @@ fn each_cause_has_its_reason() {
         (&dead, Contact::Slide, Some(Reason::OutOfLine)),
         ("[[touch]]\nkind = \"press\"", Contact::Press, None),
     ] {
-        let found = event(scene, "", "builtin:path-svm", as_it_is);
+        let found = event(scene, "[speed]\nestimator = \"coherence\"", "builtin:path-svm", as_it_is);
         assert_eq!((found.contact, found.doubt), (Some(contact), doubt), "{scene}");
         assert_eq!(found.reliable, doubt.is_none(), "{scene}");
         assert_eq!(why(&found)["reliable"].as_str(), doubt.map(Reason::as_str), "{scene}");
+    }
+    // 25 taxels tell more.
+    for (scene, doubt, basis) in [
+        ("Saw3@150", None, Basis::Edge),
+        (&narrow, None, Basis::Outline),
+        (&changing, Some(Reason::SpeedChanges), Basis::Edge),
+    ] {
+        let found = event(scene, "", "builtin:path-svm", as_it_is);
+        assert_eq!((found.doubt, found.basis), (doubt, Some(basis)), "{scene}");
     }
 }
 
