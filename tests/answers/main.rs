@@ -4,6 +4,7 @@
 //! kinds of touch, whose lines are lines of the page.
 
 mod live;
+mod objects;
 mod readout;
 mod textures;
 mod touches;
@@ -233,7 +234,11 @@ fn kinds(page: &mut String) {
 }
 
 fn main() {
-    if let Some(part) = std::env::args().nth(1) {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let Some((part, options)) = arguments.split_first() {
+        if part == "objects" {
+            return objects::run(options);
+        }
         let mut section = String::new();
         match part.as_str() {
             "live" => live::tables(&mut section),

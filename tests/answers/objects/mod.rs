@@ -1,0 +1,406 @@
+//! Objects of any shape: how often their velocity is known and how often it is wrong, by kind and by fault.
+
+mod scenes;
+
+use core::result::Result as Found;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use wstac_core::green::gray::Gray;
+use wstac_core::layout::Layout;
+use wstac_core::paper::trigger::{Event, TriggerConfig};
+use wstac_core::pipeline::Pipeline;
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::motion::{self, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::path_sample::TaxelRing;
+use wstac_core::touch::wave::{Basis, Wave};
+use wstac_host::statistics::percentile;
+use wstac_scene::rng::Rng;
+use wstac_scene::{Scene, SimulatedFrame};
+
+use crate::touches::each;
+use crate::{interval, share};
+use scenes::{Drawn, Fault, JUDGE, Kind, Truth, draw};
+
+const SLIDES: u64 = 1000;
+const SPEEDS: [f64; 2] = [30.0, 300.0];
+/// Fraction of lost frames.
+const LOST: f64 = 0.05;
+/// Off by more than this fraction or these degrees is wrong.
+const WRONG: [f64; 2] = [0.1, 10.0];
+/// Least and most reliable answers within one and within two standard deviations, in percent.
+const WITHIN: [[f64; 2]; 2] = [[63.0, 73.0], [93.0, 97.5]];
+const ESTIMATORS: [&str; 3] = ["coherence", "wave", "law"];
+
+/// What a kind of touches should reach; `None` is reported only.
+#[derive(Clone, Copy)]
+struct Goal {
+    /// Median and 95th percentile of the speed's error in percent, and of the direction's in degrees.
+    errors: Option<[[f64; 2]; 2]>,
+    /// Least reliable, in percent of slides.
+    reliable: Option<f64>,
+    /// Most that are reliable and wrong, in percent of slides.
+    wrong: f64,
+}
+
+struct Row {
+    /// What `--kind` calls it, and what the page does.
+    name: &'static str,
+    touch: &'static str,
+    kind: Kind,
+    fault: Fault,
+    goal: Goal,
+}
+
+const fn row(name: &'static str, touch: &'static str, kind: Kind, goal: Goal) -> Row {
+    Row { name, touch, kind, fault: Fault::None, goal }
+}
+
+const fn mix(name: &'static str, touch: &'static str, fault: Fault) -> Row {
+    let goal = known([[1.0, 4.0], [1.0, 4.0]], 70.0, 0.3);
+    Row { name, touch, kind: Kind::Mix, fault, goal }
+}
+
+const fn known(errors: [[f64; 2]; 2], reliable: f64, wrong: f64) -> Goal {
+    Goal { errors: Some(errors), reliable: Some(reliable), wrong }
+}
+
+const fn refused(wrong: f64) -> Goal {
+    Goal { errors: None, reliable: None, wrong }
+}
+
+const ROUND: Goal = known([[0.5, 2.0], [0.5, 2.5]], 92.0, 0.2);
+const PAIR: Goal = known([[1.0, 3.0], [1.0, 3.0]], 85.0, 0.3);
+
+const ROWS: [Row; 30] = [
+    row("wide", "wide block", Kind::Wide, known([[0.4, 1.5], [0.25, 1.0]], 97.0, 0.0)),
+    row("rod", "rod of 3 to 15 mm", Kind::Rod, ROUND),
+    row("ball", "ball of 5 to 20 mm", Kind::Ball, ROUND),
+    row("coin", "coin of 5 to 20 mm", Kind::Coin, ROUND),
+    row("block", "block of 6 to 20 mm at right angles", Kind::Block, known([[0.5, 2.0], [0.5, 3.0]], 80.0, 0.2)),
+    row("corner", "corner of a box", Kind::Corner, PAIR),
+    row("fingers", "two fingers of one velocity", Kind::Fingers, PAIR),
+    row("skewed", "narrow block skewed by 3 to 30°", Kind::Skewed, known([[2.0, 7.0], [2.0, 7.0]], 25.0, 0.3)),
+    row("oblique", "oblique bare edge or rod", Kind::Oblique, known([[0.5, 1.5], [0.5, 1.5]], 90.0, 0.1)),
+    row(
+        "textured",
+        "oblique edge, texture behind",
+        Kind::Textured,
+        Goal { errors: None, reliable: Some(30.0), wrong: 0.3 },
+    ),
+    row("twist", "twist about a point on the sensor", Kind::Twist, refused(0.5)),
+    row("stop", "stop on the sensor", Kind::Stop, refused(0.5)),
+    row("two", "two velocities", Kind::Two, refused(0.5)),
+    row("changing", "speed that changes by more than 15 %", Kind::Changing, refused(0.5)),
+    row("stick", "stick-slip", Kind::Stick, refused(1.0)),
+    row("turn", "slow turn, 0.2 to 1° per mm", Kind::Turn, refused(0.5)),
+    row("pressed", "press, then slide", Kind::Pressed, refused(0.5)),
+    mix("mix", "mix", Fault::None),
+    mix("mix-dead", "mix, one dead whisker", Fault::Dead),
+    mix("mix-gains", "mix, gains spread three times", Fault::Gains),
+    mix("mix-noise", "mix, three times the noise", Fault::Noise),
+    mix("mix-lost", "mix, 5 % of the frames lost", Fault::Lost),
+    mix("mix-15", "mix, 15 frames per second", Fault::Rate(15)),
+    mix("mix-60", "mix, 60 frames per second", Fault::Rate(60)),
+    mix("mix-120", "mix, 120 frames per second", Fault::Rate(120)),
+    mix("mix-known", "mix, readout of 10 to 33 ms, known", Fault::KnownReadout),
+    mix("mix-unknown", "mix, readout of 10 to 33 ms, unknown", Fault::UnknownReadout),
+    mix("mix-decay", "mix, half of the light after another touch", Fault::Decay),
+    mix("mix-drift", "mix, ambient light that grows by 1 to 4 % per second", Fault::Drift),
+    mix("mix-crosstalk", "mix, cross-talk of 5 %", Fault::Crosstalk),
+];
+
+/// A reliable velocity, or why there is none.
+type Answer = Found<(Velocity, Basis), String>;
+
+/// A touch, and the answer of each estimator to its first event.
+struct Answered {
+    drawn: Drawn,
+    number: u64,
+    answers: [Answer; ESTIMATORS.len()],
+}
+
+/// Returns an answer by coherence. What it knows is the motion across an edge.
+fn by_coherence(event: &Event<'_>, config: MotionConfig) -> Answer {
+    let motion = motion::by_coherence(event, config);
+    match motion.velocity {
+        Some(velocity) if motion.reliable => Ok((velocity, Basis::Edge)),
+        _ => Err(motion.doubt.map_or_else(|| format!("{:?}", motion.contact), |doubt| format!("{doubt:?}"))),
+    }
+}
+
+/// Returns the answers to an event.
+fn answers(event: &Event<'_>, ring: Option<&TaxelRing>, config: MotionConfig) -> [Answer; 3] {
+    let coherence = by_coherence(event, config);
+    let Some(ring) = ring else { return [coherence.clone(), Err("no taxels".into()), coherence] };
+    let mut wave = Wave::EMPTY;
+    let wave = wave.fit(ring.frames(), config).map_err(|reason| format!("{reason:?}"));
+    let law = coherence.clone().or_else(|_| wave.clone());
+    [coherence, wave, law]
+}
+
+/// Computes the scene of a number with the whole core, until the first event of its last touch.
+fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
+    let drawn = draw(row.kind, row.fault, speeds, seed, number);
+    let script = &drawn.script;
+    let rate = script.sensor.rate;
+    let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
+    let geometry = FrameGeometry::new(Gray, layout, rate).expect("sums fit 32 bits");
+    let trigger = TriggerConfig::default().one_event_per_touch();
+    let builder = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>();
+    let mut pipeline = builder.build().expect("all parameters are defaults");
+    let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32).filter(|_| row.fault != Fault::UnknownReadout);
+    let readout = Readout::of_layout(time, RowOrder::Down, &layout, rate);
+    let config = MotionConfig::published(rate).with_readout(readout);
+    let mut scene = Scene::new(script).expect("the scene was drawn within its limits");
+    let judged = if row.fault == Fault::Decay { script.touches.len() / 2 } else { 0 };
+    let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
+    let mut lost = Rng::new(seed, 2 << 48 | number);
+    let mut found = ESTIMATORS.map(|_| Err("no event".to_owned()));
+    while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
+        let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;
+        let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
+        // An event of something before the touch does not show it.
+        if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
+            found = answers(&event, update.taxels(), config);
+            break;
+        }
+    }
+    Answered { drawn, number, answers: found }
+}
+
+/// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis tells.
+fn errors(truth: &Truth, velocity: Velocity, basis: Basis) -> [f64; 2] {
+    let whole = [[truth.mm_s, truth.degrees]];
+    let motions = if basis == Basis::Edge && !truth.edges.is_empty() { &truth.edges[..] } else { &whole };
+    let of = |&[mm_s, degrees]: &[f64; 2]| {
+        let turned = f64::from(velocity.degrees) - degrees;
+        [(f64::from(velocity.mm_s) / mm_s - 1.0).abs(), ((turned + 180.0).rem_euclid(360.0) - 180.0).abs()]
+    };
+    let size = |errors: &[f64; 2]| (errors[0] / WRONG[0]).max(errors[1] / WRONG[1]);
+    let nearest = motions.iter().map(of).min_by(|a, b| size(a).total_cmp(&size(b)));
+    nearest.expect("there is a motion")
+}
+
+fn is_wrong(truth: &Truth, [speed, degrees]: [f64; 2]) -> bool {
+    truth.has_none || speed > WRONG[0] || degrees > WRONG[1]
+}
+
+/// The results of one estimator.
+#[derive(Default)]
+struct Tally {
+    count: usize,
+    reliable: usize,
+    wrong: usize,
+    /// Errors of speeds in percent, and of directions in degrees.
+    errors: [Vec<f64>; 2],
+    /// Speeds and directions within one and two standard deviations.
+    within: [[usize; 2]; 2],
+    edges: usize,
+    refused: BTreeMap<String, usize>,
+}
+
+impl Tally {
+    fn new(answered: &[Answered], estimator: usize) -> Self {
+        let mut tally = Self::default();
+        for one in answered {
+            let truth = &one.drawn.truth;
+            tally.count += 1;
+            let (velocity, basis) = match &one.answers[estimator] {
+                Ok(found) => *found,
+                Err(reason) => {
+                    *tally.refused.entry(reason.clone()).or_default() += 1;
+                    continue;
+                }
+            };
+            let [speed, degrees] = errors(truth, velocity, basis);
+            tally.reliable += 1;
+            tally.edges += usize::from(basis == Basis::Edge);
+            tally.wrong += usize::from(is_wrong(truth, [speed, degrees]));
+            let in_sd = [
+                speed * f64::from(velocity.mm_s) / (1.0 + speed) / f64::from(velocity.mm_s_sd),
+                degrees / f64::from(velocity.degrees_sd),
+            ];
+            for (within, off) in tally.within.iter_mut().zip(in_sd) {
+                within[0] += usize::from(off <= 1.0);
+                within[1] += usize::from(off <= 2.0);
+            }
+            tally.errors[0].push(100.0 * speed);
+            tally.errors[1].push(degrees);
+        }
+        tally
+    }
+
+    fn error(&self, of: usize, fraction: f64) -> Option<f64> {
+        percentile(self.errors[of].clone(), fraction)
+    }
+
+    /// Returns the names of the columns whose goals are not reached.
+    fn missed(&self, goal: &Goal) -> Vec<&'static str> {
+        let percent = |count: usize, of: usize| 100.0 * count as f64 / of.max(1) as f64;
+        let mut missed = vec![];
+        if goal.reliable.is_some_and(|least| percent(self.reliable, self.count) < least) {
+            missed.push("reliable");
+        }
+        if percent(self.wrong, self.count) > goal.wrong {
+            missed.push("wrong");
+        }
+        let Some(limits) = goal.errors else { return missed };
+        for (of, names) in [["speed", "speed sd"], ["direction", "direction sd"]].into_iter().enumerate() {
+            let error = |at: usize| self.error(of, [0.5, 0.95][at]);
+            if [0, 1].into_iter().any(|at| error(at).is_none_or(|error| error > limits[of][at])) {
+                missed.push(names[0]);
+            }
+            let within = |at: usize| percent(self.within[of][at], self.reliable);
+            if [0, 1].into_iter().any(|at| !(WITHIN[at][0]..=WITHIN[at][1]).contains(&within(at))) {
+                missed.push(names[1]);
+            }
+        }
+        missed
+    }
+
+    /// Returns the cells of a row of the table.
+    fn cells(&self, goal: &Goal) -> String {
+        let error = |of, fraction| self.error(of, fraction).map_or("–".into(), |error| format!("{error:.2}"));
+        let within = |of: usize, at: usize| share(self.within[of][at], self.reliable);
+        let missed = self.missed(goal);
+        format!(
+            "{} | {} | {} | {}, {} | {}, {} | {}, {} | {}, {} | {} |",
+            interval(self.reliable, self.count),
+            share(self.edges, self.reliable),
+            interval(self.wrong, self.count),
+            error(0, 0.5),
+            error(0, 0.95),
+            error(1, 0.5),
+            error(1, 0.95),
+            within(0, 0),
+            within(0, 1),
+            within(1, 0),
+            within(1, 1),
+            if missed.is_empty() { "all".into() } else { missed.join(", ") },
+        )
+    }
+
+    /// Returns the reasons of refusals with their counts, the most frequent first.
+    fn reasons(&self) -> String {
+        let mut reasons: Vec<_> = self.refused.iter().collect();
+        reasons.sort_by_key(|(_, count)| core::cmp::Reverse(**count));
+        reasons.iter().map(|(reason, count)| format!("{reason} {count}")).collect::<Vec<_>>().join(", ")
+    }
+}
+
+const HEAD: &str = "\
+reliable, % | by an edge, % | wrong, % | speed error, %: median, p95 | direction error, °: median, p95 | \
+speed within 1, 2 sd, % | direction | missed goals |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+
+/// What the command line asks for.
+struct Options {
+    count: u64,
+    seed: u64,
+    kinds: Option<Vec<String>>,
+    estimators: Vec<usize>,
+    speeds: [f64; 2],
+    is_list: bool,
+}
+
+impl Options {
+    fn new(arguments: &[String]) -> Self {
+        let mut options =
+            Self { count: SLIDES, seed: 1, kinds: None, estimators: vec![2], speeds: SPEEDS, is_list: false };
+        let mut arguments = arguments.iter();
+        while let Some(argument) = arguments.next() {
+            let mut value = || arguments.next().expect("an option has a value");
+            match argument.as_str() {
+                "--count" => options.count = value().parse().expect("a count"),
+                "--seed" => options.seed = value().parse().expect("a seed"),
+                "--judge" => options.seed = JUDGE,
+                "--kind" => options.kinds = Some(value().split(',').map(str::to_owned).collect()),
+                "--speeds" => {
+                    let (low, high) = value().split_once('-').expect("two speeds: 30-300");
+                    options.speeds = [low, high].map(|speed| speed.parse().expect("a speed in mm/s"));
+                }
+                "--by" => {
+                    options.estimators = match value().as_str() {
+                        "both" => vec![0, 1],
+                        "all" => vec![0, 1, 2],
+                        name => vec![ESTIMATORS.iter().position(|known| *known == name).expect("an estimator")],
+                    }
+                }
+                "--list" => options.is_list = true,
+                _ => {
+                    panic!("{argument:?} is unknown, expected --count, --seed, --judge, --kind, --speeds, --by, --list")
+                }
+            }
+        }
+        options
+    }
+
+    fn has(&self, row: &Row) -> bool {
+        self.kinds.as_ref().is_none_or(|kinds| kinds.iter().any(|kind| kind == row.name))
+    }
+}
+
+/// Writes a line for each touch.
+fn list(page: &mut String, row: &Row, answered: &[Answered], estimators: &[usize]) {
+    for one in answered {
+        let Drawn { script, truth } = &one.drawn;
+        let _ = write!(page, "{} {}: {:.1} mm/s {:.1}°", row.name, one.number, truth.mm_s, truth.degrees);
+        for [mm_s, degrees] in &truth.edges {
+            let _ = write!(page, ", edge {mm_s:.1} {:.1}°", degrees.rem_euclid(360.0));
+        }
+        for &estimator in estimators {
+            let _ = write!(page, " | {} ", ESTIMATORS[estimator]);
+            match &one.answers[estimator] {
+                Ok((velocity, basis)) => {
+                    let off = errors(truth, *velocity, *basis);
+                    let wrong = if is_wrong(truth, off) { "WRONG " } else { "" };
+                    let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = velocity;
+                    let _ = write!(
+                        page,
+                        "{wrong}{basis:?} {mm_s:.1} ± {mm_s_sd:.2} mm/s {degrees:.1} ± {degrees_sd:.2}°, off {:.1} % {:.1}°",
+                        100.0 * off[0],
+                        off[1]
+                    );
+                }
+                Err(reason) => {
+                    let _ = write!(page, "{reason}");
+                }
+            }
+        }
+        let touches: Vec<_> = script.touches.iter().map(ToString::to_string).collect();
+        let _ = writeln!(page, " | {}, sensor {}", touches.join(" and "), script.light.unit);
+    }
+}
+
+/// Does what the command line asks for.
+pub(crate) fn run(arguments: &[String]) {
+    let options = Options::new(arguments);
+    let [low, high] = options.speeds;
+    println!("{} touches of each kind at {low} to {high} mm/s, seed {}\n", options.count, options.seed);
+    if !options.is_list {
+        println!("| touch | by | {HEAD}");
+    }
+    let mut reasons = String::new();
+    for row in ROWS.iter().filter(|row| options.has(row)) {
+        let answered = each(options.count, |number| answer(row, options.speeds, options.seed, number));
+        let mut page = String::new();
+        if options.is_list {
+            list(&mut page, row, &answered, &options.estimators);
+        }
+        for &estimator in options.estimators.iter().filter(|_| !options.is_list) {
+            let tally = Tally::new(&answered, estimator);
+            let _ = writeln!(
+                page,
+                "| {}: {} | {} | {}",
+                row.name,
+                row.touch,
+                ESTIMATORS[estimator],
+                tally.cells(&row.goal)
+            );
+            let _ = writeln!(reasons, "{} by {}: {}", row.name, ESTIMATORS[estimator], tally.reasons());
+        }
+        print!("{page}");
+    }
+    print!("\n{reasons}");
+}
