@@ -379,7 +379,7 @@ pub(crate) fn run(arguments: &[String]) {
     let [low, high] = options.speeds;
     println!("{} touches of each kind at {low} to {high} mm/s, seed {}\n", options.count, options.seed);
     if !options.is_list {
-        println!("| touch | by | {HEAD}");
+        println!("| touch | by | {HEAD} --- |");
     }
     let mut reasons = String::new();
     for row in ROWS.iter().filter(|row| options.has(row)) {

@@ -207,8 +207,7 @@ impl Draw {
             Kind::Changing => {
                 let slide = self.any();
                 let factor = if self.one_in(2.0) { self.between(1.15, 2.5) } else { self.between(0.4, 0.85) };
-                let points = [[0.0, slide.speed_mm_s], [crossing_mm(&slide), factor * slide.speed_mm_s]];
-                Slide { profile: SpeedProfile::new(&points), ..slide }
+                Slide { profile: accelerated(&slide, factor), ..slide }
             }
             Kind::Turn => {
                 let slide = self.any();
@@ -320,6 +319,21 @@ fn crossing_mm(slide: &Slide) -> f64 {
         .map(|[x, y]| x * cosine + y * sine)
         .fold([f64::INFINITY, f64::NEG_INFINITY], |ends, at| [ends[0].min(at), ends[1].max(at)]);
     if first < last { last - first } else { 2.0 * HALF_MM }
+}
+
+/// Returns the profile of an even acceleration by which the speed changes by a factor from the first to the last whisker,
+/// and to at most three times and at least a third of what it was.
+fn accelerated(slide: &Slide, factor: f64) -> Option<SpeedProfile> {
+    let crossing = crossing_mm(slide);
+    // Squares of speeds are straight lines over the path.
+    let most = if factor > 1.0 { 9.0_f64 } else { 1.0 / 9.0 };
+    let rate = (factor * factor - 1.0) / crossing;
+    let end = ((most - 1.0) / rate).min(crossing + slide.specimen.length_mm);
+    let points: [[f64; 2]; 8] = core::array::from_fn(|part| {
+        let place = end * (part as f64 / 7.0);
+        [place, slide.speed_mm_s * (1.0 + rate * place).sqrt()]
+    });
+    SpeedProfile::new(&points)
 }
 
 /// Returns a slide's mean speed from the first to the last whisker, in mm/s.
