@@ -17,6 +17,7 @@ use wstac_core::touch::wave::{Basis, Wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
+use wstac_train::train::wilson;
 
 use crate::touches::each;
 use crate::{interval, share};
@@ -31,6 +32,7 @@ const WRONG: [f64; 2] = [0.1, 10.0];
 /// Least and most reliable answers within one and within two standard deviations, in percent.
 const WITHIN: [[f64; 2]; 2] = [[63.0, 73.0], [93.0, 97.5]];
 const ESTIMATORS: [&str; 3] = ["coherence", "wave", "law"];
+const LAW: usize = 2;
 
 /// What a kind of touches should reach; `None` is reported only.
 #[derive(Clone, Copy)]
@@ -294,6 +296,73 @@ reliable, % | by an edge, % | wrong, % | speed error, %: median, p95 | direction
 speed within 1, 2 sd, % | direction | missed goals |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
+impl Tally {
+    /// Returns the cells of a row of the page, with intervals and goals.
+    fn page(&self, goal: &Goal) -> String {
+        let of = |count: usize| {
+            let [low, high] = wilson(count as u32, self.count as u32).map(|limit| 100.0 * limit);
+            format!("{} ({low:.1}…{high:.1}", share(count, self.count))
+        };
+        let least = goal.reliable.map_or_else(String::new, |least| format!("; ≥{least}"));
+        let error = |of: usize| {
+            let [Some(median), Some(high)] = [0.5, 0.95].map(|fraction| self.error(of, fraction)) else {
+                return "–".into();
+            };
+            let most = goal.errors.map_or_else(String::new, |most| format!(" ({}, {})", most[of][0], most[of][1]));
+            format!("{median:.2}, {high:.2}{most}")
+        };
+        let within = |of: usize| self.within[of].map(|count| share(count, self.reliable)).join(", ");
+        let reason = self.refused.iter().max_by_key(|(_, count)| **count);
+        let missed = self.missed(goal);
+        format!(
+            "{}{least}) | {}; ≤{}) | {} | {} | {} | {} | {} | {} |",
+            of(self.reliable),
+            of(self.wrong),
+            goal.wrong,
+            error(0),
+            error(1),
+            within(0),
+            within(1),
+            if missed.is_empty() { "–".into() } else { missed.join(", ") },
+            reason.map_or("–", |(reason, _)| reason),
+        )
+    }
+}
+
+const PAGE_HEAD: &str = "\
+| touch | reliable, % | wrong, % | speed error, %: median, p95 | direction error, ° | speed within 1, 2 sd, % | direction | \
+missed | most frequent doubt |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+/// Bounds of the speeds of the table by speed, in mm/s, and its touches of each kind and speed.
+const DECADES: [[f64; 2]; 4] = [[10.0, 30.0], [30.0, 100.0], [100.0, 300.0], [300.0, 600.0]];
+const OF_DECADE: u64 = 300;
+
+/// Writes the section of the page.
+pub(crate) fn section(page: &mut String) {
+    page.push_str(include_str!("../objects.txt"));
+    let _ = writeln!(page, "{PAGE_HEAD}");
+    for row in &ROWS {
+        let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number));
+        let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered, LAW).page(&row.goal));
+    }
+    let _ = writeln!(
+        page,
+        "\nBy speed in mm/s, {OF_DECADE} of each: reliable / wrong, %.\n\n\
+         | touch | 10 to 30 | 30 to 100 | 100 to 300 | 300 to 600 |\n| --- | --- | --- | --- | --- |"
+    );
+    for row in ROWS.iter().filter(|row| row.fault == Fault::None && row.kind != Kind::Mix) {
+        let _ = write!(page, "| {} |", row.touch);
+        for speeds in DECADES {
+            // Other touches than those of the first table.
+            let answered = each(OF_DECADE, |number| answer(row, speeds, JUDGE, SLIDES + number));
+            let tally = Tally::new(&answered, LAW);
+            let _ = write!(page, " {} / {} |", share(tally.reliable, tally.count), share(tally.wrong, tally.count));
+        }
+        page.push('\n');
+    }
+    page.push('\n');
+}
+
 /// What the command line asks for.
 struct Options {
     count: u64,
@@ -307,7 +376,7 @@ struct Options {
 impl Options {
     fn new(arguments: &[String]) -> Self {
         let mut options =
-            Self { count: SLIDES, seed: 1, kinds: None, estimators: vec![2], speeds: SPEEDS, is_list: false };
+            Self { count: SLIDES, seed: 1, kinds: None, estimators: vec![LAW], speeds: SPEEDS, is_list: false };
         let mut arguments = arguments.iter();
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().expect("an option has a value");
