@@ -289,8 +289,9 @@ fn truth(kind: Kind, slide: &Slide) -> Truth {
     let truth = Truth { has_none: kind == Kind::Stop, ..Truth::of(slide) };
     match slide.specimen.body {
         Body::Corner { degrees } => {
-            let angles = [slide.skew_deg + 90.0 - degrees / 2.0, slide.skew_deg - 90.0 + degrees / 2.0];
-            Truth { edges: angles.map(|angle| across(slide, angle)).to_vec(), ..truth }
+            // Its two edges, and its end.
+            let angles = [90.0 - degrees / 2.0, degrees / 2.0 - 90.0, 0.0];
+            Truth { edges: angles.map(|angle| across(slide, slide.skew_deg + angle)).to_vec(), ..truth }
         }
         _ if slide.skew_deg != 0.0 => Truth { edges: vec![across(slide, slide.skew_deg)], ..truth },
         _ => Truth { mm_s: mean_mm_s(slide), ..truth },
