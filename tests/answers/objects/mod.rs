@@ -11,9 +11,9 @@ use wstac_core::layout::Layout;
 use wstac_core::paper::trigger::{Event, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::TaxelRing;
-use wstac_core::touch::wave::{Basis, Wave};
+use wstac_core::touch::wave::{Basis, Wave, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
@@ -137,7 +137,10 @@ fn answers(event: &Event<'_>, ring: Option<&TaxelRing>, config: MotionConfig) ->
     let Some(ring) = ring else { return [coherence.clone(), Err("no taxels".into()), coherence] };
     let mut wave = Wave::EMPTY;
     let wave = wave.fit(ring.frames(), config).map_err(|reason| format!("{reason:?}"));
-    let law = coherence.clone().or_else(|_| wave.clone());
+    let law = match by_wave(event, ring, config) {
+        (Motion { velocity: Some(velocity), reliable: true, .. }, Some(basis)) => Ok((velocity, basis)),
+        (motion, _) => Err(format!("{:?}", motion.doubt)),
+    };
     [coherence, wave, law]
 }
 

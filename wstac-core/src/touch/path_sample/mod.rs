@@ -21,7 +21,6 @@ use crate::touch::motion::{MotionConfig, Velocity};
 pub use crate::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
 use resample::{BY_COLUMNS, BY_ROWS, BY_TAXELS, Factors, Light, Plan, Track};
 
-
 /// Numbers before those of the first step: the speed, the direction, and products of them.
 pub const FACTS: usize = 4;
 /// Speed in mm/s at which the speed's number is 0: near the geometric mean of 50 and 300.
