@@ -22,20 +22,24 @@ ROUNDS = 5
 FEWEST_STEPS = 8
 FEWEST = 5
 WEAKEST_GAIN = 1 / 16
-LATE, RMS, MISS = (0.12, 0.08), (0.06, 0.045), (0.25, 0.05)
+RISE = 102 / 256
+"""A rising edge is where a line first exceeds this part of its peak."""
+LATE, RMS, MISS = 0.12, 0.06, (0.25, 0.05)
+CHANGE = (0.065, 0.025)
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
-CHANGE = 0.1
 ACCELERATION = (0.068, 2.5)
 CERTAIN = (0.05, 5.0)
-TWIST = (0.12, 1.6)
+TWIST = (0.12, 2.2)
 VALLEY = 0.15
 ANGLES = 36
 LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
 WEAK = 0.55
 OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
-MOST_EDGE_DARK = 5
-MOST_SD = (0.05, 0.09)
-"""Largest deviations: of the speed as a fraction, and of the direction in radians."""
+MOST_EDGE_DARK, LATE_OF_EDGE = 5, 0.04
+MOST_SD, LEAST_SD = (0.04, 0.1), (0.0006, 0.0004)
+"""Largest and least deviations: of the speed as a fraction, and of the direction in radians."""
+FACTORS = ((0.8, 1.1), (0.7, 0.7))
+"""Of deviations along and across the motion, if whiskers are dark and if all are lit."""
 
 COLUMN = np.tile(np.arange(COLUMNS) - COLUMNS // 2, ROWS).astype(float)
 ROW = np.repeat(np.arange(ROWS) - ROWS // 2, COLUMNS).astype(float)
@@ -115,12 +119,17 @@ def fit(columns: np.ndarray, weights: np.ndarray, values: np.ndarray, ridge: flo
 
 
 def start_of(light: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Slowness of a plane through the centroids of the light."""
+    """Slowness of a plane through the rising edges of the light."""
     peak = light.max(axis=0)
-    above = np.maximum(light - BRIGHT * peak, 0)
-    centroids = (above * np.arange(len(light))[:, None]).sum(axis=0) / above.sum(axis=0)
+    level = RISE * peak
+    edges = (light > level).argmax(axis=0)
+    which = np.arange(len(peak))
+    # It is dark before the first frame.
+    before = np.minimum(np.where(edges > 0, light[np.maximum(edges - 1, 0), which], 0.0), level)
+    above = light[edges, which]
+    times = edges - (above - level) / (above - before)
     columns = np.column_stack([np.ones(len(peak)), places])
-    return fit(columns, peak / peak.max(), centroids, 1e-3)[0][1:]
+    return fit(columns, peak / peak.max(), times, 1e-3)[0][1:]
 
 
 def shifted(line: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -284,7 +293,8 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
     change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts) / whole
-    if change > CHANGE or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
+    is_full = bool(lit.all())
+    if change > CHANGE[is_full] or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")
@@ -292,11 +302,13 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     is_apart = has_valley(peaks, right, up)
     if twist > max(TWIST[0], TWIST[1] * twist_sd):
         raise Refused("two objects" if is_apart else "turning")
-    is_full = bool(lit.all())
     unit = 1 / (whole + 0.23)
+    # A dome is no error of a plane.
+    high = dome * (places**2).sum(axis=1)
+    late = late - (high - weights @ high / weights.sum())
     farthest = float(np.abs(late * wave.gains).max() / wave.gains.max()) * unit
     rms = math.sqrt(float(weights @ late**2 / weights.sum())) * unit
-    if is_apart or farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
+    if is_apart or farthest > LATE or rms > RMS or wave.miss > MISS[is_full]:
         raise Refused("two objects" if is_apart else "not alike")
     deg = math.degrees(math.atan2(up, right)) % 360
     outline, outline_sd = outline_of(peaks)
@@ -304,7 +316,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     if is_full:
         agrees = outline_sd >= OUTLINE_MUTE or apart <= 6.5 * outline_sd + 6
     elif outline_sd > OUTLINE_TELLS:
-        agrees = outline_sd > OUTLINE_MUTE and lit.sum() >= TAXELS - MOST_EDGE_DARK
+        agrees = (outline_sd > OUTLINE_MUTE or farthest <= LATE_OF_EDGE) and lit.sum() >= TAXELS - MOST_EDGE_DARK
     else:
         agrees = apart <= min(11.0, 3.2 * outline_sd + 3)
     if not agrees:
@@ -312,10 +324,11 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     basis = "outline" if not is_full and outline_sd <= OUTLINE_TELLS else "edge"
     if of_rows.moves_too_far(rows, columns):
         raise Refused("readout unknown")
-    off = of_rows.off(rows, columns)
-    of_slowness = scale / whole
-    speed_sd = math.hypot(of_slowness * math.sqrt(inverse[1, 1]), 0.001, off[0] / math.sqrt(3))
-    deg_sd = math.hypot(of_slowness * math.sqrt(inverse[2, 2]), 0.0005, off[1] / math.sqrt(3))
+    off, factors = of_rows.off(rows, columns), FACTORS[is_full]
+    # Few whiskers cannot tell what is curved.
+    of_slowness = (curve_scale if is_full else scale) / whole
+    speed_sd = math.hypot(of_slowness * factors[0] * math.sqrt(inverse[1, 1]), LEAST_SD[0], off[0] / math.sqrt(3))
+    deg_sd = math.hypot(of_slowness * factors[1] * math.sqrt(inverse[2, 2]), LEAST_SD[1], off[1] / math.sqrt(3))
     if speed_sd > MOST_SD[0] or deg_sd > MOST_SD[1]:
         raise Refused("uncertain")
     mm_s = PITCH_MM * fps / whole

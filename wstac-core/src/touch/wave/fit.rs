@@ -23,6 +23,9 @@ const MOST_GAIN: i32 = (1 << (GAIN_BITS + 3)) - 1;
 const LATEST: f32 = 8.0;
 /// A line is bright above a 32nd of its peak.
 const BRIGHT_SHIFT: u32 = 5;
+/// A line's rising edge is at 102 of 256 parts of its peak.
+const EDGE: i32 = 102;
+const EDGE_BITS: u32 = 8;
 const ROUNDS: usize = 5;
 const PARTS: usize = 3;
 
@@ -37,16 +40,29 @@ pub(super) struct Wave {
     pub(super) parts: [Polynomial; PARTS],
     /// Weighted sum of the squares of lateness.
     pub(super) squares: f32,
-    /// The largest lateness, as far as the gain tells it.
-    pub(super) farthest: f32,
+    /// Each lit whisker's place, lateness in 2^-12 frames, and gain in 2^-8.
+    each: [([i32; 2], i32, i32); TAXELS],
     /// The part of the energy that the wave leaves over.
     pub(super) miss: f32,
 }
 
 impl Wave {
-    /// Returns the root of the mean square of lateness, in steps.
-    pub(super) fn mean_late(&self) -> f32 {
-        sqrt(self.squares / self.moments.plane()[0].max(1.0))
+    /// Returns the largest lateness, as far as the gain tells it, and the root of its mean square, both in frames,
+    /// without a dome of this height at one pitch from the middle.
+    pub(super) fn late_without(&self, dome: f32) -> [f32; 2] {
+        let [whole, _, _, xx, _, yy] = self.moments.plane();
+        let whole = whole.max(1.0);
+        let middle = (xx + yy) / whole;
+        let (mut farthest, mut most_gain, mut squares) = (0.0_f32, 1, 0.0);
+        for &([x, y], late, gain) in &self.each {
+            let late = late as f32 * (1.0 / (1 << LATE_BITS) as f32) - dome * ((x * x + y * y) as f32 - middle);
+            let of_gain = late * gain as f32;
+            farthest = farthest.max(of_gain.abs());
+            most_gain = most_gain.max(gain);
+            squares += of_gain * of_gain;
+        }
+        // Weights are 16ths of the squares of gains.
+        [farthest / most_gain as f32, sqrt(squares * (1.0 / 16.0) / whole)]
     }
 }
 
@@ -109,22 +125,24 @@ impl<'a> Whiskers<'a> {
         self.all.iter().take(self.count)
     }
 
-    /// Returns the slowness of a plane through the centroids of the light.
+    /// Returns the slowness of a plane through the rising edges: where lines first exceed 40 % of their peaks.
     fn start(&self) -> [f32; 2] {
         let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
         for whisker in self.iter() {
-            let (mut energy, mut moment) = (0, 0);
+            let level = (whisker.peak * EDGE) >> EDGE_BITS;
+            let (mut edge, mut before) = (0, 0);
             for (time, &light) in (0..).zip(whisker.line.iter().skip(PAD).take(self.length)) {
-                // At most 35 · 70 · 4,095.
-                let above = (i32::from(light) - (whisker.peak >> BRIGHT_SHIFT)).max(0);
-                energy += above;
-                moment += above * time;
+                let light = i32::from(light);
+                if light > level {
+                    // 128ths of a frame.
+                    edge = (time << 7) - ((light - level) << 7) / (light - before.min(level)).max(1);
+                    break;
+                }
+                before = light;
             }
-            // 128ths of a frame.
-            let centroid = (moment << 7) / energy.max(1);
             moments.add(whisker.peak, whisker.place);
             for (sum, factor) in sums.iter_mut().zip(monomials(whisker.place)) {
-                *sum += i64::from(factor * whisker.peak) * i64::from(centroid);
+                *sum += i64::from(factor * whisker.peak) * i64::from(edge);
             }
         }
         solved(&moments, sums.map(|sum| sum as f32), 1e-3).map(|slowness| slowness / 128.0)
@@ -305,16 +323,16 @@ impl Sums {
         }
         let mean = (sum as f32 / (weights as f32).max(1.0)) as i32;
         let (mut of_late, mut of_parts, mut squares) = ([0_i64; 6], [[0.0_f32; 6]; PARTS], 0_i64);
-        let (mut farthest, mut most_gain, mut energy, mut explained) = (0, 1, 0.0_f32, 0.0_f32);
-        for ((whisker, of), &late) in all() {
+        let (mut energy, mut explained) = (0.0_f32, 0.0_f32);
+        let mut list = [([0; 2], 0, 0); TAXELS];
+        for (((whisker, of), &late), place) in all().zip(&mut list) {
             let late = after(whisker, late) - mean;
+            *place = (whisker.place, late, of.gain);
             let each = monomials(whisker.place);
             for (sum, factor) in of_late.iter_mut().zip(each) {
                 *sum += i64::from(factor * of.weight) * i64::from(late);
             }
             squares += i64::from(late) * i64::from(late) * i64::from(of.weight);
-            farthest = farthest.max((late * of.gain.abs()).abs());
-            most_gain = most_gain.max(of.gain);
             let gain = of.gain as f32 * (1.0 / (1 << GAIN_BITS) as f32);
             energy += of.zz as f32;
             explained += (gain * gain * self.mm as f32).min(of.zz as f32);
@@ -333,7 +351,7 @@ impl Sums {
             late: of_late.map(|sum| sum as f32 * unit),
             parts: of_parts,
             squares: squares as f32 * unit * unit,
-            farthest: farthest as f32 * unit / most_gain as f32,
+            each: list,
             miss: if energy > 0.0 { 1.0 - explained / energy } else { 1.0 },
         }
     }

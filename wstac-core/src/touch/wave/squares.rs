@@ -75,6 +75,11 @@ impl Fit {
         sqrt(self.variance * at(&self.inverse, k, k).max(0.0))
     }
 
+    /// Returns the standard deviation of a coefficient, by what another fit leaves over.
+    pub(super) fn deviation_by(&self, k: usize, left: &Self) -> f32 {
+        sqrt(left.variance * at(&self.inverse, k, k).max(0.0))
+    }
+
     /// Returns a coefficient of other values, of these weighted sums.
     pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; COLUMNS], sums: &Polynomial) -> f32 {
         self.inverse.get(k).map_or(0.0, |row| product(row, &columns.map(|column| dot(&column, sums))))
