@@ -10,6 +10,7 @@
 //! An answer takes 170,000 instructions on a Cortex-M4F for a ball, and up to 680,000 for what is slow and wide; on a
 //! Cortex-M0 it takes 600,000 to 1,600,000. Beside [`Wave`] and a ring of taxels it takes 6 kB of stack.
 
+mod extent;
 mod fit;
 mod light;
 mod outline;
@@ -18,6 +19,7 @@ mod squares;
 use crate::params::TAXELS;
 use crate::reason::Reason;
 use crate::touch::motion::{Contact, MotionConfig, Velocity, contact_at, degrees, readout};
+pub use extent::{Extent, Measured};
 use fit::{Wave as Fitted, Whiskers, length};
 use light::{Lines, Samples};
 use outline::{Outline, has_valley};
@@ -97,6 +99,11 @@ impl Wave {
     ) -> Result<(Velocity, Basis), Reason> {
         self.lines.fill(&Samples::new(samples))?;
         self.answer(config)
+    }
+
+    /// Returns where and how wide the touch is that [`Wave::fit`] was given last, across this motion.
+    pub fn extent(&self, velocity: &Velocity) -> Extent {
+        extent::extent(&self.lines, velocity)
     }
 
     /// Answers about the lines.
