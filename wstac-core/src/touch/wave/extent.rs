@@ -4,13 +4,14 @@
 //! with upright sides, one with sloping ones, and that of a ball. Borders between two whiskers, of which one is lit, are
 //! alike in their likelihood, so an answer is a mean over all borders and cuts, and its deviation is theirs.
 
+use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
+
 use super::fit::place_of;
 use super::outline::has_valley;
 use super::squares::{Fit, Moments, NONE, Polynomial, fit, monomials};
-use super::{Lines, length};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{PITCH_MM, TAXELS};
-use crate::touch::motion::Velocity;
+use crate::touch::motion::sqrt;
 
 /// A length across the motion, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,13 +32,15 @@ pub struct Measured {
 pub struct Extent {
     /// The middle of the object's path, from the sensor's middle to the left of the motion, within 14 mm.
     ///
-    /// `None` if a side of the path is beyond the whiskers, with two contacts, or if no cut explains the light.
+    /// `None` if a side of the path is beyond the whiskers, with two contacts, in a motion along rows or columns, or if no
+    /// cut explains the light.
     pub place_mm: Option<Measured>,
     /// The width of the object where it begins to bend the longest whisker, above 0: of a ball, its patch.
     ///
     /// It is there if the place is.
     pub width_mm: Option<Measured>,
-    /// Objects side by side, with dark whiskers between them: 1 or 2.
+    /// Objects side by side, with dark whiskers between them: 1 or 2, and 0 in the dark. Of objects one behind the other
+    /// it counts one.
     pub contacts: u8,
 }
 
@@ -49,6 +52,8 @@ const BITS: u32 = 10;
 const ONE: i32 = 1 << BITS;
 const SURE_BITS: u32 = 4;
 const SQUARE_BITS: u32 = 2 * SURE_BITS;
+/// Most light of a whisker.
+const MOST_LIGHT: i32 = 1 << 19;
 /// Most energy, of that of the second brightest whisker, and the least of a lit one: 1.25 and 0.15.
 const MOST_ENERGY: i32 = 1280;
 const LIT_ENERGY: i32 = 154;
@@ -76,6 +81,8 @@ const SLOPING: i32 = 307;
 const BALL_STEP: i32 = 77;
 /// Least curvature of a ball's cut, in heights to the square pitch.
 const LEAST_CURVATURE: f32 = 1.6e-3;
+/// Largest deviation of a ball's middle, in mm.
+const MOST_BALL_SD: f32 = 0.8;
 /// Nine square millimeters: the square of the overlap.
 const OVERLAP_2: i32 = 9 * MM * MM;
 /// Limits of an amplitude.
@@ -86,10 +93,14 @@ const MOST_MISS: i32 = 60 << SQUARE_BITS;
 const MOST_BEYOND: f32 = 0.03;
 /// Squares that count as seen before, and their number.
 const BEFORE: f32 = 8.0;
-/// Factor of a width's variance, least deviations of the place and of the width, and mm to a radian of both.
-const SPREAD: f32 = 1.15;
+/// What cuts are apart counts half: none of them is that of a true object.
+const APART: f32 = 0.5;
+/// Of the place and of the width: a factor of the variance, the least deviation in mm, and mm to a radian of direction.
+const SPREAD: [f32; 2] = [1.0, 0.9];
 const LEAST: [f32; 2] = [0.04, 0.1];
 const TO_RADIAN: [f32; 2] = [0.855, 2.85];
+/// Along rows and columns, within 2°, whiskers are in five places across the motion: too few to tell a cut by.
+const LEAST_OBLIQUE: f32 = 0.035;
 const NOWHERE: i32 = i32::MAX;
 
 /// A whisker: its place across the motion, its height, and how sure it is.
@@ -151,28 +162,62 @@ struct Likely {
     beyond: f32,
 }
 
-/// Returns where a touch is, of these lines.
-#[inline(never)]
-pub(super) fn extent(lines: &Lines, velocity: &Velocity) -> Extent {
-    let [right, up] = unit(velocity.degrees);
-    // At most 70 · 4,095.
-    let energies = lines.energies();
-    let contacts = 1 + u8::from(has_valley(&lines.peaks, right, up));
-    let mut extent = Extent { place_mm: None, width_mm: None, contacts };
-    if lines.is_cut || contacts > 1 {
-        return extent;
+impl Extent {
+    /// Returns where a touch is by each whisker's light over all of it, and by the direction in which it moved.
+    ///
+    /// The unit of the light is free: values count from 0 to 2^19. The direction is that of a
+    /// [`Velocity`](crate::touch::motion::Velocity), from 0 to 360 degrees.
+    ///
+    /// ```
+    /// use wstac_core::touch::wave::Extent;
+    ///
+    /// // A rod of 9 mm moves upward at 60°. Its middle passes 1 mm to the left of the sensor's.
+    /// let light = core::array::from_fn(|taxel| {
+    ///     let (x, y) = (4.0 * (taxel % 5) as f32 - 8.0, 8.0 - 4.0 * (taxel / 5) as f32);
+    ///     let left = -0.866 * x + 0.5 * y;
+    ///     if (left - 1.0).abs() < 4.5 { 1000 } else { 0 }
+    /// });
+    /// let extent = Extent::new(&light, 60.0, 0.5);
+    /// let (place, width) = (extent.place_mm.unwrap(), extent.width_mm.unwrap());
+    /// assert!((place.value - 1.0).abs() < 2.0 * place.sd && (width.value - 9.0).abs() < 2.0 * width.sd);
+    /// assert_eq!(extent.contacts, 1);
+    /// ```
+    #[inline(never)]
+    pub fn new(light: &[i32; TAXELS], degrees: f32, degrees_sd: f32) -> Self {
+        let mut extent = Self { place_mm: None, width_mm: None, contacts: 0 };
+        let Some(energies) = relative(light) else { return extent };
+        let [right, up] = unit(degrees);
+        extent.contacts = 1 + u8::from(has_valley(&energies, right, up));
+        let is_oblique = right.abs().min(up.abs()) > LEAST_OBLIQUE;
+        if extent.contacts == 1
+            && is_oblique
+            && let Some([place, width]) = across(&energies, right, up, degrees_sd * (PI / 180.0))
+        {
+            (extent.place_mm, extent.width_mm) = (Some(place), Some(width));
+        }
+        extent
     }
-    let sd = velocity.degrees_sd * (core::f32::consts::PI / 180.0);
-    if let Some([place, width]) = across(&energies, right, up, sd) {
-        (extent.place_mm, extent.width_mm) = (Some(place), Some(width));
+}
+
+/// Returns the energies in units of a 1,024th of the second brightest, below twice that; `None` in the dark.
+fn relative(light: &[i32; TAXELS]) -> Option<[i16; TAXELS]> {
+    let (mut most, mut second) = (0, 0);
+    for &light in light {
+        let light = light.min(MOST_LIGHT);
+        if light > most {
+            (most, second) = (light, most);
+        } else {
+            second = second.max(light);
+        }
     }
-    extent
+    let by = if second > 0 { second } else { most };
+    (by > 0).then(|| light.map(|light| ((light.clamp(0, 2 * by) << BITS) / by) as i16))
 }
 
 /// Returns the cosine and the sine of an angle in degrees, off by less than 10⁻⁵.
 fn unit(degrees: f32) -> [f32; 2] {
     let quarters = (degrees * (1.0 / 90.0)) as i32;
-    let angle = (degrees - 90.0 * quarters as f32) * (core::f32::consts::PI / 180.0);
+    let angle = (degrees - 90.0 * quarters as f32) * (PI / 180.0);
     let sine = |x: f32| {
         let square = x * x;
         let (mut term, mut sum) = (x, x);
@@ -182,7 +227,7 @@ fn unit(degrees: f32) -> [f32; 2] {
         }
         sum
     };
-    let (s, c) = (sine(angle), sine(core::f32::consts::FRAC_PI_2 - angle));
+    let (s, c) = (sine(angle), sine(FRAC_PI_2 - angle));
     match quarters & 3 {
         0 => [c, s],
         1 => [0.0 - s, c],
@@ -192,7 +237,7 @@ fn unit(degrees: f32) -> [f32; 2] {
 }
 
 /// Returns the place and the width of a touch of these energies.
-fn across(energies: &[i32; TAXELS], right: f32, up: f32, angle_sd: f32) -> Option<[Measured; 2]> {
+fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Option<[Measured; 2]> {
     let (mut whiskers, lit) = seen(energies, right, up)?;
     let of_plane = cut(&mut whiskers, right, up)?;
     let is_lit = |whisker: &&Whisker| whisker.is_lit;
@@ -210,7 +255,7 @@ fn across(energies: &[i32; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     }
     let scale = (BEFORE + least as f32 * (1.0 / (1 << SQUARE_BITS) as f32)) / (BEFORE + 2.0 + lit as f32);
     let scale = 0.5 / scale.max(1.0);
-    let likely = |more: i32| likelihood(more, scale);
+    let likely = |more: i32| likelihood(more, APART * scale);
     let mut parts = [Part { mass: 0.0, mean: [0.0; 2], variance: [0.0; 2], beyond: 0.0 }; 3];
     for ((part, squares), kind) in parts.iter_mut().zip(of_sides).zip(0..) {
         let [left, right] = [&sides[0], &sides[1]].map(|side| side.likely(kind, scale));
@@ -229,17 +274,17 @@ fn across(energies: &[i32; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     if !(whole > 0.0 && mean_of(&|part| part.beyond) < MOST_BEYOND) {
         return None;
     }
-    let measured = |k: usize, spread: f32| {
+    let measured = |k: usize| {
         let at = |pair: &[f32; 2]| pair.get(k).copied().unwrap_or(0.0);
         let value = mean_of(&|part| at(&part.mean));
         let variance = mean_of(&|part| {
             let off = at(&part.mean) - value;
             at(&part.variance) + off * off
         });
-        let turned = at(&TO_RADIAN) * angle_sd;
-        Measured { value, sd: length([length([turned, at(&LEAST)]), crate::touch::motion::sqrt(spread * variance)]) }
+        let (turned, least) = (at(&TO_RADIAN) * angle_sd, at(&LEAST));
+        Measured { value, sd: sqrt(at(&SPREAD) * variance + turned * turned + least * least) }
     };
-    let (place, width) = (measured(0, 1.0), measured(1, SPREAD));
+    let (place, width) = (measured(0), measured(1));
     (width.value > 0.0).then_some([place, width])
 }
 
@@ -250,30 +295,19 @@ fn likelihood(more: i32, scale: f32) -> f32 {
 }
 
 /// Returns the whiskers with their heights, and how many are lit.
-fn seen(energies: &[i32; TAXELS], right: f32, up: f32) -> Option<(Whiskers, u32)> {
-    let (mut most, mut second) = (0, 0);
-    for &energy in energies {
-        if energy > most {
-            (most, second) = (energy, most);
-        } else {
-            second = second.max(energy);
-        }
-    }
-    if second <= 0 {
-        return None;
-    }
+fn seen(energies: &[i16; TAXELS], right: f32, up: f32) -> Option<(Whiskers, u32)> {
     let [right, up] = [right, up].map(|part| (part * PITCH) as i32);
     let mut lit = 0;
     let mut whiskers = [Whisker::default(); TAXELS];
     for ((taxel, whisker), &energy) in whiskers.iter_mut().enumerate().zip(energies) {
         let [x, y] = place_of(taxel);
-        let energy = ((energy.clamp(0, 2 * second) << BITS) / second).min(MOST_ENERGY);
+        let energy = i32::from(energy).min(MOST_ENERGY);
         let height = (energy * (ONE + energy)) >> (BITS + 1);
         *whisker = Whisker {
             across: -x * up - y * right,
             far: x * x + y * y,
             height,
-            sure: (ONE << SURE_BITS) / (SD[0] + ((SD[1] * height) >> BITS)),
+            sure: (ONE << SURE_BITS) / (SD[0] + ((SD[1] * height) >> BITS)).max(1),
             lowered: 0,
             is_lit: energy > LIT_ENERGY,
         };
@@ -304,7 +338,8 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let left_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
     let far = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0];
     let sums = sums.map(|sum| sum as f32 * unit);
-    let found = fit(&moments.products(), &[one, left, left_2, far, NONE], &sums, squares as f32 * unit * unit, count, RIDGE)?;
+    let found =
+        fit(&moments.products(), &[one, left, left_2, far, NONE], &sums, squares as f32 * unit * unit, count, RIDGE)?;
     let [height, slope, bow, dome, _] = found.coefficients;
     let top = whiskers.iter().filter(|whisker| whisker.is_lit).fold(0.3_f32, |top, whisker| {
         let across = whisker.across as f32 * (1.0 / PITCH);
@@ -423,7 +458,7 @@ impl Ball {
     /// Compares balls; `None` if the parabola has no top between the lit whiskers.
     fn new(whiskers: &Whiskers, of_plane: &Fit, first: i32, last: i32) -> Option<Self> {
         let [_, slope, bow, ..] = of_plane.coefficients;
-        if !(bow < 0.0 - LEAST_CURVATURE) {
+        if bow.is_nan() || bow > 0.0 - LEAST_CURVATURE {
             return None;
         }
         let by = -0.5 / bow;
@@ -432,12 +467,16 @@ impl Ball {
         if middle < first || middle > last {
             return None;
         }
+        // Half of the variance: dark whiskers tell it, too.
+        let middle_sd = FRAC_1_SQRT_2 * PITCH_MM * of_plane.deviation(1) * by;
+        if middle_sd.is_nan() || middle_sd > MOST_BALL_SD {
+            return None;
+        }
         let apart = |whisker: &Whisker| (whisker.across - middle).abs();
         let widest = whiskers.iter().filter(|whisker| whisker.is_lit).map(apart).max()?;
         let mut ball = Self {
             middle,
-            // Half of the variance: dark whiskers tell it, too.
-            middle_sd: core::f32::consts::FRAC_1_SQRT_2 * PITCH_MM * of_plane.deviation(1) * by,
+            middle_sd,
             squares: [0; BORDERS],
             first: (widest - BALL_STEP + BALL_STEP / 2).max(MM),
             ends: whiskers.iter().fold([NOWHERE, -NOWHERE], |[least, most], whisker| {
@@ -445,10 +484,10 @@ impl Ball {
             }),
         };
         for (squares, number) in ball.squares.iter_mut().zip(0..) {
-            let half = ball.first + number * BALL_STEP;
+            let half = (ball.first + number * BALL_STEP).max(MM);
             let by = (1 << 20) / half;
             let square = half * half;
-            let curved = square / ((square + OVERLAP_2) >> BITS);
+            let curved = square / ((square + OVERLAP_2) >> BITS).max(1);
             let height = |whisker: &Whisker| {
                 let part = (apart(whisker) * by) >> BITS;
                 let part = (part * part) >> BITS;

@@ -101,9 +101,12 @@ impl Wave {
         self.answer(config)
     }
 
-    /// Returns where and how wide the touch is that [`Wave::fit`] was given last, across this motion.
+    /// Returns where and how wide the touch is of which [`Wave::fit`] has just returned this velocity.
+    ///
+    /// A touch that was not over at the sample's end has neither a place nor a width.
     pub fn extent(&self, velocity: &Velocity) -> Extent {
-        extent::extent(&self.lines, velocity)
+        let extent = Extent::new(&self.lines.energies(), velocity.degrees, velocity.degrees_sd);
+        if self.lines.is_cut { Extent { place_mm: None, width_mm: None, ..extent } } else { extent }
     }
 
     /// Answers about the lines.
