@@ -23,6 +23,7 @@ INSIDE, BEHIND, BEYOND = 0.5, 0.8, 2.5
 UPRIGHT, SLOPING = 0.3, 1.2
 BALL_STEP = 0.3
 OVERLAP = 3.0
+OF_LAW = 0.08
 MOST_BALL_SD = 0.8
 MOST_MISS = 60.0
 MOST_BEYOND = 0.03
@@ -155,7 +156,7 @@ def measure_extent(energies: list[int], deg: float, deg_sd: float) -> ExtentAnsw
         mass, mean, variance, beyond_part = likely(sums_of_ball, halves, spread, beyond)
         factor = math.exp(APART * (best - least[2]) / (2 * spread))
         area = 2 * mass * math.sqrt(2 * math.pi) * centre_sd
-        cuts.append(Cut(area * factor, (centre, 2 * mean), (centre_sd**2, 4 * variance), beyond_part))
+        cuts.append(Cut(area * factor, (centre, 2 * mean), (centre_sd**2, 4 * variance + (OF_LAW * mean) ** 2), beyond_part))
     whole = sum(cut.mass for cut in cuts)
     if sum(cut.mass * cut.beyond for cut in cuts) / whole >= MOST_BEYOND:
         return ExtentAnswer(contacts)

@@ -83,6 +83,8 @@ const BALL_STEP: i32 = 77;
 const LEAST_CURVATURE: f32 = 1.6e-3;
 /// Largest deviation of a ball's middle, in mm.
 const MOST_BALL_SD: f32 = 0.8;
+/// Deviation of a ball's width, of half of it: the law by which light grows from the border on is not known.
+const OF_LAW: f32 = 0.08;
 /// Nine square millimeters: the square of the overlap.
 const OVERLAP_2: i32 = 9 * MM * MM;
 /// Limits of an amplitude.
@@ -517,8 +519,11 @@ impl Ball {
         Part {
             mass: 5.013_257 * half.mass * middle_sd * likely,
             mean: [middle as f32 * (1.0 / MM as f32), 2.0 * half.mean],
-            variance: [middle_sd * middle_sd, 4.0 * half.variance],
+            variance: [middle_sd * middle_sd, 4.0 * half.variance + (OF_LAW * half.mean) * (OF_LAW * half.mean)],
             beyond: half.beyond,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
