@@ -141,7 +141,7 @@ type Whiskers = [Whisker; TAXELS];
 
 /// What one of the cuts says: how likely it is; means and variances of the place and of the width, in mm.
 #[derive(Clone, Copy)]
-struct Part {
+struct OfCut {
     mass: f32,
     mean: [f32; 2],
     variance: [f32; 2],
@@ -258,10 +258,10 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     let scale = (BEFORE + least as f32 * (1.0 / (1 << SQUARE_BITS) as f32)) / (BEFORE + 2.0 + lit as f32);
     let scale = 0.5 / scale.max(1.0);
     let likely = |more: i32| likelihood(more, APART * scale);
-    let mut parts = [Part { mass: 0.0, mean: [0.0; 2], variance: [0.0; 2], beyond: 0.0 }; 3];
+    let mut parts = [OfCut { mass: 0.0, mean: [0.0; 2], variance: [0.0; 2], beyond: 0.0 }; 3];
     for ((part, squares), kind) in parts.iter_mut().zip(of_sides).zip(0..) {
         let [left, right] = [&sides[0], &sides[1]].map(|side| side.likely(kind, scale));
-        *part = Part {
+        *part = OfCut {
             mass: left.mass * right.mass * likely(squares - least),
             mean: [0.5 * (left.mean - right.mean), left.mean + right.mean],
             variance: [0.25 * (left.variance + right.variance), left.variance + right.variance],
@@ -272,7 +272,7 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
         *part = ball.part(scale, likely(of_ball - least));
     }
     let whole: f32 = parts.iter().map(|part| part.mass).sum();
-    let mean_of = |of: &dyn Fn(&Part) -> f32| parts.iter().map(|part| part.mass * of(part)).sum::<f32>() / whole;
+    let mean_of = |of: &dyn Fn(&OfCut) -> f32| parts.iter().map(|part| part.mass * of(part)).sum::<f32>() / whole;
     if !(whole > 0.0 && mean_of(&|part| part.beyond) < MOST_BEYOND) {
         return None;
     }
@@ -510,13 +510,13 @@ impl Ball {
     }
 
     /// Returns what the ball says of the place and the width.
-    fn part(&self, scale: f32, likely: f32) -> Part {
+    fn part(&self, scale: f32, likely: f32) -> OfCut {
         let Self { middle, middle_sd, ends: [least, most], .. } = *self;
         let half = Likely::new(&self.squares, self.first, BALL_STEP, scale, |half| {
             middle + half > most || middle - half < least
         });
         // Two borders move by one half width: twice the area, times √(2π).
-        Part {
+        OfCut {
             mass: 5.013_257 * half.mass * middle_sd * likely,
             mean: [middle as f32 * (1.0 / MM as f32), 2.0 * half.mean],
             variance: [middle_sd * middle_sd, 4.0 * half.variance + (OF_LAW * half.mean) * (OF_LAW * half.mean)],
