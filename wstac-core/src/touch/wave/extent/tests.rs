@@ -11,16 +11,16 @@ fn light(degrees: f64, height: impl Fn(f64) -> f64) -> [i32; TAXELS] {
     core::array::from_fn(|taxel| {
         let [x, y] = place_of(taxel).map(f64::from);
         let lowered = (x * x + y * y) / 16.0;
-        // Between a beam's root of the overlap and a straight line.
-        (40_000.0 * (height(-4.0 * (x * sine + y * cosine)) - lowered).max(0.0).powf(0.75)) as i32
+        // A beam bends by the root of the overlap.
+        (40_000.0 * (height(-4.0 * (x * sine + y * cosine)) - lowered).max(0.0).sqrt()) as i32
     })
 }
 
-/// Checks that a length is off by at most two of its deviations, and by a limit in mm.
+/// Checks that a length is off by at most three of its deviations, and by a limit in mm.
 fn check(name: &str, found: Option<Measured>, of: f64, most: f64) {
     let Some(Measured { value, sd }) = found else { panic!("{name}: none, expected {of}") };
     let off = (f64::from(value) - of).abs();
-    assert!(off < 2.0 * f64::from(sd) && off < most, "{name}: {value} ± {sd}, expected {of}");
+    assert!(off < 3.0 * f64::from(sd) && off < most, "{name}: {value} ± {sd}, expected {of}");
 }
 
 #[test]
@@ -30,11 +30,11 @@ fn places_and_widths_are_those_of_the_objects() {
             let rod = light(degrees, |left| f64::from((left - place).abs() < width / 2.0));
             let extent = Extent::new(&rod, degrees as f32, 0.5);
             check(&format!("rod's place {degrees}"), extent.place_mm, place, 0.8);
-            check(&format!("rod's width {degrees}"), extent.width_mm, width, 1.6);
+            check(&format!("rod's width {degrees}"), extent.width_mm, width, 1.7);
             let ball = light(degrees, |left| 1.0 - (2.0 * (left - place) / width).powi(2));
             let extent = Extent::new(&ball, degrees as f32, 0.5);
             check(&format!("ball's place {degrees}"), extent.place_mm, place, 0.8);
-            check(&format!("ball's width {degrees}"), extent.width_mm, width, 1.6);
+            check(&format!("ball's width {degrees}"), extent.width_mm, width, 1.7);
             assert_eq!(extent.contacts, 1);
         }
     }
