@@ -118,11 +118,11 @@ def measure_extent(energies: list[int], deg: float, deg_sd: float) -> ExtentAnsw
     ball = None
     _, slope, bow, _ = found
     if bow < -1.6e-3:
-        centre = float(-slope / (2 * bow))
-        centre_sd = math.sqrt(0.5) * PITCH_MM * scale * math.sqrt(inverse[1, 1]) / (-2 * bow)
-        if first <= PITCH_MM * centre <= last and centre_sd <= MOST_BALL_SD:
-            centre *= PITCH_MM
-            apart = np.abs(n - centre)
+        center = float(-slope / (2 * bow))
+        center_sd = math.sqrt(0.5) * PITCH_MM * scale * math.sqrt(inverse[1, 1]) / (-2 * bow)
+        if first <= PITCH_MM * center <= last and center_sd <= MOST_BALL_SD:
+            center *= PITCH_MM
+            apart = np.abs(n - center)
             halves = np.maximum(apart[lit].max() - BALL_STEP / 2, 1.0) + np.arange(BORDERS) * BALL_STEP
             sums = []
             for half in halves:
@@ -130,8 +130,8 @@ def measure_extent(energies: list[int], deg: float, deg_sd: float) -> ExtentAnsw
                 curved = half**2 / (half**2 + OVERLAP**2)
                 shape = above(np.where(q < 1, 1 - curved * q - (1 - curved) * q**3, 0))
                 sums.append(squares_of(shape * amplitude(shape, lit, 0.7, 1.6)).sum())
-            beyond = ((centre + halves > n.max()) | (centre - halves < n.min())).astype(float)
-            ball = (centre, centre_sd, halves, np.array(sums), beyond)
+            beyond = ((center + halves > n.max()) | (center - halves < n.min())).astype(float)
+            ball = (center, center_sd, halves, np.array(sums), beyond)
             least.append(float(ball[3].min()))
 
     best = min(least)
@@ -152,11 +152,11 @@ def measure_extent(energies: list[int], deg: float, deg_sd: float) -> ExtentAnsw
             )
         )
     if ball is not None:
-        centre, centre_sd, halves, sums_of_ball, beyond = ball
+        center, center_sd, halves, sums_of_ball, beyond = ball
         mass, mean, variance, beyond_part = likely(sums_of_ball, halves, spread, beyond)
         factor = math.exp(APART * (best - least[2]) / (2 * spread))
-        area = 2 * mass * math.sqrt(2 * math.pi) * centre_sd
-        cuts.append(Cut(area * factor, (centre, 2 * mean), (centre_sd**2, 4 * variance + (OF_LAW * mean) ** 2), beyond_part))
+        area = 2 * mass * math.sqrt(2 * math.pi) * center_sd
+        cuts.append(Cut(area * factor, (center, 2 * mean), (center_sd**2, 4 * variance + (OF_LAW * mean) ** 2), beyond_part))
     whole = sum(cut.mass for cut in cuts)
     if sum(cut.mass * cut.beyond for cut in cuts) / whole >= MOST_BEYOND:
         return ExtentAnswer(contacts)
