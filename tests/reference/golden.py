@@ -18,6 +18,7 @@ from typing import Any
 from vectors import SEED
 from vectors.case import Case
 from vectors.event_cases import event_cases
+from vectors.extent_cases import extent_cases
 from vectors.follow_cases import follow_cases
 from vectors.format_cases import format_cases
 from vectors.known_cases import known_cases
@@ -60,6 +61,7 @@ def made_files() -> dict[str, bytes]:
         "manifest.json": lines_of({"version": VERSION, "seed": SEED, "cases": listed}).encode(),
         "expected.json": f"{{{results}}}\n".encode(),
         "frames.raw": bytes(frames),
+        "extent.json": lines_of({"cases": extent_cases()}).encode(),
         "known.json": lines_of({"cases": known_cases()}).encode(),
         "live.json": lines_of({"cases": live_cases()}).encode(),
         "motion.json": lines_of({"cases": motion_cases()}).encode(),

@@ -18,7 +18,7 @@ use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
-use wstac_core::touch::wave::{Basis, Wave};
+use wstac_core::touch::wave::{Basis, Extent, Wave};
 
 entries! {
     trigger:
@@ -186,4 +186,6 @@ entries! {
     fit_wave_of_ring(wave: &mut Wave, ring: &TaxelRing, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
         wave.fit(ring.frames(), config)
     }
+    extent_of_wave(wave: &Wave, velocity: &Velocity) -> Extent { wave.extent(velocity) }
+    extent_of_light(light: &[i32; 25], degrees: f32, degrees_sd: f32) -> Extent { Extent::new(light, degrees, degrees_sd) }
 }

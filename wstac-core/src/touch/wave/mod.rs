@@ -9,6 +9,7 @@
 //! An answer takes 170,000 instructions on a Cortex-M4F for a ball, and up to 680,000 for what is slow and wide; on a
 //! Cortex-M0 it takes 600,000 to 1,600,000. Beside [`Wave`] and a ring of taxels it takes 6 kB of stack.
 
+mod extent;
 mod fit;
 mod light;
 mod outline;
@@ -19,6 +20,7 @@ use crate::params::TAXELS;
 use crate::reason::Reason;
 use crate::touch::motion::{Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, readout};
 use crate::touch::taxel_ring::TaxelRing;
+pub use extent::{Extent, Measured};
 use fit::{Wave as Fitted, Whiskers, length};
 use light::{Lines, Samples};
 use outline::{Outline, has_valley};
@@ -116,6 +118,14 @@ impl Wave {
         self.answer(config)
     }
 
+    /// Returns where and how wide the touch is of which [`Wave::fit`] has just returned this velocity.
+    ///
+    /// A touch that was not over at the sample's end has neither a place nor a width.
+    pub fn extent(&self, velocity: &Velocity) -> Extent {
+        let extent = Extent::new(&self.lines.energies(), velocity.degrees, velocity.degrees_sd);
+        if self.lines.is_cut { Extent { place_mm: None, width_mm: None, ..extent } } else { extent }
+    }
+
     /// Answers about the lines.
     #[inline(never)]
     fn answer(&self, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
@@ -178,7 +188,8 @@ impl Wave {
 #[inline(never)]
 pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> (Motion, Option<Basis>) {
     let coherent = by_coherence(event, config);
-    if !event.reliable {
+    // Presses and pokes are not for a wave.
+    if !event.reliable || (coherent.reliable && coherent.contact != Contact::Slide) {
         return (coherent, Some(Basis::Edge));
     }
     let mut wave = Wave::EMPTY;
