@@ -282,8 +282,8 @@ typedef struct WstacFwEvent {
 
 /// The motion of a touch by arrival times, and its kind.
 typedef struct WstacFwMotion {
-  /// The kind of the touch. Only a slide has a speed, a direction and a texture.
-  WstacFwContact contact;
+  /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
+  int32_t contact;
   /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
   /// reliable.
   bool reliable;
