@@ -137,14 +137,14 @@ class Sensor {
   // Adds a row for a record.
   record(record) {
     if (record.kind === "event") {
-      const why = record.why ? Object.entries(record.why).map(([name, text]) => name + ": " + text).join("; ") : "";
+      const said = { ...(record.basis && { basis: record.basis }), ...record.why };
       const cells = [
         ["Frame", record.frame], ["Contact", record.contact || "–"], ["Speed, mm/s", speedText(record)],
         ["Direction", directionText(record)], ["Texture", textureText(record.texture)],
         ["Certainty", certaintyText(record)],
       ];
       const row = this.row(cells, "event");
-      row.title = why;
+      row.title = Object.entries(said).map(([name, text]) => name + ": " + text).join("; ");
       row.classList.toggle("doubtful", !record.reliable);
       this.part("newest").textContent = cells.map(([name, text]) => name + " " + text).join(", ");
     } else if (record.kind === "fault") {

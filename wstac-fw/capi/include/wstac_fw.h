@@ -152,29 +152,6 @@ typedef int32_t WstacFwStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-/// The kind of a touch.
-enum WstacFwContact
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /// None of the others, or none for certain.
-  WSTAC_FW_CONTACT_UNCLEAR = 0,
-  /// Something slides: it arrives at one side and leaves at the other.
-  WSTAC_FW_CONTACT_SLIDE = 1,
-  /// Something is pressed on all whiskers at once, or leaves them at once.
-  WSTAC_FW_CONTACT_PRESS = 2,
-  /// One or two whiskers of a row and of a column are touched.
-  WSTAC_FW_CONTACT_POKE = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum WstacFwContact WstacFwContact;
-#else
-typedef int32_t WstacFwContact;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
 /// The task of a model: what it tells apart.
 enum WstacFwTask
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -195,6 +172,29 @@ enum WstacFwTask
 typedef enum WstacFwTask WstacFwTask;
 #else
 typedef int32_t WstacFwTask;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/// The kind of a touch.
+enum WstacFwContact
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /// None of the others, or none for certain.
+  WSTAC_FW_CONTACT_UNCLEAR = 0,
+  /// Something slides: it arrives at one side and leaves at the other.
+  WSTAC_FW_CONTACT_SLIDE = 1,
+  /// Something is pressed on all whiskers at once, or leaves them at once.
+  WSTAC_FW_CONTACT_PRESS = 2,
+  /// One or two whiskers of a row and of a column are touched.
+  WSTAC_FW_CONTACT_POKE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum WstacFwContact WstacFwContact;
+#else
+typedef int32_t WstacFwContact;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -282,8 +282,8 @@ typedef struct WstacFwEvent {
 
 /// The motion of a touch by arrival times, and its kind.
 typedef struct WstacFwMotion {
-  /// The kind of the touch. Only a slide has a speed, a direction and a texture.
-  WstacFwContact contact;
+  /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
+  int32_t contact;
   /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
   /// reliable.
   bool reliable;
