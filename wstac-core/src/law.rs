@@ -9,7 +9,7 @@ use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
 use crate::paper::trigger::Event;
 use crate::reason::Reason;
 use crate::touch::motion::{self, Contact, Motion, MotionConfig, Readout, Velocity};
-use crate::touch::wave::{self, Basis};
+use crate::touch::wave::{self, Basis, Extent, TaxelMotion};
 
 /// The answers of a law about an event's touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +27,8 @@ pub struct Answer {
     pub direction: Direction,
     /// What speed and direction are known by; `None` if there are none, and by a law of durations.
     pub basis: Option<Basis>,
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]).
+    pub extent: Option<Extent>,
     /// Whether the answers are reliable.
     ///
     /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says that
@@ -39,7 +41,7 @@ pub struct Answer {
 impl Answer {
     /// Creates an answer of a law of one's own.
     pub const fn new(speed: Result<Speed, Reason>, direction: Direction, reliable: bool) -> Self {
-        Self { contact: None, duration: None, speed, direction, basis: None, reliable, doubt: None }
+        Self { contact: None, duration: None, speed, direction, basis: None, extent: None, reliable, doubt: None }
     }
 
     /// Returns the velocity by arrival times; `None` by a law of durations, or if the touch has none.
@@ -132,8 +134,8 @@ pub struct ByEdges(pub MotionConfig);
 impl EventLaw for ByWave {
     fn answer(&self, event: &Event<'_>) -> Answer {
         let Some(taxels) = event.taxels() else { return ByCoherence(self.0).answer(event) };
-        let (motion, basis) = wave::by_wave(event, taxels, self.0);
-        by_arrival(event, &motion, basis)
+        let TaxelMotion { motion, basis, extent } = wave::by_wave(event, taxels, self.0);
+        Answer { basis, extent, ..by_arrival(event, &motion) }
     }
 
     fn takes_taxels(&self) -> bool {
@@ -147,7 +149,7 @@ impl EventLaw for ByWave {
 
 impl EventLaw for ByCoherence {
     fn answer(&self, event: &Event<'_>) -> Answer {
-        by_arrival(event, &motion::by_coherence(event, self.0), Some(Basis::Edge))
+        by_arrival(event, &motion::by_coherence(event, self.0))
     }
 
     fn with_readout(self, readout: Readout) -> Self {
@@ -157,7 +159,7 @@ impl EventLaw for ByCoherence {
 
 impl EventLaw for ByEdges {
     fn answer(&self, event: &Event<'_>) -> Answer {
-        by_arrival(event, &motion::by_edges(event, self.0), Some(Basis::Edge))
+        by_arrival(event, &motion::by_edges(event, self.0))
     }
 
     fn with_readout(self, readout: Readout) -> Self {
@@ -174,6 +176,7 @@ impl EventLaw for SpeedConfig {
             speed: speed::speed(event, self),
             direction: direction::direction(event),
             basis: None,
+            extent: None,
             reliable: event.reliable,
             doubt: None,
         }
@@ -239,7 +242,7 @@ impl AnyLaw {
     }
 }
 
-fn by_arrival(event: &Event<'_>, motion: &Motion, basis: Option<Basis>) -> Answer {
+fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
     let (speed, direction) = match motion.velocity {
         Some(velocity) => {
             (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
@@ -251,7 +254,8 @@ fn by_arrival(event: &Event<'_>, motion: &Motion, basis: Option<Basis>) -> Answe
         duration: event.lit_frames(),
         speed,
         direction: Direction::by_arrival(direction),
-        basis: motion.velocity.and(basis),
+        basis: motion.velocity.and(Some(Basis::Edge)),
+        extent: None,
         reliable: motion.doubt.is_none(),
         doubt: motion.doubt,
     }

@@ -24,7 +24,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::Texture;
 use crate::touch::motion::{Contact, Velocity};
-use crate::touch::wave::Basis;
+use crate::touch::wave::{Basis, Extent};
 
 /// A message from a board to a host.
 ///
@@ -286,6 +286,10 @@ pub struct Answers<'a> {
     /// version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub basis: Option<Basis>,
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
+    /// version 0.4.
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub extent: Option<Extent>,
 }
 
 impl<'a> Answers<'a> {
@@ -312,6 +316,7 @@ impl<'a> Answers<'a> {
             kept: 0,
             doubt: answer.doubt,
             basis: answer.basis,
+            extent: answer.extent,
         }
     }
 

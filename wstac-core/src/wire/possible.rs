@@ -202,6 +202,7 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
         Quantity::Contact,
     )?;
     ensure(answers.basis.is_none() || (answers.speed.is_ok() && angle.is_ok()), Quantity::Contact)?;
+    answers.extent.as_ref().map_or(Ok(()), check_extent)?;
     ensure(!answers.reliable || may_be_reliable(answers), Quantity::Reliability)?;
     answers.textures.iter().flatten().try_for_each(check_texture)
 }
@@ -222,6 +223,14 @@ fn check_reason(reason: Reason) -> Result<(), Quantity> {
         Reason::CutOff { at_most: Some(mm_s) } => speed(mm_s),
         _ => Ok(()),
     }
+}
+
+fn check_extent(extent: &Extent) -> Result<(), Quantity> {
+    for Measured { value, sd } in [extent.place_mm, extent.width_mm].into_iter().flatten() {
+        ensure(value.is_finite(), Quantity::Deviation)?;
+        deviation(sd)?;
+    }
+    deviation(extent.width_mm.map_or(0.0, |width| width.value))
 }
 
 fn check_texture(texture: &TextureAnswer<'_>) -> Result<(), Quantity> {

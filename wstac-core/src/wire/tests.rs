@@ -17,7 +17,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::texture;
 use crate::touch::motion::{Contact, Velocity};
-use crate::touch::wave::Basis;
+use crate::touch::wave::{Basis, Extent, Measured};
 
 static MODEL: Forest<'static> = crate::include_model!(Forest, "../../tests/models/small.wsm");
 const LONGEST_NAME: &str = "the name of a class is at most this long: 63 bytes, in UTF-8 é";
@@ -65,6 +65,11 @@ fn answers() -> Answers<'static> {
         kept: u8::MAX,
         doubt: Some(Reason::Uncertain),
         basis: Some(Basis::Outline),
+        extent: Some(Extent {
+            place_mm: Some(Measured { value: -13.5, sd: 0.25 }),
+            width_mm: Some(Measured { value: 18.5, sd: 0.5 }),
+            contacts: 1,
+        }),
     }
 }
 
@@ -103,6 +108,7 @@ fn messages() -> Vec<Message<'static>> {
         kept: 0,
         doubt: None,
         basis: None,
+        extent: None,
     };
     let mut all = Vec::from([
         Message::Hello(hello(LAST)),
@@ -206,7 +212,7 @@ fn the_bytes_of_a_frame_are_these() {
     assert_eq!(frame(&message, 300), expected);
     // An event: a slide from frame 45 to 73, 159.9 ± 1.5 mm/s in 27 frames, 90.5 ± 0.75°, one known texture of
     // a confidence of 32000/32768, no frame filled, reliable, event 300, the one before it is kept, no doubt, by
-    // an edge.
+    // an edge, no extent.
     let texture = Some(TextureAnswer {
         confidence: Some(32_000),
         known: Some(true),
@@ -227,6 +233,7 @@ fn the_bytes_of_a_frame_are_these() {
         kept: 1,
         doubt: None,
         basis: Some(Basis::Edge),
+        extent: None,
     };
     let content = [
         &[4, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
@@ -241,12 +248,12 @@ fn the_bytes_of_a_frame_are_these() {
         b"Saw3",
         // 32000 in seven bits a byte.
         &[1, 0x80, 0xFA, 1, 1, 1],
-        &[0, 0, 0, 1, 0xAC, 2, 1, 0, 1, 0],
+        &[0, 0, 0, 1, 0xAC, 2, 1, 0, 1, 0, 0],
     ]
     .concat();
     assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
     // A board before version 0.4 sends neither reason nor basis, a newer one may send some that are not known here.
-    let before = &content[..content.len() - 3];
+    let before = &content[..content.len() - 4];
     let plain = Answers { basis: None, ..event };
     let doubted = Answers { reliable: false, doubt: Some(Reason::LostFrames), ..event };
     for (last, answers) in [(&[][..], plain), (&[1, 7, 1, 0], doubted), (&[1, 99, 1, 0], event), (&[0, 1, 99], plain)] {

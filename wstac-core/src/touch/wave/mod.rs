@@ -180,29 +180,44 @@ impl Wave {
     }
 }
 
-/// Returns the motion of an event's touch by its 25 taxels, and what its velocity is known by.
+/// The motion of a touch by 25 taxels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct TaxelMotion {
+    /// The motion.
+    pub motion: Motion,
+    /// What its velocity is known by; `None` without one.
+    pub basis: Option<Basis>,
+    /// Where and how wide the touch is; `None` unless the wave tells the velocity.
+    pub extent: Option<Extent>,
+}
+
+/// Returns the motion of an event's touch by its 25 taxels.
 ///
 /// The wave tells the velocity. Whatever it refuses for its speed, its turn or a second object is refused.
 ///
 /// It takes 10 kB of stack.
 #[inline(never)]
-pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> (Motion, Option<Basis>) {
+pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion {
     let coherent = by_coherence(event, config);
+    let by_edge = |motion: Motion| TaxelMotion { motion, basis: motion.velocity.and(Some(Basis::Edge)), extent: None };
     // Presses and pokes are not for a wave.
     if !event.reliable || (coherent.reliable && coherent.contact != Contact::Slide) {
-        return (coherent, Some(Basis::Edge));
+        return by_edge(coherent);
     }
     let mut wave = Wave::EMPTY;
     match wave.fit(taxels.frames(), config) {
         Ok((velocity, basis)) => {
-            let (contact, velocity) = (Contact::Slide, Some(velocity));
-            (Motion { contact, velocity, reliable: true, doubt: None, ..coherent }, Some(basis))
+            let contact = Contact::Slide;
+            let motion = Motion { contact, velocity: Some(velocity), reliable: true, doubt: None, ..coherent };
+            TaxelMotion { motion, basis: Some(basis), extent: Some(wave.extent(&velocity)) }
         }
         Err(reason @ (Reason::Turning | Reason::TwoObjects | Reason::SpeedChanges)) => {
-            (Motion { reliable: false, doubt: Some(reason), ..coherent }, Some(Basis::Edge))
+            by_edge(Motion { reliable: false, doubt: Some(reason), ..coherent })
         }
         Err(reason) => {
-            (Motion { reliable: false, doubt: coherent.doubt.or(Some(reason)), ..coherent }, Some(Basis::Edge))
+            by_edge(Motion { reliable: false, doubt: coherent.doubt.or(Some(reason)), ..coherent })
         }
     }
 }
