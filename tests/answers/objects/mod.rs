@@ -167,7 +167,7 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
         // An event of something before the touch does not show it.
         if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
-            found = answers(&event, update.taxels(), config);
+            found = answers(&event, event.taxels(), config);
             break;
         }
     }
