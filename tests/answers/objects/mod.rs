@@ -136,8 +136,8 @@ fn answers(event: &Event<'_>, config: MotionConfig) -> [Answer; ESTIMATORS.len()
     let Some(taxels) = event.taxels() else { return [coherence.clone(), Err("no taxels".into()), coherence] };
     let mut wave = Wave::EMPTY;
     let wave = wave.fit(taxels.frames(), config).map_err(|reason| format!("{reason:?}"));
-    let (law, basis) = by_wave(event, taxels, config);
-    [coherence, wave, told(&law, basis)]
+    let law = by_wave(event, taxels, config);
+    [coherence, wave, told(&law.motion, law.basis)]
 }
 
 /// Computes the scene of a number with the whole core, until the first event of its last touch.

@@ -24,13 +24,15 @@ FEWEST = 5
 WEAKEST_GAIN = 1 / 16
 RISE = 102 / 256
 """A rising edge is where a line first exceeds this part of its peak."""
-LATE, RMS, MISS = 0.12, 0.06, (0.25, 0.05)
+LATE, RMS, MISS = (0.09, 0.12), (0.05, 0.06), (0.25, 0.05)
 CHANGE = (0.065, 0.025)
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
 ACCELERATION = (0.068, 2.5)
 CERTAIN = (0.05, 5.0)
 TWIST = (0.12, 2.2)
 VALLEY = 0.15
+SAME_WAY, BESIDE = 0.05, 1.2
+"""Distances across the motion in pitches: of whiskers on one way, and of those that have others between them lit."""
 ANGLES = 36
 LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
 WEAK = 0.55
@@ -245,6 +247,18 @@ def has_valley(peaks: np.ndarray, right: float, up: float) -> bool:
     return False
 
 
+def is_crossed(peaks: np.ndarray, right: float, up: float) -> bool:
+    """Whether at most one whisker is dark between others, across the motion, that are bright."""
+    across = -COLUMN * up - ROW * right
+    bright = across[peaks >= peaks.max() / 3]
+    missed = 0
+    for place in across[peaks <= LIT * peaks.max()]:
+        apart = bright - place
+        before = ((apart >= -BESIDE) & (apart <= SAME_WAY)).any()
+        missed += bool(before and ((apart <= BESIDE) & (apart >= -SAME_WAY)).any())
+    return missed <= 1
+
+
 def measure_wave(
     samples: list[list[int] | None], fps: float = NOMINAL_FPS, readout_ms: float | None = 0.0
 ) -> WaveAnswer:
@@ -308,7 +322,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     late = late - (high - weights @ high / weights.sum())
     farthest = float(np.abs(late * wave.gains).max() / wave.gains.max()) * unit
     rms = math.sqrt(float(weights @ late**2 / weights.sum())) * unit
-    if is_apart or farthest > LATE or rms > RMS or wave.miss > MISS[is_full]:
+    if is_apart or farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
         raise Refused("two objects" if is_apart else "not alike")
     deg = math.degrees(math.atan2(up, right)) % 360
     outline, outline_sd = outline_of(peaks)
@@ -321,6 +335,8 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
         agrees = apart <= min(11.0, 3.2 * outline_sd + 3)
     if not agrees:
         raise Refused("not alike")
+    if not is_crossed(peaks, right, up):
+        raise Refused("starts on the sensor")
     basis = "outline" if not is_full and outline_sd <= OUTLINE_TELLS else "edge"
     if of_rows.moves_too_far(rows, columns):
         raise Refused("readout unknown")

@@ -11,6 +11,7 @@ use crate::paper::trigger::{InterruptedSample, StreamEnd};
 use crate::params::{LONGEST_FILLED_GAP, SAMPLE_FRAMES};
 use crate::reason::Reason;
 use crate::touch::motion::{Contact, Velocity};
+use crate::touch::wave::{Extent, Measured};
 
 /// The largest frame number and count: 2^53, the last up to which JSON's numbers are exact. At 1000 frames per second
 /// it is reached after 285,000 years.

@@ -3,8 +3,8 @@
 //! [`by_coherence`](crate::touch::motion::by_coherence) takes a row for one line, so it needs an object as wide as the
 //! sensor. A wave takes each whisker for itself: a ball, a coin, a rod or a narrow block lights some of them alike.
 //!
-//! docs/ANSWERS.md has how often it answers, and errs, by kind of object. A slide that stops on the sensor is not always
-//! refused, and gets the velocity before the stop. Corners and two objects of one velocity are refused.
+//! docs/ANSWERS.md has how often it answers, and errs, by kind of object. Corners and two objects of one velocity are
+//! refused. A slide that stops on the sensor is not always, and then has the velocity before the stop.
 //!
 //! An answer takes 170,000 instructions on a Cortex-M4F for a ball, and up to 680,000 for what is slow and wide; on a
 //! Cortex-M0 it takes 600,000 to 1,600,000. Beside [`Wave`] and a ring of taxels it takes 6 kB of stack.
@@ -23,7 +23,7 @@ use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
 use fit::{Wave as Fitted, Whiskers, length};
 use light::{Lines, Samples};
-use outline::{Outline, has_valley};
+use outline::{Outline, has_valley, is_crossed};
 use squares::{NONE, Polynomial, fit};
 
 /// What a velocity is known by.
@@ -55,8 +55,8 @@ const MOST_OF_POKE: u32 = 2;
 const LIT_SHIFT: u32 = 3;
 /// Added to the slowness, in frames per pitch, where lateness is measured by it.
 const LATE_FROM: f32 = 0.23;
-/// Limits of the largest and the mean lateness.
-const LATE: [f32; 2] = [0.12, 0.06];
+/// Limits of the largest and the mean lateness; and those if all whiskers are lit.
+const LATE: [[f32; 2]; 2] = [[0.09, 0.05], [0.12, 0.06]];
 /// Most unexplained energy; and that if all whiskers are lit.
 const MOST_MISS: [f32; 2] = [0.25, 0.05];
 /// Largest change of slowness of a third of the touch, as a fraction; and that if all whiskers are lit.
@@ -74,7 +74,7 @@ const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
 const LEAST_SD: [f32; 2] = [0.0006, 0.0004];
-/// Factors of the deviations along and across the motion, if whiskers are dark and if all are lit. Fitted on simulated slides.
+/// Factors of the deviations along and across the motion, if whiskers are dark and if all are lit. Fitted on slides.
 const FACTORS: [[f32; 2]; 2] = [[0.8, 1.1], [0.7, 0.7]];
 
 /// The memory of a wave: about 3,900 bytes.
@@ -160,6 +160,9 @@ impl Wave {
             return Err(Reason::TwoObjects);
         }
         let basis = basis(peaks, count, degrees(right, up), rest.late).ok_or(Reason::NotAlike)?;
+        if !is_crossed(peaks, right, up) {
+            return Err(Reason::NotCrossed);
+        }
         let reach = config.readout().reach(slowness, right, up);
         if readout::is_too_far(reach) {
             return Err(Reason::ReadoutUnknown);
@@ -195,7 +198,8 @@ pub struct TaxelMotion {
 
 /// Returns the motion of an event's touch by its 25 taxels.
 ///
-/// The wave tells the velocity. Whatever it refuses for its speed, its turn or a second object is refused.
+/// The wave alone tells a velocity that is reliable: coherence takes a narrow thing for an edge, but tells the kind of
+/// touch, and a doubt that the wave does not know better.
 ///
 /// It takes 10 kB of stack.
 #[inline(never)]
@@ -207,19 +211,20 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
         return by_edge(coherent);
     }
     let mut wave = Wave::EMPTY;
-    match wave.fit(taxels.frames(), config) {
+    let reason = match wave.fit(taxels.frames(), config) {
         Ok((velocity, basis)) => {
-            let contact = Contact::Slide;
-            let motion = Motion { contact, velocity: Some(velocity), reliable: true, doubt: None, ..coherent };
-            TaxelMotion { motion, basis: Some(basis), extent: Some(wave.extent(&velocity)) }
+            let extent = Some(wave.extent(&velocity));
+            let velocity = Some(velocity);
+            let motion = Motion { contact: Contact::Slide, velocity, reliable: true, doubt: None, ..coherent };
+            return TaxelMotion { motion, basis: Some(basis), extent };
         }
-        Err(reason @ (Reason::Turning | Reason::TwoObjects | Reason::SpeedChanges)) => {
-            by_edge(Motion { reliable: false, doubt: Some(reason), ..coherent })
-        }
-        Err(reason) => {
-            by_edge(Motion { reliable: false, doubt: coherent.doubt.or(Some(reason)), ..coherent })
-        }
-    }
+        Err(reason) => reason,
+    };
+    let doubt = match reason {
+        Reason::Turning | Reason::TwoObjects | Reason::SpeedChanges => reason,
+        _ => coherent.doubt.unwrap_or(reason),
+    };
+    by_edge(Motion { reliable: false, doubt: Some(doubt), ..coherent })
 }
 
 /// What a plane wave leaves over, as fractions of its slowness.
@@ -281,7 +286,7 @@ impl Rest {
     /// Returns why this is no wave of so many whiskers, or no steady one.
     fn doubt(&self, count: u32) -> Option<Reason> {
         let is_full = usize::from(count == TAXELS as u32);
-        let ([faster, faster_sd], [twist, twist_sd]) = (self.faster, self.twist);
+        let ([late, mean], [faster, faster_sd], [twist, twist_sd]) = (LATE[is_full], self.faster, self.twist);
         if self.change > MOST_CHANGE[is_full]
             || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
             || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd)
@@ -289,7 +294,7 @@ impl Rest {
             Some(Reason::SpeedChanges)
         } else if twist > (TWIST[1] * twist_sd).max(TWIST[0]) {
             Some(Reason::Turning)
-        } else if self.late[0] > LATE[0] || self.late[1] > LATE[1] || self.miss > MOST_MISS[is_full] {
+        } else if self.late[0] > late || self.late[1] > mean || self.miss > MOST_MISS[is_full] {
             Some(Reason::NotAlike)
         } else {
             None

@@ -25,6 +25,11 @@ const WEIGHT_BITS: u32 = 6;
 const WEAK: i32 = 141;
 const LIT: i32 = 1176;
 
+/// Distances across the motion, in 2^-16 pitches: whiskers on one way, and whiskers that have those between them lit.
+const SAME_WAY: i32 = 3277;
+const BESIDE: i32 = 78_643;
+const MOST_MISSED: u32 = 1;
+
 /// One of the directions: the whiskers' order across it.
 struct Chain {
     order: [u8; TAXELS],
@@ -227,4 +232,26 @@ pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
         // Both sides are lit, and the valley has less than 15 % of either.
         sides << LIT_SHIFT > highest && 20 * a.max(b) < 3 * sides
     })
+}
+
+/// Returns whether whiskers are lit along the whole way, but for a dead one. An object that stops on the sensor leaves
+/// whiskers ahead of it dark.
+pub(super) fn is_crossed(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
+    let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
+    let across = |taxel| {
+        let [x, y] = place_of(taxel);
+        -x * up - y * right
+    };
+    let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
+    let mut missed = 0;
+    for (taxel, _) in peaks.iter().enumerate().filter(|&(_, &peak)| i32::from(peak) << LIT_SHIFT <= highest) {
+        let (mut before, mut behind) = (false, false);
+        for (other, _) in peaks.iter().enumerate().filter(|&(_, &peak)| 3 * i32::from(peak) >= highest) {
+            let apart = across(other) - across(taxel);
+            before |= (-BESIDE..=SAME_WAY).contains(&apart);
+            behind |= (-SAME_WAY..=BESIDE).contains(&apart);
+        }
+        missed += u32::from(before && behind);
+    }
+    missed <= MOST_MISSED
 }

@@ -78,6 +78,9 @@ fn what_no_wave_explains_is_refused() {
     // A block at an angle to its edge: the edge's wave is 20° off the outline.
     let skewed = slide([0.8, 0.3], |_, y| (-y * y / 1.2).exp());
     assert_eq!(fit(&skewed), Err(Reason::NotAlike));
+    // A block that stops before the last column.
+    let stopped = slide([1.0, 0.0], |x, y| f64::from(x < 1.5 && y.abs() < 1.5));
+    assert_eq!(fit(&stopped), Err(Reason::NotCrossed));
     let begun = &slide([1.0, 0.0], |_, _| 1.0)[12..];
     assert_eq!(fit(begun), Err(Reason::NotCrossed));
     // Two fingers, of which one is a quarter faster.
