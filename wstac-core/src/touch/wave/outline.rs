@@ -205,11 +205,13 @@ pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
     let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
     for (taxel, &peak) in peaks.iter().enumerate() {
         let [x, y] = place_of(taxel);
-        let mut each = (-x * up - y * right, peak);
-        // A stable sort in few bytes.
-        for place in &mut order {
-            if each.0 < place.0 {
-                core::mem::swap(place, &mut each);
+        let each = (-x * up - y * right, peak);
+        // A stable sort in few bytes: those before are sorted, and those behind are free.
+        let at = order.iter().take(taxel).rposition(|before| before.0 <= each.0).map_or(0, |before| before + 1);
+        if let Some(rest) = order.get_mut(at..=taxel) {
+            rest.rotate_right(1);
+            if let Some(place) = rest.first_mut() {
+                *place = each;
             }
         }
     }
@@ -227,8 +229,12 @@ pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
     };
     (3..TAXELS - 2).any(|at| {
         let Some((before, behind)) = order.split_at_checked(at) else { return false };
-        let sides = second(before).min(second(behind));
         let [a, b] = [before.last(), behind.first()].map(|each| each.map_or(0, |&(_, peak)| i32::from(peak)));
+        // No side is brighter than the brightest.
+        if 20 * a.max(b) >= 3 * highest {
+            return false;
+        }
+        let sides = second(before).min(second(behind));
         // Both sides are lit, and the valley has less than 15 % of either.
         sides << LIT_SHIFT > highest && 20 * a.max(b) < 3 * sides
     })

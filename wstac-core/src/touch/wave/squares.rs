@@ -49,8 +49,17 @@ pub(super) fn monomials([x, y]: [i32; 2]) -> [i32; 6] {
     [1, x, y, x * x, x * y, y * y]
 }
 
-fn dot(a: &Polynomial, b: &Polynomial) -> f32 {
-    a.iter().zip(b).map(|(a, b)| if *a == 0.0 { 0.0 } else { a * b }).sum()
+/// Returns the sum of products. Most factors `a` are 0, and a processor without a floating-point unit skips them.
+#[inline(never)]
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        // Bits, since comparing floats is a call there.
+        if a.to_bits() << 1 != 0 {
+            sum += a * b;
+        }
+    }
+    sum
 }
 
 /// Most columns. A column of zeros counts as none: one size takes less code than three.
@@ -82,7 +91,7 @@ impl Fit {
 
     /// Returns a coefficient of other values, of these weighted sums.
     pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; COLUMNS], sums: &Polynomial) -> f32 {
-        self.inverse.get(k).map_or(0.0, |row| product(row, &columns.map(|column| dot(&column, sums))))
+        self.inverse.get(k).map_or(0.0, |row| dot(row, &columns.map(|column| dot(&column, sums))))
     }
 }
 
@@ -99,10 +108,15 @@ pub(super) fn fit(
     ridge: f32,
 ) -> Option<Fit> {
     let mut matrix = [[0.0_f32; COLUMNS]; COLUMNS];
-    for (row, a) in matrix.iter_mut().zip(columns) {
+    for (row, a) in columns.iter().enumerate() {
         let times = products.map(|row| dot(a, &row));
-        for (place, b) in row.iter_mut().zip(columns) {
-            *place = dot(b, &times);
+        for (column, b) in columns.iter().enumerate().take(row + 1) {
+            let value = dot(b, &times);
+            for [row, column] in [[row, column], [column, row]] {
+                if let Some(place) = matrix.get_mut(row).and_then(|row| row.get_mut(column)) {
+                    *place = value;
+                }
+            }
         }
     }
     let right = columns.map(|column| dot(&column, sums));
@@ -117,16 +131,11 @@ pub(super) fn fit(
         }
     }
     let inverse = inverted(matrix)?;
-    let coefficients = inverse.map(|row| product(&row, &right));
+    let coefficients = inverse.map(|row| dot(&row, &right));
     // What is left of the squares.
-    let explained =
-        2.0 * product(&coefficients, &right) - product(&coefficients, &normal.map(|row| product(&row, &coefficients)));
+    let explained = 2.0 * dot(&coefficients, &right) - dot(&coefficients, &normal.map(|row| dot(&row, &coefficients)));
     let variance = (squares - explained).max(0.0) / count.saturating_sub(used).max(1) as f32;
     Some(Fit { coefficients, inverse, variance })
-}
-
-fn product(a: &[f32; COLUMNS], b: &[f32; COLUMNS]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| if *a == 0.0 { 0.0 } else { a * b }).sum()
 }
 
 fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
