@@ -287,7 +287,10 @@ fn every_reason_crosses_the_link_by_its_number() {
     for (number, reason) in reasons {
         let mut bytes = [0; 16];
         assert_eq!(postcard::to_slice(&reason, &mut bytes).unwrap()[0], number, "{reason}");
-        let event = Message::Event(Answers { speed: Err(reason), doubt: Some(reason), ..answers() });
+        let contact = Contact::Unclear;
+        let direction = Direction::by_arrival(Err(Reason::NoSlide(contact)));
+        let of_touch = Answers { contact: Some(contact), direction, ..answers() };
+        let event = Message::Event(Answers { speed: Err(reason), doubt: Some(reason), ..of_touch });
         assert_eq!(received(&mut Decoder::new(), &frame(&event, 0)), [arrived(&event, 0)], "{reason}");
     }
 }
