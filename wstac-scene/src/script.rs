@@ -279,10 +279,7 @@ mod tests {
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntilt = 1",
                 "tilt is there, expected only with",
             ),
-            (
-                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1",
-                "travel needs hold",
-            ),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1", "travel needs hold"),
             (
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nafter = 1",
                 "after is there, expected a touch",
