@@ -153,8 +153,8 @@ def wrong_in_files(texts: dict[str, str], folders: set[Path], rooms: set[Path]) 
 LOG = "rpicam-vid states the sensor and errors in its log alone"
 OF_FFMPEG = "ffmpeg says in its log alone which frames it could not decode"
 FOREIGN: dict[tuple[str, str], str] = {
-    ("wstac-host/src/source/video.rs", "[info] concealing "): OF_FFMPEG,
-    ("wstac-host/src/source/video.rs", "corrupt decoded frame"): OF_FFMPEG,
+    ("wstac-host/src/source/video/ffmpeg.rs", "[info] concealing "): OF_FFMPEG,
+    ("wstac-host/src/source/video/ffmpeg.rs", "corrupt decoded frame"): OF_FFMPEG,
     ("wstac-linux/src/rpicam/program.rs", " - Selected sensor format: "): LOG,
     ("wstac-linux/src/rpicam/program.rs", "ERROR: *** "): LOG,
 }

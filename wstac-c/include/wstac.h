@@ -191,6 +191,16 @@ typedef struct WstacEvent {
   /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is known) or
   /// "outline" (an object that is narrower than the sensor); null without them, and by a law of durations.
   const char *basis;
+  /// Middle of the touch to the left of its motion, from the sensor's middle, in mm; NaN if it is unknown.
+  double place_mm;
+  /// Standard deviation of the place in mm; NaN without one.
+  double place_sd_mm;
+  /// Width of the touch across its motion in mm; NaN if it is unknown.
+  double width_mm;
+  /// Standard deviation of the width in mm; NaN without one.
+  double width_sd_mm;
+  /// Objects side by side, as far as 25 taxels tell them apart; -1 if it is unknown.
+  int32_t contacts;
 } WstacEvent;
 
 /// Answer of the texture models. Strings are UTF-8, and null if no model tells.

@@ -7,7 +7,7 @@ use wstac_core::params::FEATURES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_core::touch::wave::Basis;
-use wstac_host::json::{angle, confidence, in_utc, rounded, seconds, spread, within_ms};
+use wstac_host::json::{angle, confidence, in_utc, millimeters, rounded, seconds, spread, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::source::LossCounts;
 use wstac_host::texture::Texture;
@@ -116,6 +116,16 @@ pub struct WstacEvent {
     /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is known) or
     /// "outline" (an object that is narrower than the sensor); null without them, and by a law of durations.
     pub basis: *const c_char,
+    /// Middle of the touch to the left of its motion, from the sensor's middle, in mm; NaN if it is unknown.
+    pub place_mm: f64,
+    /// Standard deviation of the place in mm; NaN without one.
+    pub place_sd_mm: f64,
+    /// Width of the touch across its motion in mm; NaN if it is unknown.
+    pub width_mm: f64,
+    /// Standard deviation of the width in mm; NaN without one.
+    pub width_sd_mm: f64,
+    /// Objects side by side, as far as 25 taxels tell them apart; -1 if it is unknown.
+    pub contacts: i32,
 }
 
 /// How a stream ended.
@@ -198,6 +208,11 @@ const EMPTY: WstacRecord = WstacRecord {
         why_not_reliable: ptr::null(),
         why_texture: ptr::null(),
         basis: ptr::null(),
+        place_mm: f64::NAN,
+        place_sd_mm: f64::NAN,
+        width_mm: f64::NAN,
+        width_sd_mm: f64::NAN,
+        contacts: -1,
     },
     texture: NO_TEXTURE,
     frames: 0,
@@ -324,6 +339,8 @@ impl Given {
 
     fn event(&mut self, event: TactileEvent) -> WstacEvent {
         let (direction, why_texture) = (event.direction, event.why_texture());
+        let place = event.extent.and_then(|extent| extent.place_mm);
+        let width = event.extent.and_then(|extent| extent.width_mm);
         self.sample = event.sample;
         WstacEvent {
             speed_mm_s: event.speed.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
@@ -349,6 +366,11 @@ impl Given {
             why_not_reliable: self.keep_any(event.doubt.map(Reason::as_str)),
             why_texture: self.keep_any(why_texture.as_deref()),
             basis: self.keep_any(event.basis.map(Basis::as_str)),
+            place_mm: place.map_or(f64::NAN, |place| millimeters(place.value)),
+            place_sd_mm: place.map_or(f64::NAN, |place| millimeters(place.sd)),
+            width_mm: width.map_or(f64::NAN, |width| millimeters(width.value)),
+            width_sd_mm: width.map_or(f64::NAN, |width| millimeters(width.sd)),
+            contacts: event.extent.map_or(-1, |extent| extent.contacts.into()),
         }
     }
 

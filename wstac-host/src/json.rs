@@ -10,7 +10,7 @@ use wstac_core::paper::trigger::InterruptedSample;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
-use wstac_core::touch::wave::Basis;
+use wstac_core::touch::wave::{Basis, Measured};
 
 use crate::output::{
     ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
@@ -251,6 +251,12 @@ pub struct EventLine<'a> {
     direction: Option<DirectionField>,
     #[serde(skip_serializing_if = "Option::is_none")]
     basis: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    place_mm: Option<MeasuredField>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    width_mm: Option<MeasuredField>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contacts: Option<u8>,
     texture: Option<&'a Texture>,
     frames_filled: u8,
     reliable: bool,
@@ -274,6 +280,9 @@ impl<'a> EventLine<'a> {
             speed_at_most: event.speed_at_most.map(SpeedField::from),
             direction: DirectionField::new(direction),
             basis: event.basis.map(Basis::as_str),
+            place_mm: event.extent.and_then(|extent| extent.place_mm).map(MeasuredField::from),
+            width_mm: event.extent.and_then(|extent| extent.width_mm).map(MeasuredField::from),
+            contacts: event.extent.map(|extent| extent.contacts),
             texture: event.texture.as_ref().ok(),
             frames_filled: event.frames_filled,
             reliable: event.reliable,
@@ -319,6 +328,20 @@ impl TouchFields {
 /// Returns a time as RFC 3339 writes it, in UTC with milliseconds.
 pub fn in_utc(time: SystemTime) -> String {
     humantime::format_rfc3339_millis(time).to_string()
+}
+
+/// A length in mm, with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct MeasuredField {
+    value: f64,
+    sd: f64,
+}
+
+impl From<Measured> for MeasuredField {
+    fn from(measured: Measured) -> Self {
+        Self { value: millimeters(measured.value), sd: millimeters(measured.sd) }
+    }
 }
 
 /// A speed, with its standard deviation by arrival times, and without it by a law of durations.
@@ -380,6 +403,11 @@ pub fn angle(degrees: f32) -> f64 {
 /// Returns the standard deviation of an angle in degrees for output, with two decimals.
 pub fn spread(degrees: f32) -> f64 {
     rounded_to(f64::from(degrees), 2)
+}
+
+/// Returns a length in mm for output, with two decimals.
+pub fn millimeters(length: f32) -> f64 {
+    rounded_to(f64::from(length), 2) + 0.0
 }
 
 /// Returns a time in seconds for output, with four decimals.

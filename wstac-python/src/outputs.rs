@@ -14,9 +14,9 @@ use wstac_core::paper::speed::Speed;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
-use wstac_core::touch::wave::Basis;
+use wstac_core::touch::wave::{Basis, Measured};
 use wstac_host::error::Error;
-use wstac_host::json::{angle, baseline, confidence, rounded, seconds, spread, within_ms};
+use wstac_host::json::{angle, baseline, confidence, millimeters, rounded, seconds, spread, within_ms};
 use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
@@ -276,6 +276,9 @@ impl<'py> Classes<'py> {
             ("speed_at_most", speed_at_most.into_bound_py_any(py)?),
             ("direction", self.direction(direction)?.into_bound_py_any(py)?),
             ("basis", event.basis.map(Basis::as_str).into_bound_py_any(py)?),
+            ("place_mm", self.measured(event.extent.and_then(|extent| extent.place_mm))?),
+            ("width_mm", self.measured(event.extent.and_then(|extent| extent.width_mm))?),
+            ("contacts", event.extent.map(|extent| extent.contacts).into_bound_py_any(py)?),
             ("texture", event.texture.ok().map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
             ("frames_filled", event.frames_filled.into_bound_py_any(py)?),
             ("reliable", event.reliable.into_bound_py_any(py)?),
@@ -294,6 +297,11 @@ impl<'py> Classes<'py> {
         let direction = self.make("Direction", (degrees, Some(spread(velocity.degrees_sd)), None::<f64>))?;
         let time_s = report.time_s.map(seconds);
         self.make("Motion", (report.frame, time_s, speed, direction, moment.0, moment.1, moment.2))
+    }
+
+    fn measured(&self, measured: Option<Measured>) -> PyResult<Bound<'py, PyAny>> {
+        let of = |Measured { value, sd }| self.make("Measured", (millimeters(value), millimeters(sd)));
+        measured.map(of).transpose()?.into_bound_py_any(self.0.py())
     }
 
     fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {

@@ -32,6 +32,16 @@ class Speed:
 
 
 @dataclass(frozen=True)
+class Measured:
+    """A length in mm."""
+
+    value: float
+    """The length, with two decimals."""
+    sd: float
+    """Its standard deviation."""
+
+
+@dataclass(frozen=True)
 class Direction:
     """A sliding direction.
 
@@ -124,6 +134,12 @@ class Event:
     basis: Optional[str]
     """What speed and direction are known by: "edge" (only the motion across an edge that covers the sensor is known) or
     "outline" (an object narrower than the sensor); None without them, and by a law of durations."""
+    place_mm: Optional[Measured]
+    """Middle of the touch to the left of its motion, from the sensor's middle; None if it is unknown."""
+    width_mm: Optional[Measured]
+    """Width of the touch across its motion; None if it is unknown."""
+    contacts: Optional[int]
+    """Objects side by side, as far as 25 taxels tell them apart; None if they do not tell the velocity."""
     texture: Optional[Texture]
     """Texture; None without a model, and for a touch that is no slide."""
     frames_filled: int
@@ -181,6 +197,9 @@ class Event:
             "speed_at_most_mm_s": None if self.speed_at_most is None else self.speed_at_most.mm_s,
             **_columns("direction", self.direction),
             "basis": self.basis,
+            **_lengths("place_mm", self.place_mm),
+            **_lengths("width_mm", self.width_mm),
+            "contacts": self.contacts,
             **{name.rstrip("_"): value for name, value in asdict(texture).items() if name not in ("confidence", "known")},
             "texture_confidence": texture.confidence,
             "texture_known": texture.known,
@@ -202,7 +221,7 @@ class Event:
             del found["stamp_within_ms"]
         else:
             found["stamp"] = _in_utc(self.stamp)
-        for name in ("speed_at_most", "basis"):
+        for name in ("speed_at_most", "basis", "place_mm", "width_mm", "contacts"):
             if found[name] is None:
                 del found[name]
         for answer in ("speed", "speed_at_most", "direction"):
@@ -214,6 +233,11 @@ class Event:
             if other is not None:
                 found["texture"]["class"] = other
         return found
+
+
+def _lengths(name: str, length: Optional[Measured]) -> dict[str, Any]:
+    """Returns a length as columns of a row."""
+    return {name: length and length.value, f"{name}_sd": length and length.sd}
 
 
 def _columns(answer: str, value: Union[Speed, Direction, None]) -> dict[str, Any]:

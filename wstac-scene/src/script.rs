@@ -290,10 +290,7 @@ mod tests {
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntilt = 1",
                 "tilt is there, expected only with",
             ),
-            (
-                "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1",
-                "travel needs hold",
-            ),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1", "travel needs hold"),
             (
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nafter = 1",
                 "after is there, expected a touch",
@@ -360,8 +357,8 @@ mod tests {
             ("specimen = \"Saw3\"\nspeed = 9\nradius = 1", ["radius is 1", "only with Sphere"]),
             ("specimen = \"Fla0\"\nspeed = 9\ndepth = 1", ["depth is 1", "only with Sin, Saw or Tri"]),
             ("shape = \"cone\"\nspeed = 9", ["shape is \"cone\"", "block, rod, ball, coin or corner"]),
-            ("shape = \"ball\"\nspeed = 9", ["diameter is missing", "in mm with shape = \"ball\""]),
-            ("shape = \"block\"\nspeed = 9", ["width is missing", "in mm with shape = \"block\""]),
+            ("shape = \"ball\"\nspeed = 9", ["shape = \"ball\"", "needs diameter, in mm"]),
+            ("shape = \"block\"\nspeed = 9", ["shape = \"block\"", "needs width, in mm"]),
             ("shape = \"rod\"\nspeed = 9\ndiameter = 0", ["diameter is 0", "0.1 to 1000"]),
             ("shape = \"coin\"\nspeed = 9\ndiameter = 9\nwidth = 9", ["width is 9", "only with a block or a rod"]),
             ("shape = \"rod\"\nspeed = 9\ndiameter = 9\nskew = 1\nangle = 2", ["angle is there", "without skew"]),

@@ -300,7 +300,10 @@ fn every_reason_crosses_the_link_by_its_number() {
     for (number, reason) in reasons {
         let mut bytes = [0; 16];
         assert_eq!(postcard::to_slice(&reason, &mut bytes).unwrap()[0], number, "{reason}");
-        let event = Message::Event(Answers { speed: Err(reason), doubt: Some(reason), ..answers() });
+        let contact = Contact::Unclear;
+        let direction = Direction::by_arrival(Err(Reason::NoSlide(contact)));
+        let of_touch = Answers { contact: Some(contact), direction, basis: None, extent: None, ..answers() };
+        let event = Message::Event(Answers { speed: Err(reason), doubt: Some(reason), ..of_touch });
         assert_eq!(received(&mut Decoder::new(), &frame(&event, 0)), [arrived(&event, 0)], "{reason}");
     }
 }
@@ -569,7 +572,9 @@ fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
         let expected = is_refused.then_some(Quantity::Speed);
         assert_eq!(event(&|answers| answers.speed = Ok(Speed::new(mm_s))), expected, "{mm_s}");
         let cut_off = Err(Reason::CutOff { at_most: Some(mm_s) });
-        let cut = |answers: &mut Answers| (answers.contact, answers.speed, answers.basis) = (None, cut_off, None);
+        let cut = |answers: &mut Answers| {
+            (answers.contact, answers.speed, answers.basis, answers.extent) = (None, cut_off, None, None);
+        };
         assert_eq!(event(&cut), expected, "{mm_s}");
         assert_eq!(velocity(&|velocity| velocity.mm_s = mm_s), expected, "{mm_s}");
     }
@@ -695,7 +700,8 @@ fn reliable_answers_that_contradict_themselves_are_refused() {
     let touch = |answers: &mut Answers, contact| {
         let never = Reason::NoSlide(contact);
         (answers.contact, answers.speed) = (Some(contact), Err(never));
-        (answers.direction, answers.basis) = (Direction::by_arrival(Err(never)), None);
+        answers.direction = Direction::by_arrival(Err(never));
+        (answers.basis, answers.extent) = (None, None);
     };
     assert_eq!(reliable(&|answers| touch(answers, Contact::Press)), None);
     assert_eq!(reliable(&|answers| touch(answers, Contact::Unclear)), refused);

@@ -9,7 +9,7 @@ use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, MotionConfig};
 use wstac_core::touch::path_sample::{PathSample, TaxelRing};
-use wstac_core::touch::wave::Basis;
+use wstac_core::touch::wave::{Basis, Extent};
 
 use super::{RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};
@@ -53,6 +53,9 @@ pub struct TactileEvent {
     /// What speed and direction are known by; `None` if there are none, by a law of durations, and from a board before
     /// version 0.4.
     pub basis: Option<Basis>,
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
+    /// version 0.4.
+    pub extent: Option<Extent>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
     /// The speeds that the model knows, if the speed of the slide is none of them and so it is no wonder that the texture
@@ -110,6 +113,7 @@ impl TactileEvent {
             speed_at_most: bound(answer.speed, |mm_s| answering.durations.marked(mm_s)),
             direction: answer.direction,
             basis: answer.basis,
+            extent: answer.extent,
             texture,
             texture_doubt,
             frames_filled: event.frames_filled,
@@ -165,6 +169,7 @@ impl TactileEvent {
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
             basis: answers.basis,
+            extent: answers.extent,
             texture: texture.ok_or(no_texture),
             texture_doubt: None,
             frames_filled: answers.frames_filled,
