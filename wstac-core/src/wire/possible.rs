@@ -202,7 +202,10 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
         },
         Quantity::Contact,
     )?;
-    ensure((answers.basis.is_none() && answers.extent.is_none()) || (answers.speed.is_ok() && angle.is_ok()), Quantity::Contact)?;
+    ensure(
+        (answers.basis.is_none() && answers.extent.is_none()) || (answers.speed.is_ok() && angle.is_ok()),
+        Quantity::Contact,
+    )?;
     answers.extent.as_ref().map_or(Ok(()), check_extent)?;
     ensure(!answers.reliable || may_be_reliable(answers), Quantity::Reliability)?;
     answers.textures.iter().flatten().try_for_each(check_texture)
