@@ -25,7 +25,7 @@ WEAKEST_GAIN = 1 / 16
 RISE = 102 / 256
 """A rising edge is where a line first exceeds this part of its peak."""
 LATE, RMS, MISS = (0.09, 0.12), (0.05, 0.06), (0.25, 0.05)
-CHANGE = (0.065, 0.025)
+CHANGE = ((0.065, 0.0), (0.025, 0.011))
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
 ACCELERATION = (0.068, 2.5)
 CERTAIN = (0.05, 5.0)
@@ -306,9 +306,10 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     faster, faster_sd = abs(dome - curve[3]) * unit, curve_scale * math.sqrt(of_curve[3, 3]) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
-    change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts) / whole
+    change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts)
     is_full = bool(lit.all())
-    if change > CHANGE[is_full] or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
+    share, frames = CHANGE[is_full]
+    if change > max(share * whole, frames) or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")

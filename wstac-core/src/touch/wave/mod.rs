@@ -59,6 +59,10 @@ const LATE_FROM: f32 = 0.23;
 const LATE: [[f32; 2]; 2] = [[0.09, 0.05], [0.12, 0.06]];
 /// Most unexplained energy; and that if all whiskers are lit.
 const MOST_MISS: [f32; 2] = [0.25, 0.05];
+/// Slowness in frames per pitch above which a touch may be several flashes.
+const SLOW: f32 = 4.0;
+/// Change of slowness in frames that noise may make, if all whiskers are lit.
+const NOISE_OF_CHANGE: f32 = 0.011;
 /// Largest change of slowness of a third of the touch, as a fraction; and that if all whiskers are lit.
 const MOST_CHANGE: [f32; 2] = [0.065, 0.025];
 /// Largest change along the sensor as a fraction, and in standard deviations; and what is certain beyond both.
@@ -210,6 +214,7 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     if !event.reliable || (coherent.reliable && coherent.contact != Contact::Slide) {
         return by_edge(coherent);
     }
+    let is_slow = coherent.velocity.is_some_and(|velocity| velocity.mm_s * SLOW < config.pitch_per_frame());
     let mut wave = Wave::EMPTY;
     let reason = match wave.fit(taxels.frames(), config) {
         Ok((velocity, basis)) => {
@@ -217,6 +222,12 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
             let velocity = Some(velocity);
             let motion = Motion { contact: Contact::Slide, velocity, reliable: true, doubt: None, ..coherent };
             return TaxelMotion { motion, basis: Some(basis), extent };
+        }
+        // Of a slow touch the wave sees only the first of several flashes, and coherence all of it.
+        Err(Reason::NotCrossed | Reason::NotOver | Reason::FewWhiskers | Reason::NoSlide(_))
+            if is_slow && coherent.reliable && taxels.are_all_lit() =>
+        {
+            return by_edge(coherent);
         }
         Err(reason) => reason,
     };
@@ -273,7 +284,7 @@ impl Rest {
         Some(Self {
             late: wave.late_without(dome).map(|late| late / (slowness + LATE_FROM)),
             miss: wave.miss,
-            change: change * unit,
+            change: if is_full && change <= NOISE_OF_CHANGE { 0.0 } else { change * unit },
             faster: [(dome - u).abs() * over, curve.deviation(3) * over],
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
             sd: [
