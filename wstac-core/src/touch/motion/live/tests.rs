@@ -222,3 +222,54 @@ fn the_root_is_a_root() {
     }
     assert!(root(0.0) < 1e-15);
 }
+
+/// Returns the velocities of a surface whose sides are `half` pitches from its middle, from ten sums and with 25 taxels.
+fn velocities([rows, columns]: [f64; 2], half: f64) -> [Vec<Option<Velocity>>; 2] {
+    let whole = f64::hypot(rows, columns);
+    let mut ring = TaxelRing::new(u32::from(u16::MAX));
+    let mut frames: Vec<Features> = Vec::new();
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
+    let mut lives = [0; 2].map(|_| LiveMotion::new(config));
+    let (baseline, mut said) = (baseline(), [Vec::new(), Vec::new()]);
+    let mut lit = [0.0; 25];
+    for t in 0..200 {
+        let taxels: [f64; 25] = core::array::from_fn(|taxel| {
+            let [row, column] = [taxel / 5, taxel % 5].map(|place| place as f64 - 2.0);
+            let since = t as f64 - MIDDLE - rows * row - columns * column;
+            let is_touched = (row * columns - column * rows).abs() <= half * whole;
+            let each = |part| surface((since + f64::from(part) / 8.0) / whole * 4.0, 60.0) / 8.0;
+            lit[taxel] = 0.5 * lit[taxel] + if is_touched { 0.5 * (0..8).map(each).sum::<f64>() } else { 0.0 };
+            (DARK + lit[taxel]) / 5.0
+        });
+        ring.push(&taxels.map(|light| (light * 60_000.0) as u32));
+        let row = |row: usize| taxels[5 * row..5 * row + 5].iter().sum::<f64>();
+        let column = |column: usize| taxels.iter().skip(column).step_by(5).sum::<f64>();
+        frames.push(core::array::from_fn(|line| feature(if line < 5 { row(line) } else { column(line - 5) })));
+        let Some(from) = frames.len().checked_sub(SAMPLE_FRAMES) else { continue };
+        let recent: &[Features; SAMPLE_FRAMES] = frames[from..].try_into().unwrap();
+        for ((live, said), ring) in lives.iter_mut().zip(&mut said).zip([None, Some(&ring)]) {
+            let touch = live.push_with(frames.len() as u64, Sample::from_frames(recent), &baseline, ring);
+            said.push(touch.and_then(|touch| touch.velocity));
+        }
+    }
+    said
+}
+
+#[test]
+fn a_wide_thing_has_the_velocity_of_ten_sums_and_a_narrow_one_has_none() {
+    for slowness in [[0.0, 0.6], [0.5, 1.4], [-2.0, 2.0], [3.0, 0.5]] {
+        let [sums, taxels] = velocities(slowness, 10.0);
+        let first = |said: &[Option<Velocity>]| said.iter().position(Option::is_some).unwrap();
+        // The edge has passed the last whisker.
+        let crossed = MIDDLE + 2.0 * (slowness[0].abs() + slowness[1].abs());
+        let latest = first(&sums).max(crossed as usize + 4 - SAMPLE_FRAMES);
+        assert!(first(&taxels) <= latest, "{slowness:?}: {} {latest}", first(&taxels));
+        assert_eq!(taxels[first(&taxels)..], sums[first(&taxels)..], "{slowness:?}");
+    }
+    for slowness in [[1.0, 1.0], [-2.0, 2.0]] {
+        // Along a diagonal, it lights some whiskers of each line.
+        let [sums, taxels] = velocities(slowness, 1.5);
+        assert!(sums.iter().flatten().count() > 10, "{slowness:?}");
+        assert!(taxels.iter().all(Option::is_none), "{slowness:?}");
+    }
+}
