@@ -87,9 +87,10 @@ impl Whiskers {
     }
 
     fn are_alike(&self, [of_rows, of_columns]: [f32; 2], [up, right]: [f32; 2], slowness: f32) -> bool {
-        let mut peaks = self.each.map(|whisker| whisker.peak);
-        peaks.sort_unstable();
-        let least = peaks.get(TAXELS / 2).map_or(0, |median| median / LIT);
+        let peaks = self.each.map(|whisker| whisker.peak);
+        // The median: a sort of 25 numbers may panic.
+        let upper = peaks.iter().filter(|&one| peaks.iter().filter(|&peak| peak <= one).count() > TAXELS / 2);
+        let least = upper.min().map_or(0, |median| median / LIT);
         let count = peaks.iter().filter(|peak| **peak > least).count();
         if count < FEWEST {
             return false;
