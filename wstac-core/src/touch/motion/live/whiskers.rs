@@ -33,7 +33,7 @@ const GROWS: f32 = 0.12;
 
 /// The first light of a whisker.
 #[derive(Clone, Copy, Debug)]
-struct Whisker {
+struct FirstLight {
     dark: u16,
     peak: u16,
     /// Parts of a frame since the edge.
@@ -43,14 +43,14 @@ struct Whisker {
 /// The first light of all whiskers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whiskers {
-    each: [Whisker; TAXELS],
+    each: [FirstLight; TAXELS],
     /// Whether they agreed, or are not known: the check is of the leading edge.
     agree: bool,
 }
 
 impl Whiskers {
     /// Nothing is known, so nothing is refused.
-    pub(super) const UNKNOWN: Self = Self { each: [Whisker { dark: 0, peak: 0, age: 0 }; TAXELS], agree: true };
+    pub(super) const UNKNOWN: Self = Self { each: [FirstLight { dark: 0, peak: 0, age: 0 }; TAXELS], agree: true };
 
     /// Begins with a touch whose first line is lit in the newest frame.
     pub(super) fn begin(ring: &TaxelRing) -> Self {
