@@ -208,11 +208,9 @@ pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
         let each = (-x * up - y * right, peak);
         // A stable sort in few bytes: those before are sorted, and those behind are free.
         let at = order.iter().take(taxel).rposition(|before| before.0 <= each.0).map_or(0, |before| before + 1);
-        if let Some(rest) = order.get_mut(at..=taxel) {
-            rest.rotate_right(1);
-            if let Some(place) = rest.first_mut() {
-                *place = each;
-            }
+        let mut carried = each;
+        for place in order.iter_mut().take(taxel + 1).skip(at) {
+            core::mem::swap(place, &mut carried);
         }
     }
     let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
