@@ -8,11 +8,9 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
-use wstac_core::touch::path_sample::TaxelRing;
 use wstac_host::statistics::percentile;
-use wstac_scene::{Scene, SceneConfig, SimulatedFrame, Slide, Truth};
+use wstac_scene::{Scene, SimulatedFrame, Slide};
 
-use crate::objects::scenes::{self, Drawn, Fault, draw};
 use crate::touches::{Kind, each, script};
 use crate::{interval, share};
 
@@ -25,12 +23,6 @@ const SPAN_MM: f64 = 16.0;
 const EVEN_MM: f64 = 20.0;
 /// Readout of a rolling shutter, in ms.
 const READOUT_MS: f64 = 33.0;
-/// Frames after an object has left in which its velocity may be said first: that of a short one is known when it has.
-const LATEST: f64 = 4.0;
-/// Speeds of objects, in mm/s.
-const OBJECT_SPEEDS: [f64; 2] = [30.0, 300.0];
-/// Off by more than this fraction or these degrees is wrong.
-const WRONG: [f64; 2] = [0.1, 10.0];
 /// Frames after the last touch in which a velocity may still be said.
 const AFTER: f64 = 1.0;
 
@@ -83,37 +75,27 @@ fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64, is_even: bool
     Said { delay, errors: [off, degrees], within, is_even }
 }
 
-/// Returns the velocity of each feature frame of a scene, from ten sums alone and with 25 taxels, and its first touch.
-fn replay(script: &SceneConfig) -> (Vec<[Option<Velocity>; 2]>, Truth) {
+/// Follows the touch of a number.
+fn follow(kind: Kind, number: u64) -> Followed {
+    let mut script = script(kind, number);
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
-    let mut pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build().expect("all parameters are defaults");
+    let mut pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
+    if kind == Kind::Readout {
+        script.sensor.readout_ms = READOUT_MS;
+    }
     let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32);
     let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
-    let mut lives = [0; 2].map(|_| LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(readout)));
-    let mut scene = Scene::new(script).expect("the scene was drawn within its limits");
+    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(readout));
+    let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let truth = scene.truth()[0];
     let mut velocities = Vec::new();
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         pipeline.push_taxels(&sums);
         let (next_frame, recent) = pipeline.recent();
-        let [sums, taxels] = &mut lives;
-        velocities.push(
-            [(sums, None), (taxels, pipeline.taxel_ring())]
-                .map(|(live, ring)| live.push_with(next_frame, recent, pipeline.baseline()?, ring)?.velocity),
-        );
+        let answer = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline));
+        velocities.push(answer.and_then(|touch| touch.velocity));
     }
-    (velocities, truth)
-}
-
-/// Follows the touch of a number, by ten sums.
-fn follow(kind: Kind, number: u64) -> Followed {
-    let mut script = script(kind, number);
-    if kind == Kind::Readout {
-        script.sensor.readout_ms = READOUT_MS;
-    }
-    let (velocities, truth) = replay(&script);
-    let velocities: Vec<_> = velocities.into_iter().map(|[sums, _]| sums).collect();
     let end = truth.end_s * 30.0;
     let Some(slide) = truth.touch.slide() else {
         let wrong = velocities.iter().flatten().count();
@@ -137,91 +119,6 @@ fn follow(kind: Kind, number: u64) -> Followed {
         }
     }
     followed
-}
-
-/// Kinds of objects of the table by kind.
-const OBJECTS: [(&str, scenes::Kind); 7] = [
-    ("wide block", scenes::Kind::Wide),
-    ("rod of 3 to 15 mm", scenes::Kind::Rod),
-    ("ball of 5 to 20 mm", scenes::Kind::Ball),
-    ("coin of 5 to 20 mm", scenes::Kind::Coin),
-    ("block of 6 to 20 mm", scenes::Kind::Block),
-    ("oblique bare edge or rod", scenes::Kind::Oblique),
-    ("speed that changes", scenes::Kind::Changing),
-];
-
-/// The live answers about an object, from ten sums alone and with 25 taxels.
-#[derive(Clone, Copy, Default)]
-struct OfObject {
-    /// Frames of the touch.
-    frames: usize,
-    /// Velocities that were said, and those that were wrong.
-    said: [usize; 2],
-    wrong: [usize; 2],
-    /// Whether the first one was wrong; `None` if there was none.
-    first: [Option<bool>; 2],
-    /// Whether the first one came within three frames after the leading edge has crossed all whiskers.
-    in_time: [bool; 2],
-}
-
-/// Follows the touch of an object. A velocity is wrong if it is neither that of the object in this frame, nor across an edge.
-fn follow_object(kind: scenes::Kind, seed: u64, number: u64) -> OfObject {
-    let Drawn { script, truth: drawn } = draw(kind, Fault::None, OBJECT_SPEEDS, seed, number);
-    let (velocities, truth) = replay(&script);
-    let slide = truth.touch.slide().expect("an object slides");
-    let path = path(slide, truth.start, velocities.len());
-    let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
-    let crossed = path.iter().position(|[path, _]| *path >= SPAN_MM * (sine.abs() + cosine.abs()));
-    let crossed = crossed.unwrap_or(path.len()) as f64;
-    let end = truth.end_s * 30.0;
-    let mut of = OfObject { frames: (end - truth.start) as usize, ..OfObject::default() };
-    for (frame, velocities) in velocities.into_iter().enumerate() {
-        let speed = path[frame][1];
-        let motions = drawn.edges.iter().map(|[mm_s, degrees]| [mm_s / slide.speed_mm_s, *degrees]);
-        let motions: Vec<_> = motions.chain([[1.0, slide.direction_deg]]).collect();
-        for (way, velocity) in velocities.into_iter().enumerate() {
-            let Some(velocity) = velocity else { continue };
-            let is_right = motions.iter().any(|[part, degrees]| {
-                let turned = f64::from(velocity.degrees) - degrees;
-                (f64::from(velocity.mm_s) / (part * speed) - 1.0).abs() <= WRONG[0]
-                    && ((turned + 180.0).rem_euclid(360.0) - 180.0).abs() <= WRONG[1]
-            });
-            let is_wrong = !is_right || frame as f64 > end + LATEST;
-            of.said[way] += 1;
-            of.wrong[way] += usize::from(is_wrong);
-            if of.first[way].is_none() {
-                of.first[way] = Some(is_wrong);
-                of.in_time[way] = frame as f64 - crossed <= 3.0;
-            }
-        }
-    }
-    of
-}
-
-/// Returns the table of live motion by kind of object.
-pub(crate) fn objects(seed: u64, count: u64) -> String {
-    let mut page = String::from(
-        "| object | estimator | first velocity: answered, % of touches | in time | wrong, % of answered | all velocities: % of frames | wrong, % |\n\
-         | --- | --- | --- | --- | --- | --- | --- |\n",
-    );
-    for (name, kind) in OBJECTS {
-        let all = each(count, |number| follow_object(kind, seed, number));
-        for (way, estimator) in ["ten sums", "and 25 taxels"].into_iter().enumerate() {
-            let first: Vec<bool> = all.iter().filter_map(|one| one.first[way]).collect();
-            let sum = |of: &dyn Fn(&OfObject) -> usize| all.iter().map(of).sum::<usize>();
-            let said = sum(&|one| one.said[way]);
-            let _ = writeln!(
-                page,
-                "| {name} | {estimator} | {} | {} | {} | {} | {} |",
-                share(first.len(), all.len()),
-                share(all.iter().filter(|one| one.in_time[way]).count(), all.len()),
-                share(first.iter().filter(|is_wrong| **is_wrong).count(), first.len()),
-                share(said, sum(&|one| one.frames)),
-                share(sum(&|one| one.wrong[way]), said),
-            );
-        }
-    }
-    page
 }
 
 /// The columns that first and all answers share.
@@ -303,9 +200,6 @@ pub(crate) fn tables(page: &mut String) {
         let touches = each(OTHERS, |number| follow(kind, number));
         format!("{} of {} {name}", wrong(&touches), touches.len())
     });
-    page.push_str(include_str!("live_objects.txt"));
-    *page += &objects(scenes::JUDGE, OTHERS);
-    page.push('\n');
     let _ = writeln!(
         page,
         "Frames with a velocity while nothing slides: {}, and {} of {} slides, two frames after their end and later.",

@@ -43,7 +43,7 @@ ABIS = {
 LINK = ["--specs=rdimon.specs", "-nostartfiles", "-T", BOARD / "board.ld", "-Wl,--gc-sections", "-Wl,--no-warn-rwx-segments"]
 ON_BOARD = ["GREY", "RGBP", "YUYV"]
 # The keys of [speed].
-LAWS = {"published": 'law = "published"', "coherence": 'estimator = "coherence"', "edges": 'estimator = "edges"'}
+LAWS = {"published": 'law = "published"', "coherence": 'law = "arrival"', "edges": 'estimator = "edges"'}
 QEMU = "qemu-system-arm -M mps2-an386 -nographic -monitor none -serial none -kernel".split()
 # The formats of the firmware library, by the names that wstac gives them. YUYV and UYVY are also there with green
 # computed once per taxel.
@@ -148,10 +148,6 @@ def record_of(line):
         "why_no_direction": why.get("direction"),
         "why_not_reliable": why.get("reliable"),
         "why_texture": why.get("texture"),
-        "basis": line.get("basis"),
-        **{f"{name}_mm": line.get(f"{name}_mm", {}).get("value") for name in ("place", "width")},
-        **{f"{name}_sd_mm": line.get(f"{name}_mm", {}).get("sd") for name in ("place", "width")},
-        "contacts": line.get("contacts", -1),
         **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm", "confidence")},
         "known": {None: -1, False: 0, True: 1}[texture.get("known")],
         "other": texture.get("class"),

@@ -260,9 +260,6 @@ static void same_record(const WstacRecord *a, const WstacRecord *b)
     EXPECT(x->duration_frames == y->duration_frames && x->speed_extrapolated == y->speed_extrapolated);
     EXPECT(same_text(x->why_no_speed, y->why_no_speed) && same_text(x->why_no_direction, y->why_no_direction));
     EXPECT(same_text(x->why_not_reliable, y->why_not_reliable) && same_text(x->why_texture, y->why_texture));
-    EXPECT(same_text(x->basis, y->basis) && x->contacts == y->contacts);
-    EXPECT(same_number(x->place_mm, y->place_mm) && same_number(x->place_sd_mm, y->place_sd_mm));
-    EXPECT(same_number(x->width_mm, y->width_mm) && same_number(x->width_sd_mm, y->width_sd_mm));
     EXPECT(same_text(a->texture.specimen, b->texture.specimen) && same_text(a->texture.pattern, b->texture.pattern));
     EXPECT(same_number(a->texture.depth_mm, b->texture.depth_mm) && same_text(a->texture.other, b->texture.other));
     EXPECT(same_number(a->texture.confidence, b->texture.confidence) && a->texture.known == b->texture.known);

@@ -43,12 +43,6 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     text("why_no_direction", event->why_no_direction);
     text("why_not_reliable", event->why_not_reliable);
     text("why_texture", event->why_texture);
-    text("basis", event->basis);
-    number("place_mm", event->place_mm);
-    number("place_sd_mm", event->place_sd_mm);
-    number("width_mm", event->width_mm);
-    number("width_sd_mm", event->width_sd_mm);
-    whole("contacts", event->contacts);
     text("contact", event->contact);
     number("speed_sd_mm_s", event->speed_sd_mm_s);
     number("direction_sd_deg", event->direction_sd_deg);

@@ -48,7 +48,6 @@ EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER, LEARNING, LEARNED,
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
 # Of the OV7725: 240 rows, each of two lines of 784 pixels, at two clocks of 24 MHz per pixel.
-COHERENCE = Path(__file__).parent / "../firmware/coherence.toml"
 READOUT_MS = 239 * 2 * 784 * 2 / 24_000
 # Limits of the whole program without a model: 96 kB of flash, and 16 KiB of RAM with the ring and the stack. Instructions of
 # a frame of 320 x 240 have a margin above today's.
@@ -77,8 +76,7 @@ class Host:
 
     def of_file(self, clip, *options, readout_ms=READOUT_MS):
         """Returns the lines of `wstac run` on another clip."""
-        estimator = [] if "--config" in options else ["--config", COHERENCE]
-        return self._says("run", clip, "--json", "--readout", str(readout_ms), *estimator, *options).splitlines()
+        return self._says("run", clip, "--json", "--readout", str(readout_ms), *options).splitlines()
 
     def of_line(self, data, *options):
         """Returns the lines of `wstac monitor` on bytes that a board sent. Its messages are in `notes`."""

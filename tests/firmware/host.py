@@ -2,15 +2,10 @@
 
 import subprocess
 import sys
-from pathlib import Path
-
-OF_BOARDS = Path(__file__).parent / "coherence.toml"
 
 
 def host(wstac, *arguments):
-    """Returns what the command prints, but for notes, of which a board has none. Without a configuration it has boards' estimator."""
-    if arguments[0] == "run" and "--config" not in arguments:
-        arguments = (*arguments, "--config", OF_BOARDS)
+    """Returns what the command prints, but for notes, of which a board has none."""
     lines = subprocess.check_output([wstac, *arguments], text=True, stderr=subprocess.DEVNULL).splitlines()
     return [line for line in lines if not line.startswith('{"kind":"note"')]
 

@@ -12,7 +12,7 @@ const SIZE = 320 * 240;
 /** Of the HM01B0: 240 rows of 376 pixel clocks, each of 8 clocks of 24 MHz. */
 export const READOUT_MS = (239 * 376 * 8) / 24_000;
 const FIRMWARE = (name) => fileURLToPath(new URL(`../firmware/${name}`, import.meta.url));
-const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml'), COHERENCE = FIRMWARE('coherence.toml');
+const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml');
 // What the host says.
 export const OVERRUN = 'pixels came faster than they were taken';
 export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer';
@@ -68,14 +68,13 @@ export class Host {
 
   /** Returns the lines of `wstac run` on another clip. */
   of(clip, ...options) {
-    const estimator = options.includes('--config') ? [] : ['--config', COHERENCE];
-    return this.says('run', clip, '--json', '--readout', `${READOUT_MS}`, ...estimator, ...options);
+    return this.says('run', clip, '--json', '--readout', `${READOUT_MS}`, ...options);
   }
 
   /** Returns the events of the clip with these corners of taxels. */
   eventsWith(corners) {
     const toml = this.file('layout.toml');
-    fs.writeFileSync(toml, asToml(corners) + fs.readFileSync(COHERENCE));
+    fs.writeFileSync(toml, asToml(corners));
     const events = ofKind(this.ofClip('--config', toml), 'event');
     if (events.length !== 2 || same(events, this.events)) throw new Error('another layout changes nothing');
     return events;

@@ -48,7 +48,7 @@ fn each_cause_has_its_reason() {
         (&dead, Contact::Slide, Some(Reason::OutOfLine)),
         ("[[touch]]\nkind = \"press\"", Contact::Press, None),
     ] {
-        let found = event(scene, "[speed]\nestimator = \"coherence\"", "builtin:path-svm", as_it_is);
+        let found = event(scene, "", "builtin:path-svm", as_it_is);
         assert_eq!((found.contact, found.doubt), (Some(contact), doubt), "{scene}");
         assert_eq!(found.reliable, doubt.is_none(), "{scene}");
         assert_eq!(why(&found)["reliable"].as_str(), doubt.map(Reason::as_str), "{scene}");
@@ -59,7 +59,7 @@ fn each_cause_has_its_reason() {
         (&narrow, None, Basis::Outline),
         (&changing, Some(Reason::SpeedChanges), Basis::Edge),
     ] {
-        let found = event(scene, "", "builtin:path-svm", as_it_is);
+        let found = event(scene, "[speed]\nestimator = \"wave\"", "builtin:path-svm", as_it_is);
         assert_eq!((found.doubt, found.basis), (doubt, Some(basis)), "{scene}");
     }
 }

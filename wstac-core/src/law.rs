@@ -25,7 +25,7 @@ pub struct Answer {
     pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
-    /// What speed and direction are known by; `None` if there are none, and by a law of durations.
+    /// What speed and direction are known by; `None` unless 25 taxels were asked ([`ByWave`]).
     pub basis: Option<Basis>,
     /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]).
     pub extent: Option<Extent>,
@@ -93,14 +93,14 @@ pub trait EventLaw {
     }
 }
 
-/// The law of arrival times of 25 taxels ([`wave::by_wave`]): the default of hosts.
+/// The law of arrival times of 25 taxels ([`wave::by_wave`]).
 ///
 /// For an event without taxels ([`Event::taxels`]) it is [`ByCoherence`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ByWave(pub MotionConfig);
 
-/// The law of arrival times of ten sums by coherence ([`motion::by_coherence`]).
+/// The law of arrival times of ten sums by coherence ([`motion::by_coherence`]): the default.
 ///
 /// ```
 /// use wstac_core::law::{ByCoherence, EventLaw};
@@ -254,7 +254,7 @@ fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
         duration: event.lit_frames(),
         speed,
         direction: Direction::by_arrival(direction),
-        basis: motion.velocity.and(Some(Basis::Edge)),
+        basis: None,
         extent: None,
         reliable: motion.doubt.is_none(),
         doubt: motion.doubt,

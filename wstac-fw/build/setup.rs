@@ -137,13 +137,12 @@ pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
 fn laws(config: &Config) -> String {
     let [slowest, fastest] = config.speed.range();
     let durations = config.speed.law().unwrap_or(Law::PUBLISHED);
-    // A board without memory for 25 taxels is the usual one.
-    let (law, value) = match config.speed.estimator_or(Estimator::Coherence) {
+    let (law, value) = match config.speed.estimator() {
         Some(estimator) => {
             let law = match estimator {
-                Estimator::Wave => "ByWave",
                 Estimator::Coherence => "ByCoherence",
                 Estimator::Edges => "ByEdges",
+                Estimator::Wave => "ByWave",
             };
             let value = format!(
                 "match motion(rate) {{
@@ -235,6 +234,9 @@ pub const MODEL: Option<&Kind> = None;
 
 /// Returns the source of the types of a model.
 fn types((module, kind): (&str, &str), input: Input, config: &Config) -> Result<String, String> {
+    if config.speed.estimator() == Some(Estimator::Wave) && input != Input::TaxelPath {
+        return Err("[speed] estimator = \"wave\" needs a model of 25 taxels".to_owned());
+    }
     let sample = match (input, config.speed.law()) {
         (Input::Frames, _) => "OverTime",
         (Input::Path, None) => "AlongPath",

@@ -419,8 +419,7 @@ impl Sender {
         }
         let (next_frame, recent) = pipeline.recent();
         if let Some(baseline) = pipeline.baseline()
-            && let touch = self.live.push_with(next_frame, recent, baseline, pipeline.taxel_ring())
-            && let Some(velocity) = touch.and_then(|touch| touch.velocity)
+            && let Some(velocity) = self.live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity)
         {
             out.send(&Message::Motion { frame: next_frame.saturating_sub(1), velocity });
         }

@@ -336,8 +336,9 @@ Output with --json, one object per line (wrapped here):
               that of the sample's last frame: seconds from the first
               frame, nanoseconds of the clock, and UTC where
               the source knows it. "sd" is a standard deviation.
-              "basis" is "edge" if an edge covers the sensor, so that
-              only the motion across it is known, or else "outline".
+              With estimator = "wave", "basis" is "edge" if an edge
+              covers the sensor, so that only the motion across it is
+              known, or else "outline".
               speed, direction and texture are null if there is no
               answer, and "why" gives the reason. Its "reliable" says
               why the touch is unclear or the answers are not

@@ -24,7 +24,6 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::Texture;
 use crate::touch::motion::{Contact, Velocity};
-use crate::touch::wave::{Basis, Extent};
 
 /// A message from a board to a host.
 ///
@@ -282,14 +281,6 @@ pub struct Answers<'a> {
     /// a board before version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub doubt: Option<Reason>,
-    /// What speed and direction are known by; `None` if there are none, by a law of durations, and from a board before
-    /// version 0.4.
-    #[serde(deserialize_with = "super::numbers::newest")]
-    pub basis: Option<Basis>,
-    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
-    /// version 0.4.
-    #[serde(deserialize_with = "super::numbers::newest")]
-    pub extent: Option<Extent>,
 }
 
 impl<'a> Answers<'a> {
@@ -315,8 +306,6 @@ impl<'a> Answers<'a> {
             number: 0,
             kept: 0,
             doubt: answer.doubt,
-            basis: answer.basis,
-            extent: answer.extent,
         }
     }
 

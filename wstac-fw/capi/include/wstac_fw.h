@@ -39,7 +39,7 @@ typedef WstacBool WstacFwBool;
 #define WSTAC_FW_SAMPLE_NUMBERS 700
 
 /// The number of bytes of the longest message.
-#define WSTAC_FW_LINK_BYTES 312
+#define WSTAC_FW_LINK_BYTES 288
 
 /// The number of messages that carry a sample.
 #define WSTAC_FW_SAMPLE_PARTS 7
@@ -152,29 +152,6 @@ typedef int32_t WstacFwStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-/// The task of a model: what it tells apart.
-enum WstacFwTask
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /// A task that is not stated.
-  WSTAC_FW_TASK_OTHER = 0,
-  /// Specimens: pattern and depth.
-  WSTAC_FW_TASK_SPECIMEN = 1,
-  /// Patterns.
-  WSTAC_FW_TASK_PATTERN = 2,
-  /// Depths in mm.
-  WSTAC_FW_TASK_DEPTH = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum WstacFwTask WstacFwTask;
-#else
-typedef int32_t WstacFwTask;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
 /// The kind of a touch.
 enum WstacFwContact
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -195,6 +172,29 @@ enum WstacFwContact
 typedef enum WstacFwContact WstacFwContact;
 #else
 typedef int32_t WstacFwContact;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/// The task of a model: what it tells apart.
+enum WstacFwTask
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /// A task that is not stated.
+  WSTAC_FW_TASK_OTHER = 0,
+  /// Specimens: pattern and depth.
+  WSTAC_FW_TASK_SPECIMEN = 1,
+  /// Patterns.
+  WSTAC_FW_TASK_PATTERN = 2,
+  /// Depths in mm.
+  WSTAC_FW_TASK_DEPTH = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum WstacFwTask WstacFwTask;
+#else
+typedef int32_t WstacFwTask;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -282,8 +282,8 @@ typedef struct WstacFwEvent {
 
 /// The motion of a touch by arrival times, and its kind.
 typedef struct WstacFwMotion {
-  /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
-  int32_t contact;
+  /// The kind of the touch. Only a slide has a speed, a direction and a texture.
+  WstacFwContact contact;
   /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
   /// reliable.
   bool reliable;

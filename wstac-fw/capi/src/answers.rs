@@ -51,8 +51,8 @@ pub enum WstacFwContact {
 /// The motion of a touch by arrival times, and its kind.
 #[repr(C)]
 pub struct WstacFwMotion {
-    /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
-    pub contact: i32,
+    /// The kind of the touch. Only a slide has a speed, a direction and a texture.
+    pub contact: WstacFwContact,
     /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
     /// reliable.
     pub reliable: bool,
@@ -304,7 +304,7 @@ fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
         Contact::Poke => (WstacFwContact::Poke, event.reliable),
         _ => (WstacFwContact::Unclear, false),
     };
-    let (contact, why) = (contact as i32, WstacFwWhy::of(motion.doubt) as i32);
+    let why = WstacFwWhy::of(motion.doubt) as i32;
     let none = WstacFwMotion { contact, reliable, mm_s: 0.0, mm_s_sd: 0.0, degrees: -1.0, degrees_sd: 0.0, why };
     motion.velocity.map_or(none, |found| WstacFwMotion {
         contact,

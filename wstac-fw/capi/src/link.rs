@@ -11,7 +11,6 @@ use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
-use wstac_core::touch::wave::Basis;
 use wstac_core::wire::{
     self, Answers, Decoder, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text, TextureAnswer,
     Wanted,
@@ -27,7 +26,7 @@ use crate::pipeline::{PipelineState, WstacFwPipeline};
 use crate::status::{WstacFwStatus, status};
 
 /// The number of bytes of the longest message.
-pub const WSTAC_FW_LINK_BYTES: usize = 312;
+pub const WSTAC_FW_LINK_BYTES: usize = 288;
 
 const _: () = assert!(WSTAC_FW_LINK_BYTES == wire::LONGEST);
 
@@ -320,14 +319,11 @@ impl EventLaw for Given {
 
 /// Returns the answer of a law of arrival times.
 fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Answer {
-    const SLIDE: i32 = WstacFwContact::Slide as i32;
-    const PRESS: i32 = WstacFwContact::Press as i32;
-    const POKE: i32 = WstacFwContact::Poke as i32;
     let contact = match motion.contact {
-        SLIDE => Contact::Slide,
-        PRESS => Contact::Press,
-        POKE => Contact::Poke,
-        _ => Contact::Unclear,
+        WstacFwContact::Slide => Contact::Slide,
+        WstacFwContact::Press => Contact::Press,
+        WstacFwContact::Poke => Contact::Poke,
+        WstacFwContact::Unclear => Contact::Unclear,
     };
     let (speed, direction) = if contact == Contact::Slide {
         (Ok(Speed::by_arrival(motion.mm_s, motion.mm_s_sd)), Ok([motion.degrees, motion.degrees_sd]))
@@ -336,8 +332,6 @@ fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Answer {
     };
     let mut answer = Answer::new(speed, Direction::by_arrival(direction), motion.reliable);
     (answer.contact, answer.duration) = (Some(contact), event.lit_frames());
-    // All motions of this library are by ten sums, which know only the motion across an edge.
-    answer.basis = answer.velocity().map(|_| Basis::Edge);
     // Hosts refuse a reliable answer with a reason against it.
     answer.doubt = if motion.reliable { None } else { WstacFwWhy::reason(motion.why) };
     answer

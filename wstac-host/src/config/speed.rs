@@ -44,11 +44,11 @@ impl<'de> Deserialize<'de> for LawName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
-    /// The light of 25 taxels: for objects of any shape.
-    #[default]
-    Wave,
     /// The coherence of ten lines' signals: for objects wider than the sensor.
+    #[default]
     Coherence,
+    /// The light of 25 taxels: for objects of any shape.
+    Wave,
     /// The rising edges of the lines: cheapest.
     Edges,
 }
@@ -120,12 +120,7 @@ impl SpeedKeys {
 
     /// Returns how arrival times are estimated; `None` if the law is one of durations.
     pub fn estimator(&self) -> Option<Estimator> {
-        self.estimator_or(Estimator::default())
-    }
-
-    /// Returns how arrival times are estimated where another estimator is the default, as on a board.
-    pub fn estimator_or(&self, default: Estimator) -> Option<Estimator> {
-        (self.law == LawName::Arrival).then(|| self.estimator.unwrap_or(default))
+        (self.law == LawName::Arrival).then(|| self.estimator.unwrap_or_default())
     }
 
     /// Returns the keys with arrival times by this estimator, without the parameters of other laws. Without an estimator,

@@ -50,11 +50,9 @@ pub struct TactileEvent {
     pub speed_at_most: Option<Speed>,
     /// The sliding direction, or why there is none.
     pub direction: Direction,
-    /// What speed and direction are known by; `None` if there are none, by a law of durations, and from a board before
-    /// version 0.4.
+    /// What speed and direction are known by; `None` unless 25 taxels were asked, and from a board.
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
-    /// version 0.4.
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board.
     pub extent: Option<Extent>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
@@ -168,8 +166,8 @@ impl TactileEvent {
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
-            basis: answers.basis,
-            extent: answers.extent,
+            basis: None,
+            extent: None,
             texture: texture.ok_or(no_texture),
             texture_doubt: None,
             frames_filled: answers.frames_filled,

@@ -439,7 +439,7 @@ impl Processor {
     fn motion(&mut self) -> Option<MotionReport> {
         let (live, baseline) = (self.live.as_mut()?, self.pipeline.baseline()?);
         let (next_frame, recent) = self.pipeline.recent();
-        let velocity = live.push_with(next_frame, recent, baseline, self.pipeline.taxel_ring())?.velocity?;
+        let velocity = live.push(next_frame, recent, baseline)?.velocity?;
         let frame = next_frame.saturating_sub(1);
         Some(MotionReport::new(frame, velocity, Some(&self.clock)))
     }

@@ -1,6 +1,6 @@
 //! Speed and direction of anything that slides, from 25 taxels (SPEC §9, "By a wave").
 //!
-//! [`by_coherence`](crate::touch::motion::by_coherence) takes a row for one line, so it needs an object as wide as the
+//! [`by_coherence`] takes a row for one line, so it needs an object as wide as the
 //! sensor. A wave takes each whisker for itself: a ball, a coin, a rod or a narrow block lights some of them alike.
 //!
 //! docs/ANSWERS.md has how often it answers, and errs, by kind of object. Corners and two objects of one velocity are

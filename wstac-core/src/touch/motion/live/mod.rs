@@ -5,13 +5,11 @@ mod arrival;
 mod level;
 mod light;
 mod track;
-mod whiskers;
 
 use crate::features::Features;
 use crate::paper::baseline::Baseline;
 use crate::paper::sample::Sample;
 use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
-use crate::touch::taxel_ring::TaxelRing;
 
 use super::edges::LINES;
 use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, degrees, readout};
@@ -20,7 +18,6 @@ use arrival::arrival;
 use level::{Change, Level};
 use light::light;
 use track::{Memory, Track};
-use whiskers::Whiskers;
 
 /// The touch in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,8 +81,6 @@ pub struct LiveMotion {
     base: [i32; FEATURES],
     /// How far all lit lines have faded since one of them last grew, in units of 2^-11: at most 0.
     faded: i16,
-    /// The first light of 25 whiskers, if they are known.
-    whiskers: Whiskers,
     slide: Option<Slide>,
 }
 
@@ -105,7 +100,7 @@ struct Slide {
     off: f32,
 }
 
-const MOST_BYTES: usize = 536;
+const MOST_BYTES: usize = 384;
 const _: () = assert!(size_of::<LiveMotion>() <= MOST_BYTES);
 
 /// A line is lit from this distance above the baseline's mean on: 0.2.
@@ -137,7 +132,6 @@ impl LiveMotion {
             limits: [0; FEATURES],
             base: [0; FEATURES],
             faded: 0,
-            whiskers: Whiskers::UNKNOWN,
             slide: None,
         }
     }
@@ -148,7 +142,6 @@ impl LiveMotion {
         self.ages = [0; FEATURES];
         self.dark = 0;
         self.faded = 0;
-        self.whiskers = Whiskers::UNKNOWN;
         self.slide = None;
     }
 
@@ -158,21 +151,6 @@ impl LiveMotion {
     /// the pipeline. Call it once after each frame, from the complete baseline on. If more than 7 frames are missing since
     /// the last call, it begins anew. Without a new frame it returns `None` and changes nothing.
     pub fn push(&mut self, next_frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
-        self.push_with(next_frame, recent, baseline, None)
-    }
-
-    /// Takes the newest frame as [`LiveMotion::push`] does, with its taxels in a ring, if there are any.
-    ///
-    /// A velocity is that of [`LiveMotion::push`], but `None` unless all 25 whiskers are lit, and at its times: what is
-    /// narrower than the sensor has none. `taxels` is
-    /// [`Pipeline::taxel_ring`](crate::pipeline::Pipeline::taxel_ring) after the same frame.
-    pub fn push_with(
-        &mut self,
-        next_frame: u64,
-        recent: Sample<'_>,
-        baseline: &Baseline,
-        taxels: Option<&TaxelRing>,
-    ) -> Option<LiveContact> {
         let frames = next_frame.wrapping_sub(core::mem::replace(&mut self.next_frame, next_frame));
         if frames == 0 {
             return None;
@@ -192,10 +170,6 @@ impl LiveMotion {
             let means = baseline.means(FEATURE_FRACTION_BITS).map(|mean| mean as i16);
             self.limits = means.map(|mean| mean.saturating_add(LIT));
             self.base = means.map(light);
-            self.whiskers = taxels.map_or(Whiskers::UNKNOWN, Whiskers::begin);
-        }
-        if let Some(ring) = taxels {
-            self.whiskers.follow(ring, frames);
         }
         let lit = age(&mut self.ages, newest, &self.limits, frames);
         let is_lit = lit != 0;
@@ -227,13 +201,7 @@ impl LiveMotion {
             },
         }
         let slide = self.slide.as_ref().filter(|_| is_lit)?;
-        let mut answer = slide.answer(self.config, self.faded < FADES[1]);
-        if answer.velocity.is_some() {
-            let lines = slide.tracks.each_ref().map(|track| track.slowness);
-            let toward = of_light(&slide.tracks, self.config.readout).map(|slowness| slowness / slide.slowness);
-            answer.velocity = answer.velocity.filter(|_| self.whiskers.agree(lines, toward, slide.slowness));
-        }
-        Some(answer)
+        Some(slide.answer(self.config, self.faded < FADES[1]))
     }
 
     /// Returns what is known of a touch whose light has arrived, or the kind of one whose light has not.
