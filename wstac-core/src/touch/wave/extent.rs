@@ -273,17 +273,17 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
         *part = ball.part(scale, likely(of_ball - least));
     }
     let whole: f32 = parts.iter().map(|part| part.mass).sum();
-    let mean_of = |of: &dyn Fn(&OfCut) -> f32| parts.iter().map(|part| part.mass * of(part)).sum::<f32>() / whole;
-    if !(whole > 0.0 && mean_of(&|part| part.beyond) < MOST_BEYOND) {
+    let mean_of = |values: [f32; 3]| parts.iter().zip(values).map(|(part, of)| part.mass * of).sum::<f32>() / whole;
+    if !(whole > 0.0 && mean_of(parts.map(|part| part.beyond)) < MOST_BEYOND) {
         return None;
     }
     let measured = |k: usize| {
         let at = |pair: &[f32; 2]| pair.get(k).copied().unwrap_or(0.0);
-        let value = mean_of(&|part| at(&part.mean));
-        let variance = mean_of(&|part| {
+        let value = mean_of(parts.map(|part| at(&part.mean)));
+        let variance = mean_of(parts.map(|part| {
             let off = at(&part.mean) - value;
             at(&part.variance) + off * off
-        });
+        }));
         let (turned, least) = (at(&TO_RADIAN) * angle_sd, at(&LEAST));
         Measured { value, sd: sqrt(at(&SPREAD) * variance + turned * turned + least * least) }
     };
