@@ -211,7 +211,7 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     let coherent = by_coherence(event, config);
     let by_edge = |motion: Motion| TaxelMotion { motion, basis: motion.velocity.and(Some(Basis::Edge)), extent: None };
     // Presses and pokes are not for a wave.
-    if !event.reliable || (coherent.reliable && coherent.contact != Contact::Slide) {
+    if !event.reliable || (coherent.doubt.is_none() && coherent.contact != Contact::Slide) {
         return by_edge(coherent);
     }
     let is_slow = coherent.velocity.is_some_and(|velocity| velocity.mm_s * SLOW < config.pitch_per_frame());
@@ -233,6 +233,7 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     };
     let doubt = match reason {
         Reason::Turning | Reason::TwoObjects | Reason::SpeedChanges => reason,
+        Reason::NoSlide(_) => coherent.doubt.unwrap_or(Reason::NotAlike),
         _ => coherent.doubt.unwrap_or(reason),
     };
     by_edge(Motion { reliable: false, doubt: Some(doubt), ..coherent })
