@@ -35,8 +35,6 @@ FEW = ("M0", "M4F")
 LAWS = ('estimator = "edges"', 'law = "published"', 'law = "arrival"')
 # The boards with memory for the law of 25 taxels: a Cortex-M3 runs a Cortex-M0's code, instead of a microbit with its 16 KiB.
 WITH_TAXELS = (Board("M0", "mps2-an385", TARGETS[0]), *BOARDS[1:])
-# Fields of events that a board's link does not carry.
-OF_HOSTS = ("basis", "place_mm", "place_sd_mm", "width_mm", "width_sd_mm", "contacts")
 FRAME = 400 * 400
 STRIPE = 8 * 400
 
@@ -62,11 +60,6 @@ def without_frames(board, elf):
         code, said = boards.attempt(board, elf, empty)
     if code == 0 or "frames: the board cannot open this file in the folder that the emulator was started in" not in said:
         sys.exit(f"{board.core}: expected {Path(elf).name} to name the file that it lacks, got {code}: {said!r}")
-
-
-def over_link(lines):
-    """Returns records without what a board's link does not carry."""
-    return [json.dumps({key: value for key, value in json.loads(line).items() if key not in OF_HOSTS}) for line in lines]
 
 
 def by_wave(folder):
@@ -128,7 +121,7 @@ def wave(wstac, folder, numbers, chosen=WITH_TAXELS):
         programs = boards.build(board.target, "--bin", "emulated", "--bin", "cost", config=config, features=features)
         boards.run(board, programs / "emulated", folder, serial="file:serial")
         stack = int.from_bytes((folder / "stack").read_bytes(), "little")
-        same(board, "events by a wave", over_link(host(wstac, "monitor", folder / "serial", "--json")), over_link(events))
+        same(board, "events by a wave", host(wstac, "monitor", folder / "serial", "--json"), events)
         cost, size, of = json.loads(boards.run(board, programs / "cost", folder)), boards.sizes(programs / "emulated"), numbers[board.core]
         of |= {"wave": cost["wave"], "wave, flash": size.flash - of["flash"], "wave, ram": size.ram + stack}
         print(f"{board.core}, by a wave: {cost['events']} events as on the host", flush=True)
