@@ -12,7 +12,7 @@ use wstac_core::paper::trigger::{Event, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
-use wstac_core::touch::path_sample::TaxelRing;
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Wave, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
