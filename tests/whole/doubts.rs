@@ -68,7 +68,7 @@ fn each_cause_has_its_reason() {
 /// Checks that an object's place and width are in the line of text and in that of JSON.
 #[test]
 fn a_narrow_object_has_its_place_and_width() {
-    let ball = "shape = \"ball\"\ndiameter = 15\noverlap = 3\nspeed = 100\ndirection = 30";
+    let ball = "shape = \"ball\"\ndiameter = 15\nspeed = 100\ndirection = 30";
     let found = event(ball, "[speed]\nestimator = \"wave\"", "builtin:path-svm", as_it_is);
     assert!(found.reliable, "{found:?}");
     let extent = found.extent.unwrap();
