@@ -157,7 +157,7 @@ struct Recovery<'a> {
 fn has_configurations(description: &[Metadata]) -> bool {
     let all = description.iter().filter(|metadata| metadata.name.starts_with(CONFIGURATION));
     let texts = all.filter_map(|metadata| metadata.metadata.get(TOML));
-    texts.map(|text| Config::parse(text)).all(|config| config.is_ok())
+    texts.map(|text| Config::parse_recorded(text)).all(|config| config.is_ok())
 }
 
 /// Recovers a file. Returns false as well if its messages stand in another order than they were recorded in.
