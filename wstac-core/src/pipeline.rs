@@ -476,12 +476,13 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> P
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
 
-    /// Sets what keeps the taxels of the last 70 frames: [`TaxelRing`] for a model that needs them. Without this call,
-    /// they are not kept.
+    /// Sets what keeps the taxels of the last 70 frames: [`TaxelRing`] for a model or a law that takes them.
+    ///
+    /// Without this call, they are not kept.
     ///
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
-    /// use wstac_core::{touch::motion::{self, MotionConfig}, touch::path_sample::{PathSample, TaxelRing}};
+    /// use wstac_core::touch::{motion::{self, MotionConfig}, path_sample::PathSample, taxel_ring::TaxelRing};
     /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;

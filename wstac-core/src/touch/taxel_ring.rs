@@ -4,10 +4,10 @@ use crate::green::GreenChannel;
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::taxels::FrameGeometry;
 
-/// Keeps the taxels of a pipeline's last frames, or nothing.
+/// Keeps the taxels of a pipeline's last 70 frames, or none.
 ///
-/// A [`Pipeline`](crate::pipeline::Pipeline) has one of these types as its parameter. So a program without a model of
-/// 25 taxels has no memory for them. A host that chooses at run time uses `Option<`[`TaxelRing`]`>`.
+/// A [`Pipeline`](crate::pipeline::Pipeline) has one of these types as its parameter. So a program whose model and law
+/// take ten sums has no memory for 25 taxels. A host that chooses at run time uses `Option<`[`TaxelRing`]`>`.
 pub trait TaxelStore: Sized {
     /// A store before [`TaxelStore::start`]. It is a constant, so that a board makes it in its place, without a copy.
     const EMPTY: Self;
@@ -107,7 +107,7 @@ impl TaxelStore for Option<TaxelRing> {
     }
 }
 
-/// The last 70 frames of 25 taxels: about 3,500 bytes, for a program whose model needs them.
+/// The last 70 frames of 25 taxels: about 3,500 bytes, for a model of 25 taxels and for [`ByWave`](crate::law::ByWave).
 #[derive(Clone, Debug)]
 pub struct TaxelRing {
     frames: [[u16; TAXELS]; SAMPLE_FRAMES],

@@ -8,7 +8,8 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, MotionConfig};
-use wstac_core::touch::path_sample::{PathSample, TaxelRing};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Extent};
 
 use super::{RecordTimes, SampleFrames};
