@@ -94,7 +94,7 @@ impl<'a> Update<'a> {
     /// Returns the event that was completed.
     pub fn event(&self) -> Option<Event<'a>> {
         let Completed { trigger, taxels, event, .. } = self.completed?;
-        Some(trigger.event_with(event?, taxels))
+        Some(Event { taxels, ..trigger.event(event?) })
     }
 
     /// Returns the taxels of the last 70 frames, for the sample of the event
@@ -184,7 +184,7 @@ pub struct Finished<'a> {
 impl<'a> Finished<'a> {
     /// Returns the event that frames lost at the very end completed.
     pub fn event(&self) -> Option<Event<'a>> {
-        self.event.map(|first| self.trigger.event_with(first, self.taxels))
+        self.event.map(|first| Event { taxels: self.taxels, ..self.trigger.event(first) })
     }
 
     /// Returns the sample that a long gap at the very end interrupted.
@@ -303,7 +303,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     pub fn finish(&mut self) -> Finished<'_> {
         self.trigger.forget_last();
         let event = self.trigger.settle();
-        Finished { trigger: self.trigger.state(), taxels: self.taxels.ring(), event }
+        Finished { trigger: self.trigger.state(), taxels: self.taxels_of(event), event }
     }
 
     /// Gathers a new baseline from the next feature frame on. Returns the sample that was being captured and ends here.
@@ -417,7 +417,13 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         let trigger = self.trigger.state();
         // An interrupted sample is not the one that is under way now.
         let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
-        Update { completed: Some(Completed { trigger, taxels: self.taxels.ring(), number, event, before }) }
+        Update { completed: Some(Completed { trigger, taxels: self.taxels_of(event), number, event, before }) }
+    }
+
+    /// Returns the taxels, which may have left the sample of an event behind.
+    fn taxels_of(&self, event: Option<u64>) -> Option<&TaxelRing> {
+        let ring = self.taxels.ring()?;
+        event.is_none_or(|first| self.trigger.state().is_recent(first)).then_some(ring)
     }
 }
 

@@ -566,13 +566,10 @@ impl TriggerState {
         Sample::last(self.ring.as_slices(), usize::from(frames))
     }
 
-    /// Returns the event whose sample the ring holds, with its taxels if they have not left theirs.
-    #[inline]
-    pub(crate) fn event_with<'a>(&'a self, frame: u64, taxels: Option<&'a TaxelRing>) -> Event<'a> {
-        let event = self.event(frame);
-        let Some(ring) = taxels else { return event };
+    /// Returns whether a ring of all frames until now holds the touch of the event whose sample begins with this frame.
+    pub(crate) fn is_recent(&self, frame: u64) -> bool {
         let behind = self.next_frame().saturating_sub(frame.saturating_add(SAMPLE_FRAMES as u64));
-        if behind > u64::from(LONGEST_FILLED_GAP) + 1 { event } else { event.with_taxels(ring) }
+        behind <= u64::from(LONGEST_FILLED_GAP) + 1
     }
 
     /// Returns the event whose sample the ring holds.
