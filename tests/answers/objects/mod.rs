@@ -132,8 +132,7 @@ fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
 /// Returns the answers to an event. What coherence knows is the motion across an edge.
 fn answers(event: &Event<'_>, config: MotionConfig) -> [Answer; ESTIMATORS.len()] {
     let coherence = told(&motion::by_coherence(event, config), Some(Basis::Edge));
-    // As the estimator `wave`: an event that ends with a lost frame has no taxels.
-    let Some(taxels) = event.taxels() else { return [coherence.clone(), Err("no taxels".into()), coherence] };
+    let Some(taxels) = event.taxels() else { return ESTIMATORS.map(|_| Err("no taxels".into())) };
     let mut wave = Wave::EMPTY;
     let wave = wave.fit(taxels.frames(), config).map_err(|reason| format!("{reason:?}"));
     let law = by_wave(event, taxels, config);

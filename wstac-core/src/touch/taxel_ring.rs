@@ -170,12 +170,13 @@ impl TaxelRing {
         numbers.map(|number| if self.is_lost(number) { None } else { self.frames.get(self.place(number)) })
     }
 
-    /// Returns whether each taxel has been lit since the first four frames, to an eighth of the brightest at least.
+    /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest at
+    /// least.
     pub(crate) fn are_all_lit(&self) -> bool {
         let peaks: [u32; TAXELS] = core::array::from_fn(|taxel| {
-            let dark = (0..4).map(|frame| u32::from(self.light(frame, taxel))).sum::<u32>();
-            let peak = (0..SAMPLE_FRAMES).map(|frame| self.light(frame, taxel)).max().unwrap_or(0);
-            (4 * u32::from(peak)).saturating_sub(dark)
+            let light = || self.frames().flatten().filter_map(|frame| frame.get(taxel)).map(|&light| u32::from(light));
+            let dark = light().take(4).sum::<u32>();
+            (4 * light().max().unwrap_or(0)).saturating_sub(dark)
         });
         let highest = peaks.iter().copied().max().unwrap_or(0);
         peaks.iter().all(|&peak| 8 * peak > highest)
