@@ -220,7 +220,7 @@ fn relative(light: &[i32; TAXELS]) -> Option<[i16; TAXELS]> {
         }
     }
     let by = if second > 0 { second } else { most };
-    (by > 0).then(|| light.map(|light| ((light.clamp(0, 2 * by) << BITS) / by) as i16))
+    (by > 0).then(|| light.map(|light| ((light.max(0).min(2 * by) << BITS) / by) as i16))
 }
 
 /// Returns the cosine and the sine of an angle in degrees, off by less than 10⁻⁵.
