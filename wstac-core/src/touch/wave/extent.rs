@@ -185,7 +185,7 @@ impl Extent {
     /// });
     /// let extent = Extent::new(&light, 60.0, 0.5);
     /// let (place, width) = (extent.place_mm.unwrap(), extent.width_mm.unwrap());
-    /// assert!((place.value - 1.0).abs() < 2.0 * place.sd && (width.value - 9.0).abs() < 2.0 * width.sd);
+    /// assert!((place.value - 1.0).abs() < 2.0 * place.sd && (width.value - 9.0).abs() < 3.0 * width.sd);
     /// assert_eq!(extent.contacts, 1);
     /// ```
     #[inline(never)]
