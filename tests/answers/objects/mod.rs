@@ -13,7 +13,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_core::touch::wave::{Basis, Wave, by_wave};
+use wstac_core::touch::wave::{Basis, Extent, Wave, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
@@ -120,6 +120,7 @@ struct Answered {
     drawn: Drawn,
     number: u64,
     answers: [Answer; ESTIMATORS.len()],
+    extent: Option<Extent>,
 }
 
 fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
@@ -130,13 +131,13 @@ fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
 }
 
 /// Returns the answers to an event. What coherence knows is the motion across an edge.
-fn answers(event: &Event<'_>, config: MotionConfig) -> [Answer; ESTIMATORS.len()] {
+fn answers(event: &Event<'_>, config: MotionConfig) -> ([Answer; ESTIMATORS.len()], Option<Extent>) {
     let coherence = told(&motion::by_coherence(event, config), Some(Basis::Edge));
-    let Some(taxels) = event.taxels() else { return ESTIMATORS.map(|_| Err("no taxels".into())) };
+    let Some(taxels) = event.taxels() else { return (ESTIMATORS.map(|_| Err("no taxels".into())), None) };
     let mut wave = Wave::EMPTY;
     let wave = wave.fit(taxels.frames(), config).map_err(|reason| format!("{reason:?}"));
     let law = by_wave(event, taxels, config);
-    [coherence, wave, told(&law.motion, law.basis)]
+    ([coherence, wave, told(&law.motion, law.basis)], law.extent)
 }
 
 /// Computes the scene of a number with the whole core, until the first event of its last touch.
@@ -156,17 +157,17 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
     let judged = if row.fault == Fault::Decay { script.touches.len() / 2 } else { 0 };
     let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
     let mut lost = Rng::new(seed, 2 << 48 | number);
-    let mut found = ESTIMATORS.map(|_| Err("no event".to_owned()));
+    let (mut found, mut extent) = (ESTIMATORS.map(|_| Err("no event".to_owned())), None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
         // An event of something before the touch does not show it.
         if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
-            found = answers(&event, config);
+            (found, extent) = answers(&event, config);
             break;
         }
     }
-    Answered { drawn, number, answers: found }
+    Answered { drawn, number, answers: found, extent }
 }
 
 /// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis tells.
@@ -436,6 +437,13 @@ fn list(page: &mut String, row: &Row, answered: &[Answered], estimators: &[usize
                     let _ = write!(page, "{reason}");
                 }
             }
+        }
+        if let Some(Extent { place_mm: Some(place), width_mm: Some(width), .. }) = one.extent {
+            let _ = write!(
+                page,
+                " | {:.2} ± {:.2} mm left, {:.2} ± {:.2} mm wide",
+                place.value, place.sd, width.value, width.sd
+            );
         }
         let touches: Vec<_> = script.touches.iter().map(ToString::to_string).collect();
         let _ = writeln!(page, " | {}, sensor {}", touches.join(" and "), script.light.unit);

@@ -91,6 +91,7 @@ def touches() -> dict[str, Touch]:
             *(("ball", 30, 12, 2), ("ball", 150, 101, -3), ("ball", 290, 200, 0), ("coin", 60, 45, 4)),
             *(("coin", 220, 333, 0), ("block", 45, 0, 0), ("block", 130, 90, 1), ("block", 250, 250, -2)),
             *(("edge", 35, 77, 0), ("edge", 110, 150, 0), ("edge", 400, 300, 0), ("fingers", 80, 20, 0)),
+            *(("ball", 440, 160, 0), ("coin", 520, 290, 1), ("edge", 460, 25, 0)),
         ]
     }
     return made | {
@@ -108,6 +109,7 @@ def touches() -> dict[str, Touch]:
         "two-velocities": replace(ball, outline="fingers", second=0.8),
         "dead": replace(ball, outline="edge", weak=(7,), deg=160),
         "lost": replace(ball, lost=(0, 15, 22, 23), deg=70),
+        "lost-two": replace(ball, mm_s=60.0, lost=(0, 17, 22), deg=70),
         "15-fps": replace(ball, fps=15.0, deg=40),
         "40-fps": replace(ball, fps=40.0, deg=40),
         "rolling": replace(ball, readout_ms=25.0, deg=290),

@@ -12,7 +12,8 @@ from .wave import COLUMN, ROW, TAXELS, fit, has_valley
 
 MOST_ENERGY, LIT = 1.25, 0.15
 FEWEST = 5
-LEAST_OBLIQUE = 0.035
+LEAST_OBLIQUE, FROM_DIAGONAL = 0.035, 0.062
+"""Least sine and cosine of a direction, and what is least between both."""
 SD = (0.035, 0.085)
 MOST_SQUARE = 12.0
 DOME, MOST_DOME = 0.55, 0.9
@@ -74,7 +75,8 @@ def measure_extent(energies: list[int], deg: float, deg_sd: float) -> ExtentAnsw
     contacts = 1 + int(has_valley(part, right, up))
     energy = np.minimum(part, MOST_ENERGY)
     lit = energy > LIT
-    if contacts > 1 or min(abs(right), abs(up)) <= LEAST_OBLIQUE or lit.sum() < FEWEST:
+    is_straight = min(abs(right), abs(up)) <= LEAST_OBLIQUE or abs(abs(right) - abs(up)) <= FROM_DIAGONAL
+    if contacts > 1 or is_straight or lit.sum() < FEWEST:
         return ExtentAnswer(contacts)
     heights = energy * (1 + energy) / 2
     sure = 1 / (SD[0] + SD[1] * heights)

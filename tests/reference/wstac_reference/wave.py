@@ -40,6 +40,10 @@ OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
 MOST_EDGE_DARK, LATE_OF_EDGE = 5, 0.04
 MOST_SD, LEAST_SD = (0.04, 0.1), (0.0006, 0.0004)
 """Largest and least deviations: of the speed as a fraction, and of the direction in radians."""
+FEW_FRAMES = (0.3, 0.1)
+"""A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
+LOST = 0.005
+"""Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
 FACTORS = ((0.8, 1.1), (0.7, 0.7))
 """Of deviations along and across the motion, if whiskers are dark and if all are lit."""
 
@@ -276,6 +280,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     """The velocity; raises [`Refused`] if it is not certain."""
     light, noise = light_of(samples)
     start, end, is_cut = span_of(light, noise)
+    lost = LOST * math.sqrt(sum(frame is None for frame in samples[start:end]))
     light = prepared(light[start:end])
     peaks = light.max(axis=0)
     lit = peaks > LIT * peaks.max()
@@ -344,8 +349,11 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     off, factors = of_rows.off(rows, columns), FACTORS[is_full]
     # Few whiskers cannot tell what is curved.
     of_slowness = (curve_scale if is_full else scale) / whole
-    speed_sd = math.hypot(of_slowness * factors[0] * math.sqrt(inverse[1, 1]), LEAST_SD[0], off[0] / math.sqrt(3))
-    deg_sd = math.hypot(of_slowness * factors[1] * math.sqrt(inverse[2, 2]), LEAST_SD[1], off[1] / math.sqrt(3))
+    few = FEW_FRAMES[1] * max(FEW_FRAMES[0] - whole, 0.0)
+    of_speed = of_slowness * factors[0] * math.sqrt(inverse[1, 1])
+    of_angle = of_slowness * factors[1] * math.sqrt(inverse[2, 2])
+    speed_sd = math.hypot(of_speed, LEAST_SD[0], few / whole, lost / whole, off[0] / math.sqrt(3))
+    deg_sd = math.hypot(of_angle, LEAST_SD[1], off[1] / math.sqrt(3))
     if speed_sd > MOST_SD[0] or deg_sd > MOST_SD[1]:
         raise Refused("uncertain")
     mm_s = PITCH_MM * fps / whole

@@ -3,7 +3,7 @@
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Features;
 use wstac_core::green::gray::Gray;
-use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, EventLaw};
+use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, ByWave, EventLaw};
 use wstac_core::layout::Layout;
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::paper::baseline::Baseline;
@@ -19,7 +19,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::PathSample;
 use wstac_core::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
-use wstac_core::touch::wave::{Basis, Extent, Wave};
+use wstac_core::touch::wave::{self, Basis, Extent, TaxelMotion, Wave};
 
 entries! {
     trigger:
@@ -149,11 +149,18 @@ entries! {
     add_to_ring(ring: &mut TaxelRing, sums: &[u32; 25], is_first: bool) -> () { ring.add(sums, is_first) }
     complete_in_ring(ring: &mut TaxelRing, has_missing_frames: bool) -> () { ring.complete(has_missing_frames) }
     lose_in_ring(ring: &mut TaxelRing) -> () { ring.lose() }
+    skip_in_ring(ring: &mut TaxelRing, frames: u64) -> () { ring.skip(frames) }
+    frames_of_ring(ring: &TaxelRing) -> usize { ring.frames().flatten().count() }
     ring_of_ring(ring: &TaxelRing) -> Option<&TaxelRing> { TaxelStore::ring(ring) }
     ring_of_none(store: &NoTaxels) -> Option<&TaxelRing> { store.ring() }
     add_to_chosen(ring: &mut Option<TaxelRing>, sums: &[u32; 25], is_first: bool) -> () { ring.add(sums, is_first) }
     complete_in_chosen(ring: &mut Option<TaxelRing>, has_missing_frames: bool) -> () { ring.complete(has_missing_frames) }
     lose_in_chosen(ring: &mut Option<TaxelRing>) -> () { ring.lose() }
+    skip_in_chosen(ring: &mut Option<TaxelRing>, frames: u64) -> () { ring.skip(frames) }
+    event_with_taxels<'a>(event: Event<'a>, ring: &'a TaxelRing) -> Event<'a> { event.with_taxels(ring) }
+    taxels_of_event<'a>(event: &Event<'a>) -> Option<&'a TaxelRing> { event.taxels() }
+    event_of_update<'a>(update: &Update<'a>) -> Option<Event<'a>> { update.event() }
+    event_of_end<'a>(finished: &Finished<'a>) -> Option<Event<'a>> { finished.event() }
     push_frame_keeping<'a>(pipeline: &'a mut Pipeline<Gray, Fixed, FixedBaseline, TaxelRing>, bytes: &[u8]) -> Result<Update<'a>, FrameError> {
         pipeline.push_frame(bytes)
     }
@@ -175,7 +182,13 @@ entries! {
     law:
     answer_by_coherence(law: &ByCoherence, event: &Event<'_>) -> Answer { law.answer(event) }
     answer_by_edges(law: &ByEdges, event: &Event<'_>) -> Answer { law.answer(event) }
+}
+
+entries! {
+    any_law:
+    answer_by_wave(law: &ByWave, event: &Event<'_>) -> Answer { law.answer(event) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
+    by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion { wave::by_wave(event, taxels, config) }
 }
 
 entries! {

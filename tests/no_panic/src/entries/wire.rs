@@ -78,5 +78,9 @@ entries! {
     law:
     wire_answers_by_coherence(event: &Event<'_>, law: &ByCoherence) -> Answers<'static> { Answers::new(event, law) }
     wire_answers_by_edges(event: &Event<'_>, law: &ByEdges) -> Answers<'static> { Answers::new(event, law) }
+}
+
+entries! {
+    any_law:
     wire_answers_by_any(event: &Event<'_>, law: &AnyLaw) -> Answers<'static> { Answers::new(event, law) }
 }

@@ -30,10 +30,13 @@ pub(super) struct Lines {
     pub(super) length: usize,
     /// Whether the touch is not over at the lines' end.
     pub(super) is_cut: bool,
+    /// Frames of the lines that were lost.
+    pub(super) lost: u8,
 }
 
 impl Lines {
-    pub(super) const EMPTY: Self = Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false };
+    pub(super) const EMPTY: Self =
+        Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false, lost: 0 };
 
     /// Returns each line between dark frames, with its peak.
     pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16; PADDED], i32)> {
@@ -71,6 +74,7 @@ impl Lines {
             most > least
         })?;
         (self.length, self.is_cut) = (last - first, is_cut);
+        self.lost = (first..last).filter(|&number| samples.known(number).is_none()).count() as u8;
         // As many bits as a line has.
         let bits = u32::BITS - most.leading_zeros();
         let (left, right) = (BITS.saturating_sub(bits), bits.saturating_sub(BITS));

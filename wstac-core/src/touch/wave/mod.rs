@@ -6,8 +6,7 @@
 //! docs/ANSWERS.md has how often it answers, and errs, by kind of object. Corners and two objects of one velocity are
 //! refused. A slide that stops on the sensor is not always, and then has the velocity before the stop.
 //!
-//! Over 36 touches of six kinds, [`Wave::fit`] takes 167,000 instructions on a Cortex-M4F, at most 276,000, and 624,000 on a
-//! Cortex-M0, at most 868,000. Beside [`Wave`] and a ring of taxels it takes 6 kB of stack.
+//! Only hosts take it yet. tests/firmware/budgets.toml has its stack.
 
 mod extent;
 mod fit;
@@ -18,7 +17,7 @@ mod squares;
 use crate::paper::trigger::Event;
 use crate::params::TAXELS;
 use crate::reason::Reason;
-use crate::touch::motion::{Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, readout};
+use crate::touch::motion::{Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, readout, sqrt};
 use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
 use fit::{Wave as Fitted, Whiskers, length};
@@ -78,6 +77,12 @@ const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
 const LEAST_SD: [f32; 2] = [0.0006, 0.0004];
+/// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it that
+/// is a deviation along the motion: of rods, whose edges are the sharpest.
+const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
+/// Deviation of the slowness along the motion by a frame of the touch that was lost, in frames per pitch. That of more is a
+/// root of their number higher.
+const LOST: f32 = 0.005;
 /// Factors of the deviations along and across the motion, if whiskers are dark and if all are lit. Fitted on slides.
 const FACTORS: [[f32; 2]; 2] = [[0.8, 1.1], [0.7, 0.7]];
 
@@ -171,7 +176,9 @@ impl Wave {
         if readout::is_too_far(reach) {
             return Err(Reason::ReadoutUnknown);
         }
-        let of_speed = readout::widened(length([rest.sd[0], LEAST_SD[0]]), reach[0]);
+        let few = FEW_FRAMES[1] * (FEW_FRAMES[0] - slowness).max(0.0);
+        let of_frames = length([few, LOST * sqrt(f32::from(self.lines.lost))]) / slowness;
+        let of_speed = readout::widened(length([length([rest.sd[0], LEAST_SD[0]]), of_frames]), reach[0]);
         let of_angle = readout::widened(length([rest.sd[1], LEAST_SD[1]]), reach[1]);
         if of_speed > MOST_SD[0] || of_angle > MOST_SD[1] {
             return Err(Reason::Uncertain);
@@ -207,7 +214,7 @@ pub struct TaxelMotion {
 /// that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of which the wave
 /// sees only a part, if it lights all whiskers.
 ///
-/// It takes 10 kB of stack.
+/// It takes at most 12 KiB of stack.
 #[inline(never)]
 pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion {
     let coherent = by_coherence(event, config);

@@ -100,11 +100,13 @@ fn lost_frames_are_on_straight_lines() {
     for lost in 0..SAMPLE_FRAMES {
         let some = frames.iter().enumerate().map(|(t, frame)| (t != lost).then_some(frame));
         if let Ok((velocity, _)) = wave.fit(some, config()) {
-            answered += 1;
             assert!((velocity.mm_s / whole.mm_s - 1.0).abs() < 0.05, "{lost}: {velocity:?}, expected {whole:?}");
+            // A frame of the touch leaves the speed less certain.
+            assert!(!(16..22).contains(&lost) || velocity.mm_s_sd > whole.mm_s_sd, "{lost}: {velocity:?}");
+            answered += 1;
         }
     }
-    assert_eq!(answered, SAMPLE_FRAMES);
+    assert!(answered > 55, "{answered} answers");
     let late = frames.iter().enumerate().map(|(t, frame)| (t >= 3).then_some(frame));
     assert!(wave.fit(late, config()).is_ok());
     assert_eq!(wave.fit(core::iter::repeat_n(None, 70), config()), Err(Reason::FewWhiskers));
@@ -137,6 +139,29 @@ fn a_ring_has_the_frames_of_a_wave() {
     assert!(ring.frames().take(2).eq([Some(&[8; TAXELS]), None]));
     ring.skip(u64::MAX);
     assert_eq!(ring.frames().count(), 0);
+}
+
+#[test]
+fn few_frames_leave_the_speed_uncertain() {
+    // A flash without a sharp edge: with one, the speed seems to change.
+    let of = |mm_s: f32| {
+        let frame = |t: usize| {
+            core::array::from_fn(|taxel| {
+                let (x, y) = ((taxel % 5) as f64 - 2.0, (taxel / 5) as f64 - 2.0);
+                let late = t as f64 - 14.0 - x * 120.0 / f64::from(mm_s);
+                (300.0 + 9000.0 * (-y * y / 1.5 - late * late / 4.0).exp() + (t * 7 + taxel * 3) as f64 % 3.0) as u16
+            })
+        };
+        fit(&(0..SAMPLE_FRAMES).map(frame).collect::<Vec<Frame>>())
+    };
+    for (mm_s, least) in [(420.0, 0.004), (480.0, 0.019), (530.0, 0.03)] {
+        let velocity = of(mm_s).unwrap().0;
+        assert!((velocity.mm_s - mm_s).abs() < 2.0 * velocity.mm_s_sd, "{mm_s}: {velocity:?}");
+        assert!(velocity.mm_s_sd > least * mm_s, "{mm_s}: {velocity:?}");
+    }
+    for mm_s in [580.0, 640.0, 690.0] {
+        assert_eq!(of(mm_s), Err(Reason::Uncertain), "{mm_s}");
+    }
 }
 
 /// Checks a rolling shutter: a wave has its own velocity whatever the time in which rows are read.

@@ -73,6 +73,9 @@ fn what_is_unknown_is_absent() {
         none("one whisker", &core::array::from_fn(|each| if each == taxel { 9000 } else { 0 }), 30.0, 1);
         none("one bright", &core::array::from_fn(|each| if each == taxel { i32::MAX } else { 1 }), 30.0, 1);
     }
+    for degrees in [43.0, 45.0, 137.0, 226.0_f64] {
+        none("along a diagonal", &light(degrees, |left| f64::from(left.abs() < 6.0)), degrees as f32, 1);
+    }
     none("along the rows", &light(0.0, |left| f64::from(left.abs() < 6.0)), 0.0, 1);
     none("as wide as the sensor", &light(30.0, |_| 1.0), 30.0, 1);
     none("a side beyond it", &light(30.0, |left| f64::from(left > -3.0)), 30.0, 1);
