@@ -16,7 +16,7 @@ use wstac_core::taxels::FrameGeometry;
 #[cfg(feature = "motion")]
 use wstac_core::touch::motion::LiveMotion;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
-use wstac_core::touch::path_sample::TaxelRing;
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 #[cfg(feature = "learn")]
