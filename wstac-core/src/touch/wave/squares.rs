@@ -1,5 +1,6 @@
 //! Weighted least squares over whiskers' places, for polynomials of at most two degrees.
 
+use crate::params::TAXELS;
 use crate::touch::motion::sqrt;
 
 /// Exponents of the monomials of a polynomial: of the column's number from the middle, and of the row's.
@@ -47,6 +48,94 @@ pub(super) type Products = [Polynomial; 6];
 /// Returns the six monomials of a place.
 pub(super) fn monomials([x, y]: [i32; 2]) -> [i32; 6] {
     [1, x, y, x * x, x * y, y * y]
+}
+
+/// Fraction bits of a frame in a whisker's time, and what one frame is.
+pub(super) const TIME_SHIFT: u32 = 9;
+pub(super) const ONE_FRAME: f32 = (1 << TIME_SHIFT) as f32;
+
+/// A whisker's place, a time in units of 2^-9 frames, and its weight; no whisker has the weight 0.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Point {
+    pub(super) place: [i32; 2],
+    pub(super) time: i32,
+    pub(super) weight: i32,
+}
+
+pub(super) type Points = [Point; TAXELS];
+
+/// A plane through weighted times, by sums about their means.
+#[derive(Clone, Copy)]
+pub(super) struct Plane {
+    /// Means of x, of y and of the time.
+    mean: [f32; 3],
+    /// Sums of x², x y and y².
+    square: [f32; 3],
+    /// Sums of the time with x and with y.
+    mixed: [f32; 2],
+}
+
+impl Plane {
+    pub(super) fn new<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
+        let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
+        for point in points {
+            moments.add(point.weight, point.place);
+            for (sum, factor) in sums.iter_mut().zip(monomials(point.place)) {
+                *sum += i64::from(factor * point.weight) * i64::from(point.time);
+            }
+        }
+        Self::of_sums(&moments, sums.map(|sum| sum as f32))
+    }
+
+    /// Returns the plane by the weighted sums of times with 1, x and y.
+    pub(super) fn of_sums(moments: &Moments, [one, x, y]: [f32; 3]) -> Self {
+        let [w, wx, wy, wxx, wxy, wyy] = moments.plane();
+        let w = if w > 0.0 { w } else { 1.0 };
+        Self {
+            mean: [wx / w, wy / w, one / w],
+            square: [wxx - wx * wx / w, wxy - wx * wy / w, wyy - wy * wy / w],
+            mixed: [x - one * wx / w, y - one * wy / w],
+        }
+    }
+
+    /// Returns the elements xx, xy and yy of the inverse of the squares with a ridge, or zeros.
+    pub(super) fn inverse(&self, ridge: f32) -> [f32; 3] {
+        let [xx, xy, yy] = self.square;
+        let more = ridge * (xx + yy);
+        let (xx, yy) = (xx + more, yy + more);
+        let determinant = xx * yy - xy * xy;
+        if determinant > 0.0 { [yy, 0.0 - xy, xx].map(|part| part / determinant) } else { [0.0; 3] }
+    }
+
+    pub(super) fn slope(&self, ridge: f32) -> [f32; 2] {
+        let ([xx, xy, yy], [x, y]) = (self.inverse(ridge), self.mixed);
+        [xx * x + xy * y, xy * x + yy * y]
+    }
+
+    /// Returns what a plane of this slope through the means leaves of a time.
+    pub(super) fn rest(&self, [along_x, along_y]: [f32; 2], point: &Point) -> f32 {
+        let ([x, y, time], [column, row]) = (self.mean, point.place);
+        point.time as f32 - time - along_x * (column as f32 - x) - along_y * (row as f32 - y)
+    }
+
+    /// Returns how far a place is from the mean, to the left of a slope, in units of its length.
+    pub(super) fn across(&self, [along_x, along_y]: [f32; 2], [column, row]: [i32; 2]) -> f32 {
+        along_x * (row as f32 - self.mean[1]) - along_y * (column as f32 - self.mean[0])
+    }
+
+    /// Returns the plane through what a slope leaves.
+    pub(super) fn without(&self, [along_x, along_y]: [f32; 2]) -> Self {
+        let ([xx, xy, yy], [x, y]) = (self.square, self.mixed);
+        Self { mixed: [x - xx * along_x - xy * along_y, y - xy * along_x - yy * along_y], ..*self }
+    }
+
+    /// Returns the plane whose slope both have, each with a time of its own.
+    pub(super) fn with(&self, other: &Self) -> Self {
+        let [xx, xy, yy] = self.square;
+        let [with_xx, with_xy, with_yy] = other.square;
+        let ([x, y], [with_x, with_y]) = (self.mixed, other.mixed);
+        Self { square: [xx + with_xx, xy + with_xy, yy + with_yy], mixed: [x + with_x, y + with_y], ..*self }
+    }
 }
 
 /// Returns the sum of products. Most factors `a` are 0, and a processor without a floating-point unit skips them.
