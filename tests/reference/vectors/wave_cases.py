@@ -46,7 +46,7 @@ class Touch:
     behind: float = 0.0
     """How much later whiskers on the motion's right are, in pitches."""
     corner: tuple[float, float] | None = None
-    """The angle of a corner, and by how much it is turned, both in degrees."""
+    """The angle of a corner, above 180 if it opens forward, and by how much it is turned, both in degrees."""
 
 
 def outline_of(name: str, across: np.ndarray) -> np.ndarray:
@@ -77,7 +77,7 @@ def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
         open_by, skew = touch.corner
         beside = across - touch.offset / 4
         edges = [along + beside * math.tan(math.radians(skew + side * (90 - open_by / 2))) for side in (1, -1)]
-        late = slowness * np.maximum(*edges)
+        late = slowness * (np.maximum if open_by < 180 else np.minimum)(*edges)
     late = np.where(across < 0, late * touch.second + slowness * touch.behind, late)
     late = late - touch.readout_ms / 1000 * touch.fps / 5 * ROW
     peaks = outline_of(touch.outline, 4 * across - touch.offset) * gains * touch.gain
@@ -126,6 +126,7 @@ def touches() -> dict[str, Touch]:
         "corner-fast": replace(corner, corner=(90, 5), mm_s=240.0, deg=20),
         "corner-rolling": replace(corner, readout_ms=25.0, deg=120),
         "corner-dull": replace(corner, corner=(130, 0), deg=40),
+        "corner-open": replace(corner, corner=(270, 5), deg=215),
         "corner-noise": replace(corner, noise=150, gain=0.3, deg=160),
         "edge-faster": replace(ball, outline="edge", faster=0.5, deg=10),
         "dead": replace(ball, outline="edge", weak=(7,), deg=160),

@@ -46,7 +46,9 @@ FEWEST_OF_CONTACT = 3
 LATE_OF_CONTACTS, DIFFERENCE = (0.04, 0.08), 0.03
 """Mean and largest lateness of two contacts, and what their slownesses differ."""
 LATE_OF_CORNER, MOST_COSINE, LEAST_SINE = (0.08, 0.18), 0.26, 0.2
-FEWEST_OF_EDGE, FEWEST_OF_CORNER, CORNER_ROUNDS, CORNER_FACTOR = 5, 18, 6, 0.8
+FEWEST_OF_EDGE, FEWEST_OF_CORNER, CORNER_ROUNDS = 5, 18, 6
+PLANE_FACTORS = (0.85, 0.77)
+"""Of the speed's deviation by two contacts and by a corner."""
 
 COLUMN = np.tile(np.arange(COLUMNS) - COLUMNS // 2, ROWS).astype(float)
 ROW = np.repeat(np.arange(ROWS) - ROWS // 2, COLUMNS).astype(float)
@@ -321,8 +323,8 @@ def contacts_of(light: np.ndarray, places: np.ndarray, is_right: np.ndarray, del
         return None
     covariance = inverse * float(peaks @ rest**2) / (len(peaks) - 4)
     across = np.array([-along[1], along[0]])
-    deviations = [math.sqrt(float(way @ covariance @ way)) / whole for way in (along, across)]
-    return Motion(rows, columns, *deviations)
+    speed_sd, angle_sd = (math.sqrt(float(way @ covariance @ way)) / whole for way in (along, across))
+    return Motion(rows, columns, PLANE_FACTORS[0] * speed_sd, angle_sd)
 
 
 def corner_of(light: np.ndarray, places: np.ndarray, delays: np.ndarray) -> Motion | None:
@@ -347,8 +349,12 @@ def corner_of(light: np.ndarray, places: np.ndarray, delays: np.ndarray) -> Moti
             return None
         one, other = plane(is_left), plane(~is_left)
         later = one[2] < other[2]
-        if number == CORNER_ROUNDS - 1 or (later == is_left).all():
+        moved = int((later != is_left).sum())
+        if moved == 0 or (number == CORNER_ROUNDS - 1 and moved <= 2):
             break
+        # A corner that opens forward changes its sides for ever.
+        if number == CORNER_ROUNDS - 1:
+            return None
         is_left = later
     edges = np.array([one[0] + delays, other[0] + delays])
     if abs(np.linalg.det(edges)) < 1e-9:
@@ -359,7 +365,7 @@ def corner_of(light: np.ndarray, places: np.ndarray, delays: np.ndarray) -> Moti
     speed, lengths = math.hypot(*velocity), np.hypot(edges[:, 0], edges[:, 1])
     if abs(edges[0] @ edges[1]) > MOST_COSINE * lengths.prod() or lengths.max() * speed * LEAST_SINE > 1:
         return None
-    rest = np.minimum(one[2], other[2])
+    rest = np.where(is_left, one[2], other[2])
     if is_late(rest, peaks, 1 / speed, LATE_OF_CORNER):
         return None
     scale = float(peaks @ rest**2) / (len(peaks) - 6)
@@ -368,7 +374,7 @@ def corner_of(light: np.ndarray, places: np.ndarray, delays: np.ndarray) -> Moti
     across = np.array([-along[1], along[0]])
     speed_sd, angle_sd = (math.sqrt(float(way @ covariance @ way)) / speed for way in (along, across))
     columns, rows = along / speed
-    return Motion(rows, columns, CORNER_FACTOR * speed_sd, angle_sd)
+    return Motion(rows, columns, PLANE_FACTORS[1] * speed_sd, angle_sd)
 
 
 def measure_wave(
@@ -483,8 +489,8 @@ def answer_of_wave(
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")
-    # One wave cannot tell how far ahead of the other one of two objects is.
-    is_apart = has_valley(peaks, right, up)
+    # Otherwise the valley across the outline tells it.
+    is_apart = of_outline[1] > OUTLINE_TELLS and has_valley(peaks, right, up)
     if twist > max(TWIST[0], TWIST[1] * twist_sd):
         raise Refused("two objects" if is_apart else "turning")
     unit = 1 / (whole + 0.23)

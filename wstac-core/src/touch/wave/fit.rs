@@ -119,6 +119,10 @@ pub(super) const fn place_of(taxel: usize) -> [i32; 2] {
     [(taxel % COLUMNS) as i32 - 2, (taxel / COLUMNS) as i32 - 2]
 }
 
+const fn taxel_at([x, y]: [i32; 2]) -> usize {
+    ((y + 2) * COLUMNS as i32 + x + 2) as usize
+}
+
 /// Lit whiskers.
 pub(super) struct Whiskers<'a> {
     all: [Whisker<'a>; TAXELS],
@@ -152,18 +156,20 @@ impl<'a> Whiskers<'a> {
         self.all.iter().take(self.count)
     }
 
-    /// Returns the lit whiskers' places, weighted by their peaks, with a time of each.
+    /// Returns a time of each lit whisker, weighted by its peak.
     pub(super) fn points(&self, time: impl Fn(&Whisker<'a>) -> i32) -> Points {
         let mut points = Points::default();
-        for (point, whisker) in points.iter_mut().zip(self.iter()) {
-            *point = Point { place: whisker.place, time: time(whisker), weight: whisker.peak };
+        for whisker in self.iter() {
+            if let Some(point) = points.get_mut(taxel_at(whisker.place)) {
+                *point = Point { place: whisker.place, time: time(whisker), weight: whisker.peak };
+            }
         }
         points
     }
 
     /// Returns the slowness of a plane through the rising edges.
     fn start(&self) -> [f32; 2] {
-        Plane::new(self.points(Whisker::edge).iter()).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
+        Plane::new(&self.points(Whisker::edge), u32::MAX).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
     }
 
     /// Returns the wave by Gauss-Newton steps.
@@ -312,7 +318,7 @@ impl Sums {
             }
         }
         let sums = sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32));
-        Ok(Plane::of_sums(&moments, sums).slope(1e-4).map(|along| -along))
+        Ok(Plane::of_sums(moments.plane(), sums).slope(1e-4).map(|along| -along))
     }
 
     /// Returns the wave after a last step.

@@ -160,7 +160,7 @@ impl Wave {
             Err(reason @ (Reason::SpeedChanges | Reason::Turning | Reason::NotAlike | Reason::NotOver)) => reason,
             answer => return answer,
         };
-        let pair = Pair::of_corner(&whiskers.points(Whisker::edge), delays(config)).ok_or(reason)?;
+        let pair = Pair::of_corner(&whiskers.points(Whisker::edge), lit, delays(config)).ok_or(reason)?;
         Ok((Slide::new(pair.slowness, config)?.velocity(pair.sd, config)?, Basis::Outline))
     }
 
@@ -169,8 +169,8 @@ impl Wave {
         if self.lines.is_cut || sides.iter().any(|side| side.count_ones() < FEWEST_OF_CONTACT) {
             return Err(Reason::TwoObjects);
         }
-        let points = sides.map(|side| Whiskers::new(&self.lines, side).points(Whisker::middle));
-        let pair = Pair::of_contacts(&points, delays(config)).ok_or(Reason::TwoObjects)?;
+        let points = Whiskers::new(&self.lines, sides[0] | sides[1]).points(Whisker::middle);
+        let pair = Pair::of_contacts(&points, sides, delays(config)).ok_or(Reason::TwoObjects)?;
         let slide = Slide::new(pair.slowness, config)?;
         for side in sides {
             let mut peaks = self.lines.peaks;
@@ -197,7 +197,8 @@ impl Wave {
         let [of_columns, of_rows] = delays(config);
         let slide = Slide::new([wave.slowness[0] + of_columns, wave.slowness[1] + of_rows], config)?;
         let Slide { slowness, right, up } = slide;
-        let is_apart = has_valley(peaks, right, up);
+        // Otherwise the valley across the outline tells it.
+        let is_apart = outline.degrees_sd > OUTLINE[0] && has_valley(peaks, right, up);
         let or_two = |reason| if is_apart { Reason::TwoObjects } else { reason };
         let rest = Rest::new(&wave, slowness, right, up, count).ok_or(Reason::NotAlike)?;
         if let Some(reason) = rest.doubt(count) {

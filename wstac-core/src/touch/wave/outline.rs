@@ -205,6 +205,7 @@ pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
 }
 
 /// Returns the whiskers to the right of the deepest valley across the motion that parts two contacts, a bit for each.
+#[inline(never)]
 pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> {
     let mut order = [(i32::MAX, 0_i16, 0_u8); TAXELS];
     let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);

@@ -42,6 +42,19 @@ impl Moments {
     }
 }
 
+/// Returns the whiskers at which a plane is above 0, a bit for each.
+#[inline(never)]
+pub(super) fn above(points: &Points, plane: [f32; 3]) -> u32 {
+    // Of 2^-4 units. Sums are below 2^29.
+    let most = (1 << 26) as f32;
+    let [middle, along_x, along_y] = plane.map(|part| (16.0 * part).clamp(0.0 - most, most) as i32);
+    let mut whiskers = 0;
+    for (taxel, Point { place: [x, y], weight, .. }) in points.iter().enumerate() {
+        whiskers |= u32::from(*weight > 0 && middle + along_x * x + along_y * y > 0) << (taxel & 31);
+    }
+    whiskers
+}
+
 /// Weighted sums of products of two monomials.
 pub(super) type Products = [Polynomial; 6];
 
@@ -76,20 +89,25 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub(super) fn new<'a>(points: impl Iterator<Item = &'a Point>) -> Self {
-        let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
-        for point in points {
-            moments.add(point.weight, point.place);
-            for (sum, factor) in sums.iter_mut().zip(monomials(point.place)) {
-                *sum += i64::from(factor * point.weight) * i64::from(point.time);
+    /// Creates the plane through the points of some whiskers, a bit for each.
+    #[inline(never)]
+    pub(super) fn new(points: &Points, whiskers: u32) -> Self {
+        let (mut moments, mut sums) = ([0; 6], [0_i64; 3]);
+        for (_, point) in points.iter().enumerate().filter(|(taxel, _)| whiskers >> taxel & 1 == 1) {
+            let each = monomials(point.place).map(|factor| factor * point.weight);
+            for (sum, part) in moments.iter_mut().zip(each) {
+                *sum += part;
+            }
+            for (sum, part) in sums.iter_mut().zip(each) {
+                *sum += i64::from(part) * i64::from(point.time);
             }
         }
-        Self::of_sums(&moments, sums.map(|sum| sum as f32))
+        Self::of_sums(moments.map(|sum| sum as f32), sums.map(|sum| sum as f32))
     }
 
-    /// Returns the plane by the weighted sums of times with 1, x and y.
-    pub(super) fn of_sums(moments: &Moments, [one, x, y]: [f32; 3]) -> Self {
-        let [w, wx, wy, wxx, wxy, wyy] = moments.plane();
+    /// Returns the plane by the sums of weights times 1, x, y and their products, and of times with 1, x and y.
+    #[inline(never)]
+    pub(super) fn of_sums([w, wx, wy, wxx, wxy, wyy]: Polynomial, [one, x, y]: [f32; 3]) -> Self {
         let w = if w > 0.0 { w } else { 1.0 };
         Self {
             mean: [wx / w, wy / w, one / w],
@@ -99,6 +117,7 @@ impl Plane {
     }
 
     /// Returns the elements xx, xy and yy of the inverse of the squares with a ridge, or zeros.
+    #[inline(never)]
     pub(super) fn inverse(&self, ridge: f32) -> [f32; 3] {
         let [xx, xy, yy] = self.square;
         let more = ridge * (xx + yy);
@@ -112,15 +131,16 @@ impl Plane {
         [xx * x + xy * y, xy * x + yy * y]
     }
 
-    /// Returns what a plane of this slope through the means leaves of a time.
-    pub(super) fn rest(&self, [along_x, along_y]: [f32; 2], point: &Point) -> f32 {
-        let ([x, y, time], [column, row]) = (self.mean, point.place);
-        point.time as f32 - time - along_x * (column as f32 - x) - along_y * (row as f32 - y)
+    /// Returns the plane of this slope through the means: its time in the middle, and its slope.
+    pub(super) fn level(&self, [along_x, along_y]: [f32; 2]) -> [f32; 3] {
+        let [x, y, time] = self.mean;
+        [time - along_x * x - along_y * y, along_x, along_y]
     }
 
-    /// Returns how far a place is from the mean, to the left of a slope, in units of its length.
-    pub(super) fn across(&self, [along_x, along_y]: [f32; 2], [column, row]: [i32; 2]) -> f32 {
-        along_x * (row as f32 - self.mean[1]) - along_y * (column as f32 - self.mean[0])
+    /// Returns how far a place is from the mean, to the left of a slope, as the plane has it.
+    pub(super) fn across(&self, [along_x, along_y]: [f32; 2]) -> [f32; 3] {
+        let [x, y, _] = self.mean;
+        [along_y * x - along_x * y, 0.0 - along_y, along_x]
     }
 
     /// Returns the plane through what a slope leaves.
