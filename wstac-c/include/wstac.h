@@ -189,7 +189,7 @@ typedef struct WstacEvent {
   /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
   const char *why_texture;
   /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is known) or
-  /// "outline" (an object that is narrower than the sensor); null unless 25 taxels were asked.
+  /// "outline" (an object that is narrower than the sensor, or a corner); null unless 25 taxels were asked.
   const char *basis;
   /// Middle of the touch to the left of its motion, from the sensor's middle, in mm; NaN if it is unknown.
   double place_mm;

@@ -133,7 +133,7 @@ class Event:
     """Sliding direction; None if arrival times give none, and `why["direction"]` gives the reason."""
     basis: Optional[str]
     """What speed and direction are known by: "edge" (only the motion across an edge that covers the sensor is known) or
-    "outline" (an object narrower than the sensor); None unless 25 taxels were asked."""
+    "outline" (an object narrower than the sensor, or a corner); None unless 25 taxels were asked."""
     place_mm: Optional[Measured]
     """Middle of the touch to the left of its motion, from the sensor's middle; None if it is unknown."""
     width_mm: Optional[Measured]

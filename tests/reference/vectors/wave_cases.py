@@ -43,6 +43,10 @@ class Touch:
     turns: float = 0.0
     second: float = 1.0
     """The slowness of whiskers on the motion's right, as a fraction."""
+    behind: float = 0.0
+    """How much later whiskers on the motion's right are, in pitches."""
+    corner: tuple[float, float] | None = None
+    """The angle of a corner, above 180 if it opens forward, and by how much it is turned, both in degrees."""
 
 
 def outline_of(name: str, across: np.ndarray) -> np.ndarray:
@@ -69,7 +73,12 @@ def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
     along, across = COLUMN * right - ROW * up, -COLUMN * up - ROW * right
     slowness = 4 * touch.fps / touch.mm_s if touch.mm_s else 0.0
     late = slowness * (along - touch.faster * along**2 / 8 + touch.turns * along * across / 8)
-    late = np.where(across < 0, late * touch.second, late)
+    if touch.corner is not None:
+        open_by, skew = touch.corner
+        beside = across - touch.offset / 4
+        edges = [along + beside * math.tan(math.radians(skew + side * (90 - open_by / 2))) for side in (1, -1)]
+        late = slowness * (np.maximum if open_by < 180 else np.minimum)(*edges)
+    late = np.where(across < 0, late * touch.second + slowness * touch.behind, late)
     late = late - touch.readout_ms / 1000 * touch.fps / 5 * ROW
     peaks = outline_of(touch.outline, 4 * across - touch.offset) * gains * touch.gain
     peaks[list(touch.weak)] *= 0.02
@@ -85,6 +94,7 @@ def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
 def touches() -> dict[str, Touch]:
     """Every case by its name."""
     ball = Touch()
+    corner = Touch(outline="edge", corner=(90, 0))
     made = {
         f"{outline}-{speed}-{deg}": Touch(speed, deg, outline, offset)
         for outline, speed, deg, offset in [
@@ -107,6 +117,19 @@ def touches() -> dict[str, Touch]:
         "faster": replace(ball, outline="coin", faster=0.5),
         "turning": replace(ball, outline="coin", turns=0.5),
         "two-velocities": replace(ball, outline="fingers", second=0.8),
+        "one-behind": replace(ball, outline="fingers", behind=1.5, deg=100, mm_s=160.0),
+        "one-ahead": replace(ball, outline="fingers", behind=-1.2, deg=235, readout_ms=20.0),
+        "one-ahead-unknown": replace(ball, outline="fingers", behind=-1.2, deg=315, mm_s=50.0, is_unknown=True),
+        "two-pokes": replace(ball, outline="fingers", second=0.4, deg=60),
+        "corner": replace(corner, deg=70),
+        "corner-skewed": replace(corner, corner=(90, -18), offset=3.0, mm_s=140.0, deg=200),
+        "corner-slow": replace(corner, corner=(90, 12), offset=-2.0, mm_s=35.0, deg=325),
+        "corner-fast": replace(corner, corner=(90, 5), mm_s=240.0, deg=20),
+        "corner-rolling": replace(corner, readout_ms=25.0, deg=120),
+        "corner-dull": replace(corner, corner=(130, 0), deg=40),
+        "corner-open": replace(corner, corner=(270, 5), deg=215),
+        "corner-noise": replace(corner, noise=150, gain=0.3, deg=160),
+        "edge-faster": replace(ball, outline="edge", faster=0.5, deg=10),
         "dead": replace(ball, outline="edge", weak=(7,), deg=160),
         "lost": replace(ball, lost=(0, 15, 22, 23), deg=70),
         "lost-two": replace(ball, mm_s=60.0, lost=(0, 17, 22), deg=70),

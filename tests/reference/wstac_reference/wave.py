@@ -1,4 +1,4 @@
-"""Motion of a touch by one plane wave through 25 taxels (SPEC section 9, "By a wave")."""
+"""Motion of a touch by 25 taxels: of one plane wave, two contacts or a corner (SPEC section 9, "By a wave")."""
 
 from __future__ import annotations
 
@@ -46,6 +46,13 @@ LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
 FACTORS = ((0.8, 1.1), (0.7, 0.7))
 """Of deviations along and across the motion, if whiskers are dark and if all are lit."""
+FEWEST_OF_CONTACT = 3
+LATE_OF_CONTACTS, DIFFERENCE = (0.04, 0.08), 0.03
+"""Mean and largest lateness of two contacts, and what their slownesses differ."""
+LATE_OF_CORNER, MOST_COSINE, LEAST_SINE = (0.08, 0.18), 0.26, 0.2
+FEWEST_OF_EDGE, FEWEST_OF_CORNER, CORNER_ROUNDS = 5, 18, 6
+PLANE_FACTORS = (0.85, 0.77)
+"""Of the speed's deviation by two contacts and by a corner."""
 
 COLUMN = np.tile(np.arange(COLUMNS) - COLUMNS // 2, ROWS).astype(float)
 ROW = np.repeat(np.arange(ROWS) - ROWS // 2, COLUMNS).astype(float)
@@ -124,8 +131,8 @@ def fit(columns: np.ndarray, weights: np.ndarray, values: np.ndarray, ridge: flo
     return found, inverse, math.sqrt(float((weights * rest * rest).sum()) / free)
 
 
-def start_of(light: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Slowness of a plane through the rising edges of the light."""
+def rising_of(light: np.ndarray) -> np.ndarray:
+    """The times of the rising edges of the light."""
     peak = light.max(axis=0)
     level = RISE * peak
     edges = (light > level).argmax(axis=0)
@@ -133,9 +140,14 @@ def start_of(light: np.ndarray, places: np.ndarray) -> np.ndarray:
     # It is dark before the first frame.
     before = np.minimum(np.where(edges > 0, light[np.maximum(edges - 1, 0), which], 0.0), level)
     above = light[edges, which]
-    times = edges - (above - level) / (above - before)
+    return edges - (above - level) / (above - before)
+
+
+def start_of(light: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Slowness of a plane through the rising edges of the light."""
+    peak = light.max(axis=0)
     columns = np.column_stack([np.ones(len(peak)), places])
-    return fit(columns, peak / peak.max(), times, 1e-3)[0][1:]
+    return fit(columns, peak / peak.max(), rising_of(light), 1e-3)[0][1:]
 
 
 def shifted(line: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -240,15 +252,21 @@ def outline_of(peaks: np.ndarray) -> tuple[float, float]:
     return (best + mean) * 180 / ANGLES, deviation * 180 / ANGLES
 
 
+def valley_of(peaks: np.ndarray, right: float, up: float) -> np.ndarray | None:
+    """The whiskers to the right of the deepest dark valley across the motion that parts two contacts."""
+    order = np.argsort(np.round(-COLUMN * up - ROW * right, 6), kind="stable")
+    of = peaks[order]
+    deepest, side = 0.0, None
+    for at in range(3, TAXELS - 2):
+        sides, bottom = min(np.sort(of[:at])[-2], np.sort(of[at:])[-2]), max(of[at - 1], of[at])
+        if sides > LIT * peaks.max() and bottom < VALLEY * sides and sides - bottom > deepest:
+            deepest, side = sides - bottom, np.isin(np.arange(TAXELS), order[:at])
+    return side
+
+
 def has_valley(peaks: np.ndarray, right: float, up: float) -> bool:
     """Whether a dark valley across the motion parts two contacts."""
-    order = np.argsort(-COLUMN * up - ROW * right, kind="stable")
-    of = peaks[order]
-    for at in range(3, TAXELS - 2):
-        sides = min(np.sort(of[:at])[-2], np.sort(of[at:])[-2])
-        if sides > LIT * peaks.max() and max(of[at - 1], of[at]) < VALLEY * sides:
-            return True
-    return False
+    return valley_of(peaks, right, up) is not None
 
 
 def is_crossed(peaks: np.ndarray, right: float, up: float) -> bool:
@@ -261,6 +279,106 @@ def is_crossed(peaks: np.ndarray, right: float, up: float) -> bool:
         before = ((apart >= -BESIDE) & (apart <= SAME_WAY)).any()
         missed += bool(before and ((apart <= BESIDE) & (apart >= -SAME_WAY)).any())
     return missed <= 1
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Frames from a row to the next and from a column to the next; deviations of the speed as a fraction, and in radians."""
+
+    rows: float
+    columns: float
+    speed_sd: float
+    angle_sd: float
+
+
+def is_late(rest: np.ndarray, weights: np.ndarray, slowness: float, limits: tuple[float, float]) -> bool:
+    """Whether the mean or the largest lateness exceeds its limit."""
+    unit = slowness + 0.23
+    rms = math.sqrt(float(weights @ rest**2 / weights.sum()))
+    return bool(rms > limits[0] * unit or np.abs(rest * weights).max() > limits[1] * unit * weights.max())
+
+
+def contacts_of(light: np.ndarray, places: np.ndarray, is_right: np.ndarray, delays: np.ndarray) -> Motion | None:
+    """The motion of two contacts by the middles of their light: one slope, and a time of each."""
+    peaks = light.max(axis=0)
+    bright = np.maximum(light - BRIGHT * peaks, 0.0)
+    times = np.arange(len(light)) @ bright / bright.sum(axis=0)
+    around, rest = places.copy(), times.copy()
+    sides = (is_right, ~is_right)
+    for side in sides:
+        around[side] -= np.average(places[side], axis=0, weights=peaks[side])
+        rest[side] -= np.average(times[side], weights=peaks[side])
+
+    def normal(side: np.ndarray, ridge: float) -> np.ndarray:
+        squares = (around[side].T * peaks[side]) @ around[side]
+        return squares + ridge * np.trace(squares) * np.eye(2)
+
+    inverse = np.linalg.inv(normal(np.ones(len(peaks), bool), 1e-4))
+    slope = inverse @ ((around.T * peaks) @ rest)
+    rest = rest - around @ slope
+    columns, rows = slope + delays
+    whole = math.hypot(columns, rows)
+    along = np.array([columns, rows]) / whole
+    for side in sides:
+        own = np.linalg.solve(normal(side, 1e-3), (around[side].T * peaks[side]) @ rest[side])
+        if abs(own @ along) > DIFFERENCE * whole:
+            return None
+    if len(peaks) <= 4 or is_late(rest, peaks, whole, LATE_OF_CONTACTS):
+        return None
+    covariance = inverse * float(peaks @ rest**2) / (len(peaks) - 4)
+    across = np.array([-along[1], along[0]])
+    speed_sd, angle_sd = (math.sqrt(float(way @ covariance @ way)) / whole for way in (along, across))
+    return Motion(rows, columns, PLANE_FACTORS[0] * speed_sd, angle_sd)
+
+
+def corner_of(light: np.ndarray, places: np.ndarray, delays: np.ndarray) -> Motion | None:
+    """The motion of a corner: the later of two planes through the times of the rising edges, one for each of its edges."""
+    peaks, times = light.max(axis=0), rising_of(light)
+
+    def plane(side: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        weights = peaks[side]
+        middle, time = np.average(places[side], axis=0, weights=weights), np.average(times[side], weights=weights)
+        around = places[side] - middle
+        squares = (around.T * weights) @ around
+        inverse = np.linalg.inv(squares + 1e-4 * np.trace(squares) * np.eye(2))
+        slope = inverse @ ((around.T * weights) @ (times[side] - time))
+        return slope, inverse, times - time - (places - middle) @ slope
+
+    slope, _, _ = plane(np.ones(len(peaks), bool))
+    across = places @ [-slope[1], slope[0]]
+    is_left = across > np.average(across, weights=peaks)
+    for number in range(CORNER_ROUNDS):
+        counts = (int(is_left.sum()), int((~is_left).sum()))
+        if min(counts) < FEWEST_OF_EDGE or len(peaks) < FEWEST_OF_CORNER:
+            return None
+        one, other = plane(is_left), plane(~is_left)
+        later = one[2] < other[2]
+        moved = int((later != is_left).sum())
+        if moved == 0 or (number == CORNER_ROUNDS - 1 and moved <= 2):
+            break
+        # A corner that opens forward changes its sides for ever.
+        if number == CORNER_ROUNDS - 1:
+            return None
+        is_left = later
+    edges = np.array([one[0] + delays, other[0] + delays])
+    if abs(np.linalg.det(edges)) < 1e-9:
+        return None
+    # Pitches per frame: over the way of a frame, both edges are one frame late.
+    inverse = np.linalg.inv(edges)
+    velocity = inverse.sum(axis=1)
+    speed, lengths = math.hypot(*velocity), np.hypot(edges[:, 0], edges[:, 1])
+    if abs(edges[0] @ edges[1]) > MOST_COSINE * lengths.prod() or lengths.max() * speed * LEAST_SINE > 1:
+        return None
+    rest = np.where(is_left, one[2], other[2])
+    if is_late(rest, peaks, 1 / speed, LATE_OF_CORNER):
+        return None
+    scale = float(peaks @ rest**2) / (len(peaks) - 6)
+    covariance = inverse @ np.diag([scale * velocity @ each[1] @ velocity for each in (one, other)]) @ inverse.T
+    along = velocity / speed
+    across = np.array([-along[1], along[0]])
+    speed_sd, angle_sd = (math.sqrt(float(way @ covariance @ way)) / speed for way in (along, across))
+    columns, rows = along / speed
+    return Motion(rows, columns, PLANE_FACTORS[1] * speed_sd, angle_sd)
 
 
 def measure_wave(
@@ -277,7 +395,7 @@ def measure_wave(
 
 
 def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None) -> WaveAnswer:
-    """The velocity; raises [`Refused`] if it is not certain."""
+    """The velocity by one wave, two contacts or a corner; raises [`Refused`] if it is not certain."""
     light, noise = light_of(samples)
     start, end, is_cut = span_of(light, noise)
     lost = LOST * math.sqrt(sum(frame is None for frame in samples[start:end]))
@@ -286,20 +404,79 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     lit = peaks > LIT * peaks.max()
     if lit.sum() < FEWEST:
         raise Refused("poke" if lit.sum() <= 2 else "too few whiskers")
-    seen, places = light[:, lit], PLACES[lit]
-    wave = wave_of(seen, places, start_of(seen, places), is_cut)
     is_known = readout_ms is not None
     of_rows = Readout((readout_ms / 1000 * fps if is_known else 0.5) / ROWS, is_known=is_known)
-    rows, columns = of_rows.of_light(wave.slowness[1], wave.slowness[0])
-    whole = math.hypot(rows, columns)
+    delays = np.array(of_rows.of_light(0.0, 0.0)[::-1])
+    outline = outline_of(peaks)
+    angle = math.radians(outline[0])
+    is_right = valley_of(peaks, math.cos(angle), math.sin(angle))
+    seen, places = light[:, lit], PLACES[lit]
+    if is_right is not None:
+        sides = (is_right & lit, ~is_right & lit)
+        if is_cut or min(side.sum() for side in sides) < FEWEST_OF_CONTACT:
+            raise Refused("two objects")
+        motion = contacts_of(seen, places, is_right[lit], delays)
+        if motion is None:
+            raise Refused("two objects")
+        _, right, up = slide_of(motion.rows, motion.columns, of_rows)
+        if not all(is_crossed(np.where(side, peaks, 0), right, up) for side in sides):
+            raise Refused("starts on the sensor")
+        return velocity_of(motion, of_rows, fps, "outline", lost)
+    try:
+        return answer_of_wave(seen, places, peaks, is_cut, of_rows, outline, fps, lost)
+    except Refused as refused:
+        if str(refused) not in ("speed changed", "turning", "not alike", "not over"):
+            raise
+        motion = corner_of(seen, places, delays)
+        if motion is None:
+            raise
+    return velocity_of(motion, of_rows, fps, "outline", lost)
+
+
+def slide_of(rows: float, columns: float, of_rows: Readout) -> tuple[float, float, float]:
+    """The slowness and the direction of a slide; raises [`Refused`] if it is none."""
     least, most = of_rows.bounds(rows, columns)
     if least > 13:
         raise Refused("too slow")
-    if least < 0.17 and most >= MOST_PRESS and not is_known:
+    if least < 0.17 and most >= MOST_PRESS and not of_rows.is_known:
         raise Refused("readout unknown")
     if least < 0.17:
         raise Refused("press" if least < 0.1 else "too fast")
-    right, up = columns / whole, -rows / whole
+    whole = math.hypot(rows, columns)
+    return whole, columns / whole, -rows / whole
+
+
+def velocity_of(motion: Motion, of_rows: Readout, fps: float, basis: str, lost: float) -> WaveAnswer:
+    """The velocity with its deviations; raises [`Refused`] if it is not certain."""
+    rows, columns = motion.rows, motion.columns
+    whole, right, up = slide_of(rows, columns, of_rows)
+    if of_rows.moves_too_far(rows, columns):
+        raise Refused("readout unknown")
+    off, few = of_rows.off(rows, columns), FEW_FRAMES[1] * max(FEW_FRAMES[0] - whole, 0.0)
+    speed_sd = math.hypot(motion.speed_sd, LEAST_SD[0], few / whole, lost / whole, off[0] / math.sqrt(3))
+    deg_sd = math.hypot(motion.angle_sd, LEAST_SD[1], off[1] / math.sqrt(3))
+    if speed_sd > MOST_SD[0] or deg_sd > MOST_SD[1]:
+        raise Refused("uncertain")
+    mm_s = PITCH_MM * fps / whole
+    deg = math.degrees(math.atan2(up, right)) % 360
+    return WaveAnswer(None, mm_s, mm_s * speed_sd, deg, math.degrees(deg_sd), basis)
+
+
+def answer_of_wave(
+    seen: np.ndarray,
+    places: np.ndarray,
+    peaks: np.ndarray,
+    is_cut: bool,
+    of_rows: Readout,
+    of_outline: tuple[float, float],
+    fps: float,
+    lost: float,
+) -> WaveAnswer:
+    """The velocity of one wave; raises [`Refused`] if it is not certain."""
+    lit_count = len(places)
+    wave = wave_of(seen, places, start_of(seen, places), is_cut)
+    rows, columns = of_rows.of_light(wave.slowness[1], wave.slowness[0])
+    whole, right, up = slide_of(rows, columns, of_rows)
     along, across = places @ [right, -up], places @ [-up, -right]
     late, weights, one = wave.late, wave.weights, np.ones(len(places))
     plane = np.column_stack([one, along, across])
@@ -312,14 +489,14 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
     change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts)
-    is_full = bool(lit.all())
+    is_full = lit_count == TAXELS
     share, frames = CHANGE[is_full]
     if change > max(share * whole, frames) or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")
-    # One wave cannot tell how far ahead of the other one of two objects is.
-    is_apart = has_valley(peaks, right, up)
+    # Otherwise the valley across the outline tells it.
+    is_apart = of_outline[1] > OUTLINE_TELLS and has_valley(peaks, right, up)
     if twist > max(TWIST[0], TWIST[1] * twist_sd):
         raise Refused("two objects" if is_apart else "turning")
     unit = 1 / (whole + 0.23)
@@ -331,12 +508,12 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     if is_apart or farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
         raise Refused("two objects" if is_apart else "not alike")
     deg = math.degrees(math.atan2(up, right)) % 360
-    outline, outline_sd = outline_of(peaks)
+    outline, outline_sd = of_outline
     apart = abs((outline - deg + 90) % 180 - 90)
     if is_full:
         agrees = outline_sd >= OUTLINE_MUTE or apart <= 6.5 * outline_sd + 6
     elif outline_sd > OUTLINE_TELLS:
-        agrees = (outline_sd > OUTLINE_MUTE or farthest <= LATE_OF_EDGE) and lit.sum() >= TAXELS - MOST_EDGE_DARK
+        agrees = (outline_sd > OUTLINE_MUTE or farthest <= LATE_OF_EDGE) and lit_count >= TAXELS - MOST_EDGE_DARK
     else:
         agrees = apart <= min(11.0, 3.2 * outline_sd + 3)
     if not agrees:
@@ -344,17 +521,8 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     if not is_crossed(peaks, right, up):
         raise Refused("starts on the sensor")
     basis = "outline" if not is_full and outline_sd <= OUTLINE_TELLS else "edge"
-    if of_rows.moves_too_far(rows, columns):
-        raise Refused("readout unknown")
-    off, factors = of_rows.off(rows, columns), FACTORS[is_full]
+    factors = FACTORS[is_full]
     # Few whiskers cannot tell what is curved.
     of_slowness = (curve_scale if is_full else scale) / whole
-    few = FEW_FRAMES[1] * max(FEW_FRAMES[0] - whole, 0.0)
-    of_speed = of_slowness * factors[0] * math.sqrt(inverse[1, 1])
-    of_angle = of_slowness * factors[1] * math.sqrt(inverse[2, 2])
-    speed_sd = math.hypot(of_speed, LEAST_SD[0], few / whole, lost / whole, off[0] / math.sqrt(3))
-    deg_sd = math.hypot(of_angle, LEAST_SD[1], off[1] / math.sqrt(3))
-    if speed_sd > MOST_SD[0] or deg_sd > MOST_SD[1]:
-        raise Refused("uncertain")
-    mm_s = PITCH_MM * fps / whole
-    return WaveAnswer(None, mm_s, mm_s * speed_sd, deg, math.degrees(deg_sd), basis)
+    deviations = [of_slowness * factor * math.sqrt(inverse[k, k]) for k, factor in enumerate(factors, 1)]
+    return velocity_of(Motion(rows, columns, *deviations), of_rows, fps, basis, lost)

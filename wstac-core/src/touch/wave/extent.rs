@@ -224,7 +224,7 @@ fn relative(light: &[i32; TAXELS]) -> Option<[i16; TAXELS]> {
 }
 
 /// Returns the cosine and the sine of an angle in degrees, off by less than 10⁻⁵.
-fn unit(degrees: f32) -> [f32; 2] {
+pub(super) fn unit(degrees: f32) -> [f32; 2] {
     let quarters = (degrees * (1.0 / 90.0)) as i32;
     let angle = (degrees - 90.0 * quarters as f32) * (PI / 180.0);
     let sine = |x: f32| {

@@ -1,7 +1,7 @@
 //! The wave: one shape passes all lit whiskers with one slowness, and each has a gain of its own.
 
 use super::light::{LONGEST, Lines, PAD};
-use super::squares::{Moments, Polynomial, monomials};
+use super::squares::{Moments, ONE_FRAME, Plane, Point, Points, Polynomial, TIME_SHIFT, monomials};
 use crate::params::{COLUMNS, TAXELS};
 use crate::reason::Reason;
 use crate::touch::motion::sqrt;
@@ -82,16 +82,51 @@ impl Default for Whisker<'_> {
     }
 }
 
+impl Whisker<'_> {
+    /// Returns each frame up to the last bright one, with its light.
+    fn light(&self) -> impl Iterator<Item = (i32, i32)> {
+        (0..=self.last).zip(self.line.iter().skip(PAD).map(|&light| i32::from(light)))
+    }
+
+    /// Returns the time of the rising edge, where the line first exceeds 40 % of its peak.
+    pub(super) fn edge(&self) -> i32 {
+        let level = (self.peak * EDGE) >> EDGE_BITS;
+        let mut before = 0;
+        for (time, light) in self.light() {
+            if light > level {
+                return (time << TIME_SHIFT) - ((light - level) << TIME_SHIFT) / (light - before.min(level)).max(1);
+            }
+            before = light;
+        }
+        0
+    }
+
+    /// Returns the time of the middle of the light above a 32nd of the peak.
+    pub(super) fn middle(&self) -> i32 {
+        let (mut whole, mut sum) = (0, 0);
+        for (time, light) in self.light() {
+            let light = ((light << 3) - (self.peak >> (BRIGHT_SHIFT - 3))).max(0);
+            // Below 2^15 · 70, and 2^15 · 2,415.
+            (whole, sum) = (whole + light, sum + light * time);
+        }
+        let whole = whole.max(1);
+        ((sum / whole) << TIME_SHIFT) + ((sum % whole) << TIME_SHIFT) / whole
+    }
+}
+
 /// Returns the place of a whisker: columns to the right of the middle, and rows below it.
 pub(super) const fn place_of(taxel: usize) -> [i32; 2] {
     [(taxel % COLUMNS) as i32 - 2, (taxel / COLUMNS) as i32 - 2]
+}
+
+const fn taxel_at([x, y]: [i32; 2]) -> usize {
+    ((y + 2) * COLUMNS as i32 + x + 2) as usize
 }
 
 /// Lit whiskers.
 pub(super) struct Whiskers<'a> {
     all: [Whisker<'a>; TAXELS],
     count: usize,
-    length: usize,
     /// The lines' length, if the touch is not over there.
     cut: Option<i32>,
 }
@@ -99,12 +134,8 @@ pub(super) struct Whiskers<'a> {
 impl<'a> Whiskers<'a> {
     /// Creates the list of whiskers that `lit` says.
     pub(super) fn new(lines: &'a Lines, lit: u32) -> Self {
-        let mut list = Self {
-            all: [Whisker::default(); TAXELS],
-            count: 0,
-            length: lines.length,
-            cut: lines.is_cut.then_some(lines.length as i32),
-        };
+        let mut list =
+            Self { all: [Whisker::default(); TAXELS], count: 0, cut: lines.is_cut.then_some(lines.length as i32) };
         for (taxel, (line, peak)) in lines.padded().enumerate() {
             if lit >> taxel & 1 == 1
                 && let Some(place) = list.all.get_mut(list.count)
@@ -125,27 +156,20 @@ impl<'a> Whiskers<'a> {
         self.all.iter().take(self.count)
     }
 
-    /// Returns the slowness of a plane through the rising edges: where lines first exceed 40 % of their peaks.
-    fn start(&self) -> [f32; 2] {
-        let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
+    /// Returns a time of each lit whisker, weighted by its peak.
+    pub(super) fn points(&self, time: impl Fn(&Whisker<'a>) -> i32) -> Points {
+        let mut points = Points::default();
         for whisker in self.iter() {
-            let level = (whisker.peak * EDGE) >> EDGE_BITS;
-            let (mut edge, mut before) = (0, 0);
-            for (time, &light) in (0..).zip(whisker.line.iter().skip(PAD).take(self.length)) {
-                let light = i32::from(light);
-                if light > level {
-                    // 128ths of a frame.
-                    edge = (time << 7) - ((light - level) << 7) / (light - before.min(level)).max(1);
-                    break;
-                }
-                before = light;
-            }
-            moments.add(whisker.peak, whisker.place);
-            for (sum, factor) in sums.iter_mut().zip(monomials(whisker.place)) {
-                *sum += i64::from(factor * whisker.peak) * i64::from(edge);
+            if let Some(point) = points.get_mut(taxel_at(whisker.place)) {
+                *point = Point { place: whisker.place, time: time(whisker), weight: whisker.peak };
             }
         }
-        solved(&moments, sums.map(|sum| sum as f32), 1e-3).map(|slowness| slowness / 128.0)
+        points
+    }
+
+    /// Returns the slowness of a plane through the rising edges.
+    fn start(&self) -> [f32; 2] {
+        Plane::new(&self.points(Whisker::edge), u32::MAX).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
     }
 
     /// Returns the wave by Gauss-Newton steps.
@@ -172,18 +196,6 @@ impl<'a> Whiskers<'a> {
             number += 1;
         }
     }
-}
-
-/// Returns the plane's slope by the weighted sums of values with 1, x and y.
-fn solved(moments: &Moments, [one, x, y]: [f32; 3], ridge: f32) -> [f32; 2] {
-    let [w, wx, wy, wxx, wxy, wyy] = moments.plane();
-    let w = if w > 0.0 { w } else { 1.0 };
-    let (x, y) = (x - one * wx / w, y - one * wy / w);
-    let (xx, xy, yy) = (wxx - wx * wx / w, wxy - wx * wy / w, wyy - wy * wy / w);
-    let more = ridge * (xx + yy);
-    let (xx, yy) = (xx + more, yy + more);
-    let determinant = xx * yy - xy * xy;
-    if determinant > 0.0 { [(x * yy - y * xy) / determinant, (y * xx - x * xy) / determinant] } else { [0.0; 2] }
 }
 
 pub(super) fn length([a, b]: [f32; 2]) -> f32 {
@@ -306,7 +318,7 @@ impl Sums {
             }
         }
         let sums = sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32));
-        Ok(solved(&moments, sums, 1e-4).map(|along| -along))
+        Ok(Plane::of_sums(moments.plane(), sums).slope(1e-4).map(|along| -along))
     }
 
     /// Returns the wave after a last step.

@@ -3,15 +3,18 @@
 //! [`by_coherence`] takes a row for one line, so it needs an object as wide as the
 //! sensor. A wave takes each whisker for itself: a ball, a coin, a rod or a narrow block lights some of them alike.
 //!
-//! docs/ANSWERS.md has how often it answers, and errs, by kind of object. Corners and two objects of one velocity are
-//! refused. A slide that stops on the sensor is not always, and then has the velocity before the stop.
+//! Two contacts of one velocity, and a corner, have two planes of times instead.
 //!
-//! Only hosts take it yet. tests/firmware/budgets.toml has its stack.
+//! docs/ANSWERS.md has how often it answers, and errs, by kind of object. A slide that stops on the sensor is not always
+//! refused, and then has the velocity before the stop.
+//!
+//! tests/firmware/budgets.toml has what it costs a board.
 
 mod extent;
 mod fit;
 mod light;
 mod outline;
+mod pair;
 mod squares;
 
 use crate::paper::trigger::Event;
@@ -20,9 +23,10 @@ use crate::reason::Reason;
 use crate::touch::motion::{Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, readout, sqrt};
 use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
-use fit::{Wave as Fitted, Whiskers, length};
+use fit::{Wave as Fitted, Whisker, Whiskers, length};
 use light::{Lines, Samples};
-use outline::{Outline, has_valley, is_crossed};
+use outline::{Outline, has_valley, is_crossed, valley};
+use pair::Pair;
 use squares::{NONE, Polynomial, fit};
 
 /// What a velocity is known by.
@@ -33,7 +37,7 @@ use squares::{NONE, Polynomial, fit};
 pub enum Basis {
     /// An edge that covers the sensor: only the motion across it is known.
     Edge,
-    /// An object that is narrower than the sensor: whiskers beside its path are dark, and agree with the direction.
+    /// An object that is narrower than the sensor, two of one velocity, or a corner: the whole motion is known.
     Outline,
 }
 
@@ -50,6 +54,8 @@ impl Basis {
 /// Fewest lit whiskers of a wave, and most of a poke.
 const FEWEST: u32 = 5;
 const MOST_OF_POKE: u32 = 2;
+/// Fewest lit whiskers of one of two contacts.
+const FEWEST_OF_CONTACT: u32 = 3;
 /// A whisker is lit above an eighth of the brightest.
 const LIT_SHIFT: u32 = 3;
 /// Added to the slowness, in frames per pitch, where lateness is measured by it.
@@ -149,17 +155,55 @@ impl Wave {
             let is_poke = count <= MOST_OF_POKE;
             return Err(if is_poke { Reason::NoSlide(Contact::Poke) } else { Reason::FewWhiskers });
         }
-        let wave = Whiskers::new(&self.lines, lit).wave()?;
-        let [of_rows, of_columns] = config.readout().delays();
-        let each = [wave.slowness[1] + of_rows, wave.slowness[0] + of_columns];
-        let slowness = length(each);
-        match contact_at(each, slowness, config.readout())? {
-            Contact::Slide => {}
-            contact => return Err(Reason::NoSlide(contact)),
+        let outline = Outline::new(peaks);
+        let [right, up] = extent::unit(outline.degrees);
+        if let Some(side) = valley(peaks, right, up) {
+            return self.of_contacts([lit & side, lit & !side], config);
         }
-        let (right, up) = (each[1] / slowness, 0.0 - each[0] / slowness);
-        // One wave cannot tell how far ahead of the other one of two objects is.
-        let is_apart = has_valley(peaks, right, up);
+        let whiskers = Whiskers::new(&self.lines, lit);
+        let reason = match self.of_wave(&whiskers, &outline, count, config) {
+            Err(reason @ (Reason::SpeedChanges | Reason::Turning | Reason::NotAlike | Reason::NotOver)) => reason,
+            answer => return answer,
+        };
+        let pair = Pair::of_corner(&whiskers.points(Whisker::edge), lit, delays(config)).ok_or(reason)?;
+        Ok((Slide::new(pair.slowness, config)?.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline))
+    }
+
+    /// Answers by two contacts: one wave cannot tell how far ahead of the other one is.
+    fn of_contacts(&self, sides: [u32; 2], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+        if self.lines.is_cut || sides.iter().any(|side| side.count_ones() < FEWEST_OF_CONTACT) {
+            return Err(Reason::TwoObjects);
+        }
+        let points = Whiskers::new(&self.lines, sides[0] | sides[1]).points(Whisker::middle);
+        let pair = Pair::of_contacts(&points, sides, delays(config)).ok_or(Reason::TwoObjects)?;
+        let slide = Slide::new(pair.slowness, config)?;
+        for side in sides {
+            let mut peaks = self.lines.peaks;
+            for (taxel, peak) in peaks.iter_mut().enumerate() {
+                *peak *= i16::from(side >> taxel & 1 == 1);
+            }
+            if !is_crossed(&peaks, slide.right, slide.up) {
+                return Err(Reason::NotCrossed);
+            }
+        }
+        Ok((slide.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline))
+    }
+
+    /// Answers by one wave.
+    fn of_wave(
+        &self,
+        whiskers: &Whiskers<'_>,
+        outline: &Outline,
+        count: u32,
+        config: MotionConfig,
+    ) -> Result<(Velocity, Basis), Reason> {
+        let peaks = &self.lines.peaks;
+        let wave = whiskers.wave()?;
+        let [of_columns, of_rows] = delays(config);
+        let slide = Slide::new([wave.slowness[0] + of_columns, wave.slowness[1] + of_rows], config)?;
+        let Slide { slowness, right, up } = slide;
+        // Otherwise the valley across the outline tells it.
+        let is_apart = outline.degrees_sd > OUTLINE[0] && has_valley(peaks, right, up);
         let or_two = |reason| if is_apart { Reason::TwoObjects } else { reason };
         let rest = Rest::new(&wave, slowness, right, up, count).ok_or(Reason::NotAlike)?;
         if let Some(reason) = rest.doubt(count) {
@@ -168,29 +212,61 @@ impl Wave {
         if is_apart {
             return Err(Reason::TwoObjects);
         }
-        let basis = basis(peaks, count, degrees(right, up), rest.late).ok_or(Reason::NotAlike)?;
+        let basis = basis(outline, count, degrees(right, up), rest.late).ok_or(Reason::NotAlike)?;
         if !is_crossed(peaks, right, up) {
             return Err(Reason::NotCrossed);
         }
+        Ok((slide.velocity(rest.sd, self.lines.lost, config)?, basis))
+    }
+}
+
+/// Returns the delays of columns and rows.
+fn delays(config: MotionConfig) -> [f32; 2] {
+    let [of_rows, of_columns] = config.readout().delays();
+    [of_columns, of_rows]
+}
+
+/// A slide: frames to the pitch, and the direction.
+#[derive(Clone, Copy)]
+struct Slide {
+    slowness: f32,
+    right: f32,
+    up: f32,
+}
+
+impl Slide {
+    /// Creates the slide of a slowness along columns and rows.
+    fn new(each: [f32; 2], config: MotionConfig) -> Result<Self, Reason> {
+        let slowness = length(each);
+        match contact_at([each[1], each[0]], slowness, config.readout())? {
+            Contact::Slide => Ok(Self { slowness, right: each[0] / slowness, up: 0.0 - each[1] / slowness }),
+            contact => Err(Reason::NoSlide(contact)),
+        }
+    }
+
+    /// Returns the velocity with its deviations, of the speed as a fraction and of the direction in radians, to which lost frames
+    /// add.
+    fn velocity(self, sd: [f32; 2], lost: u8, config: MotionConfig) -> Result<Velocity, Reason> {
+        let Self { slowness, right, up } = self;
         let reach = config.readout().reach(slowness, right, up);
         if readout::is_too_far(reach) {
             return Err(Reason::ReadoutUnknown);
         }
         let few = FEW_FRAMES[1] * (FEW_FRAMES[0] - slowness).max(0.0);
-        let of_frames = length([few, LOST * sqrt(f32::from(self.lines.lost))]) / slowness;
-        let of_speed = readout::widened(length([length([rest.sd[0], LEAST_SD[0]]), of_frames]), reach[0]);
-        let of_angle = readout::widened(length([rest.sd[1], LEAST_SD[1]]), reach[1]);
-        if of_speed > MOST_SD[0] || of_angle > MOST_SD[1] {
+        let of_frames = length([few, LOST * sqrt(f32::from(lost))]) / slowness;
+        let of_speed = readout::widened(length([length([sd[0], LEAST_SD[0]]), of_frames]), reach[0]);
+        let of_angle = readout::widened(length([sd[1], LEAST_SD[1]]), reach[1]);
+        // What is no number is not certain.
+        if !(of_speed <= MOST_SD[0] && of_angle <= MOST_SD[1]) {
             return Err(Reason::Uncertain);
         }
         let mm_s = config.pitch_per_frame() / slowness;
-        let velocity = Velocity {
+        Ok(Velocity {
             mm_s,
             mm_s_sd: mm_s * of_speed,
             degrees: degrees(right, up),
             degrees_sd: of_angle * (180.0 / core::f32::consts::PI),
-        };
-        Ok((velocity, basis))
+        })
     }
 }
 
@@ -328,8 +404,7 @@ impl Rest {
 }
 
 /// Returns what a direction is known by; `None` if the outline has another one.
-fn basis(peaks: &[i16; TAXELS], count: u32, degrees: f32, [late, _]: [f32; 2]) -> Option<Basis> {
-    let outline = Outline::new(peaks);
+fn basis(outline: &Outline, count: u32, degrees: f32, [late, _]: [f32; 2]) -> Option<Basis> {
     let sd = outline.degrees_sd;
     // Less than half a turn, either way round.
     let off = (outline.degrees - degrees).abs();

@@ -201,11 +201,17 @@ fn values(peaks: &[i16; TAXELS]) -> [i32; TAXELS] {
 
 /// Returns whether a dark valley across the motion parts two contacts.
 pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
-    let mut order = [(i32::MAX, 0_i16); TAXELS];
+    valley(peaks, right, up).is_some()
+}
+
+/// Returns the whiskers to the right of the deepest valley across the motion that parts two contacts, a bit for each.
+#[inline(never)]
+pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> {
+    let mut order = [(i32::MAX, 0_i16, 0_u8); TAXELS];
     let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
     for (taxel, &peak) in peaks.iter().enumerate() {
         let [x, y] = place_of(taxel);
-        let each = (-x * up - y * right, peak);
+        let each = (-x * up - y * right, peak, taxel as u8);
         // A stable sort in few bytes: those before are sorted, and those behind are free.
         let at = order.iter().take(taxel).rposition(|before| before.0 <= each.0).map_or(0, |before| before + 1);
         let mut carried = each;
@@ -214,9 +220,9 @@ pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
         }
     }
     let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
-    let second = |part: &[(i32, i16)]| {
+    let second = |part: &[(i32, i16, u8)]| {
         let (mut most, mut second) = (0, 0);
-        for &(_, peak) in part {
+        for &(_, peak, _) in part {
             if peak > most {
                 (most, second) = (peak, most);
             } else {
@@ -225,17 +231,23 @@ pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
         }
         i32::from(second)
     };
-    (3..TAXELS - 2).any(|at| {
-        let Some((before, behind)) = order.split_at_checked(at) else { return false };
-        let [a, b] = [before.last(), behind.first()].map(|each| each.map_or(0, |&(_, peak)| i32::from(peak)));
+    let (mut deepest, mut side) = (0, None);
+    for at in 3..TAXELS - 2 {
+        let Some((before, behind)) = order.split_at_checked(at) else { continue };
+        let [a, b] = [before.last(), behind.first()].map(|each| each.map_or(0, |&(_, peak, _)| i32::from(peak)));
+        let bottom = a.max(b);
         // No side is brighter than the brightest.
-        if 20 * a.max(b) >= 3 * highest {
-            return false;
+        if 20 * bottom >= 3 * highest {
+            continue;
         }
         let sides = second(before).min(second(behind));
         // Both sides are lit, and the valley has less than 15 % of either.
-        sides << LIT_SHIFT > highest && 20 * a.max(b) < 3 * sides
-    })
+        if sides << LIT_SHIFT > highest && 20 * bottom < 3 * sides && sides - bottom > deepest {
+            (deepest, side) =
+                (sides - bottom, Some(before.iter().fold(0, |side, &(_, _, taxel)| side | 1 << (taxel & 31))));
+        }
+    }
+    side
 }
 
 /// Returns whether whiskers are lit along the whole way, but for a dead one. An object that stops on the sensor leaves

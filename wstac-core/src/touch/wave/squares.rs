@@ -1,5 +1,6 @@
 //! Weighted least squares over whiskers' places, for polynomials of at most two degrees.
 
+use crate::params::TAXELS;
 use crate::touch::motion::sqrt;
 
 /// Exponents of the monomials of a polynomial: of the column's number from the middle, and of the row's.
@@ -41,12 +42,120 @@ impl Moments {
     }
 }
 
+/// Returns the whiskers at which a plane is above 0, a bit for each.
+#[inline(never)]
+pub(super) fn above(points: &Points, plane: [f32; 3]) -> u32 {
+    // Of 2^-4 units. Sums are below 2^29.
+    let most = (1 << 26) as f32;
+    let [middle, along_x, along_y] = plane.map(|part| (16.0 * part).clamp(0.0 - most, most) as i32);
+    let mut whiskers = 0;
+    for (taxel, Point { place: [x, y], weight, .. }) in points.iter().enumerate() {
+        whiskers |= u32::from(*weight > 0 && middle + along_x * x + along_y * y > 0) << (taxel & 31);
+    }
+    whiskers
+}
+
 /// Weighted sums of products of two monomials.
 pub(super) type Products = [Polynomial; 6];
 
 /// Returns the six monomials of a place.
 pub(super) fn monomials([x, y]: [i32; 2]) -> [i32; 6] {
     [1, x, y, x * x, x * y, y * y]
+}
+
+/// Fraction bits of a frame in a whisker's time, and what one frame is.
+pub(super) const TIME_SHIFT: u32 = 9;
+pub(super) const ONE_FRAME: f32 = (1 << TIME_SHIFT) as f32;
+
+/// A whisker's place, a time in units of 2^-9 frames, and its weight; no whisker has the weight 0.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Point {
+    pub(super) place: [i32; 2],
+    pub(super) time: i32,
+    pub(super) weight: i32,
+}
+
+pub(super) type Points = [Point; TAXELS];
+
+/// A plane through weighted times, by sums about their means.
+#[derive(Clone, Copy)]
+pub(super) struct Plane {
+    /// Means of x, of y and of the time.
+    mean: [f32; 3],
+    /// Sums of x², x y and y².
+    square: [f32; 3],
+    /// Sums of the time with x and with y.
+    mixed: [f32; 2],
+}
+
+impl Plane {
+    /// Creates the plane through the points of some whiskers, a bit for each.
+    #[inline(never)]
+    pub(super) fn new(points: &Points, whiskers: u32) -> Self {
+        let (mut moments, mut sums) = ([0; 6], [0_i64; 3]);
+        for (_, point) in points.iter().enumerate().filter(|(taxel, _)| whiskers >> taxel & 1 == 1) {
+            let each = monomials(point.place).map(|factor| factor * point.weight);
+            for (sum, part) in moments.iter_mut().zip(each) {
+                *sum += part;
+            }
+            for (sum, part) in sums.iter_mut().zip(each) {
+                *sum += i64::from(part) * i64::from(point.time);
+            }
+        }
+        Self::of_sums(moments.map(|sum| sum as f32), sums.map(|sum| sum as f32))
+    }
+
+    /// Returns the plane by the sums of weights times 1, x, y and their products, and of times with 1, x and y.
+    #[inline(never)]
+    pub(super) fn of_sums([w, wx, wy, wxx, wxy, wyy]: Polynomial, [one, x, y]: [f32; 3]) -> Self {
+        let w = if w > 0.0 { w } else { 1.0 };
+        Self {
+            mean: [wx / w, wy / w, one / w],
+            square: [wxx - wx * wx / w, wxy - wx * wy / w, wyy - wy * wy / w],
+            mixed: [x - one * wx / w, y - one * wy / w],
+        }
+    }
+
+    /// Returns the elements xx, xy and yy of the inverse of the squares with a ridge, or zeros.
+    #[inline(never)]
+    pub(super) fn inverse(&self, ridge: f32) -> [f32; 3] {
+        let [xx, xy, yy] = self.square;
+        let more = ridge * (xx + yy);
+        let (xx, yy) = (xx + more, yy + more);
+        let determinant = xx * yy - xy * xy;
+        if determinant > 0.0 { [yy, 0.0 - xy, xx].map(|part| part / determinant) } else { [0.0; 3] }
+    }
+
+    pub(super) fn slope(&self, ridge: f32) -> [f32; 2] {
+        let ([xx, xy, yy], [x, y]) = (self.inverse(ridge), self.mixed);
+        [xx * x + xy * y, xy * x + yy * y]
+    }
+
+    /// Returns the plane of this slope through the means: its time in the middle, and its slope.
+    pub(super) fn level(&self, [along_x, along_y]: [f32; 2]) -> [f32; 3] {
+        let [x, y, time] = self.mean;
+        [time - along_x * x - along_y * y, along_x, along_y]
+    }
+
+    /// Returns how far a place is from the mean, to the left of a slope, as the plane has it.
+    pub(super) fn across(&self, [along_x, along_y]: [f32; 2]) -> [f32; 3] {
+        let [x, y, _] = self.mean;
+        [along_y * x - along_x * y, 0.0 - along_y, along_x]
+    }
+
+    /// Returns the plane through what a slope leaves.
+    pub(super) fn without(&self, [along_x, along_y]: [f32; 2]) -> Self {
+        let ([xx, xy, yy], [x, y]) = (self.square, self.mixed);
+        Self { mixed: [x - xx * along_x - xy * along_y, y - xy * along_x - yy * along_y], ..*self }
+    }
+
+    /// Returns the plane whose slope both have, each with a time of its own.
+    pub(super) fn with(&self, other: &Self) -> Self {
+        let [xx, xy, yy] = self.square;
+        let [with_xx, with_xy, with_yy] = other.square;
+        let ([x, y], [with_x, with_y]) = (self.mixed, other.mixed);
+        Self { square: [xx + with_xx, xy + with_xy, yy + with_yy], mixed: [x + with_x, y + with_y], ..*self }
+    }
 }
 
 /// Returns the sum of products. Most factors `a` are 0, and a processor without a floating-point unit skips them.

@@ -31,11 +31,15 @@ fn flash(t: f64) -> f64 {
 /// Returns frames in which a flash passes whiskers with a slowness to the right and downward, in frames per pitch.
 /// Each whisker has the brightness that `peak` says for its place to the right of the middle and above it.
 fn slide([right, down]: [f64; 2], peak: impl Fn(f64, f64) -> f64) -> Vec<Frame> {
+    flashes(|x, y| 14.0 + 2.0 * (right.abs() + down.abs()) + x * right - y * down, peak)
+}
+
+/// Returns frames with a flash of each whisker at a time in frames, by its place to the right of the middle and above it.
+fn flashes(late: impl Fn(f64, f64) -> f64, peak: impl Fn(f64, f64) -> f64) -> Vec<Frame> {
     let frame = |t: usize| {
         core::array::from_fn(|taxel| {
-            let (x, y) = ((taxel % 5) as f64 - 2.0, (taxel / 5) as f64 - 2.0);
-            let at = t as f64 - 14.0 - 2.0 * (right.abs() + down.abs()) - x * right - y * down;
-            (300.0 + 9000.0 * peak(x, -y) * flash(at) + (t * 7 + taxel * 3) as f64 % 3.0) as u16
+            let (x, y) = ((taxel % 5) as f64 - 2.0, 2.0 - (taxel / 5) as f64);
+            (300.0 + 9000.0 * peak(x, y) * flash(t as f64 - late(x, y)) + (t * 7 + taxel * 3) as f64 % 3.0) as u16
         })
     };
     (0..SAMPLE_FRAMES).map(frame).collect()
@@ -88,6 +92,46 @@ fn what_no_wave_explains_is_refused() {
     let (above, below) = (slide(slow, |_, y| f64::from(y > 1.5)), slide(fast, |_, y| f64::from(y < -1.5)));
     let both: Vec<Frame> = above.iter().zip(&below).map(|(a, b)| core::array::from_fn(|k| a[k].max(b[k]))).collect();
     assert_eq!(fit(&both), Err(Reason::TwoObjects));
+}
+
+#[test]
+fn two_contacts_of_one_velocity_have_it() {
+    for (mm_s, degrees, behind) in [(40.0, 20.0_f64, 1.5_f64), (90.0, 135.0, 0.0), (160.0, 250.0, -1.0)] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let left = |x: f64, y: f64| -> f64 { y * cosine - x * sine };
+        let fingers = |at: f64, second: f64, turn: f64| {
+            let late = |x: f64, y: f64| {
+                let along = x * cosine + y * sine;
+                let of_second = second * along + turn * left(x, y) + at;
+                18.0 + 120.0 / mm_s * (3.0 + if left(x, y) < 0.0 { of_second } else { along })
+            };
+            flashes(late, |x, y| (1.0 - (left(x, y).abs() - 1.8).powi(2)).max(0.0))
+        };
+        check("fingers", &fingers(behind, 1.0, 0.0), mm_s, degrees, Basis::Outline);
+        assert_eq!(fit(&fingers(behind, 0.9, 0.0)), Err(Reason::TwoObjects));
+        assert_eq!(fit(&fingers(behind, 1.0, 0.6)), Err(Reason::TwoObjects));
+    }
+}
+
+#[test]
+fn a_corner_has_the_velocity_of_both_edges() {
+    for (mm_s, degrees, skew) in [(40.0, 20.0_f64, 0.0_f64), (90.0, 135.0, 18.0), (200.0, 250.0, -12.0)] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let corner = |half: f64, points: f64, faster: f64| {
+            let [left, right] = [1.0, -1.0].map(|side| (skew + side * half).to_radians().tan());
+            let late = move |x: f64, y: f64| {
+                let (along, beside) = (x * cosine + y * sine, y * cosine - x * sine - 0.3);
+                let way = along + points * (left * beside).max(right * beside);
+                22.0 + 120.0 / mm_s * (4.0 + way - faster * way * way)
+            };
+            flashes(late, |_, _| 1.0)
+        };
+        check("corner", &corner(45.0, 1.0, 0.0), mm_s, degrees, Basis::Outline);
+        // Nearly a straight edge, a corner that opens forward, and one that accelerates.
+        assert!(fit(&corner(20.0, 1.0, 0.0)).is_err());
+        assert!(fit(&corner(45.0, -1.0, 0.0)).is_err());
+        assert_eq!(fit(&corner(45.0, 1.0, 0.06)), Err(Reason::SpeedChanges));
+    }
 }
 
 #[test]
