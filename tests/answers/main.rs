@@ -1,8 +1,8 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `live`, `readout`, `judge` (objects) or `textures` it writes only that section, and with `base` only the table of the
-//! kinds of touch, whose lines are lines of the page. With `objects` and its options it prints a table of objects for
-//! whoever sets limits, by other seeds than those of the page.
+//! `limits`, `live`, `readout`, `judge` (objects) or `textures` it writes only that section, and with `base` only the table
+//! of the kinds of touch, whose lines are lines of the page. With `objects` and its options it prints a table of objects
+//! for whoever sets limits, by other seeds than those of the page.
 
 mod live;
 mod objects;
@@ -242,6 +242,7 @@ fn main() {
         }
         let mut section = String::new();
         match part.as_str() {
+            "limits" => limits(&mut section),
             "live" => live::tables(&mut section),
             "readout" => readout::table(&mut section),
             "judge" => objects::section(&mut section),
@@ -326,7 +327,12 @@ fn limits(page: &mut String) {
         (Kind::OneWeak, "one weak whisker"),
         (Kind::Dead, "one dead whisker, three weak ones"),
         (Kind::Lost, "5 % of the frames lost"),
+        (Kind::Skewed, "edges at up to 15° from the right angle"),
+        (Kind::Narrow, "blocks of 6 to 20 mm in width"),
+        (Kind::Changing, "speed that changes; compared with that of the first 8 mm"),
+        (Kind::Stop, "a stop within the slide"),
         (Kind::Slow, "1 to 9 mm/s"),
+        (Kind::Two, "two slides within one sample; compared with the first"),
     ] {
         let answered = answers(kind, OTHERS);
         let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));

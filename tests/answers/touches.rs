@@ -45,18 +45,24 @@ pub(crate) enum Kind {
     Noisy,
     /// One whisker is dead and up to three are weak.
     Dead,
-    /// Blocks of 6 to 20 mm in width, somewhere on the sensor. Each kind keeps the number that its touches are drawn by.
-    Narrow = 10,
+    /// Edges arrive at up to 15° from the right angle to the motion.
+    Skewed,
+    /// Blocks of 6 to 20 mm in width, somewhere on the sensor.
+    Narrow,
     /// Textures whose period is the distance between whiskers.
     Pitch,
     /// The speed changes by a factor of 0.4 to 2.4 within 40 mm.
     Changing,
     /// The speed changes from 80 to 200 mm/s after 40 mm.
     Step,
+    /// The slide stops for 3 mm at 1 mm/s, somewhere.
+    Stop,
     /// Speeds below the range: 1 to 9 mm/s.
-    Slow = 15,
+    Slow,
+    /// Two slides of 30 mm at 60 to 400 mm/s, at most 45 frames apart; compared with the first.
+    Two,
     /// Slides on few sensors, many on each.
-    Sensors = 17,
+    Sensors,
     /// A twentieth of the frames is lost.
     Lost,
     /// One whisker is dead.
@@ -115,6 +121,7 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
             press(PressKind::Poke, between(2.5, 4.0), between(500.0, 2000.0), between(0.05, 0.5), whisker)
         }
         Kind::Straight => Touch::Slide(Slide { direction_deg: 90.0 * (degrees / 90.0).floor(), ..slide }),
+        Kind::Skewed => Touch::Slide(Slide { skew_deg: between(-15.0, 15.0), ..slide }),
         Kind::Narrow => {
             let specimen = Specimen { width_mm: between(6.0, 20.0), ..specimen };
             Touch::Slide(Slide { specimen, offset_mm: between(-6.0, 6.0), ..slide })
@@ -124,7 +131,17 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
             let profile = SpeedProfile::new(&[[0.0, 80.0], [40.0, 80.0], [42.0, 200.0]]);
             Touch::Slide(Slide { profile, ..Slide::new(specimen, 80.0, degrees) })
         }
+        Kind::Stop => {
+            let [speed, at] = [30.0 * 10.0_f64.powf(between(0.0, 1.0)), between(5.0, 60.0)];
+            let specimen = Specimen { length_mm: length.max(60.0), ..specimen };
+            let stop = [[0.0, speed], [at, speed], [at + 2.0, 1.0], [at + 5.0, 1.0], [at + 7.0, speed]];
+            Touch::Slide(Slide { profile: SpeedProfile::new(&stop), ..Slide::new(specimen, speed, degrees) })
+        }
         Kind::Slow => Touch::Slide(Slide { speed_mm_s: between(1.0, 9.0), ..slide }),
+        Kind::Two => {
+            let specimen = Specimen { length_mm: 30.0, ..specimen };
+            Touch::Slide(Slide::new(specimen, 60.0 * (20.0_f64 / 3.0).powf(between(0.0, 1.0)), degrees))
+        }
         Kind::Changing => {
             let then = speed * between(0.4, 2.4);
             Touch::Slide(Slide { profile: SpeedProfile::new(&[[0.0, speed], [8.0, speed], [40.0, then]]), ..slide })
@@ -152,6 +169,12 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
         script.light.dead = Dead::try_from(vec![[dead.0, dead.1]]).expect("rows and columns are 1 to 5");
         let weak = weak.map(|(row, column)| (row, column, 0.15)).to_vec();
         script.light.weak = Weak::try_from(weak).expect("rows and columns are 1 to 5");
+    }
+    if kind == Kind::Two {
+        let specimen = Specimen { length_mm: 30.0, ..Specimen::ALL[between(0.0, 10.0) as usize] };
+        let speed = 60.0 * (20.0_f64 / 3.0).powf(between(0.0, 1.0));
+        script.touches.push(Touch::Slide(Slide::new(specimen, speed, between(0.0, 360.0))));
+        script.gap = between(1.0, 46.0) as u32;
     }
     if matches!(kind, Kind::OneDead | Kind::OneWeak) {
         let (row, column) = (1 + between(0.0, 5.0) as i64, 1 + between(0.0, 5.0) as i64);

@@ -79,6 +79,8 @@ approach = 2000
 """
 # A configuration with the published law.
 PUBLISHED = "published.toml"
+# A ball, and a configuration with the estimator that tells its place and width.
+BALL, WAVE = "ball.toml", "wave.toml"
 
 
 def fail(message):
@@ -111,6 +113,8 @@ class Wstac:
         (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides) + OTHERS)
         (self.folder / "global.toml").write_text("[sensor]\nreadout_ms = 0\n")
         (self.folder / PUBLISHED).write_text('[speed]\nlaw = "published"\n')
+        (self.folder / BALL).write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n[sensor]\nsize = [200, 200]\n')
+        (self.folder / WAVE).write_text('[speed]\nestimator = "wave"\n')
         run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
         self.run("slides.mcap", "--save-raw", "slides.raw")
         both = ["cam:left=scene:Saw3@150", "cam:right=scene:Tri3@120"]
@@ -130,6 +134,7 @@ def record_of(line):
     if line["kind"] == "contact_end":
         return line
     speed, direction, texture = line["speed"] or {}, line["direction"] or {}, line["texture"] or {}
+    place, width = line.get("place_mm", {}), line.get("width_mm", {})
     why, at_most = line.get("why", {}), line.get("speed_at_most", {})
     signed = {name: -1 if line.get(name) is None else line[name] for name in ("duration_frames", "touch_frame", "end_frame")}
     return {
@@ -148,6 +153,9 @@ def record_of(line):
         "why_no_direction": why.get("direction"),
         "why_not_reliable": why.get("reliable"),
         "why_texture": why.get("texture"),
+        "basis": line.get("basis"),
+        **{"place_mm": place.get("value"), "place_sd_mm": place.get("sd"), "width_mm": width.get("value"), "width_sd_mm": width.get("sd")},
+        "contacts": line.get("contacts", -1),
         **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm", "confidence")},
         "known": {None: -1, False: 0, True: 1}[texture.get("known")],
         "other": texture.get("class"),
@@ -629,6 +637,13 @@ def check_host_records(programs, wstac):
         same(kinds, ["None"] if more else ["poke", "press", "slide", "unclear"], f"kinds of touch by {law}")
         same(ends, [] if more else [event["frame"] for event in events], f"ends of contacts by {law}")
         print(f"host library, {law}: every field of {len(events)} events and {len(ends)} ends of contacts")
+    # What 25 taxels tell of a narrow object.
+    source, more = f"scene:{BALL}", ["--config", WAVE]
+    expected = [record_of(line) for line in wstac.run(source, "--samples", *more) if line["kind"] in ("event", "contact_end")]
+    found = [json.loads(text) for text in programs.run(sanitized, source, WAVE).splitlines()]
+    same(found, expected, "records by a wave")
+    known = [event["width_mm"] and event["place_sd_mm"] and event["basis"] for event in expected if event["kind"] == "event"]
+    same((known, expected[0]["contacts"]), (["outline"], 1), "what a wave tells of a ball")
 
 
 def example_line(record):

@@ -378,6 +378,9 @@ static void link_is_checked(void)
     EXPECT(wstac_fw_link_event(&line, &pipeline, NULL, bytes, &length) == WSTAC_FW_STATUS_NULL);
     EXPECT(wstac_fw_motion(&pipeline, &motion) == WSTAC_FW_STATUS_OK);
     whole = written(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length), bytes, &length);
+    motion.reliable = 2;
+    EXPECT(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length) == WSTAC_FW_STATUS_CHOICE);
+    motion.reliable = true;
     /* A texture takes its task, its name with a length, and two bytes for what the model does not tell. */
     answers.texture = &texture;
     EXPECT(written(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length), bytes, &length) == whole + 7);
@@ -390,6 +393,9 @@ static void link_is_checked(void)
     EXPECT(wstac_fw_speed(&pipeline, &speed) == WSTAC_FW_STATUS_OK);
     EXPECT(wstac_fw_direction(&pipeline, &direction) == WSTAC_FW_STATUS_OK);
     answers.speed = &speed, answers.direction = &direction;
+    speed.extrapolated = 2;
+    EXPECT(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length) == WSTAC_FW_STATUS_CHOICE);
+    speed.extrapolated = false;
     written(wstac_fw_link_event(&line, &pipeline, &answers, bytes, &length), bytes, &length);
     written(wstac_fw_link_contact_end(&line, &end, bytes, &length), bytes, &length);
     written(wstac_fw_link_interrupted(&line, &incomplete, bytes, &length), bytes, &length);

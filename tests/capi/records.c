@@ -52,6 +52,12 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     number("completed_s", event->completed_s);
     whole("completed_ns", event->completed_ns);
     text("stamp", event->stamp);
+    text("basis", event->basis);
+    number("place_mm", event->place_mm);
+    number("place_sd_mm", event->place_sd_mm);
+    number("width_mm", event->width_mm);
+    number("width_sd_mm", event->width_sd_mm);
+    whole("contacts", event->contacts);
     text("specimen", texture->specimen);
     text("pattern", texture->pattern);
     number("depth_mm", texture->depth_mm);

@@ -38,14 +38,14 @@ def environment():
     return {name: value for name, value in os.environ.items() if not name.startswith("WSTAC_")}
 
 
-def cargo(target, *what, model=None, config=None, pixels=None, debug=True, **how):
+def cargo(target, *what, model=None, config=None, pixels=None, debug=True, features="emulated", **how):
     """Runs cargo for programs (`--bin NAME`, `--examples`) of a target, and returns the finished process. Without debug
     information this is faster, and the code is the same.
     """
     variables = environment() | ({} if debug else {"CARGO_PROFILE_RELEASE_DEBUG": "0"})
     named = {"WSTAC_MODEL": model, "WSTAC_CONFIG": config, "WSTAC_PIXELS": pixels}
     variables |= {name: str(value) for name, value in named.items() if value is not None}
-    arguments = ["--quiet", "--locked", "--release", "--no-default-features", "--features", "emulated"]
+    arguments = ["--quiet", "--locked", "--release", "--no-default-features", "--features", features]
     command = [ROOT / "ci/tool", "thumb", target, "build", *arguments, "--target-dir", folder(), *what]
     return subprocess.run(command, cwd=FIRMWARE, env=variables, **how)
 

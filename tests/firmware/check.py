@@ -17,7 +17,7 @@ import budget
 import golden
 import images
 import link
-from boards import BOARDS, ROOT
+from boards import BOARDS, ROOT, TARGETS, Board
 from counter import Counter, Setting, formats, write_samples
 from host import features, host, same
 
@@ -33,14 +33,16 @@ BASE = ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "m
 FEW = ("M0", "M4F")
 # Keys of [speed].
 LAWS = ('estimator = "edges"', 'law = "published"', 'law = "arrival"')
+# The boards with memory for the law of 25 taxels: a Cortex-M3 runs a Cortex-M0's code, instead of a microbit with its 16 KiB.
+WITH_TAXELS = (Board("M0", "mps2-an385", TARGETS[0]), *BOARDS[1:])
 FRAME = 400 * 400
 STRIPE = 8 * 400
 
 
-def clip(wstac, folder):
-    """Returns two slides: as a file for the host, and as plain frames for the boards."""
+def clip(wstac, folder, scene="clip.toml"):
+    """Returns slides: as a file for the host, and as plain frames for the boards."""
     file = folder / "clip.y4m"
-    subprocess.run([wstac, "scene", "render", HERE / "clip.toml", "-o", file, "--force"], check=True, capture_output=True)
+    subprocess.run([wstac, "scene", "render", HERE / scene, "-o", file, "--force"], check=True, capture_output=True)
     data = file.read_bytes()
     frames = bytearray()
     at = data.index(b"\n") + 1
@@ -60,16 +62,24 @@ def without_frames(board, elf):
         sys.exit(f"{board.core}: expected {Path(elf).name} to name the file that it lacks, got {code}: {said!r}")
 
 
+def by_wave(folder):
+    """Returns a configuration's file with the estimator of 25 taxels."""
+    file = folder / "wave.toml"
+    file.write_text('[speed]\nestimator = "wave"\n')
+    return file
+
+
 def measure(wstac, folder, models, chosen=BOARDS):
     """Builds and runs the firmware with each of these models on these boards. Returns numbers by core and program."""
     file = clip(wstac, folder)
     write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in chosen}
-    everything = host(wstac, "run", file, "--readout", "0", "--json", "--features", "--samples")
+    how = ("--readout", "0", "--json")
+    everything = host(wstac, "run", file, *how, "--features", "--samples")
     on_host = [record["f"] for record in map(json.loads, everything) if record["kind"] == "features"]
     for name, model in models.items():
         asked = [] if model is None else ["--model", model]
-        events = host(wstac, "run", file, "--readout", "0", "--json", *asked)
+        events = host(wstac, "run", file, *how, *asked)
         # The golden vectors need no model.
         what = ("--bins",) if model is None else ("--bin", "emulated", "--bin", "cost")
         for target in sorted({board.target for board in chosen}):
@@ -97,17 +107,45 @@ def measure(wstac, folder, models, chosen=BOARDS):
     return numbers
 
 
+def wave(wstac, folder, numbers, chosen=WITH_TAXELS):
+    """Checks the law of 25 taxels on objects that are narrower than the sensor, and adds its costs to the numbers."""
+    folder /= "wave"
+    folder.mkdir()
+    file, config = clip(wstac, folder, "balls.toml"), by_wave(folder)
+    events = host(wstac, "run", file, "--readout", "0", "--json", "--config", config)
+    found = [(line["basis"], line["reliable"]) for line in map(json.loads, events) if line["kind"] == "event"]
+    if sorted(found) != [("edge", True), ("outline", True), ("outline", True)]:
+        sys.exit(f"the host's answers about balls are {found}, which says little about a board")
+    for board in chosen:
+        features = "mps2" if board.core == "M0" else "emulated"
+        programs = boards.build(board.target, "--bin", "emulated", "--bin", "cost", config=config, features=features)
+        boards.run(board, programs / "emulated", folder, serial="file:serial")
+        stack = int.from_bytes((folder / "stack").read_bytes(), "little")
+        same(board, "events by a wave", host(wstac, "monitor", folder / "serial", "--json"), events)
+        cost, size, of = json.loads(boards.run(board, programs / "cost", folder)), boards.sizes(programs / "emulated"), numbers[board.core]
+        of |= {"wave": cost["wave"], "wave, flash": size.flash - of["flash"], "wave, ram": size.ram + stack}
+        print(f"{board.core}, by a wave: {cost['events']} events as on the host", flush=True)
+
+
+def refusals(folder):
+    """Checks that a build names a pixel format that it does not know, and a law that a small board has no memory for."""
+    for named, expected in (
+        ({"pixels": "YUY2"}, "WSTAC_PIXELS=YUY2: expected one of GREY, "),
+        ({"config": by_wave(folder)}, '[speed] estimator is "wave", which takes more than the 16 KiB of RAM'),
+    ):
+        refused = boards.refused(**named)
+        if expected not in refused:
+            sys.exit(f"{named} must be refused with {expected!r}, the build said {refused!r}")
+
+
 def formats_too(wstac, folder):
-    """Checks every pixel format on one of the boards in turn, and with one of the laws. An unknown name must be refused."""
+    """Checks every pixel format on one of the boards in turn, and with one of the laws."""
     counter = Counter(wstac, folder, debug=True)
     for k, name in enumerate(formats()):
         board = BOARDS[k % len(BOARDS)]
         law = LAWS[(k + k // len(BOARDS)) % len(LAWS)]
         counter.setting(Setting(name, law=law), cores=(board.core,))
         print(f"{board.core}: events and features of {name} with {law} as on the host", flush=True)
-    refused = boards.refused(pixels="YUY2")
-    if "WSTAC_PIXELS=YUY2: expected one of GREY, " not in refused:
-        sys.exit(f"WSTAC_PIXELS=YUY2 must be refused, the build said {refused!r}")
 
 
 def main():
@@ -121,6 +159,8 @@ def main():
             numbers = measure(wstac, Path(folder), {None: None}, [board for board in BOARDS if board.core in FEW])
         else:
             numbers = measure(wstac, Path(folder), MODELS)
+            wave(wstac, Path(folder), numbers)
+            refusals(Path(folder))
             formats_too(wstac, Path(folder))
     if not base:
         for target in boards.TARGETS:

@@ -86,9 +86,12 @@ def check_lines(file, outputs):
     """Checks lines of wstac run --json against the schema of a recording. Returns the kinds that were there."""
     _, schema, _ = json_messages(file)
     validator = Draft7Validator(schema)
-    kinds = {}
+    kinds, extents = {}, 0
     for lines in outputs:
-        kinds.update(check(validator, [json.loads(line) for line in lines]))
+        found = check(validator, [json.loads(line) for line in lines])
+        kinds.update(found)
+        extents += {"basis", "place_mm", "width_mm", "contacts"} <= set(found.get("event", {}))
+    assert extents, "no event has a place and a width"
     for kind, message in kinds.items():
         optional = {"speed_at_most", "basis", "place_mm", "width_mm", "contacts", "why", "sample", "sensor", "dropped_by", "readout_ms"}
         check_required(validator, message, optional)

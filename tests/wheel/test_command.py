@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import wstac
-from conftest import LAWS, REPOSITORY, WSTAC, command, refusal
+from conftest import GLOBAL, LAWS, REPOSITORY, WSTAC, command, refusal
 
 
 def check(source: str, found: wstac.Recording, *options: str) -> int:
@@ -30,6 +30,19 @@ def check(source: str, found: wstac.Recording, *options: str) -> int:
     assert (found.end.frames, found.end.dropped, found.end.baseline) == (end["frames"], end["dropped"], end["baseline"])
     assert (found.end.dropped_by, found.end.readout_ms) == (end.get("dropped_by", {}), end.get("readout_ms", 0))
     return len(found.events)
+
+
+def test_what_a_wave_tells_of_a_ball(tmp_path: Path) -> None:
+    scene, config = tmp_path / "ball.toml", tmp_path / "wave.toml"
+    scene.write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n')
+    config.write_text(GLOBAL + '[speed]\nestimator = "wave"\n')
+    [event] = wstac.open(f"scene:{scene}", config=wstac.Config.read(config))
+    [line] = [line for line in command("run", f"scene:{scene}", "--json", "--config", str(config)) if line["kind"] == "event"]
+    assert event.record == line
+    assert event.basis == "outline" and event.contacts == 1 and event.reliable
+    row = event.to_dict()
+    assert (row["place_mm"], row["place_sd_mm"]) == (line["place_mm"]["value"], line["place_mm"]["sd"])
+    assert (row["width_mm"], row["width_sd_mm"]) == (line["width_mm"]["value"], line["width_mm"]["sd"])
 
 
 @pytest.mark.parametrize("law", LAWS)

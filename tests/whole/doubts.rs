@@ -7,6 +7,7 @@ use wstac_core::touch::wave::Basis;
 use wstac_host::config::Config;
 use wstac_host::json::JsonLine;
 use wstac_host::output::{Output, TactileEvent};
+use wstac_host::text::text_of;
 use wstac_host::texture::NoTexture;
 use wstac_scene::SceneConfig;
 
@@ -55,13 +56,37 @@ fn each_cause_has_its_reason() {
     }
     // 25 taxels tell more.
     for (scene, doubt, basis) in [
-        ("Saw3@150", None, Basis::Edge),
-        (&narrow, None, Basis::Outline),
-        (&changing, Some(Reason::SpeedChanges), Basis::Edge),
+        ("Saw3@150", None, Some(Basis::Edge)),
+        (&narrow, None, Some(Basis::Outline)),
+        (&changing, Some(Reason::SpeedChanges), None),
     ] {
         let found = event(scene, "[speed]\nestimator = \"wave\"", "builtin:path-svm", as_it_is);
-        assert_eq!((found.doubt, found.basis), (doubt, Some(basis)), "{scene}");
+        assert_eq!((found.doubt, found.basis), (doubt, basis), "{scene}");
     }
+}
+
+/// Checks that an object's place and width are in the line of text and in that of JSON.
+#[test]
+fn a_narrow_object_has_its_place_and_width() {
+    let ball = "shape = \"ball\"\ndiameter = 15\nspeed = 100\ndirection = 30";
+    let found = event(ball, "[speed]\nestimator = \"wave\"", "builtin:path-svm", as_it_is);
+    assert!(found.reliable, "{found:?}");
+    let extent = found.extent.unwrap();
+    let (place, width) = (extent.place_mm.unwrap(), extent.width_mm.unwrap());
+    assert!(place.value.abs() < 1.0 && (5.0..15.0).contains(&width.value) && extent.contacts == 1, "{extent:?}");
+    let output = Output::Event(Box::new(found.clone()));
+    let text = text_of(&output);
+    let side = if place.value < 0.0 { "right" } else { "left" };
+    let expected =
+        format!(", by the outline, {:.1} ± {:.1} mm wide, {:.1} ± ", width.value, width.sd, place.value.abs());
+    assert!(text.contains(&expected) && text.contains(&format!(" mm to the {side} of the motion")), "{text}");
+    assert!(!text.contains("contacts"), "{text}");
+    let line = serde_json::to_value(JsonLine::new(&output).unwrap()).unwrap();
+    for (name, measured) in [("place_mm", place), ("width_mm", width)] {
+        let value = line[name]["value"].as_f64().unwrap();
+        assert!((value - f64::from(measured.value)).abs() < 0.006 && line[name]["sd"].as_f64() > Some(0.0), "{line}");
+    }
+    assert_eq!((line["basis"].as_str(), line["contacts"].as_u64()), (Some("outline"), Some(1)));
 }
 
 #[test]

@@ -4,7 +4,8 @@
 use wstac_core::law::EventLaw;
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
-use wstac_core::touch::path_sample::{PathSample, TaxelRing};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::TactileEvent;

@@ -22,7 +22,7 @@ pub struct SensorSession {
     /// Whether the program pushes the frames.
     takes_frames: bool,
     given: Given,
-    /// Notes about what nothing states of the source, one sentence per line.
+    /// One sentence per line, as `wstac_notes` returns them.
     notes: CString,
     /// The readout that motion is computed with; NAN if it is unknown.
     readout_ms: f64,

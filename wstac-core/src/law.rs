@@ -1,7 +1,8 @@
 //! The laws from an event to its answers: speed, direction and kind of touch, behind one trait.
 //!
-//! [`ByWave`] measures arrival times of 25 taxels, and holds for objects of any shape. [`ByCoherence`] and [`ByEdges`] measure
-//! those of ten sums, and hold for objects wider than the sensor. [`SpeedConfig`] is a law of durations, with the direction of
+//! [`ByWave`] measures arrival times of 25 taxels, and holds for one object of most shapes: corners are refused, and so are
+//! two objects side by side. [`ByCoherence`] and [`ByEdges`] measure those of ten sums, and hold for objects wider than the
+//! sensor. [`SpeedConfig`] is a law of durations, with the direction of
 //! centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
 
 use crate::paper::direction::{self, Direction};
@@ -25,9 +26,10 @@ pub struct Answer {
     pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
-    /// What speed and direction are known by; `None` unless 25 taxels were asked ([`ByWave`]).
+    /// What speed and direction are known by; `None` unless 25 taxels were asked ([`ByWave`]) and the answers are reliable.
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]).
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]), or two
+    /// objects.
     pub extent: Option<Extent>,
     /// Whether the answers are reliable.
     ///
@@ -95,7 +97,8 @@ pub trait EventLaw {
 
 /// The law of arrival times of 25 taxels ([`wave::by_wave`]).
 ///
-/// For an event without taxels ([`Event::taxels`]) it is [`ByCoherence`].
+/// For an event without taxels ([`Event::taxels`]) it is [`ByCoherence`], but no slide is reliable: its doubt is
+/// [`Reason::LostFrames`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ByWave(pub MotionConfig);
@@ -133,7 +136,12 @@ pub struct ByEdges(pub MotionConfig);
 
 impl EventLaw for ByWave {
     fn answer(&self, event: &Event<'_>) -> Answer {
-        let Some(taxels) = event.taxels() else { return ByCoherence(self.0).answer(event) };
+        let Some(taxels) = event.taxels() else {
+            let answer = ByCoherence(self.0).answer(event);
+            let is_trusted = answer.doubt.is_some() || answer.contact != Some(Contact::Slide);
+            let doubt = if is_trusted { answer.doubt } else { Some(Reason::LostFrames) };
+            return Answer { reliable: doubt.is_none(), doubt, ..answer };
+        };
         let TaxelMotion { motion, basis, extent } = wave::by_wave(event, taxels, self.0);
         Answer { basis, extent, ..by_arrival(event, &motion) }
     }

@@ -12,7 +12,7 @@ use crate::paper::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::paper::early::{self, SamplePrefix};
 use crate::paper::sample::Sample;
 use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
-use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, SAMPLE_FRAMES, TAXELS};
+use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::FrameGeometry;
 use crate::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
@@ -93,14 +93,8 @@ impl<'a> Update<'a> {
 
     /// Returns the event that was completed.
     pub fn event(&self) -> Option<Event<'a>> {
-        let Completed { trigger, taxels, number, event, .. } = self.completed?;
-        let event = trigger.event(event?);
-        // A sample that lost frames complete ends before the ring does.
-        let is_last = event.frame.saturating_add(SAMPLE_FRAMES as u64 - 1) == number;
-        Some(match taxels {
-            Some(ring) if is_last => event.with_taxels(ring),
-            _ => event,
-        })
+        let Completed { trigger, taxels, event, .. } = self.completed?;
+        Some(Event { taxels, ..trigger.event(event?) })
     }
 
     /// Returns the taxels of the last 70 frames, for the sample of the event
@@ -183,13 +177,14 @@ pub struct CompletedFrame {
 #[derive(Clone, Copy, Debug)]
 pub struct Finished<'a> {
     trigger: &'a TriggerState,
+    taxels: Option<&'a TaxelRing>,
     event: Option<u64>,
 }
 
 impl<'a> Finished<'a> {
     /// Returns the event that frames lost at the very end completed.
     pub fn event(&self) -> Option<Event<'a>> {
-        self.event.map(|first| self.trigger.event(first))
+        self.event.map(|first| Event { taxels: self.taxels, ..self.trigger.event(first) })
     }
 
     /// Returns the sample that a long gap at the very end interrupted.
@@ -308,7 +303,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     pub fn finish(&mut self) -> Finished<'_> {
         self.trigger.forget_last();
         let event = self.trigger.settle();
-        Finished { trigger: self.trigger.state(), event }
+        Finished { trigger: self.trigger.state(), taxels: self.taxels_of(event), event }
     }
 
     /// Gathers a new baseline from the next feature frame on. Returns the sample that was being captured and ends here.
@@ -422,9 +417,13 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         let trigger = self.trigger.state();
         // An interrupted sample is not the one that is under way now.
         let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
-        // Lost frames behind this one are in the ring already.
-        let taxels = if lost_after > 0 { None } else { self.taxels.ring() };
-        Update { completed: Some(Completed { trigger, taxels, number, event, before }) }
+        Update { completed: Some(Completed { trigger, taxels: self.taxels_of(event), number, event, before }) }
+    }
+
+    /// Returns the taxels, which may have left the sample of an event behind.
+    fn taxels_of(&self, event: Option<u64>) -> Option<&TaxelRing> {
+        let ring = self.taxels.ring()?;
+        event.is_none_or(|first| self.trigger.state().is_recent(first)).then_some(ring)
     }
 }
 
@@ -476,12 +475,13 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, F: FloorChoice, T: TaxelStore> P
         PipelineBuilder { geometry, floor, ln, trigger, baseline, first_frame, taxels }
     }
 
-    /// Sets what keeps the taxels of the last 70 frames: [`TaxelRing`] for a model that needs them. Without this call,
-    /// they are not kept.
+    /// Sets what keeps the taxels of the last 70 frames: [`TaxelRing`] for a model or a law that takes them.
+    ///
+    /// Without this call, they are not kept.
     ///
     /// ```
     /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
-    /// use wstac_core::{touch::motion::{self, MotionConfig}, touch::path_sample::{PathSample, TaxelRing}};
+    /// use wstac_core::touch::{motion::{self, MotionConfig}, path_sample::PathSample, taxel_ring::TaxelRing};
     /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
     ///
     /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;

@@ -59,7 +59,7 @@ pub enum Reason {
     ReadoutUnknown,
     /// Not reliable: what slides also turns.
     Turning,
-    /// Not reliable: two objects touch the sensor, and have not one velocity.
+    /// Not reliable: two objects touch the sensor, and their velocity is not certain.
     TwoObjects,
     /// Not reliable: the camera takes more frames than were agreed on, so speeds are too low. Its caller says so.
     FasterCamera,
@@ -97,7 +97,7 @@ impl Reason {
             Self::Uncertain => "the standard deviation of the speed is too large",
             Self::ReadoutUnknown => "readout unknown: it depends on [sensor] readout_ms, which is not stated",
             Self::Turning => "the object turns while it slides",
-            Self::TwoObjects => "two objects touch the sensor, and have not one velocity",
+            Self::TwoObjects => "two objects touch the sensor, and their velocity is not certain",
             Self::FasterCamera => "the camera takes more frames per second than were agreed on",
         }
     }

@@ -35,6 +35,23 @@ pub fn target() -> Result<(), String> {
     }
 }
 
+/// Returns whether the board is QEMU's microbit: a Cortex-M0 with 16 KiB of RAM.
+pub fn is_microbit() -> bool {
+    has("emulated") && !has("mps2") && env::var("TARGET").is_ok_and(|target| target.starts_with("thumbv6m"))
+}
+
+/// Checks that the board has memory for the law of 25 taxels. Its stack would overflow without a word.
+pub fn wave() -> Result<(), String> {
+    if is_microbit() {
+        return Err(
+            "[speed] estimator is \"wave\", which takes more than the 16 KiB of RAM that this board has, expected \
+            \"coherence\" or \"edges\""
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
+
 /// Checks that every program for an STM32H743 says where its flash is.
 pub fn rows() -> Result<(), String> {
     println!("cargo:rerun-if-changed=Cargo.toml");

@@ -1,5 +1,6 @@
 //! Tells how to link: the memories of every board, and the log strings of the real ones.
 
+use crate::check;
 use std::path::Path;
 use std::{env, fs};
 
@@ -8,13 +9,13 @@ const MICROBIT: &str = "MEMORY { FLASH : ORIGIN = 0, LENGTH = 256K RAM : ORIGIN 
 /// The memory of QEMU's mps2-an385, mps2-an386 and mps2-an500.
 const MPS2: &str = "MEMORY { FLASH : ORIGIN = 0, LENGTH = 4M RAM : ORIGIN = 0x20000000, LENGTH = 4M }\n";
 
-/// Links a program for an emulated board: an nRF51 for a Cortex-M0, an MPS2 for all others.
+/// Links a program for an emulated board: an nRF51 for a Cortex-M0 (without the feature `mps2`), an MPS2 for all others.
 pub fn emulated(out: &Path) {
     println!("cargo:rustc-check-cfg=cfg(microbit)");
     if env::var_os("CARGO_FEATURE_EMULATED").is_none() {
         return;
     }
-    let microbit = env::var("TARGET").is_ok_and(|target| target.starts_with("thumbv6m"));
+    let microbit = check::is_microbit();
     if microbit {
         println!("cargo:rustc-cfg=microbit");
     }

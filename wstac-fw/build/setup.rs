@@ -8,6 +8,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::Input;
 use wstac_core::paper::speed::Law;
 
+use crate::check;
 use crate::pixels::Pixels;
 use wstac_host::config::{Config, Estimator, Kernel};
 
@@ -29,6 +30,9 @@ pub fn source(
         }
         None => Config::default(),
     };
+    if is_wave(&config) {
+        check::wave()?;
+    }
     let mut source = configuration(&config, pixels)?;
     source += &laws(&config);
     if config.green.yuv != YcbcrMethod::default() && pixels.name != "YUYV" {
@@ -133,6 +137,11 @@ pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
     Ok(source)
 }
 
+/// Returns whether the law takes 25 taxels.
+fn is_wave(config: &Config) -> bool {
+    config.speed.estimator() == Some(Estimator::Wave)
+}
+
 /// Returns the source of the law. It has the type of the one that is chosen, so no code of another one is linked.
 fn laws(config: &Config) -> String {
     let [slowest, fastest] = config.speed.range();
@@ -234,9 +243,6 @@ pub const MODEL: Option<&Kind> = None;
 
 /// Returns the source of the types of a model.
 fn types((module, kind): (&str, &str), input: Input, config: &Config) -> Result<String, String> {
-    if config.speed.estimator() == Some(Estimator::Wave) && input != Input::TaxelPath {
-        return Err("[speed] estimator = \"wave\" needs a model of 25 taxels".to_owned());
-    }
     let sample = match (input, config.speed.law()) {
         (Input::Frames, _) => "OverTime",
         (Input::Path, None) => "AlongPath",
@@ -246,6 +252,7 @@ fn types((module, kind): (&str, &str), input: Input, config: &Config) -> Result<
         }
         (other, _) => return Err(format!("its sample is {}, expected frames, path or taxel_path", other.name())),
     };
+    let taxels = if input == Input::TaxelPath || is_wave(config) { "TaxelRing" } else { "NoTaxels" };
     Ok(format!(
         "use wstac_core::model::{module}::{kind} as KindOf;
 /// The type of the texture model.
@@ -255,6 +262,8 @@ pub type Kind = KindOf<'static>;
 pub const KIND: wstac_core::wire::ModelKind = wstac_core::wire::ModelKind::{kind};
 /// The sample that the texture model takes.
 pub type ModelSample = crate::textures::{sample};
+/// The type of what the pipeline keeps of the taxels: nothing, unless the law or the texture model takes 25 of them.
+pub type Taxels = wstac_core::touch::taxel_ring::{taxels};
 "
     ))
 }

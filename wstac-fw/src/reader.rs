@@ -334,11 +334,9 @@ impl Reader {
     // It is not inlined, so that the message does not lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn send_again(&mut self, out: &mut impl Publisher) -> bool {
-        let due = self.sender.outbox.due(self.sender.now);
-        if let Some(answers) = due {
-            out.send(&Message::Event(answers));
-        }
-        due.is_some()
+        let Some(answers) = self.sender.outbox.due(self.sender.now) else { return false };
+        out.send(&Message::Event(answers));
+        true
     }
 
     /// Ends a stream that has an end: fills or ends a gap of lost frames, and sends how the stream ended.

@@ -18,8 +18,6 @@ use wstac_core::touch::motion::{MotionConfig, ReadoutTime};
 
 include!(concat!(env!("OUT_DIR"), "/setup.rs"));
 
-/// The type of what the pipeline keeps of the taxels: nothing, unless the texture model takes 25 of them.
-pub type Taxels = <ModelSample as crate::textures::ModelSample>::Taxels;
 /// The type of the board's pipeline.
 pub type BoardPipeline = Pipeline<GreenChannel, Ln, BaselinePolicy, Taxels>;
 

@@ -5,7 +5,8 @@ use wstac_core::paper::trigger::Event;
 #[cfg(not(feature = "learn"))]
 use wstac_core::texture;
 use wstac_core::touch::motion::MotionConfig;
-use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, TextureAnswer};
 
 use crate::setup::Kind;
@@ -46,9 +47,6 @@ pub trait ModelSample {
     /// Whether the first frames of a sample are enough for an answer.
     const HAS_PREFIXES: bool;
 
-    /// The type of what the pipeline keeps of the taxels.
-    type Taxels: TaxelStore + Clone + core::fmt::Debug;
-
     /// Returns the model's answer to an event that slides; `None` if the event shows too little for it.
     ///
     /// `taxels` are those of the event's update.
@@ -69,7 +67,6 @@ pub struct OverTime;
 impl ModelSample for OverTime {
     const INPUT: Input = Input::Frames;
     const HAS_PREFIXES: bool = true;
-    type Taxels = NoTaxels;
 
     // It is not inlined, so that its copy of the sample does not lie on the stack of the law.
     #[inline(never)]
@@ -94,7 +91,6 @@ pub struct AlongPath;
 impl ModelSample for AlongPath {
     const INPUT: Input = Input::Path;
     const HAS_PREFIXES: bool = false;
-    type Taxels = NoTaxels;
 
     // It is not inlined for the same reason.
     #[inline(never)]
@@ -112,14 +108,13 @@ impl ModelSample for AlongPath {
     }
 }
 
-/// Light of 25 taxels along the path of the touch. The pipeline keeps their last 70 frames.
+/// Light of 25 taxels along the path of the touch.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongTaxels;
 
 impl ModelSample for AlongTaxels {
     const INPUT: Input = Input::TaxelPath;
     const HAS_PREFIXES: bool = false;
-    type Taxels = TaxelRing;
 
     // It is not inlined for the same reason.
     #[inline(never)]

@@ -13,7 +13,8 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
 use wstac_core::touch::motion::{self, MotionConfig, Velocity};
-use wstac_core::touch::path_sample::{PathSample, TaxelRing};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::TaxelRing;
 
 use crate::error::{Error, ErrorKind};
 use crate::model_file::{ModelFile, OwnedModel};

@@ -197,8 +197,8 @@ class Event:
             "speed_at_most_mm_s": None if self.speed_at_most is None else self.speed_at_most.mm_s,
             **_columns("direction", self.direction),
             "basis": self.basis,
-            **_lengths("place_mm", self.place_mm),
-            **_lengths("width_mm", self.width_mm),
+            **_lengths("place", self.place_mm),
+            **_lengths("width", self.width_mm),
             "contacts": self.contacts,
             **{name.rstrip("_"): value for name, value in asdict(texture).items() if name not in ("confidence", "known")},
             "texture_confidence": texture.confidence,
@@ -237,7 +237,7 @@ class Event:
 
 def _lengths(name: str, length: Optional[Measured]) -> dict[str, Any]:
     """Returns a length as columns of a row."""
-    return {name: length and length.value, f"{name}_sd": length and length.sd}
+    return {f"{name}_mm": length and length.value, f"{name}_sd_mm": length and length.sd}
 
 
 def _columns(answer: str, value: Union[Speed, Direction, None]) -> dict[str, Any]:

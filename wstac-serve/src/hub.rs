@@ -22,7 +22,7 @@ pub(crate) struct About {
     pub(crate) name: Option<String>,
     /// The source and its frames, for a person.
     pub(crate) source: String,
-    /// Notes about what nothing states of it, for a person.
+    /// What is assumed because nothing states it, such as the layout: sentences for a person.
     pub(crate) notes: Vec<Cow<'static, str>>,
     /// Width and height of a frame.
     pub(crate) size: [u16; 2],

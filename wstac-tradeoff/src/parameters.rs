@@ -123,10 +123,9 @@ impl AnswerLaw {
         }
     }
 
-    /// Returns the law of a configuration.
-    pub fn of(config: &Config) -> Self {
-        let is_of = |law: &Self| law.estimator() == config.speed.estimator();
-        Self::ALL.into_iter().find(is_of).unwrap_or(Self::Published)
+    /// Returns the law of a configuration; `None` for one that the study does not have, such as a wave.
+    pub fn of(config: &Config) -> Option<Self> {
+        Self::ALL.into_iter().find(|law| law.estimator() == config.speed.estimator())
     }
 
     /// Returns whether the study weighs models of this input with the law.
@@ -230,12 +229,14 @@ mod tests {
             for law in AnswerLaw::ALL {
                 let mut config = Config::parse(base).unwrap();
                 config.speed = config.speed.with_estimator(law.estimator());
-                assert_eq!(AnswerLaw::of(&config), law, "{base}");
+                assert_eq!(AnswerLaw::of(&config), Some(law), "{base}");
             }
         }
         let own = Config::parse("[speed]\nlaw = \"published\"\nslope = 60.0\n").unwrap();
         assert_eq!(own.speed.with_estimator(None).law(), own.speed.law());
-        assert_eq!(AnswerLaw::of(&Config::default()), Setting::DEFAULT.law);
+        assert_eq!(AnswerLaw::of(&Config::default()), Some(Setting::DEFAULT.law));
+        let wave = Config::parse("[speed]\nestimator = \"wave\"\n").unwrap();
+        assert_eq!(AnswerLaw::of(&wave), None);
     }
 
     #[test]

@@ -10,7 +10,8 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::touch::motion::MotionConfig;
-use wstac_core::touch::path_sample::{PathSample, TaxelRing};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::TaxelRing;
 
 use super::float64::{FeatureError, Float64};
 use super::parameters::{Format, Setting};

@@ -152,6 +152,9 @@ fn a_claim_holds_when_it_is_run_again_and_falls_where_files_were_changed() {
     let (found, claim) = rerun();
     assert_ne!(found.found.accuracy, claim.found.accuracy);
     assert_eq!(found.found.direction_errors, claim.found.direction_errors);
+    // The study does not try the wave.
+    std::fs::write(folder.join(chosen::CONFIG), "[speed]\nestimator = \"wave\"\n").unwrap();
+    assert!(Chosen::read(&folder).unwrap_err().to_string().contains("does not try"));
     // A choice without a model leaves no file of an earlier model behind.
     chosen::write(&folder, &row, None, &prices::Prices::kept().unwrap(), &[], "").unwrap();
     assert!(!folder.join(chosen::MODEL).exists() && folder.join(chosen::BUILD).exists());

@@ -12,7 +12,7 @@ use wstac_core::paper::trigger::{Event, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
-use wstac_core::touch::path_sample::TaxelRing;
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Wave, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
@@ -132,8 +132,7 @@ fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
 /// Returns the answers to an event. What coherence knows is the motion across an edge.
 fn answers(event: &Event<'_>, config: MotionConfig) -> [Answer; ESTIMATORS.len()] {
     let coherence = told(&motion::by_coherence(event, config), Some(Basis::Edge));
-    // As the law `wave`: an event that ends with a lost frame has no taxels.
-    let Some(taxels) = event.taxels() else { return [coherence.clone(), Err("no taxels".into()), coherence] };
+    let Some(taxels) = event.taxels() else { return ESTIMATORS.map(|_| Err("no taxels".into())) };
     let mut wave = Wave::EMPTY;
     let wave = wave.fit(taxels.frames(), config).map_err(|reason| format!("{reason:?}"));
     let law = by_wave(event, taxels, config);

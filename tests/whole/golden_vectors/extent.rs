@@ -56,5 +56,6 @@ fn every_extent_is_that_of_the_reference() {
         }
         answered += usize::from(found.place_mm.is_some());
     }
+    assert!(answered >= 30, "{answered} of {} have a place", cases.len());
     println!("{answered} of {} extents, off by at most {worst:?} mm", cases.len());
 }

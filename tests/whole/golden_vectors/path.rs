@@ -8,7 +8,8 @@ use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::touch::motion::Velocity;
-use wstac_core::touch::path_sample::{PathSample, TaxelRing};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::TaxelRing;
 
 use super::case::{directory, read};
 use super::shutter::{config_of, rolling};

@@ -338,7 +338,11 @@ Output with --json, one object per line (wrapped here):
               the source knows it. "sd" is a standard deviation.
               With estimator = "wave", "basis" is "edge" if an edge
               covers the sensor, so that only the motion across it is
-              known, or else "outline".
+              known, or else "outline". If 25 taxels tell the velocity,
+              "place_mm" is the middle of the touch to the left of its
+              motion, from the sensor's middle, and "width_mm" its width,
+              each as {"value","sd"} and only if it is known. "contacts"
+              counts objects side by side.
               speed, direction and texture are null if there is no
               answer, and "why" gives the reason. Its "reliable" says
               why the touch is unclear or the answers are not

@@ -54,7 +54,10 @@ impl<'a> Event<'a> {
         Self { frame, sample, baseline, frames_filled, touch_filled, reliable, touch_frame, end_frame, taxels }
     }
 
-    /// Returns the event with the taxels of its sample. The ring's last frame must be that of the sample.
+    /// Returns the event with the taxels of its sample.
+    ///
+    /// The ring's last frame must be that of the sample, or at most 8 frames behind it: frames that a gap has lost
+    /// complete a sample only when the next one arrives.
     #[must_use]
     #[inline]
     pub const fn with_taxels(self, ring: &'a TaxelRing) -> Self {
@@ -62,7 +65,7 @@ impl<'a> Event<'a> {
     }
 
     /// Returns the taxels of the sample; `None` if the pipeline keeps none
-    /// ([`PipelineBuilder::taxels`](crate::pipeline::PipelineBuilder::taxels)).
+    /// ([`PipelineBuilder::taxels`](crate::pipeline::PipelineBuilder::taxels)), or if they are lost behind a long gap.
     #[inline]
     pub const fn taxels(&self) -> Option<&'a TaxelRing> {
         self.taxels
@@ -561,6 +564,12 @@ impl TriggerState {
 
     pub(crate) fn last(&self, frames: u8) -> Sample<'_> {
         Sample::last(self.ring.as_slices(), usize::from(frames))
+    }
+
+    /// Returns whether a ring of all frames until now holds the touch of the event whose sample begins with this frame.
+    pub(crate) fn is_recent(&self, frame: u64) -> bool {
+        let behind = self.next_frame().saturating_sub(frame.saturating_add(SAMPLE_FRAMES as u64));
+        behind <= u64::from(LONGEST_FILLED_GAP) + 1
     }
 
     /// Returns the event whose sample the ring holds.

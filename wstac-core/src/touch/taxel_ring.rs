@@ -4,10 +4,10 @@ use crate::green::GreenChannel;
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::taxels::FrameGeometry;
 
-/// Keeps the taxels of a pipeline's last frames, or nothing.
+/// Keeps the taxels of a pipeline's last 70 frames, or none.
 ///
-/// A [`Pipeline`](crate::pipeline::Pipeline) has one of these types as its parameter. So a program without a model of
-/// 25 taxels has no memory for them. A host that chooses at run time uses `Option<`[`TaxelRing`]`>`.
+/// A [`Pipeline`](crate::pipeline::Pipeline) has one of these types as its parameter. So a program whose model and law
+/// take ten sums has no memory for 25 taxels. A host that chooses at run time uses `Option<`[`TaxelRing`]`>`.
 pub trait TaxelStore: Sized {
     /// A store before [`TaxelStore::start`]. It is a constant, so that a board makes it in its place, without a copy.
     const EMPTY: Self;
@@ -107,7 +107,7 @@ impl TaxelStore for Option<TaxelRing> {
     }
 }
 
-/// The last 70 frames of 25 taxels: about 3,500 bytes, for a program whose model needs them.
+/// The last 70 frames of 25 taxels: about 3,500 bytes, for a model of 25 taxels and for [`ByWave`](crate::law::ByWave).
 #[derive(Clone, Debug)]
 pub struct TaxelRing {
     frames: [[u16; TAXELS]; SAMPLE_FRAMES],
@@ -170,12 +170,13 @@ impl TaxelRing {
         numbers.map(|number| if self.is_lost(number) { None } else { self.frames.get(self.place(number)) })
     }
 
-    /// Returns whether each taxel has been lit since the first four frames, to an eighth of the brightest at least.
+    /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest at
+    /// least.
     pub(crate) fn are_all_lit(&self) -> bool {
         let peaks: [u32; TAXELS] = core::array::from_fn(|taxel| {
-            let dark = (0..4).map(|frame| u32::from(self.light(frame, taxel))).sum::<u32>();
-            let peak = (0..SAMPLE_FRAMES).map(|frame| self.light(frame, taxel)).max().unwrap_or(0);
-            (4 * u32::from(peak)).saturating_sub(dark)
+            let light = || self.frames().flatten().filter_map(|frame| frame.get(taxel)).map(|&light| u32::from(light));
+            let dark = light().take(4).sum::<u32>();
+            (4 * light().max().unwrap_or(0)).saturating_sub(dark)
         });
         let highest = peaks.iter().copied().max().unwrap_or(0);
         peaks.iter().all(|&peak| 8 * peak > highest)

@@ -24,6 +24,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::Texture;
 use crate::touch::motion::{Contact, Velocity};
+use crate::touch::wave::{Basis, Extent};
 
 /// A message from a board to a host.
 ///
@@ -281,6 +282,13 @@ pub struct Answers<'a> {
     /// a board before version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub doubt: Option<Reason>,
+    /// What speed and direction are known by; `None` unless 25 taxels tell them, and from a board before version 0.4.
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub basis: Option<Basis>,
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
+    /// version 0.4.
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub extent: Option<Extent>,
 }
 
 impl<'a> Answers<'a> {
@@ -306,6 +314,8 @@ impl<'a> Answers<'a> {
             number: 0,
             kept: 0,
             doubt: answer.doubt,
+            basis: answer.basis,
+            extent: answer.extent,
         }
     }
 

@@ -1,4 +1,4 @@
-//! Features as byte strings, two bytes per number, the lower first; frame numbers, written in one place; and reasons that
+//! Features as byte strings, two bytes per number, the lower first; frame numbers, written in one place; and fields that
 //! an older board does not send.
 
 use serde::de::Error as _;
@@ -7,7 +7,6 @@ use serde::{Deserialize, Deserializer, Serializer};
 use super::SAMPLE_PART;
 use crate::features::Features;
 use crate::params::FEATURES;
-use crate::reason::Reason;
 
 const FRAME_BYTES: usize = 2 * FEATURES;
 
@@ -19,10 +18,14 @@ pub(super) fn long<S: Serializer>(number: &u64, serializer: S) -> Result<S::Ok, 
     serializer.serialize_u64(*number)
 }
 
-/// Deserializes the reason at the end of a message: `None` if the message ends before it, or if it is a reason that this
-/// version does not know.
+/// Deserializes a field at the end of a message: `None` if the message ends before it, or if it is one that this version
+/// does not know.
 #[expect(clippy::unnecessary_wraps, reason = "serde takes a function that may fail")]
-pub(super) fn newest<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Reason>, D::Error> {
+pub(super) fn newest<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
     Ok(Option::deserialize(deserializer).unwrap_or(None))
 }
 

@@ -11,6 +11,7 @@ use crate::paper::trigger::{InterruptedSample, StreamEnd};
 use crate::params::{LONGEST_FILLED_GAP, SAMPLE_FRAMES};
 use crate::reason::Reason;
 use crate::touch::motion::{Contact, Velocity};
+use crate::touch::wave::{Extent, Measured};
 
 /// The largest frame number and count: 2^53, the last up to which JSON's numbers are exact. At 1000 frames per second
 /// it is reached after 285,000 years.
@@ -201,6 +202,10 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
         },
         Quantity::Contact,
     )?;
+    let has_place = answers.extent.is_some_and(|extent| extent.place_mm.is_some() || extent.width_mm.is_some());
+    let has_velocity = answers.speed.is_ok() && angle.is_ok();
+    ensure(has_velocity || (answers.basis.is_none() && !has_place), Quantity::Contact)?;
+    answers.extent.as_ref().map_or(Ok(()), check_extent)?;
     ensure(!answers.reliable || may_be_reliable(answers), Quantity::Reliability)?;
     answers.textures.iter().flatten().try_for_each(check_texture)
 }
@@ -221,6 +226,15 @@ fn check_reason(reason: Reason) -> Result<(), Quantity> {
         Reason::CutOff { at_most: Some(mm_s) } => speed(mm_s),
         _ => Ok(()),
     }
+}
+
+fn check_extent(extent: &Extent) -> Result<(), Quantity> {
+    ensure(extent.contacts <= 2, Quantity::Contact)?;
+    for Measured { value, sd } in [extent.place_mm, extent.width_mm].into_iter().flatten() {
+        ensure(value.is_finite(), Quantity::Deviation)?;
+        deviation(sd)?;
+    }
+    deviation(extent.width_mm.map_or(0.0, |width| width.value))
 }
 
 fn check_texture(texture: &TextureAnswer<'_>) -> Result<(), Quantity> {

@@ -17,6 +17,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::texture;
 use crate::touch::motion::{Contact, Velocity};
+use crate::touch::wave::{Basis, Extent, Measured};
 
 static MODEL: Forest<'static> = crate::include_model!(Forest, "../../tests/models/small.wsm");
 const LONGEST_NAME: &str = "the name of a class is at most this long: 63 bytes, in UTF-8 é";
@@ -63,6 +64,12 @@ fn answers() -> Answers<'static> {
         number: u16::MAX,
         kept: u8::MAX,
         doubt: Some(Reason::Uncertain),
+        basis: Some(Basis::Outline),
+        extent: Some(Extent {
+            place_mm: Some(Measured { value: -13.5, sd: 0.25 }),
+            width_mm: Some(Measured { value: 18.5, sd: 0.5 }),
+            contacts: 1,
+        }),
     }
 }
 
@@ -100,6 +107,8 @@ fn messages() -> Vec<Message<'static>> {
         number: 0,
         kept: 0,
         doubt: None,
+        basis: None,
+        extent: None,
     };
     let mut all = Vec::from([
         Message::Hello(hello(LAST)),
@@ -202,7 +211,8 @@ fn the_bytes_of_a_frame_are_these() {
     expected.push(0);
     assert_eq!(frame(&message, 300), expected);
     // An event: a slide from frame 45 to 73, 159.9 ± 1.5 mm/s in 27 frames, 90.5 ± 0.75°, one known texture of
-    // a confidence of 32000/32768, no frame filled, reliable, event 300, the one before it is kept, no doubt.
+    // a confidence of 32000/32768, no frame filled, reliable, event 300, the one before it is kept, no doubt, by
+    // an edge, no extent.
     let texture = Some(TextureAnswer {
         confidence: Some(32_000),
         known: Some(true),
@@ -222,6 +232,8 @@ fn the_bytes_of_a_frame_are_these() {
         number: 300,
         kept: 1,
         doubt: None,
+        basis: Some(Basis::Edge),
+        extent: None,
     };
     let content = [
         &[4, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
@@ -236,14 +248,15 @@ fn the_bytes_of_a_frame_are_these() {
         b"Saw3",
         // 32000 in seven bits a byte.
         &[1, 0x80, 0xFA, 1, 1, 1],
-        &[0, 0, 0, 1, 0xAC, 2, 1, 0],
+        &[0, 0, 0, 1, 0xAC, 2, 1, 0, 1, 0, 0],
     ]
     .concat();
     assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
-    // A board before version 0.4 sends no reason, a newer one may send one that is not known here.
-    let (_, before) = content.split_last().unwrap();
+    // A board before version 0.4 sends neither reason nor basis, a newer one may send some that are not known here.
+    let before = &content[..content.len() - 4];
+    let plain = Answers { basis: None, ..event };
     let doubted = Answers { reliable: false, doubt: Some(Reason::LostFrames), ..event };
-    for (last, answers) in [(&[][..], event), (&[1, 7], doubted), (&[1, 99], event)] {
+    for (last, answers) in [(&[][..], plain), (&[1, 7, 1, 0], doubted), (&[1, 99, 1, 0], event), (&[0, 1, 99], plain)] {
         let mut content = before.to_vec();
         // The byte in front of the number and of what is kept.
         content[before.len() - 4] = answers.reliable.into();
@@ -289,7 +302,7 @@ fn every_reason_crosses_the_link_by_its_number() {
         assert_eq!(postcard::to_slice(&reason, &mut bytes).unwrap()[0], number, "{reason}");
         let contact = Contact::Unclear;
         let direction = Direction::by_arrival(Err(Reason::NoSlide(contact)));
-        let of_touch = Answers { contact: Some(contact), direction, ..answers() };
+        let of_touch = Answers { contact: Some(contact), direction, basis: None, extent: None, ..answers() };
         let event = Message::Event(Answers { speed: Err(reason), doubt: Some(reason), ..of_touch });
         assert_eq!(received(&mut Decoder::new(), &frame(&event, 0)), [arrived(&event, 0)], "{reason}");
     }
@@ -559,7 +572,10 @@ fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
         let expected = is_refused.then_some(Quantity::Speed);
         assert_eq!(event(&|answers| answers.speed = Ok(Speed::new(mm_s))), expected, "{mm_s}");
         let cut_off = Err(Reason::CutOff { at_most: Some(mm_s) });
-        assert_eq!(event(&|answers| (answers.contact, answers.speed) = (None, cut_off)), expected, "{mm_s}");
+        let cut = |answers: &mut Answers| {
+            (answers.contact, answers.speed, answers.basis, answers.extent) = (None, cut_off, None, None);
+        };
+        assert_eq!(event(&cut), expected, "{mm_s}");
         assert_eq!(velocity(&|velocity| velocity.mm_s = mm_s), expected, "{mm_s}");
     }
     for (sd, is_refused) in [(f32::NAN, true), (f32::INFINITY, true), (-0.5, true), (0.0, false), (f32::MAX, false)] {
@@ -685,9 +701,15 @@ fn reliable_answers_that_contradict_themselves_are_refused() {
         let never = Reason::NoSlide(contact);
         (answers.contact, answers.speed) = (Some(contact), Err(never));
         answers.direction = Direction::by_arrival(Err(never));
+        (answers.basis, answers.extent) = (None, None);
     };
     assert_eq!(reliable(&|answers| touch(answers, Contact::Press)), None);
     assert_eq!(reliable(&|answers| touch(answers, Contact::Unclear)), refused);
+    let press_by_edge = |answers: &mut Answers| {
+        touch(answers, Contact::Press);
+        answers.basis = Some(Basis::Edge);
+    };
+    assert_eq!(reliable(&press_by_edge), Some(Quantity::Contact));
 }
 
 #[test]

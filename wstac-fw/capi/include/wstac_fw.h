@@ -39,7 +39,7 @@ typedef WstacBool WstacFwBool;
 #define WSTAC_FW_SAMPLE_NUMBERS 700
 
 /// The number of bytes of the longest message.
-#define WSTAC_FW_LINK_BYTES 288
+#define WSTAC_FW_LINK_BYTES 312
 
 /// The number of messages that carry a sample.
 #define WSTAC_FW_SAMPLE_PARTS 7
@@ -152,29 +152,6 @@ typedef int32_t WstacFwStatus;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-/// The kind of a touch.
-enum WstacFwContact
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-  /// None of the others, or none for certain.
-  WSTAC_FW_CONTACT_UNCLEAR = 0,
-  /// Something slides: it arrives at one side and leaves at the other.
-  WSTAC_FW_CONTACT_SLIDE = 1,
-  /// Something is pressed on all whiskers at once, or leaves them at once.
-  WSTAC_FW_CONTACT_PRESS = 2,
-  /// One or two whiskers of a row and of a column are touched.
-  WSTAC_FW_CONTACT_POKE = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum WstacFwContact WstacFwContact;
-#else
-typedef int32_t WstacFwContact;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
 /// The task of a model: what it tells apart.
 enum WstacFwTask
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -244,12 +221,41 @@ enum WstacFwWhy
   WSTAC_FW_WHY_UNCERTAIN = 18,
   /// Unclear or not reliable: it depends on the readout, which is not known.
   WSTAC_FW_WHY_READOUT_UNKNOWN = 19,
+  /// Not reliable: what slides also turns.
+  WSTAC_FW_WHY_TURNING = 20,
+  /// Not reliable: two objects touch the sensor, and have not one velocity.
+  WSTAC_FW_WHY_TWO_OBJECTS = 21,
+  /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
+  WSTAC_FW_WHY_FASTER_CAMERA = 22,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum WstacFwWhy WstacFwWhy;
 #else
 typedef int32_t WstacFwWhy;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/// The kind of a touch.
+enum WstacFwContact
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /// None of the others, or none for certain.
+  WSTAC_FW_CONTACT_UNCLEAR = 0,
+  /// Something slides: it arrives at one side and leaves at the other.
+  WSTAC_FW_CONTACT_SLIDE = 1,
+  /// Something is pressed on all whiskers at once, or leaves them at once.
+  WSTAC_FW_CONTACT_PRESS = 2,
+  /// One or two whiskers of a row and of a column are touched.
+  WSTAC_FW_CONTACT_POKE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum WstacFwContact WstacFwContact;
+#else
+typedef int32_t WstacFwContact;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -282,11 +288,11 @@ typedef struct WstacFwEvent {
 
 /// The motion of a touch by arrival times, and its kind.
 typedef struct WstacFwMotion {
-  /// The kind of the touch. Only a slide has a speed, a direction and a texture.
-  WstacFwContact contact;
+  /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
+  int32_t contact;
   /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
-  /// reliable.
-  bool reliable;
+  /// reliable. wstac_fw_link_event refuses any other byte than 0 and 1.
+  WstacFwBool reliable;
   /// The speed in mm/s; 0 unless it slides.
   float mm_s;
   /// The standard deviation of the speed in mm/s; 0 unless it slides.
@@ -309,8 +315,9 @@ typedef struct WstacFwSpeed {
   float at_most_mm_s;
   /// The duration in frames from the first lit frame to the last: 0 to 69; -1 if no frame is lit.
   int16_t duration_frames;
-  /// Whether the speed is outside the range that the law was fitted on.
-  bool extrapolated;
+  /// Whether the speed is outside the range that the law was fitted on. wstac_fw_link_event refuses any other byte than
+  /// 0 and 1.
+  WstacFwBool extrapolated;
 } WstacFwSpeed;
 
 /// A sliding direction by centroids.

@@ -10,7 +10,7 @@ use wstac_core::touch::motion::{self, Contact, Motion};
 
 use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::{PipelineState, WstacFwPipeline};
-use crate::status::{WstacFwStatus, status};
+use crate::status::{WstacFwBool, WstacFwStatus, status};
 
 /// The number of numbers of a sample, frame by frame: feature k of frame t is number 10 t + k.
 pub const WSTAC_FW_SAMPLE_NUMBERS: usize = 700;
@@ -51,11 +51,11 @@ pub enum WstacFwContact {
 /// The motion of a touch by arrival times, and its kind.
 #[repr(C)]
 pub struct WstacFwMotion {
-    /// The kind of the touch. Only a slide has a speed, a direction and a texture.
-    pub contact: WstacFwContact,
+    /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
+    pub contact: i32,
     /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
-    /// reliable.
-    pub reliable: bool,
+    /// reliable. wstac_fw_link_event refuses any other byte than 0 and 1.
+    pub reliable: WstacFwBool,
     /// The speed in mm/s; 0 unless it slides.
     pub mm_s: f32,
     /// The standard deviation of the speed in mm/s; 0 unless it slides.
@@ -121,11 +121,17 @@ pub enum WstacFwWhy {
     Uncertain = 18,
     /// Unclear or not reliable: it depends on the readout, which is not known.
     ReadoutUnknown = 19,
+    /// Not reliable: what slides also turns.
+    Turning = 20,
+    /// Not reliable: two objects touch the sensor, and have not one velocity.
+    TwoObjects = 21,
+    /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
+    FasterCamera = 22,
 }
 
 impl WstacFwWhy {
     /// The reasons why a motion is unclear or not reliable.
-    const OF_MOTION: [(Self, Reason); 13] = [
+    const OF_MOTION: [(Self, Reason); 16] = [
         (Self::LostFrames, Reason::LostFrames),
         (Self::Uneven, Reason::Uneven),
         (Self::Baseline, Reason::Baseline),
@@ -139,6 +145,9 @@ impl WstacFwWhy {
         (Self::OutOfLine, Reason::OutOfLine),
         (Self::Uncertain, Reason::Uncertain),
         (Self::ReadoutUnknown, Reason::ReadoutUnknown),
+        (Self::Turning, Reason::Turning),
+        (Self::TwoObjects, Reason::TwoObjects),
+        (Self::FasterCamera, Reason::FasterCamera),
     ];
 
     fn of(doubt: Option<Reason>) -> Self {
@@ -163,8 +172,9 @@ pub struct WstacFwSpeed {
     pub at_most_mm_s: f32,
     /// The duration in frames from the first lit frame to the last: 0 to 69; -1 if no frame is lit.
     pub duration_frames: i16,
-    /// Whether the speed is outside the range that the law was fitted on.
-    pub extrapolated: bool,
+    /// Whether the speed is outside the range that the law was fitted on. wstac_fw_link_event refuses any other byte than
+    /// 0 and 1.
+    pub extrapolated: WstacFwBool,
 }
 
 /// A sliding direction by centroids.
@@ -304,7 +314,7 @@ fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
         Contact::Poke => (WstacFwContact::Poke, event.reliable),
         _ => (WstacFwContact::Unclear, false),
     };
-    let why = WstacFwWhy::of(motion.doubt) as i32;
+    let (contact, reliable, why) = (contact as i32, u8::from(reliable), WstacFwWhy::of(motion.doubt) as i32);
     let none = WstacFwMotion { contact, reliable, mm_s: 0.0, mm_s_sd: 0.0, degrees: -1.0, degrees_sd: 0.0, why };
     motion.velocity.map_or(none, |found| WstacFwMotion {
         contact,
@@ -361,10 +371,10 @@ pub unsafe extern "C" fn wstac_fw_speed(pipeline: *const WstacFwPipeline, speed:
             mm_s: 0.0,
             at_most_mm_s: 0.0,
             duration_frames: frames,
-            extrapolated: false,
+            extrapolated: 0,
         };
         match speed::speed(event, &state.speed) {
-            Ok(speed) => WstacFwSpeed { mm_s: speed.mm_s, extrapolated: speed.extrapolated, ..none },
+            Ok(speed) => WstacFwSpeed { mm_s: speed.mm_s, extrapolated: u8::from(speed.extrapolated), ..none },
             Err(Reason::BaselineAbove) => WstacFwSpeed { why: WstacFwWhy::BaselineAbove as i32, ..none },
             Err(Reason::NeverValid) => WstacFwSpeed { why: WstacFwWhy::NeverLit as i32, ..none },
             Err(Reason::CutOff { at_most }) => {

@@ -23,10 +23,10 @@ use crate::format::WstacFwFormat;
 use crate::memory::{Memory, borrowed, bytes as borrowed_bytes, fits, give, place, set_up, value, value_mut};
 use crate::model::{WSTAC_FW_LABEL_BYTES, WstacFwModel, WstacFwTask, WstacFwTexture};
 use crate::pipeline::{PipelineState, WstacFwPipeline};
-use crate::status::{WstacFwStatus, status};
+use crate::status::{WstacFwStatus, choice, status};
 
 /// The number of bytes of the longest message.
-pub const WSTAC_FW_LINK_BYTES: usize = 288;
+pub const WSTAC_FW_LINK_BYTES: usize = 312;
 
 const _: () = assert!(WSTAC_FW_LINK_BYTES == wire::LONGEST);
 
@@ -318,32 +318,37 @@ impl EventLaw for Given {
 }
 
 /// Returns the answer of a law of arrival times.
-fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Answer {
+fn by_arrival(motion: &WstacFwMotion, event: &Event<'_>) -> Result<Answer, WstacFwStatus> {
+    const SLIDE: i32 = WstacFwContact::Slide as i32;
+    const PRESS: i32 = WstacFwContact::Press as i32;
+    const POKE: i32 = WstacFwContact::Poke as i32;
     let contact = match motion.contact {
-        WstacFwContact::Slide => Contact::Slide,
-        WstacFwContact::Press => Contact::Press,
-        WstacFwContact::Poke => Contact::Poke,
-        WstacFwContact::Unclear => Contact::Unclear,
+        SLIDE => Contact::Slide,
+        PRESS => Contact::Press,
+        POKE => Contact::Poke,
+        _ => Contact::Unclear,
     };
     let (speed, direction) = if contact == Contact::Slide {
         (Ok(Speed::by_arrival(motion.mm_s, motion.mm_s_sd)), Ok([motion.degrees, motion.degrees_sd]))
     } else {
         (Err(Reason::NoSlide(contact)), Err(Reason::NoSlide(contact)))
     };
-    let mut answer = Answer::new(speed, Direction::by_arrival(direction), motion.reliable);
+    let reliable = choice(motion.reliable)?;
+    let mut answer = Answer::new(speed, Direction::by_arrival(direction), reliable);
     (answer.contact, answer.duration) = (Some(contact), event.lit_frames());
     // Hosts refuse a reliable answer with a reason against it.
-    answer.doubt = if motion.reliable { None } else { WstacFwWhy::reason(motion.why) };
-    answer
+    answer.doubt = if reliable { None } else { WstacFwWhy::reason(motion.why) };
+    Ok(answer)
 }
 
 /// Returns the answer of a law of durations.
-fn by_duration(speed: &WstacFwSpeed, direction: &WstacFwDirection, event: &Event<'_>) -> Answer {
+fn by_duration(speed: &WstacFwSpeed, direction: &WstacFwDirection, event: &Event<'_>) -> Result<Answer, WstacFwStatus> {
     const THERE: i32 = WstacFwWhy::There as i32;
+    let extrapolated = choice(speed.extrapolated)?;
     let found = match speed.why {
         THERE => {
             let mut found = Speed::new(speed.mm_s);
-            found.extrapolated = speed.extrapolated;
+            found.extrapolated = extrapolated;
             Ok(found)
         }
         why if why == WstacFwWhy::BaselineAbove as i32 => Err(Reason::BaselineAbove),
@@ -363,7 +368,7 @@ fn by_duration(speed: &WstacFwSpeed, direction: &WstacFwDirection, event: &Event
     };
     let mut answer = Answer::new(found, Direction::by_centroids(heading, direction.confidence), event.reliable);
     answer.duration = u8::try_from(speed.duration_frames).ok();
-    answer
+    Ok(answer)
 }
 
 /// Returns the answer of a texture model. Its name is read where it lies.
@@ -414,10 +419,10 @@ pub unsafe extern "C" fn wstac_fw_link_event(
             // SAFETY: the caller guarantees it.
             let speed = unsafe { borrowed(given.speed) }?;
             // SAFETY: the caller guarantees it.
-            by_duration(speed, unsafe { borrowed(given.direction) }?, &event)
+            by_duration(speed, unsafe { borrowed(given.direction) }?, &event)?
         } else {
             // SAFETY: the caller guarantees it.
-            by_arrival(unsafe { borrowed(given.motion) }?, &event)
+            by_arrival(unsafe { borrowed(given.motion) }?, &event)?
         };
         let texture = if given.texture.is_null() {
             None

@@ -116,7 +116,7 @@ pub unsafe extern "C" fn wstac_fw_classify(
         let mut found = texture(sample, model);
         // SAFETY: the caller guarantees it.
         if let Ok(motion) = unsafe { borrowed(motion) }
-            && motion.contact == WstacFwContact::Slide
+            && motion.contact == WstacFwContact::Slide as i32
             && model.known_speeds().is_some_and(|speeds| !speeds.has(motion.mm_s))
         {
             found.known = Some(false);

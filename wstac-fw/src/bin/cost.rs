@@ -21,7 +21,8 @@ use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::touch::motion::{self, LiveMotion, MotionConfig};
-use wstac_core::touch::path_sample::TaxelRing;
+use wstac_core::touch::taxel_ring::{TaxelRing, TaxelStore};
+use wstac_core::touch::wave::by_wave;
 use wstac_core::wire::Answers;
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console, File};
@@ -79,7 +80,7 @@ fn run() -> Result<(), Error> {
     let motion = setup::motion(FrameRate::NOMINAL)?;
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
-    let [mut to_edges, mut to_motion] = [const { Cost { times: 0, ticks: 0 } }; 2];
+    let [mut to_edges, mut to_motion, mut to_wave] = [const { Cost { times: 0, ticks: 0 } }; 3];
     let mut live: [LiveMotion; LIVE] = core::array::from_fn(|_| LiveMotion::new(motion));
     let mut longest_live = 0;
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
@@ -98,6 +99,11 @@ fn run() -> Result<(), Error> {
             to_direction.add(clock.ticks(|| direction::direction(&event)).0);
             to_edges.add(clock.ticks(|| motion::by_edges(&event, motion)).0);
             to_motion.add(clock.ticks(|| motion::by_coherence(&event, motion)).0);
+            if let Some(taxels) = event.taxels()
+                && <setup::Taxels as TaxelStore>::NEEDS_START
+            {
+                to_wave.add(clock.ticks(|| by_wave(&event, taxels, motion)).0);
+            }
             if let Some(model) = setup::MODEL {
                 to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
             }
@@ -113,7 +119,7 @@ fn run() -> Result<(), Error> {
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"logs\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"live\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"logs\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"wave\":{},\"live\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
@@ -123,6 +129,7 @@ fn run() -> Result<(), Error> {
         to_direction.mean(&clock),
         to_edges.mean(&clock),
         to_motion.mean(&clock),
+        to_wave.mean(&clock),
         clock.instructions(u64::from(longest_live)),
         to_texture.mean(&clock),
         stack,

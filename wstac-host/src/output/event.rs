@@ -8,7 +8,8 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, MotionConfig};
-use wstac_core::touch::path_sample::{PathSample, TaxelRing};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Extent};
 
 use super::{RecordTimes, SampleFrames};
@@ -50,9 +51,10 @@ pub struct TactileEvent {
     pub speed_at_most: Option<Speed>,
     /// The sliding direction, or why there is none.
     pub direction: Direction,
-    /// What speed and direction are known by; `None` unless 25 taxels were asked, and from a board.
+    /// What speed and direction are known by; `None` unless 25 taxels tell them, and from a board before version 0.4.
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board.
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
+    /// version 0.4.
     pub extent: Option<Extent>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
@@ -166,8 +168,8 @@ impl TactileEvent {
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
             direction: answers.direction,
-            basis: None,
-            extent: None,
+            basis: answers.basis,
+            extent: answers.extent,
             texture: texture.ok_or(no_texture),
             texture_doubt: None,
             frames_filled: answers.frames_filled,

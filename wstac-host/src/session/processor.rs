@@ -11,7 +11,7 @@ use wstac_core::pipeline::Update;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{LiveMotion, MotionConfig};
-use wstac_core::touch::path_sample::TaxelRing;
+use wstac_core::touch::taxel_ring::TaxelRing;
 
 use super::stream_config::HostPipeline;
 use crate::config::Config;

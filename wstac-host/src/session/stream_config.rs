@@ -12,7 +12,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime};
-use wstac_core::touch::path_sample::TaxelRing;
+use wstac_core::touch::taxel_ring::TaxelRing;
 
 use crate::config::{Config, Kernel};
 use crate::error::Error;

@@ -17,7 +17,8 @@ use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
-use wstac_core::touch::path_sample::{NoTaxels, PathSample, TaxelRing, TaxelStore};
+use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
 use wstac_core::touch::wave::{Basis, Extent, Wave};
 
 entries! {

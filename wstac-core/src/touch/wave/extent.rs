@@ -53,8 +53,8 @@ const BITS: u32 = 10;
 const ONE: i32 = 1 << BITS;
 const SURE_BITS: u32 = 4;
 const SQUARE_BITS: u32 = 2 * SURE_BITS;
-/// Most light of a whisker.
-const MOST_LIGHT: i32 = 1 << 19;
+/// Bits of a whisker's light that count.
+const LIGHT_BITS: u32 = 19;
 /// Most energy, of that of the second brightest whisker, and the least of a lit one: 1.25 and 0.15.
 const MOST_ENERGY: i32 = 1280;
 const LIT_ENERGY: i32 = 154;
@@ -168,8 +168,8 @@ struct Likely {
 impl Extent {
     /// Returns where a touch is by each whisker's light over all of it, and by the direction in which it moved.
     ///
-    /// The unit of the light is free: values count from 0 to 2^19. The direction is that of a
-    /// [`Velocity`](crate::touch::motion::Velocity), from 0 to 360 degrees.
+    /// The unit of the light is free, and what is below 0 counts as dark. The direction is that of a
+    /// [`Velocity`](crate::touch::motion::Velocity), from 0 to 360 degrees; any other one has no contacts.
     ///
     /// ```
     /// use wstac_core::touch::wave::Extent;
@@ -188,7 +188,7 @@ impl Extent {
     #[inline(never)]
     pub fn new(light: &[i32; TAXELS], degrees: f32, degrees_sd: f32) -> Self {
         let mut extent = Self { place_mm: None, width_mm: None, contacts: 0 };
-        let Some(energies) = relative(light) else { return extent };
+        let Some(energies) = relative(light).filter(|_| (0.0..=360.0).contains(&degrees)) else { return extent };
         let [right, up] = unit(degrees);
         extent.contacts = 1 + u8::from(has_valley(&energies, right, up));
         let is_oblique = right.abs().min(up.abs()) > LEAST_OBLIQUE;
@@ -204,9 +204,11 @@ impl Extent {
 
 /// Returns the energies in units of a 1,024th of the second brightest, below twice that; `None` in the dark.
 fn relative(light: &[i32; TAXELS]) -> Option<[i16; TAXELS]> {
+    let highest = light.iter().copied().max().unwrap_or(0).max(0);
+    let shift = (i32::BITS - highest.leading_zeros()).saturating_sub(LIGHT_BITS);
+    let light = light.map(|light| light >> (shift & 31));
     let (mut most, mut second) = (0, 0);
-    for &light in light {
-        let light = light.min(MOST_LIGHT);
+    for light in light {
         if light > most {
             (most, second) = (light, most);
         } else {

@@ -269,22 +269,27 @@ impl Slide {
 pub struct TaxelMotion {
     /// The motion.
     pub motion: Motion,
-    /// What its velocity is known by; `None` without one.
+    /// What its velocity is known by; `None` unless that is reliable.
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is; `None` unless the wave tells the velocity.
+    /// Where and how wide the touch is; `None` unless the wave tells the velocity, or two objects
+    /// ([`Reason::TwoObjects`]), whose places and widths it does not tell.
     pub extent: Option<Extent>,
 }
 
 /// Returns the motion of an event's touch by its 25 taxels.
 ///
-/// The wave alone tells a velocity that is reliable: coherence takes a narrow thing for an edge, but tells the kind of
-/// touch, and a doubt that the wave does not know better.
+/// The wave tells the velocity, since coherence takes a narrow thing for an edge. Coherence tells the kind of touch, a doubt
+/// that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of which the wave
+/// sees only a part, if it lights all whiskers.
 ///
 /// It takes 10 kB of stack.
 #[inline(never)]
 pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion {
     let coherent = by_coherence(event, config);
-    let by_edge = |motion: Motion| TaxelMotion { motion, basis: motion.velocity.and(Some(Basis::Edge)), extent: None };
+    let by_edge = |motion: Motion| {
+        let basis = motion.velocity.filter(|_| motion.reliable).map(|_| Basis::Edge);
+        TaxelMotion { motion, basis, extent: None }
+    };
     // Presses and pokes are not for a wave.
     if !event.reliable || (coherent.doubt.is_none() && coherent.contact != Contact::Slide) {
         return by_edge(coherent);
@@ -311,7 +316,8 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
         Reason::NoSlide(_) => coherent.doubt.unwrap_or(Reason::NotAlike),
         _ => coherent.doubt.unwrap_or(reason),
     };
-    by_edge(Motion { reliable: false, doubt: Some(doubt), ..coherent })
+    let extent = (doubt == Reason::TwoObjects).then_some(Extent { place_mm: None, width_mm: None, contacts: 2 });
+    TaxelMotion { extent, ..by_edge(Motion { reliable: false, doubt: Some(doubt), ..coherent }) }
 }
 
 /// What a plane wave leaves over, as fractions of its slowness.
@@ -407,5 +413,7 @@ fn basis(outline: &Outline, count: u32, degrees: f32, [late, _]: [f32; 2]) -> Op
     }
 }
 
+#[cfg(test)]
+mod event_tests;
 #[cfg(test)]
 mod tests;

@@ -235,6 +235,8 @@ impl Pace {
         if slow == self.slow {
             let is_long = self.long_start.is_none_or(|(_, start)| now.saturating_sub(start) >= LONG_SPAN);
             return if share > FAST && self.off != Some(Off::TooMany) {
+                // The frames before it would make the long span right.
+                self.long_start = self.start;
                 self.deviate(Some(Off::TooMany), measured)
             } else if is_long && !slow {
                 self.off(sequence, now)
@@ -452,6 +454,11 @@ mod tests {
         }
         let (rate, fast, in_time) = (FaultKind::Rate, FaultKind::Fast, FaultKind::InTime);
         assert_eq!(found, [(0, rate), (1, fast.clone()), (3, in_time), (4, fast)]);
+        // Frames in time before a rate that is too high are not in its long span.
+        let mut pace = Pace::new(FrameRate::NOMINAL);
+        assert_eq!(said(&mut pace, 100.0, 30.0, 0..240), []);
+        let start = 108.0 - 240.0 / 31.65;
+        assert!(matches!(said(&mut pace, start, 31.65, 240..840)[..], [(_, FaultKind::Fast)]));
         // One that changes within the span is slow, and then in time.
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);

@@ -41,6 +41,25 @@ fn places_and_widths_are_those_of_the_objects() {
 }
 
 #[test]
+fn the_unit_of_light_is_free() {
+    let rod = light(20.0, |left| f64::from(left.abs() < 4.0));
+    let unit = Extent::new(&rod.map(|light| 8 * light), 20.0, 0.5);
+    assert!(unit.place_mm.is_some());
+    for shift in [4, 8, 15] {
+        assert_eq!(Extent::new(&rod.map(|light| light << shift), 20.0, 0.5), unit, "{shift}");
+    }
+}
+
+#[test]
+fn a_direction_that_is_none_has_no_extent() {
+    let rod = light(20.0, |left| f64::from(left.abs() < 4.0));
+    for degrees in [-1e-3, 360.1, 1e9, f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+        let extent = Extent::new(&rod, degrees, 0.5);
+        assert_eq!((extent.place_mm, extent.width_mm, extent.contacts), (None, None, 0), "{degrees}");
+    }
+}
+
+#[test]
 fn what_is_unknown_is_absent() {
     let none = |name: &str, light: &[i32; TAXELS], degrees: f32, contacts: u8| {
         let extent = Extent::new(light, degrees, 0.5);

@@ -1,0 +1,202 @@
+//! Tests answers about events: those of the wave, those of coherence, and those of neither.
+
+use super::{Basis, Wave};
+use crate::green::gray::Gray;
+use crate::law::{Answer, ByCoherence, ByWave, EventLaw};
+use crate::layout::{FrameSize, Layout};
+use crate::paper::trigger::TriggerConfig;
+use crate::pipeline::Pipeline;
+use crate::rate::FrameRate;
+use crate::reason::Reason;
+use crate::taxels::FrameGeometry;
+use crate::touch::motion::{Contact, MotionConfig, Readout};
+use crate::touch::taxel_ring::{TaxelRing, TaxelStore};
+
+/// The frame in which a touch's light reaches the middle.
+const MIDDLE: f64 = 60.0;
+
+/// A touch: the light of a whisker in a frame, by its place to the right of the middle and above it, in pitches.
+type Light<'a> = &'a dyn Fn(f64, f64, f64) -> f64;
+
+/// An event's answer by 25 taxels and by coherence.
+struct Found {
+    wave: Answer,
+    coherence: Answer,
+    /// Why the wave alone has no velocity.
+    refused: Option<Reason>,
+    frames_filled: u8,
+    /// The number of the sample's last frame.
+    last: usize,
+}
+
+/// Returns the first event of 200 frames of which some are lost. The stream ends in front of frame `end`.
+fn found<T: TaxelStore>(light: Light<'_>, lost: &[usize], end: usize) -> Found {
+    let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
+    let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
+    let full = f64::from(geometry.pixels() * geometry.full_scale());
+    let trigger = TriggerConfig::default().one_event_per_touch();
+    let mut pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<T>().build().unwrap();
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
+    let of = |event: crate::paper::trigger::Event<'_>| Found {
+        wave: ByWave(config).answer(&event),
+        coherence: ByCoherence(config).answer(&event),
+        refused: event.taxels().and_then(|taxels| Wave::EMPTY.clone().fit(taxels.frames(), config).err()),
+        frames_filled: event.frames_filled,
+        last: event.frame as usize + 69,
+    };
+    for frame in 0..end {
+        let update = if lost.contains(&frame) {
+            pipeline.push_lost(1)
+        } else {
+            pipeline.push_taxels(&core::array::from_fn(|taxel| {
+                let (x, y) = ((taxel % 5) as f64 - 2.0, 2.0 - (taxel / 5) as f64);
+                let noise = ((frame * 7 + taxel * 3) % 5) as f64 * 1e-6;
+                (full * (0.004 + 0.3 * light(frame as f64, x, y) + noise)) as u32
+            }))
+        };
+        if let Some(event) = update.event() {
+            return of(event);
+        }
+    }
+    of(pipeline.finish().event().expect("the touch has an event"))
+}
+
+fn kept(light: Light<'_>, lost: &[usize]) -> Found {
+    found::<TaxelRing>(light, lost, 200)
+}
+
+/// Light of a flash that rises in a frame and fades in `fade`.
+fn flash(t: f64, fade: f64) -> f64 {
+    (-(t / fade).max(0.0)).exp() / (1.0 + (-t / 0.5).exp())
+}
+
+/// Something slides at this speed and angle. Its light across the motion is that of `cut`, in pitches to the left.
+fn slide(mm_s: f64, degrees: f64, cut: impl Fn(f64) -> f64) -> impl Fn(f64, f64, f64) -> f64 {
+    let (sine, cosine) = degrees.to_radians().sin_cos();
+    let slowness = 120.0 / mm_s;
+    move |t, x, y| {
+        let late = t - MIDDLE - slowness * (x * cosine + y * sine);
+        cut(y * cosine - x * sine) * flash(late, 3.0)
+    }
+}
+
+fn rod(left: f64) -> f64 {
+    (-left.powi(2) / 1.5).exp()
+}
+
+fn check(answer: &Answer, mm_s: f64, degrees: f64, basis: Basis) {
+    let velocity = answer.velocity().unwrap();
+    assert!((f64::from(velocity.mm_s) / mm_s - 1.0).abs() < 0.02, "{answer:?}");
+    assert!((f64::from(velocity.degrees) - degrees).abs() < 2.0, "{answer:?}");
+    assert_eq!((answer.reliable, answer.doubt, answer.basis), (true, None, Some(basis)));
+}
+
+#[test]
+fn slides_have_the_velocity_of_the_wave() {
+    let narrow = kept(&slide(60.0, 30.0, rod), &[]);
+    check(&narrow.wave, 60.0, 30.0, Basis::Outline);
+    assert!(narrow.wave.extent.is_some_and(|extent| extent.contacts == 1));
+    // Coherence takes it for an edge.
+    assert_ne!(narrow.coherence.doubt, None);
+    check(&kept(&slide(150.0, 200.0, |_| 1.0), &[]).wave, 150.0, 200.0, Basis::Edge);
+}
+
+#[test]
+fn what_does_not_slide_is_reliable_as_by_coherence() {
+    let press = |t: f64, _: f64, _: f64| flash(t - MIDDLE, 3.0);
+    let poke = |t: f64, x: f64, y: f64| if (x, y) == (1.0, 0.0) { flash(t - MIDDLE, 3.0) } else { 0.0 };
+    // Held for a second.
+    let hold = |t: f64, _: f64, _: f64| flash(t - MIDDLE, 3.0) + 0.9 * flash(t - MIDDLE - 30.0, 3.0);
+    let touches: [(Light<'_>, Contact); 3] =
+        [(&press, Contact::Press), (&poke, Contact::Poke), (&hold, Contact::Press)];
+    for (light, contact) in touches {
+        let Found { wave, coherence, .. } = kept(light, &[]);
+        assert_eq!((wave.contact, wave.reliable, wave.doubt), (Some(contact), true, None), "{contact:?}");
+        assert_eq!((wave.velocity(), wave.basis, wave.extent), (None, None, None));
+        assert_eq!((coherence.contact, coherence.reliable), (wave.contact, wave.reliable));
+    }
+}
+
+#[test]
+fn a_slow_wide_touch_has_the_velocity_of_coherence() {
+    let found = kept(&slide(13.0, 0.0, |_| 1.0), &[]);
+    // The wave sees the flash of the first column.
+    assert_eq!(found.refused, Some(Reason::NoSlide(Contact::Press)));
+    check(&found.wave, 13.0, 0.0, Basis::Edge);
+    assert_eq!(found.wave.extent, None);
+    // Not if a corner stays dark.
+    let dark = kept(&|t, x, y| if x + y > 3.5 { 0.0 } else { slide(13.0, 0.0, |_| 1.0)(t, x, y) }, &[]);
+    assert!(dark.coherence.reliable && dark.refused == found.refused);
+    assert_eq!((dark.wave.reliable, dark.wave.doubt, dark.wave.basis), (false, Some(Reason::NotAlike), None));
+}
+
+#[test]
+fn what_the_wave_refuses_is_not_reliable() {
+    // A press, and then a slide.
+    let press = |t: f64| flash(t - MIDDLE + 25.0, 1.0);
+    let found = kept(&|t, x, y| press(t) + slide(150.0, 30.0, |_| 1.0)(t, x, y), &[]);
+    assert_eq!(found.refused, Some(Reason::NoSlide(Contact::Press)));
+    assert_eq!((found.wave.reliable, found.wave.basis, found.wave.extent), (false, None, None));
+    assert!(found.wave.doubt.is_some() && found.wave.doubt == found.coherence.doubt);
+    // Two fingers, of which one is a quarter faster.
+    let fingers = |t: f64, x: f64, y: f64| {
+        let mm_s = if y > 0.0 { 120.0 } else { 160.0 };
+        slide(mm_s, 0.0, |left| f64::from(left.abs() > 1.5))(t, x, y)
+    };
+    let found = kept(&fingers, &[]);
+    assert_eq!((found.wave.reliable, found.wave.doubt), (false, Some(Reason::TwoObjects)));
+    assert_eq!((found.wave.basis, found.wave.velocity().is_some()), (None, found.coherence.velocity().is_some()));
+    let extent = found.wave.extent.unwrap();
+    assert_eq!((extent.contacts, extent.place_mm, extent.width_mm), (2, None, None));
+}
+
+/// Checks that light from before a loss is not that of the touch.
+#[test]
+fn only_frames_that_arrived_light_whiskers() {
+    let mut ring = TaxelRing::new(u16::MAX.into());
+    (0..70).for_each(|frame| ring.push(&[if frame < 5 { 9 } else { 1000 }; 25]));
+    assert!(ring.are_all_lit());
+    ring.lose();
+    let one = |light| core::array::from_fn(|taxel| if taxel == 3 { light } else { 9 });
+    (0..20).for_each(|frame| ring.push(&one(if frame < 5 { 9 } else { 1000 })));
+    assert!(!ring.are_all_lit());
+    ring.skip(40);
+    assert!(!ring.are_all_lit());
+    (0..3).for_each(|_| ring.push(&[1000; 25]));
+    assert!(ring.are_all_lit());
+}
+
+#[test]
+fn an_event_that_is_not_reliable_stays_so() {
+    let touch = slide(60.0, 30.0, |_| 1.0);
+    let lost: [usize; 8] = core::array::from_fn(|number| 52 + 2 * number);
+    let found = kept(&touch, &lost);
+    assert_eq!((found.frames_filled, found.wave.reliable, found.wave.doubt), (8, false, Some(Reason::LostFrames)));
+    assert_eq!((found.wave.basis, found.wave.extent), (None, None));
+}
+
+#[test]
+fn a_sample_that_ends_with_lost_frames_has_its_taxels() {
+    let touch = slide(60.0, 30.0, rod);
+    let last = kept(&touch, &[]).last;
+    for lost in 1..=7 {
+        let lost: std::vec::Vec<_> = (last + 1 - lost..=last).collect();
+        let found = kept(&touch, &lost);
+        assert_eq!(usize::from(found.frames_filled), lost.len());
+        check(&found.wave, 60.0, 30.0, Basis::Outline);
+    }
+    // The stream ends with them, or frames behind the sample are lost, too.
+    check(&found::<TaxelRing>(&touch, &[last - 1, last], last + 1).wave, 60.0, 30.0, Basis::Outline);
+    check(&kept(&touch, &[last - 1, last, last + 1, last + 2]).wave, 60.0, 30.0, Basis::Outline);
+}
+
+#[test]
+fn without_taxels_no_slide_is_reliable() {
+    let wide = slide(150.0, 30.0, |_| 1.0);
+    let found = |light: Light<'_>| found::<Option<TaxelRing>>(light, &[], 200);
+    let Found { wave, coherence, .. } = found(&wide);
+    assert!(coherence.reliable);
+    assert_eq!((wave.reliable, wave.doubt, wave.basis), (false, Some(Reason::LostFrames), None));
+    let press = found(&|t, _, _| flash(t - MIDDLE, 3.0)).wave;
+    assert_eq!((press.contact, press.reliable, press.doubt), (Some(Contact::Press), true, None));
+}
