@@ -220,7 +220,8 @@ fn relative(light: &[i32; TAXELS]) -> Option<[i16; TAXELS]> {
         }
     }
     let by = if second > 0 { second } else { most };
-    (by > 0).then(|| light.map(|light| ((light.max(0).min(2 * by) << BITS) / by) as i16))
+    // Not `clamp`, whose check of its limits is a panic that stays in small programs.
+    (by > 0).then(|| light.map(|light| ((light.min(2 * by).max(0) << BITS) / by) as i16))
 }
 
 /// Returns the cosine and the sine of an angle in degrees, off by less than 10⁻⁵.

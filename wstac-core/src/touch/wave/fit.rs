@@ -168,6 +168,7 @@ impl<'a> Whiskers<'a> {
     }
 
     /// Returns the slowness of a plane through the rising edges.
+    #[inline(never)]
     fn start(&self) -> [f32; 2] {
         Plane::new(&self.points(Whisker::edge), u32::MAX).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
     }

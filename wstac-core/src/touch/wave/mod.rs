@@ -165,11 +165,12 @@ impl Wave {
             Err(reason @ (Reason::SpeedChanges | Reason::Turning | Reason::NotAlike | Reason::NotOver)) => reason,
             answer => return answer,
         };
-        let pair = Pair::of_corner(&whiskers.points(Whisker::edge), lit, delays(config)).ok_or(reason)?;
+        let pair = Pair::of_corner(&whiskers, lit, delays(config)).ok_or(reason)?;
         Ok((Slide::new(pair.slowness, config)?.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline))
     }
 
     /// Answers by two contacts: one wave cannot tell how far ahead of the other one is.
+    #[inline(never)]
     fn of_contacts(&self, sides: [u32; 2], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
         if self.lines.is_cut || sides.iter().any(|side| side.count_ones() < FEWEST_OF_CONTACT) {
             return Err(Reason::TwoObjects);
@@ -190,6 +191,7 @@ impl Wave {
     }
 
     /// Answers by one wave.
+    #[inline(never)]
     fn of_wave(
         &self,
         whiskers: &Whiskers<'_>,

@@ -1,6 +1,6 @@
 //! Motions by two planes through whiskers' times: of two contacts that have one velocity, and of a corner's two edges.
 
-use super::fit::length;
+use super::fit::{Whisker, Whiskers, length};
 use super::squares::{ONE_FRAME, Plane, Points, above};
 use super::{FEWEST, LATE_FROM};
 use crate::touch::motion::sqrt;
@@ -58,10 +58,11 @@ impl Pair {
 
     /// Returns the motion of a corner, of which both edges have the slowness along it; `None` without a corner.
     #[inline(never)]
-    pub(super) fn of_corner(points: &Points, lit: u32, delays: [f32; 2]) -> Option<Self> {
+    pub(super) fn of_corner(whiskers: &Whiskers<'_>, lit: u32, delays: [f32; 2]) -> Option<Self> {
         if lit.count_ones() < FEWEST_OF_CORNER {
             return None;
         }
+        let points = &whiskers.points(Whisker::edge);
         let whole = Plane::new(points, lit);
         // An edge comes later the farther its whiskers are from the corner: on each side the later plane holds.
         let mut left = above(points, whole.across(whole.slope(RIDGES[0])));
