@@ -1,9 +1,9 @@
 //! The laws from an event to its answers: speed, direction and kind of touch, behind one trait.
 //!
-//! [`ByWave`] measures arrival times of 25 taxels, and holds for one object of most shapes: corners are refused, and so are
-//! two objects side by side. [`ByCoherence`] and [`ByEdges`] measure those of ten sums, and hold for objects wider than the
-//! sensor. [`SpeedConfig`] is a law of durations, with the direction of
-//! centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them all.
+//! [`ByWave`] measures arrival times of 25 taxels, and holds for objects of most shapes, and for two of one velocity.
+//! [`ByCoherence`] and [`ByEdges`] measure those of ten sums, and hold for objects wider than the sensor. [`SpeedConfig`] is a
+//! law of durations, with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them
+//! all.
 
 use crate::paper::direction::{self, Direction};
 use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
