@@ -1,7 +1,7 @@
 //! The wave: one shape passes all lit whiskers with one slowness, and each has a gain of its own.
 
 use super::light::{LONGEST, Lines, PAD};
-use super::squares::{Moments, ONE_FRAME, Plane, Point, Points, Polynomial, TIME_SHIFT, monomials};
+use super::squares::{Moments, ONE_FRAME, Point, Points, Polynomial, TIME_SHIFT, TimePlane, monomials};
 use crate::params::{COLUMNS, TAXELS};
 use crate::reason::Reason;
 use crate::touch::motion::sqrt;
@@ -170,7 +170,7 @@ impl<'a> Whiskers<'a> {
     /// Returns the slowness of a plane through the rising edges.
     #[inline(never)]
     fn start(&self) -> [f32; 2] {
-        Plane::new(&self.points(Whisker::edge), u32::MAX).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
+        TimePlane::new(&self.points(Whisker::edge), u32::MAX).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
     }
 
     /// Returns the wave by Gauss-Newton steps.
@@ -319,7 +319,7 @@ impl Sums {
             }
         }
         let sums = sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32));
-        Ok(Plane::of_sums(moments.plane(), sums).slope(1e-4).map(|along| -along))
+        Ok(TimePlane::of_sums(moments.plane(), sums).slope(1e-4).map(|along| -along))
     }
 
     /// Returns the wave after a last step.

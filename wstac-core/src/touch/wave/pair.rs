@@ -1,7 +1,7 @@
 //! Motions by two planes through whiskers' times: of two contacts that have one velocity, and of a corner's two edges.
 
 use super::fit::{Whisker, Whiskers, length};
-use super::squares::{ONE_FRAME, Plane, Points, above};
+use super::squares::{ONE_FRAME, Points, TimePlane, above};
 use super::{FEWEST, LATE_FROM};
 use crate::touch::motion::sqrt;
 
@@ -37,7 +37,7 @@ impl Pair {
     /// velocity.
     #[inline(never)]
     pub(super) fn of_contacts(points: &Points, sides: [u32; 2], delays: [f32; 2]) -> Option<Self> {
-        let planes = sides.map(|side| Plane::new(points, side));
+        let planes = sides.map(|side| TimePlane::new(points, side));
         let both = planes[0].with(&planes[1]);
         let slope = both.slope(RIDGES[0]);
         let slowness = delayed(slope, delays);
@@ -63,7 +63,7 @@ impl Pair {
             return None;
         }
         let points = &whiskers.points(Whisker::edge);
-        let whole = Plane::new(points, lit);
+        let whole = TimePlane::new(points, lit);
         // An edge comes later the farther its whiskers are from the corner: on each side the later plane holds.
         let mut left = above(points, whole.across(whole.slope(RIDGES[0])));
         let mut number = 0;
@@ -72,7 +72,7 @@ impl Pair {
             if sides.iter().any(|side| side.count_ones() < FEWEST) {
                 return None;
             }
-            let planes = sides.map(|side| Plane::new(points, side));
+            let planes = sides.map(|side| TimePlane::new(points, side));
             let slopes = planes.each_ref().map(|plane| plane.slope(RIDGES[0]));
             let ([a, a_x, a_y], [b, b_x, b_y]) = (planes[0].level(slopes[0]), planes[1].level(slopes[1]));
             let later = above(points, [a - b, a_x - b_x, a_y - b_y]);
@@ -132,7 +132,7 @@ fn square([xx, xy, yy]: [f32; 3], [x, y]: [f32; 2]) -> f32 {
 fn variance(
     points: &Points,
     first: u32,
-    planes: &[Plane; 2],
+    planes: &[TimePlane; 2],
     slopes: [[f32; 2]; 2],
     slowness: f32,
     late: [f32; 2],

@@ -79,7 +79,7 @@ pub(super) type Points = [Point; TAXELS];
 
 /// A plane through weighted times, by sums about their means.
 #[derive(Clone, Copy)]
-pub(super) struct Plane {
+pub(super) struct TimePlane {
     /// Means of x, of y and of the time.
     mean: [f32; 3],
     /// Sums of x², x y and y².
@@ -88,7 +88,7 @@ pub(super) struct Plane {
     mixed: [f32; 2],
 }
 
-impl Plane {
+impl TimePlane {
     /// Creates the plane through the points of some whiskers, a bit for each.
     #[inline(never)]
     pub(super) fn new(points: &Points, whiskers: u32) -> Self {
