@@ -11,7 +11,7 @@ use wstac_core::paper::trigger::{Event, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
 
 /// Frames of 640 × 480 RGB, whose rows take 2048 bytes each, as if the driver preferred powers of two.
 const SIZE: (u32, u32) = (640, 480);
@@ -26,10 +26,13 @@ fn main() -> Result<(), Error> {
     let corners = core::array::from_fn(|taxel| [130 + taxel as u16 % 5 * PITCH, 50 + taxel as u16 / 5 * PITCH]);
     let layout = Layout::new(FrameSize::new(SIZE.0, SIZE.1)?, TAXEL, corners)?;
     let rate = FrameRate::NOMINAL;
+    // This camera exposes all rows at once. Most read one after the other: state the time from the first to the last
+    // one, or every speed covers all that it may be.
+    let readout = Readout::of_layout(ReadoutTime::from_ms(0.0), RowOrder::Down, &layout, rate);
     let camera = FrameGeometry::new(Rgb24::default(), layout, rate)?.with_bytes_per_row(BYTES_PER_ROW)?;
     let trigger = TriggerConfig::default().one_event_per_touch();
     let mut pipeline = Pipeline::builder(camera).trigger(trigger).build()?;
-    let law = ByCoherence(MotionConfig::published(rate));
+    let law = ByCoherence(MotionConfig::published(rate).with_readout(readout));
 
     let mut grabber = Grabber::new();
     loop {

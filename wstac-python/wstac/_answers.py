@@ -33,7 +33,15 @@ class Speed:
 
 @dataclass(frozen=True)
 class Measured:
-    """A length in mm."""
+    """A length in mm.
+
+    >>> import pathlib, tempfile, wstac
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "ball.toml"
+    >>> _ = file.write_text('shape = "ball"\\ndiameter = 15\\nspeed = 100\\ndirection = 30')
+    >>> [event] = wstac.open(f"scene:{file}", config=wstac.Config({"speed": {"estimator": "wave"}}))
+    >>> event.width_mm  # of the patch that touches
+    Measured(value=11.9, sd=0.52)
+    """
 
     value: float
     """The length, with two decimals."""
