@@ -169,7 +169,7 @@ mod tests {
                 last = Some(*features);
             }
             let Some(message) = Message::of(&output).unwrap() else { continue };
-            let payload: serde_json::Value = serde_json::from_slice(&message.payload).unwrap();
+            let payload: Value = serde_json::from_slice(&message.payload).unwrap();
             assert_eq!(payload["kind"], message.topic.name());
             if !seen.contains(&message.topic) {
                 seen.push(message.topic);
@@ -180,7 +180,7 @@ mod tests {
         // They have the times of the features that they belong to.
         let mut features = last.unwrap();
         features.stamp = Some(Stamp { time: UNIX_EPOCH, within: Duration::from_millis(2) });
-        let read = |message: Message| serde_json::from_slice::<serde_json::Value>(&message.payload).unwrap();
+        let read = |message: Message| serde_json::from_slice::<Value>(&message.payload).unwrap();
         let times = json!({"time_ns": features.time_ns, "stamp": "1970-01-01T00:00:00.000Z", "stamp_within_ms": 2.0});
         assert!(times["time_ns"].is_u64());
         for (message, fields) in [

@@ -234,7 +234,7 @@ mod tests {
         let event = Message { topic: Topic::Event, payload: b"{}".to_vec(), kind: None };
         (0..5).for_each(|_| queue.push(Publication::new(Some(event.clone()), None)));
         let state = queue.counts.state("left", &mut [0; 2]).record.unwrap();
-        let state: serde_json::Value = serde_json::from_slice(&state.payload).unwrap();
+        let state: Value = serde_json::from_slice(&state.payload).unwrap();
         assert_eq!(state["skipped"], 3);
         let numbers: Vec<_> = arriving.try_iter().map(|found| found.number).collect();
         assert_eq!(numbers, [Some(0), Some(1)]);
