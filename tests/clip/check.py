@@ -254,7 +254,7 @@ class Clips:
         nothing.write_text("nothing\n")
         self.says(f"{nothing}: ffmpeg cannot read it: ", nothing)
         absurd = self.make("-vf", "settb=1/90000,setpts=N", *UNEVEN, "1:90000", *X264, "-video_track_timescale", "90000", to="absurd.mp4")
-        self.says("frames per second, expected at most 1000; state the rate with --fps", absurd)
+        self.says("frames per second, expected 0.5 to 1000; state the rate with --fps", absurd)
         ffmpeg("-f", "lavfi", "-i", "sine=duration=0.1", sound)
         self.says(f"{sound}: has no picture, expected a video", sound)
         self.says(f"{sound}: a video is decoded by ffmpeg, which is not installed", sound, self.at)

@@ -419,6 +419,9 @@ pub struct DisturbedBaseline;
 
 impl fmt::Display for DisturbedBaseline {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the baseline was not quiet: events are marked as not reliable; start again with nothing touching")
+        f.write_str(
+            "the baseline was not quiet, or frames of it were lost: events are marked as not reliable; start again with \
+             nothing touching, or choose another --baseline-at of a file",
+        )
     }
 }

@@ -304,11 +304,12 @@ impl Source for CameraSource {
         let lag = self.lag;
         let stamp = timestamp.and_then(|timestamp| self.wall.stamp(timestamp));
         let Some(decoder) = &mut self.decoder else {
-            return Ok(SourceEvent::Frame(Frame { bytes, timestamp, stamp, sequence, encoded: None, lag }));
+            return Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, lag, ..Frame::new(bytes) }));
         };
         Ok(match decoder.picture(bytes) {
             Ok(decoded) => {
-                SourceEvent::Frame(Frame { bytes: decoded, timestamp, stamp, sequence, encoded: Some(bytes), lag })
+                let encoded = Some(bytes);
+                SourceEvent::Frame(Frame { timestamp, stamp, sequence, encoded, lag, ..Frame::new(decoded) })
             }
             Err(why) if !std::mem::replace(&mut self.is_damage_reported, true) => {
                 self.told.push_back(Told::Lost(1, why.reason()));

@@ -61,6 +61,9 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
+const NO_READOUT: &str = "no presses tell the readout; if the camera has a rolling shutter, press a flat plate slowly on all \
+                          whiskers, hold it, and let go, three times";
+
 const HELP: &str = r#"Pictures that can be used:
   It may be turned by up to 15 degrees, seen in perspective or through a
   curved lens, and have uneven or ambient light. One whisker may have no
@@ -77,11 +80,12 @@ Refusals:
   replaces, or the file that --overlay names.
 
 The readout of a rolling shutter:
-  Press a flat plate on all whiskers, hold it for half a second, and let
-  go; do so three times. A press and its release tell the time from the
-  first to the last row of the picture, which is written as [sensor]
-  readout_ms. It is left out if presses are too weak or disagree by more
-  than 1 ms. A slide does not tell it.
+  Press a flat plate slowly, within about 20 ms, on all whiskers, hold it
+  for half a second, and let go; do so three times. A press and its
+  release tell the time from the first to the last row of the picture,
+  which is written as [sensor] readout_ms. It is left out if presses are
+  too fast, too weak or disagree by more than 1 ms. A slide does not tell
+  it.
 
 Boards:
   A board sends a picture in parts while it goes on finding events. One
@@ -295,6 +299,9 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
         return Ok(writeln!(out, "{line}")?);
     }
     writeln!(out, "{calibration}")?;
+    if calibration.readout.is_none() {
+        note(NO_READOUT);
+    }
     if calibration.is_dim() {
         note(DIM);
     }

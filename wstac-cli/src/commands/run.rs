@@ -171,8 +171,8 @@ const HELP: &str = r#"Sources:
                    --sensor NAME chooses.
   FOLDER           PNG or JPEG files of one size, 2.png before 10.png, at
                    the rate of the times in their names (seconds such as
-                   1700000000.25, dates, or milliseconds to nanoseconds
-                   since 1970), or 30 frames per second; --fps gives
+                   1700000000.25, dates, times of day, milliseconds to
+                   nanoseconds since 1970), or 30 per second; --fps gives
                    another rate. A damaged picture is a lost frame, and
                    so is one that the names leave out. Pictures are
                    turned as their Exif data say. PNG files beside JPEG
@@ -364,7 +364,7 @@ Output with --json, one object per line (wrapped here):
   contact_end says that the light of an event's touch has left.
   texture     is printed as soon as a model that needs fewer than 70
               frames has them. The event that follows has the same.
-  incomplete  is an event that a gap of lost frames ended.
+  incomplete  is an event that lost frames or the stream's end cut off.
   fault       does not end the source.
   note        comes first if nothing says where the taxels are: the
               configuration has no layout, and the source is no scene.

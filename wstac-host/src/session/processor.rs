@@ -49,6 +49,7 @@ pub struct Processor {
     fast: UnevenFrames,
     /// The frames that a file leaves out, or that cannot be decoded.
     missing: UnevenFrames,
+    places: Places,
     /// Whether lost JPEG pictures are such frames. A camera reports its own.
     is_of_camera: bool,
     baseline_reported: bool,
@@ -115,6 +116,39 @@ impl UnevenFrames {
     }
 }
 
+/// The largest error of a speed by frames that were not in their places, as a part of it, that is reliable.
+const MOST_OFF: f32 = 0.03;
+/// Frames of which it is known how far they were from their places: those of a sample and of as many before it.
+const PLACED: usize = 2 * SAMPLE_FRAMES;
+
+/// How far the newest frames were from their places, by the times of a file, in steps between feature frames.
+#[derive(Clone, Debug, Default)]
+struct Places(VecDeque<(u64, f32)>);
+
+impl Places {
+    /// Takes a camera frame of a feature frame.
+    fn arrive(&mut self, frame: u64, off: f32) {
+        match self.0.back_mut() {
+            Some((last, most)) if *last == frame => *most = most.max(off.abs()),
+            _ if off != 0.0 => {
+                self.0.push_back((frame, off.abs()));
+                if self.0.len() > PLACED {
+                    self.0.pop_front();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Returns whether a speed within the sample that begins at this frame may be off by too much.
+    fn doubt(&self, frame: u64, mm_s: f32, motion: MotionConfig) -> bool {
+        let frames = frame..frame.saturating_add(SAMPLE_FRAMES as u64);
+        let most = self.0.iter().filter(|(at, _)| frames.contains(at)).map(|(_, off)| *off).fold(0.0, f32::max);
+        // An edge crosses the sensor in four pitches' frames.
+        most * mm_s > MOST_OFF * 4.0 * motion.pitch_per_frame()
+    }
+}
+
 impl Processor {
     /// Creates a processor for frames as `info` describes them.
     ///
@@ -149,6 +183,7 @@ impl Processor {
             uneven: UnevenFrames::default(),
             fast: UnevenFrames::default(),
             missing: UnevenFrames::default(),
+            places: Places::default(),
             is_of_camera: info.camera.is_some(),
             baseline_reported: false,
             zero: first,
@@ -228,6 +263,8 @@ impl Processor {
                 self.taxels = None;
             }
             SourceEvent::Frame(frame) => {
+                let added = pipeline.geometry().rate().frames_added();
+                answers.places.arrive(pipeline.next_frame(), frame.off / added as f32);
                 answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
                     answers.emit(&update, &mut emit)?;
@@ -423,9 +460,9 @@ impl Processor {
         let next = self.pipeline.next_frame();
         let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
         let incomplete = self.restart();
-        let Self { clock, dropped, dropped_by, uneven, fast, missing, .. } = std::mem::replace(self, new);
+        let Self { clock, dropped, dropped_by, uneven, fast, missing, places, .. } = std::mem::replace(self, new);
         (self.clock, self.dropped, self.dropped_by) = (clock, dropped, dropped_by);
-        (self.uneven, self.fast, self.missing) = (uneven, fast, missing);
+        (self.uneven, self.fast, self.missing, self.places) = (uneven, fast, missing, places);
         Ok(incomplete)
     }
 
@@ -440,6 +477,10 @@ impl Processor {
         let (live, baseline) = (self.live.as_mut()?, self.pipeline.baseline()?);
         let (next_frame, recent) = self.pipeline.recent();
         let velocity = live.push(next_frame, recent, baseline)?.velocity?;
+        let first = next_frame.saturating_sub(SAMPLE_FRAMES as u64);
+        if self.places.doubt(first, velocity.mm_s, self.motion) {
+            return None;
+        }
         let frame = next_frame.saturating_sub(1);
         Some(MotionReport::new(frame, velocity, Some(&self.clock)))
     }
@@ -454,9 +495,9 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, fast, missing, .. } = self;
+        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, fast, missing, places, .. } = self;
         let (motion, options) = (*motion, *options);
-        (pipeline, Answers { textures, law, durations, motion, clock, options, uneven, fast, missing })
+        (pipeline, Answers { textures, law, durations, motion, clock, options, uneven, fast, missing, places })
     }
 }
 
@@ -471,16 +512,19 @@ struct Answers<'p> {
     uneven: &'p UnevenFrames,
     fast: &'p UnevenFrames,
     missing: &'p UnevenFrames,
+    places: &'p mut Places,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::paper::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
-        let Self { law, durations, textures, motion, ref clock, options, uneven, fast, missing } = *self;
+        let Self { law, durations, textures, motion, ref clock, options, uneven, fast, missing, ref places } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
         let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };
         let event = TactileEvent::new(event, taxels, &answering);
+        let by_arrival = event.speed.ok().filter(|speed| speed.sd.is_some());
+        let is_off = by_arrival.is_some_and(|speed| places.doubt(event.frame, speed.mm_s, motion));
         let is_vague = event.speed.is_ok_and(|speed| speed.sd.is_some_and(|sd| sd > MOST_SD_OF_GAPS * speed.mm_s));
-        Output::Event(Box::new(if uneven.touch(event.frame) {
+        Output::Event(Box::new(if uneven.touch(event.frame) || is_off {
             event.mistimed(Reason::Uneven)
         } else if fast.touch(event.frame) {
             event.mistimed(Reason::FasterCamera)
@@ -550,6 +594,29 @@ mod tests {
         // Another part at the frame where the last one ended.
         uneven.fault(&FaultKind::Uneven, 200);
         assert!(uneven.touch(200));
+    }
+
+    #[test]
+    fn frames_off_their_places_are_a_doubt_of_fast_slides() {
+        let motion = MotionConfig::published(wstac_core::rate::FrameRate::NOMINAL);
+        let mut places = Places::default();
+        let doubts = |places: &Places, frame| {
+            [10.0, 50.0, 100.0, 300.0].map(|mm_s| places.doubt(frame, mm_s, motion)).iter().filter(|is| **is).count()
+        };
+        (0..100).for_each(|frame| places.arrive(frame, 0.0));
+        assert_eq!(doubts(&places, 0), 0);
+        // Half a millisecond of 33, as whole milliseconds have, and an eighth and a quarter of a frame.
+        for (off, expected) in [(0.015, 0), (0.125, 1), (-0.25, 2), (0.4, 3)] {
+            places.arrive(200, off);
+            assert_eq!(doubts(&places, 200), expected, "{off}");
+            assert_eq!((doubts(&places, 130), doubts(&places, 131), doubts(&places, 201)), (0, expected, 0));
+            places = Places::default();
+        }
+        // Two camera frames of one feature frame, and more than are kept.
+        [0.01, 0.4, 0.01].into_iter().for_each(|off| places.arrive(7, off));
+        assert_eq!(doubts(&places, 0), 3);
+        (8..400).for_each(|frame| places.arrive(frame, 0.001));
+        assert_eq!((doubts(&places, 0), places.0.len()), (0, PLACED));
     }
 
     #[test]

@@ -203,6 +203,8 @@ pub struct Frame<'a> {
     pub encoded: Option<&'a [u8]>,
     /// The lag of reading behind the source.
     pub lag: Lag,
+    /// How far the times of a file put it from its place among even frames, in steps between frames; 0 where none do.
+    pub off: f32,
 }
 
 impl<'a> Frame<'a> {

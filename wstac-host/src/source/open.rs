@@ -28,6 +28,9 @@ use crate::camera::ControlSetting;
 use crate::camera::formats::FourCc;
 use crate::error::{Error, ErrorKind};
 
+/// The rates that a file may have, in frames per second.
+const RATES: std::ops::RangeInclusive<f64> = 0.5..=1000.0;
+
 /// The options of a user for a source. By default, none changes anything.
 ///
 /// This is the one list of them: with the feature `clap`, each field that a command can set is an argument, and its
@@ -129,7 +132,7 @@ pub fn open(
     }
     if name == "-" {
         of_a_file(name.display(), options)?;
-        return Ok(Box::new(Y4m::standard_input(options.fps)?));
+        return at_a_rate(name, Box::new(Y4m::standard_input(options.fps)?), options);
     }
     let none_of_these = |kind, why: &str| {
         let names = kinds.iter().map(|kind| kind.expected()).filter(|names| !names.is_empty());
@@ -164,19 +167,19 @@ pub fn open(
     };
     of_a_file(name.display(), options)?;
     if kind.is_dir() {
-        return open_folder(path, options.fps);
+        return at_a_rate(name, open_folder(path, options.fps)?, options);
     }
     // The first bytes of a pipe cannot be read without taking them from the source.
     let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name.display(), error));
     if kind.is_file() && (is_named_mcap(path) || has_magic(MCAP_MAGIC)?) {
-        return open_recording(path, options);
+        return at_a_rate(name, open_recording(path, options)?, options);
     }
     let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
     if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
-        return Ok(Box::new(Y4m::open(path, options.fps)?));
+        return at_a_rate(name, Box::new(Y4m::open(path, options.fps)?), options);
     }
     if video::is_video(path) {
-        return Ok(Box::new(Video::open(path, options.fps)?));
+        return at_a_rate(name, Box::new(Video::open(path, options.fps)?), options);
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let why = match extension.to_str() {
@@ -185,6 +188,27 @@ pub fn open(
         _ => "",
     };
     Err(none_of_these(ErrorKind::Unsupported, why))
+}
+
+/// Refuses a file of an absurd rate: every speed would be absurd with it.
+fn at_a_rate(name: &OsStr, source: Box<dyn Source>, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
+    let rate = source.info().rate.per_second();
+    if RATES.contains(&rate) {
+        return Ok(source);
+    }
+    let (least, most) = (RATES.start(), RATES.end());
+    let rate = if rate < 1.0 { format!("{rate:.4}") } else { format!("{rate:.0}") };
+    Err(match options.fps {
+        Some(_) => {
+            let message = format_args!("--fps is {rate} frames per second, expected {least} to {most}");
+            Error::new(ErrorKind::Usage, name.display(), message)
+        }
+        None => {
+            let message =
+                format_args!("states {rate} frames per second, expected {least} to {most}; state the rate with --fps");
+            Error::new(ErrorKind::Format, name.display(), message)
+        }
+    })
 }
 
 #[cfg(all(feature = "jpeg", feature = "png"))]

@@ -138,7 +138,8 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<Vec<PathBuf>, Erro
 
 /// Returns the names and sizes of several series, such as those of two cameras; `None` if all pictures are of one.
 fn several(files: &[PathBuf]) -> Option<String> {
-    if positions(files).is_some() {
+    let kind = positions(files).map(|(kind, _)| kind);
+    if kind == Some(Positions::Numbers) {
         return None;
     }
     let series_by = |kept: Option<usize>| {
@@ -150,9 +151,11 @@ fn several(files: &[PathBuf]) -> Option<String> {
             };
             series.entry(parts(stem(file)).iter().enumerate().map(part).collect()).or_default().push(file.clone());
         }
-        // Minutes and hours are no series: what is left of such names is a time.
-        let is_placed =
-            |files: &[PathBuf]| positions(files).is_some_and(|(kind, _)| kept.is_none() || kind == Positions::Numbers);
+        // Minutes and hours are no series: what is left of such names is a time, but none since 1970.
+        let is_placed = |files: &[PathBuf]| {
+            positions(files).is_some_and(|(own, _)| kind.is_none() && (kept.is_none() || own == Positions::Numbers))
+                || (kept.is_some() && Names::new(files).is_some_and(|names| names.since_1970().is_some()))
+        };
         let is_series =
             |own: &Vec<PathBuf>| own.len() > 1 && own.len() >= files.len() / LEAST_OF_SERIES && is_placed(own);
         let are_series = (2..=MOST_SERIES).contains(&series.len()) && series.values().all(is_series);
@@ -168,10 +171,16 @@ fn several(files: &[PathBuf]) -> Option<String> {
 /// given one, or that of the times in their names, or else assumed.
 pub(super) fn rate(files: &[PathBuf], given: Option<FrameRate>) -> (FrameRate, String) {
     let positions = positions(files);
-    let own = positions.as_ref().and_then(|(kind, positions)| {
+    // Of pictures with numbers, times beside them give the rate.
+    let times = match &positions {
+        Some((Positions::Numbers, _)) => Names::new(files)
+            .and_then(|names| names.times())
+            .and_then(|(unit, times)| placed(Positions::NamedTimes, unit, times)),
+        others => others.clone(),
+    };
+    let own = times.and_then(|(_, positions)| {
         let known: Vec<f64> = positions.iter().copied().filter(|position| !position.is_nan()).collect();
-        let step = spacing::step(&known).filter(|_| *kind == Positions::NamedTimes)?;
-        spacing::rate_of(step).filter(|rate| RATES.contains(&rate.per_second()))
+        spacing::rate_of(spacing::step(&known)?).filter(|rate| RATES.contains(&rate.per_second()))
     });
     let rate = given.or(own).unwrap_or(FrameRate::NOMINAL);
     let mut said = format!("{} frames per second{}", readable(rate), replaced_rate::remark(own, given));
@@ -190,55 +199,112 @@ pub(super) fn rate(files: &[PathBuf], given: Option<FrameRate>) -> (FrameRate, S
 /// others is not a number. `None` if the names do not tell.
 ///
 /// Names tell by decimals, by dates with a fraction of a second, by the only number that differs, by a number that rises
-/// by the same step, or by seconds and their fraction.
+/// by the same step, by a time of day, by a time since 1970, or by seconds and their fraction.
 pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
-    let found = |kind, unit: f64, numbers: Vec<Option<i128>>| {
-        // Large numbers keep their differences.
-        let first = numbers.iter().flatten().next().copied()?;
-        let position =
-            |number: Option<i128>| number.map_or(f64::NAN, |number| number.saturating_sub(first) as f64 / unit);
-        Some((kind, numbers.into_iter().map(position).collect()))
-    };
     if let Some(times) = decimals(files) {
-        return found(Positions::NamedTimes, NS_PER_MS, times.into_iter().map(Some).collect());
+        return placed(Positions::NamedTimes, NS_PER_MS, times.into_iter().map(Some).collect());
     }
-    let names: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
-    let usual = usual(&names)?;
-    let fits: Vec<bool> = names.iter().map(|name| is_alike(name, usual)).collect();
-    let column = |number: &dyn Fn(&[Part<'_>]) -> Option<i128>| -> Option<Vec<Option<i128>>> {
-        // A number that cannot be read is no stray name.
+    let names = Names::new(files)?;
+    let index = || names.columns().find(|numbers| is_index(numbers));
+    match names.differing[..] {
+        [] => (files.len() == 1).then(|| (Positions::Numbers, vec![0.0])),
+        [at] => match names.clock(date).or_else(|| names.since_1970()).or_else(|| names.with_unit(at)) {
+            Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
+            None => placed(Positions::Numbers, 1.0, names.column(at)?),
+        },
+        _ => match index() {
+            Some(index) => placed(Positions::Numbers, 1.0, index),
+            None => names.times().and_then(|(unit, times)| placed(Positions::NamedTimes, unit, times)),
+        },
+    }
+}
+
+/// Returns numbers of a kind as distances from the first one. Large numbers keep their differences.
+fn placed(kind: Positions, unit: f64, numbers: Vec<Option<i128>>) -> Option<(Positions, Vec<f64>)> {
+    let first = numbers.iter().flatten().next().copied()?;
+    let position = |number: Option<i128>| number.map_or(f64::NAN, |number| number.saturating_sub(first) as f64 / unit);
+    Some((kind, numbers.into_iter().map(position).collect()))
+}
+
+/// The parts of pictures' names, nearly all of which differ only by numbers.
+struct Names<'a> {
+    names: Vec<Vec<Part<'a>>>,
+    fits: Vec<bool>,
+    /// The numbers that differ.
+    differing: Vec<usize>,
+}
+
+/// Units per millisecond, and numbers that rise; `None` for a name that is not as the others.
+type Times = (f64, Vec<Option<i128>>);
+
+impl<'a> Names<'a> {
+    fn new(files: &'a [PathBuf]) -> Option<Self> {
+        let names: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
+        let usual = usual(&names)?;
+        let fits: Vec<bool> = names.iter().map(|name| is_alike(name, usual)).collect();
+        let differs = |at: &usize| names.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
+        let differing = (0..usual.len()).filter(differs).collect();
+        Some(Self { names, fits, differing })
+    }
+
+    /// Returns the numbers that names have; `None` if one cannot be read, which is no stray name.
+    fn read(&self, number: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Vec<Option<i128>>> {
         let read = |(name, fits): (&Vec<Part<'_>>, &bool)| if *fits { number(name).map(Some) } else { Some(None) };
-        names.iter().zip(&fits).map(read).collect()
-    };
-    let of_column = |at: usize| column(&|name: &[Part<'_>]| number(name.get(at)?.digits()?));
-    let rises = |numbers: &[Option<i128>]| {
-        let known: Vec<i128> = numbers.iter().flatten().copied().collect();
-        known.windows(2).all(|pair| pair[0] < pair[1])
-    };
-    let differs = |at: &usize| names.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
-    let differing: Vec<usize> = (0..usual.len()).filter(differs).collect();
-    for at in 0..usual.len() {
-        if let Some(times) = column(&|name: &[Part<'_>]| date(name.get(at..)?)).filter(|times| rises(times))
-            && !differing.iter().any(|other| of_column(*other).is_some_and(|numbers| is_index(&numbers)))
-        {
-            return found(Positions::NamedTimes, NS_PER_MS, times);
-        }
+        self.names.iter().zip(&self.fits).map(read).collect()
     }
-    if let [at] = differing[..] {
-        let numbers = of_column(at)?;
-        return match epoch_unit(&numbers) {
-            Some(unit) => found(Positions::NamedTimes, unit, numbers),
-            None => found(Positions::Numbers, 1.0, numbers),
-        };
+
+    fn column(&self, at: usize) -> Option<Vec<Option<i128>>> {
+        self.read(|name| number(name.get(at)?.digits()?))
     }
-    if differing.is_empty() {
-        return (files.len() == 1).then(|| (Positions::Numbers, vec![0.0]));
+
+    /// Returns the numbers that differ and can be read.
+    fn columns(&self) -> impl Iterator<Item = Vec<Option<i128>>> {
+        self.differing.iter().filter_map(|at| self.column(*at))
     }
-    if let Some(index) = differing.iter().filter_map(|at| of_column(*at)).find(|numbers| is_index(numbers)) {
-        return found(Positions::Numbers, 1.0, index);
+
+    /// Returns the times that names have from one of these parts on, in parts of 10⁻⁹ s, if they rise.
+    fn parsed(
+        &self,
+        mut parts: impl Iterator<Item = usize>,
+        time: impl Fn(&[Part<'_>]) -> Option<i128>,
+    ) -> Option<Times> {
+        let times = parts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| rises(times)))?;
+        Some((NS_PER_MS, times))
     }
-    let seconds = differing.iter().filter_map(|at| column(&|name: &[Part<'_>]| seconds(name.get(*at..)?)));
-    found(Positions::NamedTimes, NS_PER_MS, seconds.into_iter().find(|times| rises(times))?)
+
+    /// Returns the times of a clock, whose first parts may be those of all.
+    fn clock(&self, time: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Times> {
+        self.parsed(0..self.names.first()?.len(), time)
+    }
+
+    /// Returns times since 1970: whole ones, or seconds and their fraction.
+    fn since_1970(&self) -> Option<Times> {
+        let whole = self.columns().find_map(|numbers| Some((epoch_unit(&numbers)?, numbers)));
+        let is_time = |time: &i128| EPOCH.contains(&(time / NS_PER_S));
+        let fractions = || self.clock(|name| seconds(name).filter(is_time));
+        whole.filter(|(_, times)| rises(times)).or_else(fractions)
+    }
+
+    /// Returns the numbers of a column behind which their unit stands.
+    fn with_unit(&self, at: usize) -> Option<Times> {
+        let units: [(&[u8], f64); 3] = [(b"ms", 1.0), (b"us", 1e3), (b"ns", NS_PER_MS)];
+        let Some(Part::Text(behind)) = self.names.first()?.get(at + 1) else { return None };
+        let (_, unit) = units.into_iter().find(|(unit, _)| behind == unit)?;
+        Some((unit, self.column(at)?)).filter(|(_, times)| rises(times))
+    }
+
+    /// Returns the times that names state in some form.
+    fn times(&self) -> Option<Times> {
+        let of_units = || self.differing.iter().find_map(|at| self.with_unit(*at));
+        let of_seconds = || self.parsed(self.differing.iter().copied(), seconds);
+        let clock = self.clock(date).or_else(|| self.clock(time_of_day));
+        clock.or_else(|| self.since_1970()).or_else(of_units).or_else(of_seconds)
+    }
+}
+
+fn rises(numbers: &[Option<i128>]) -> bool {
+    let known: Vec<i128> = numbers.iter().flatten().copied().collect();
+    known.windows(2).all(|pair| pair[0] < pair[1])
 }
 
 /// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or nanoseconds.
@@ -324,6 +390,19 @@ fn date(name: &[Part<'_>]) -> Option<i128> {
     let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
     let seconds = ((24 * days + hour) * 60 + minute) * 60 + second;
     Some(seconds * NS_PER_S + nanoseconds(fraction)?)
+}
+
+/// Returns the time of day that a name begins with: hours, minutes, seconds and their fraction, in parts of 10⁻⁹.
+fn time_of_day(name: &[Part<'_>]) -> Option<i128> {
+    name.first()?.digits()?;
+    let digits: Vec<&[u8]> = name.iter().filter_map(Part::digits).take(4).collect();
+    let joined = digits.concat();
+    let fraction = joined.get(6..).filter(|fraction| matches!(fraction.len(), 3 | 6 | 9))?;
+    let field = |from: usize, most: i128| number(joined.get(from..from + 2)?).filter(|field| *field <= most);
+    let seconds = (field(0, 23)? * 60 + field(2, 59)?) * 60 + field(4, 59)?;
+    // Fields of two digits each, in one number or in several.
+    let is_clock = digits.iter().rev().skip(1).all(|part| part.len() % 2 == 0);
+    Some(seconds * NS_PER_S + nanoseconds(fraction)?).filter(|_| is_clock)
 }
 
 /// Returns the time of whole seconds and their fraction that a name begins with, in parts of 10⁻⁹.
@@ -493,6 +572,37 @@ mod tests {
     }
 
     #[test]
+    fn times_beside_an_index_give_the_rate() {
+        for (name, is_known) in [
+            (&(|n: u64| format!("frame{n:05}_{}.png", 1_764_100_001_533 + n * 1000 / 60)) as &dyn Fn(u64) -> String, true),
+            (&|n| format!("{n:05}-{}.png", 1_764_100_001_533_000 + n * 1_000_000 / 60), true),
+            (&|n| format!("{}_{n}.png", 1_764_100_001_533 + n * 1000 / 60), true),
+            (&|n| format!("{n}_{}ms.png", n * 1000 / 60), true),
+            (&|n| format!("{}ms.png", n * 1000 / 60), true),
+            (&|n| format!("{n}_{}.png", n * n), false),
+        ] {
+            let files: Vec<_> = (0..130).map(|n| PathBuf::from(name(n))).collect();
+            let (rate, said) = rate(&files, None);
+            assert_eq!((rate.per_second() - 60.0).abs() < 0.6, is_known, "{}: {said}", name(5));
+            assert_eq!(said.contains("assumed"), !is_known, "{said}");
+        }
+    }
+
+    #[test]
+    fn times_of_day_go_on_over_a_minute() {
+        for between in ["-", ":", "_"] {
+            let name = |n: u64| {
+                let ms = 41 * 60_000 + 58_520 + n * 100 / 3;
+                let [minute, second, ms] = [ms / 60_000, ms / 1000 % 60, ms % 1000];
+                PathBuf::from(format!("10{between}{minute:02}{between}{second:02}.{ms:03}.png"))
+            };
+            let files: Vec<_> = (0..130).map(name).collect();
+            let (kind, places) = positions(&files).unwrap();
+            assert_eq!((kind, places[129]), (NamedTimes, 4300.0), "{between}");
+        }
+    }
+
+    #[test]
     fn names_that_do_not_tell_are_said() {
         let said = |names: &[&str]| rate(&paths(names), None).1;
         assert_eq!(said(&["1.png", "2.png"]), "30:1 frames per second (assumed: state another with --fps)");
@@ -547,6 +657,22 @@ mod tests {
             of(&|n| [format!("cam1_{n:04}.png"), format!("cam2_{n:04}.png")]).as_deref(),
             Some("cam1_#: 130, cam2_#: 130")
         );
+        let ms = |n: u32, late| 1_764_100_001_533 + u64::from(n) * 100 / 3 + late;
+        assert_eq!(
+            of(&|n| [format!("0_{}.png", ms(n, 0)), format!("1_{}.png", ms(n, 7))]).as_deref(),
+            Some("0_#: 130, 1_#: 130")
+        );
+        assert_eq!(
+            of(&|n| [format!("{}_0.png", ms(n, 0)), format!("{}_1.png", ms(n, 7))]).as_deref(),
+            Some("#_0: 130, #_1: 130")
+        );
+        let at = |n: u32, late| format!("{}.{:06}", ms(n, late) / 1000, ms(n, late) % 1000 * 1000);
+        assert_eq!(
+            of(&|n| [format!("cam0_{}.png", at(n, 0)), format!("cam1_{}.png", at(n, 16))]).as_deref(),
+            Some("cam0_#.#: 130, cam1_#.#: 130")
+        );
+        assert!(of(&|n| [format!("{}_cam0.png", at(n, 0)), format!("{}_cam1.png", at(n, 16))]).is_some());
+        assert_eq!(of(&|n| [format!("{}.png", at(2 * n, 0)), format!("{}.png", at(2 * n + 1, 0))]), None);
         // One series: names with hours, minutes and seconds, and names without an order.
         assert_eq!(of(&|n| [0, 500].map(|ms| format!("12_{:02}_{:02}_{ms:03}.png", n / 60, n % 60))), None);
         assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{:x}.png", n * 2_654_435))), None);

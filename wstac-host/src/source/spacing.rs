@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use wstac_core::rate::FrameRate;
 
-use super::{Fault, FaultKind, LossReason, Source, SourceEvent, StreamInfo};
+use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::Error;
 use crate::plural::counted;
 
@@ -48,8 +48,9 @@ pub(super) struct Spacing {
     step: f64,
     /// The position of the last frame, and its place by those before it.
     last: Option<(f64, f64)>,
-    /// The average distance of frames from their places, in steps.
+    /// The average distance of frames from their places, in steps, and that of the last one.
     mean: f64,
+    off: f64,
     frame: u64,
     /// Frames in a row that were in their places.
     even: u32,
@@ -67,8 +68,8 @@ pub(super) struct Spacing {
 impl Spacing {
     pub(super) fn new(subject: String, positions: Positions, step: f64) -> Self {
         let (least, most, ready) = (f64::INFINITY, 0.0, VecDeque::new());
-        let (last, mean, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0, 0, false, 0, 0);
-        Self { subject, positions, step, last, mean, frame, even, is_uneven, missing, uneven, least, most, ready }
+        let (last, mean, off, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0.0, 0, 0, false, 0, 0);
+        Self { subject, positions, step, last, mean, off, frame, even, is_uneven, missing, uneven, least, most, ready }
     }
 
     /// Takes the position of the next frame. [`Self::next_event`] has what comes before it. If it is not a number, the
@@ -87,7 +88,8 @@ impl Spacing {
         let off = position - place - self.step;
         let missing = (off / self.step).round().max(0.0);
         let off = off - missing * self.step;
-        self.mean += AVERAGED * (off / self.step - self.mean);
+        self.off = off / self.step;
+        self.mean += AVERAGED * (self.off - self.mean);
         if off.abs() <= TOLERANCE * self.step && self.mean.abs() <= MEAN_TOLERANCE {
             self.last = Some((position, position - (1.0 - FOLLOWED) * off));
             self.even += 1;
@@ -131,6 +133,14 @@ impl Spacing {
     /// Returns whether frames come unevenly now.
     pub(super) fn is_uneven(&self) -> bool {
         self.is_uneven
+    }
+
+    /// Returns a source's event, of which a frame tells how far it is from its place.
+    pub(super) fn placed<'a>(&self, event: SourceEvent<'a>) -> SourceEvent<'a> {
+        match event {
+            SourceEvent::Frame(frame) => SourceEvent::Frame(Frame { off: self.off as f32, ..frame }),
+            event => event,
+        }
     }
 
     /// Takes the end of the source: if frames were missing or uneven, [`Self::next_event`] says how many.
@@ -255,7 +265,7 @@ impl<S: Source> Source for Spaced<S> {
             spacing.finish();
             return Ok(spacing.next_event().unwrap_or(SourceEvent::End));
         }
-        Ok(event)
+        Ok(spacing.placed(event))
     }
 }
 

@@ -27,8 +27,6 @@ const ENDINGS: [&str; 48] = [
     "mpg", "mts", "mxf", "nut", "obu", "ogg", "ogm", "ogv", "qt", "rm", "rmvb", "tod", "trp", "ts", "vob", "webm",
     "wmv", "wtv",
 ];
-/// The highest rate that a file may state.
-const MOST_PER_SECOND: f64 = 1000.0;
 /// Prints the time of every frame in microseconds before the frame comes, and whether it is a key frame.
 const EVERY_TIME: &str = "settb=1/1000000,showinfo=checksum=0,";
 /// Gives frames the times of a stream without gaps, so that ffmpeg repeats none and leaves none out.
@@ -85,18 +83,11 @@ impl Video {
     /// before the first frame say only that the file was cut.
     ///
     /// # Errors
-    /// ffmpeg is not installed, cannot read the file, or finds no picture in it, or the file states an absurd rate.
+    /// ffmpeg is not installed, cannot read the file, or finds no picture in it.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let subject = path.display().to_string();
         let stated = probe(&subject, path)?;
         let rate = fps.or(stated.rate);
-        if let Some(rate) = rate.filter(|rate| fps.is_none() && rate.per_second() > MOST_PER_SECOND) {
-            let message = format_args!(
-                "states {:.0} frames per second, expected at most {MOST_PER_SECOND}; state the rate with --fps",
-                rate.per_second()
-            );
-            return Err(Error::new(ErrorKind::Format, &subject, message));
-        }
         let (conversion, pixels) = stated.conversion();
         let filters = format!("{EVERY_TIME}{conversion}{EVERY_FRAME}");
         let (mut decoder, output) = Decoder::start(&subject, path, &filters, pixels)?;
@@ -205,7 +196,10 @@ impl Source for Video {
             }
             other => {
                 *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_)));
-                other
+                match (other, spacing) {
+                    (Ok(event), Some(spacing)) => Ok(spacing.placed(event)),
+                    (other, _) => other,
+                }
             }
         }
     }

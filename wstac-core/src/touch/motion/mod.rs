@@ -164,7 +164,8 @@ impl MotionConfig {
         self.pitch_mm
     }
 
-    pub(crate) const fn pitch_per_frame(self) -> f32 {
+    /// Returns the speed in mm/s at which an edge takes one frame from a whisker to the next.
+    pub const fn pitch_per_frame(self) -> f32 {
         self.pitch_per_frame
     }
 }

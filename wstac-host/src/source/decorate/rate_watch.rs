@@ -103,7 +103,7 @@ impl FrameCopy {
     fn frame(&self) -> Frame<'_> {
         let encoded = self.is_encoded.then_some(&self.encoded[..]);
         let Self { timestamp, stamp, sequence, lag, .. } = *self;
-        Frame { bytes: &self.bytes, timestamp, stamp, sequence, encoded, lag }
+        Frame { bytes: &self.bytes, timestamp, stamp, sequence, encoded, lag, off: 0.0 }
     }
 
     fn event(&self, ready: Ready) -> Result<SourceEvent<'_>, Error> {

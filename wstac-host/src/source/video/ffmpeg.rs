@@ -87,6 +87,11 @@ impl Drop for Decoder {
     }
 }
 
+/// The formats of ffmpeg that hold pictures themselves. Lists of other files are none of them.
+const FORMATS: &str = "3gp,apng,asf,av1,avi,cavsvideo,dirac,dv,flv,gif,h261,h263,h264,hevc,ivf,jpeg_pipe,live_flv,m4v,\
+                       matroska,mjpeg,mov,mpeg,mpegts,mpegvideo,mpjpeg,mxf,nut,obu,ogg,png_pipe,rm,vc1,webm,webp_pipe,\
+                       wtv,yuv4mpegpipe";
+
 /// Returns a command of ffmpeg that reads this file, and nothing else.
 pub(super) fn ffmpeg(program: &str, path: &Path) -> Command {
     let mut command = Command::new(program);
@@ -103,8 +108,8 @@ pub(super) fn ffmpeg(program: &str, path: &Path) -> Command {
     }
     // The log is read.
     command.env("AV_LOG_FORCE_NOCOLOR", "1").env_remove("AV_LOG_FORCE_COLOR");
-    // A playlist could name other files or the network.
-    command.args(["-protocol_whitelist", "file", "-i"]).arg(input);
+    // A playlist could name other files or the network, whatever its own name says.
+    command.args(["-protocol_whitelist", "file", "-format_whitelist", FORMATS, "-i"]).arg(input);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }

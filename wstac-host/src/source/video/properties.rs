@@ -19,7 +19,8 @@ const RGB: [&str; 13] =
 const GRAY: [&str; 4] = ["gray", "mono", "ya16", "ya8"];
 /// The formats of ffmpeg that are streams without times: ffmpeg makes up 25 frames per second, unless the stream states
 /// another rate.
-const WITHOUT_TIMES: [&str; 9] = ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "obu", "vc1"];
+const WITHOUT_TIMES: [&str; 10] =
+    ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "mpjpeg", "obu", "vc1"];
 const MADE_UP: (u32, u32) = (25, 1);
 /// Another rate for ffmpeg to make up. A rate that is 25 with it, too, is stated by the stream.
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
@@ -34,6 +35,8 @@ pub(super) struct Stated {
     pixels: String,
     range: Option<QuantizationRange>,
     matrix: Option<YcbcrMatrix>,
+    /// The name of a matrix that is not read.
+    other_matrix: Option<String>,
     pub(super) rate: Option<FrameRate>,
     /// The usual time between frames in milliseconds, by their time stamps, and whether the rate follows from it alone.
     pub(super) step: Option<f64>,
@@ -69,6 +72,9 @@ impl Stated {
             "bt470bg" | "smpte170m" | "fcc" => Some(YcbcrMatrix::Bt601),
             _ => None,
         };
+        let is_stated = |name: &&str| !matches!(*name, "" | "unknown" | "unspecified" | "reserved" | "gbr" | "N/A");
+        let other_matrix = Some(value("color_space")).filter(|name| matrix.is_none() && is_stated(name));
+        let other_matrix = other_matrix.map(str::to_owned);
         let row_order = row_order(text).unwrap_or_default();
         let is_rotated = value("rotation").parse::<f64>().is_ok_and(|degrees| degrees != 0.0);
         let is_turned = is_rotated || row_order != RowOrder::Down;
@@ -83,7 +89,7 @@ impl Stated {
         if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
-            let known = Self { pixels, range, matrix, rate, is_turned, row_order, ..Self::default() };
+            let known = Self { pixels, range, matrix, other_matrix, rate, is_turned, row_order, ..Self::default() };
             return Self { is_made_up, codec, ..known };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
@@ -99,7 +105,8 @@ impl Stated {
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         let rate = by_header.or(by_times);
-        Self { pixels, range, matrix, rate, step, is_by_times, is_turned, row_order, is_made_up: false, codec }
+        let known = Self { pixels, range, matrix, other_matrix, rate, is_turned, row_order, ..Self::default() };
+        Self { step, is_by_times, codec, ..known }
     }
 
     /// Returns whether its codec calls every frame a key frame, although most are made of those before.
@@ -150,8 +157,11 @@ impl Stated {
         if frames.format.is_ycbcr() && self.range.is_none() {
             about += "; no range is stated: limited, unless --range says full";
         }
-        if frames.format.is_ycbcr() && self.matrix.is_none() {
-            about += "; no matrix is stated: bt601, unless --matrix says bt709";
+        match &self.other_matrix {
+            _ if !frames.format.is_ycbcr() || self.matrix.is_some() => {}
+            // What a file says reaches a terminal escaped.
+            Some(other) => about += &format!("; its matrix is {other}: read as bt601, unless --matrix says bt709"),
+            None => about += "; no matrix is stated: bt601, unless --matrix says bt709",
         }
         let mut info = StreamInfo::new(about, frames.size, frames.format, frames.rate);
         (info.color, info.bytes_per_row, info.row_order) = (color, frames.bytes_per_row, self.row_order);

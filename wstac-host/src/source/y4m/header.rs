@@ -178,11 +178,11 @@ pub fn header_of(info: &StreamInfo) -> Result<String, String> {
     }
     let (width, height) = info.size.into();
     let rate = info.rate;
+    // Gray is read as it is. ffmpeg would take it for limited range, and cut off what is dark, where nothing is stated.
     let range = match (info.format.is_ycbcr(), info.color.range) {
-        (false, _) => "",
-        (true, QuantizationRange::Limited) => " XCOLORRANGE=LIMITED",
-        (true, QuantizationRange::Full) => " XCOLORRANGE=FULL",
+        (true, QuantizationRange::Limited) => "LIMITED",
+        (false, _) | (true, QuantizationRange::Full) => "FULL",
     };
     let magic = String::from_utf8_lossy(MAGIC);
-    Ok(format!("{magic} W{width} H{height} F{}:{} Ip A1:1 C{name}{range}\n", rate.numerator(), rate.denominator()))
+    Ok(format!("{magic} W{width} H{height} F{}:{} Ip A1:1 C{name} XCOLORRANGE={range}\n", rate.numerator(), rate.denominator()))
 }
