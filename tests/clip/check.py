@@ -128,6 +128,8 @@ class Clips:
         # Exposures of one and a half frames, and a gap of whole frames before the touch.
         slow = self.make("-vf", "settb=1/1000,setpts='if(lt(N,44),N,44+(N-44)*1.5)*1000/30'", *UNEVEN, "1:1000", *X264, to="slow.mp4")
         self.judged(slow, False, "unevenly")
+        # Times that are up to a fifth of a frame off matter to a slide as fast as this one.
+        self.judged(self.make("-vf", "settb=1/1000,setpts='(N+0.2*sin(2.4*N))*1000/30'", *UNEVEN, "1:1000", *X264, to="jitter.mkv"), False)
         self.quiet("record", slow, "-o", self.at / "slow.mcap")
         self.judged(self.at / "slow.mcap", False)
         self.judged(self.make("-vf", "select='not(between(n,27,30))'", "-fps_mode", "passthrough", *X264, to="early.mp4"), True, "4 frames are missing")
@@ -153,7 +155,7 @@ class Clips:
                 }[kind]
                 os.link(file, self.at / kind / f"{name}.png")
         shutil.copy(gap / "1.png", self.at / "stray/background.png")
-        self.judged(self.at / "index", False, "index: 17 frames are missing, by the numbers in their names")
+        self.judged(self.at / "index", False, "index: 17 frames are missing, by the times in their names")
         self.judged(self.at / "date", False, "date: 17 frames are missing, by the times in their names")
         self.judged(self.at / "stray", False, "stray: 17 frames are missing and 1 frame comes unevenly")
 
@@ -174,6 +176,7 @@ class Clips:
             self.judged(file, True)
         self.judged(even, True, AV_LOG_FORCE_COLOR="1")
         # A rate that nobody states.
+        self.judged(self.make("-c:v", "mjpeg", "-q:v", "2", "-f", "mpjpeg", to="parts.mjpg"), True, "(assumed: state another with --fps)")
         self.judged(self.make("-c:v", "mjpeg", "-q:v", "2", to="raw.mjpeg"), True, "30:1 frames per second (assumed: state another with --fps)")
 
     def damaged(self) -> None:
@@ -256,6 +259,9 @@ class Clips:
         absurd = self.make("-vf", "settb=1/90000,setpts=N", *UNEVEN, "1:90000", *X264, "-video_track_timescale", "90000", to="absurd.mp4")
         self.says("frames per second, expected 0.5 to 1000; state the rate with --fps", absurd)
         ffmpeg("-f", "lavfi", "-i", "sine=duration=0.1", sound)
+        listed = self.at / "list.mp4"
+        listed.write_text(f"#EXTM3U\n#EXTINF:1,\n{absurd}\n")
+        self.says(f"{listed}: is a list of other files", listed)
         self.says(f"{sound}: has no picture, expected a video", sound)
         self.says(f"{sound}: a video is decoded by ffmpeg, which is not installed", sound, self.at)
 

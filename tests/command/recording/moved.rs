@@ -220,7 +220,15 @@ fn prefixed(topic: &str) -> Option<String> {
 
 /// The orders in which other tools write messages.
 type Order = (&'static str, fn(&mut Vec<Message<'_>>));
-const ORDERS: [Order; 6] = [
+const ORDERS: [Order; 8] = [
+    ("two frames exchanged", |all| {
+        let frames = frames_of(all);
+        all.swap(frames[40], frames[41]);
+    }),
+    ("frames backward, all else in its place", |all| {
+        let frames = &frames_of(all)[20..60];
+        (0..20).for_each(|place| all.swap(frames[place], frames[39 - place]));
+    }),
     ("by topic", |all| all.sort_by_key(|message| message.channel.id)),
     ("by topic, frames last", |all| all.sort_by_key(|message| std::cmp::Reverse(message.channel.id))),
     ("by time", |all| all.sort_by_key(|message| message.log_time)),
@@ -228,6 +236,12 @@ const ORDERS: [Order; 6] = [
     ("by chance", |all| all.sort_by_key(|message| message.log_time.wrapping_mul(0x9E37_79B9_7F4A_7C15))),
     ("twice", |all| *all = all.iter().flat_map(|message| [message.clone(), message.clone()]).collect()),
 ];
+
+/// Returns the places of the messages that are frames.
+fn frames_of(all: &[Message<'_>]) -> Vec<usize> {
+    let is_frame = |topic: &str| ["/camera", "/taxels/sums"].iter().any(|end| topic.ends_with(end));
+    (0..all.len()).filter(|&place| is_frame(&all[place].channel.topic)).collect()
+}
 
 fn plain(options: WriteOptions) -> Rewrite<'static> {
     Rewrite { options, configuration: None, topic: &same, order: &|_| (), with_others: false }
@@ -307,6 +321,22 @@ fn a_recording_in_another_order_is_read_and_recovered() {
     for (what, order) in ORDERS {
         fs::write(&file, rewritten(&bytes, Rewrite { order: &order, ..plain(chunked()) })).unwrap();
         assert!(of_sensors(&file) == truth, "{what}");
+    }
+}
+
+/// The checksums of chunks vouch for frames of which the own ones are gone.
+#[test]
+fn frames_without_anything_else_are_recovered() {
+    let folder = Folder::new("recording-moved-frames");
+    let (bytes, _) = small(&folder, &[]);
+    let whole = stream(&folder.0.join("a.mcap"), None).unwrap().frames;
+    for topics in [&["/camera"][..], &["/camera", "/taxels", "/features", "/events"]] {
+        let topic = |topic: &str| topics.contains(&topic).then(|| topic.to_owned());
+        let file = folder.file("frames.mcap", rewritten(&bytes, Rewrite { topic: &topic, ..plain(chunked()) }));
+        assert!(stream(&file, None).unwrap().frames == whole, "{topics:?}");
+        let new = folder.0.join("new.mcap");
+        good(&["recover", file.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+        assert!(stream(&new, None).unwrap().frames == whole, "{topics:?}");
     }
 }
 

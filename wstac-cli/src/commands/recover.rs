@@ -37,8 +37,9 @@ Recovered data:
     disk are missing; wstac record prints how many waited at most.
   - Every frame has a checksum. Damaged frames become lost frames where
     they were. Later frames keep their place in time, and wstac run
-    counts the lost ones as dropped. A frame that no checksum vouches
-    for is left out.
+    counts the lost ones as dropped. If the first frames are gone, the
+    first one that is left stands at the start. A frame that no checksum
+    vouches for is left out.
   - A file without any checksum is copied, and a message says so.
   - Every frame is taken once. If another tool wrote the messages in
     another order, they are put in order; otherwise frames that stand

@@ -37,6 +37,8 @@ pub(crate) struct RecordingReader {
     /// The number of moments that were read, and of those that were given.
     moments: u64,
     given: u64,
+    /// The time of the last frame of the sensor, which no later one is before.
+    last: u64,
     /// Whether the last error is about the order of messages.
     is_disordered: bool,
     /// The messages in their order, if the file has another one.
@@ -100,6 +102,7 @@ impl RecordingReader {
             spare: Vec::new(),
             moments: 0,
             given: 0,
+            last: 0,
             is_disordered: false,
             sorted: None,
             has_ended: false,
@@ -187,6 +190,11 @@ impl RecordingReader {
             let data = MessageBody::parse(&body).map_or(&[][..], |message| message.data);
             self.tally.add(sensor, topic, data);
             if topic == Topic::Sums && self.stated.is_some() {
+                // A moment has the time of its frame.
+                let is_of_another = |time| frames > 0 && sensor == self.sensor && time != self.last;
+                if MessageBody::parse(&body).is_some_and(|sum| is_of_another(sum.times[0])) && self.sorted.is_none() {
+                    return Err(self.disordered(self.damaged("has a frame before the checksum of another")));
+                }
                 let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
                 if !sum.tally().agrees(&self.tally) {
                     return Err(self.disordered(self.has_other_frames(&sum.tally(), " up to a checksum")));
@@ -194,6 +202,12 @@ impl RecordingReader {
                 self.moments += 1;
                 self.spare.push(body);
                 return Ok(true);
+            }
+            if is_given && topic.is_frame() {
+                let time = MessageBody::parse(&body).map_or(0, |message| message.times[0]);
+                if time < std::mem::replace(&mut self.last, time) && self.sorted.is_none() {
+                    return Err(self.disordered(self.damaged("has a frame after one of a later time")));
+                }
             }
             (frames, bytes) = (frames + u32::from(topic.is_frame()), bytes + body.len() as u64);
             if is_given {
@@ -262,7 +276,7 @@ impl RecordingReader {
         self.channels.clear();
         self.messages.clear();
         self.ready.clear();
-        (self.tally, self.moment, self.moments) = (Tally::new(self.tally.each.len()), None, 0);
+        (self.tally, self.moment, self.moments, self.last) = (Tally::new(self.tally.each.len()), None, 0, 0);
     }
 
     /// Returns the next message; `None` at the end of a file that is whole.

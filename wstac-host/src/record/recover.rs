@@ -257,7 +257,11 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
 /// Returns whether a file has frames, and no checksums of them.
 fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
     let mut own = Channels::new(sensors.clone());
-    for (op, body) in &summary.definitions {
+    let is_empty = |body: &[u8]| {
+        let channel = body.first_chunk().map_or(0, |id| u16::from_le_bytes(*id));
+        summary.messages.as_ref().is_some_and(|messages| messages.get(&channel).is_none_or(|count| *count == 0))
+    };
+    for (op, body) in summary.definitions.iter().filter(|(op, body)| *op != op::CHANNEL || !is_empty(body)) {
         // A damaged record describes nothing.
         let _ = own.define(*op, body);
     }

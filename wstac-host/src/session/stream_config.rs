@@ -108,7 +108,10 @@ impl Config {
         // Rows are read within a frame; a rate may be a little off.
         let most = 1050.0 / info.rate.per_second();
         if let Some(ms) = time.map(ReadoutTime::ms).filter(|ms| f64::from(ms.abs()) > most) {
-            let message = format!("readout_ms is {ms}, expected at most a frame's time: {most:.1} ms");
+            let message = format!(
+                "readout_ms is {ms}, as it or --readout states, expected at most a frame's time: {:.1} ms",
+                1000.0 / info.rate.per_second()
+            );
             return Err(self.does_not_fit(&info.about, "[sensor]", message));
         }
         let layout = self.layout(info.size).map_err(|error| self.does_not_fit(&info.about, "[layout]", error))?;

@@ -151,14 +151,14 @@ fn several(files: &[PathBuf]) -> Option<String> {
             };
             series.entry(parts(stem(file)).iter().enumerate().map(part).collect()).or_default().push(file.clone());
         }
-        // Minutes and hours are no series: what is left of such names is a time, but none since 1970.
+        // Minutes and hours are no series: what is left of such names is a time.
         let is_placed = |files: &[PathBuf]| {
             positions(files).is_some_and(|(own, _)| kind.is_none() && (kept.is_none() || own == Positions::Numbers))
-                || (kept.is_some() && Names::new(files).is_some_and(|names| names.since_1970().is_some()))
         };
-        let is_series =
-            |own: &Vec<PathBuf>| own.len() > 1 && own.len() >= files.len() / LEAST_OF_SERIES && is_placed(own);
-        let are_series = (2..=MOST_SERIES).contains(&series.len()) && series.values().all(is_series);
+        let is_series = |own: &Vec<PathBuf>| own.len() > 1 && own.len() >= files.len() / LEAST_OF_SERIES;
+        let are_series = (2..=MOST_SERIES).contains(&series.len())
+            && series.values().all(is_series)
+            && (series.values().all(|own| is_placed(own)) || are_at_once(series.values()));
         let said = |(name, files): (&String, &Vec<PathBuf>)| format!("{name}: {}", files.len());
         are_series.then(|| series.iter().map(said).collect::<Vec<_>>().join(", "))
     };
@@ -167,20 +167,26 @@ fn several(files: &[PathBuf]) -> Option<String> {
     std::iter::once(None).chain((0..columns).map(Some)).find_map(series_by)
 }
 
+/// Returns whether series have times since 1970, and two of them at once.
+fn are_at_once<'a>(series: impl Iterator<Item = &'a Vec<PathBuf>>) -> bool {
+    let span = |own: &Vec<PathBuf>| {
+        let (unit, times) = Names::new(own)?.since_1970()?;
+        let at = |time: Option<&i128>| Some((*time? as f64 / unit) as i64);
+        Some((at(times.iter().flatten().next())?, at(times.iter().flatten().next_back())?))
+    };
+    let Some(mut spans) = series.map(span).collect::<Option<Vec<_>>>() else { return false };
+    spans.sort_unstable();
+    spans.windows(2).any(|pair| pair[1].0 < pair[0].1)
+}
+
 /// Returns the rate of pictures, and what the description of their folder says of it and of their names. The rate is the
 /// given one, or that of the times in their names, or else assumed.
 pub(super) fn rate(files: &[PathBuf], given: Option<FrameRate>) -> (FrameRate, String) {
     let positions = positions(files);
-    // Of pictures with numbers, times beside them give the rate.
-    let times = match &positions {
-        Some((Positions::Numbers, _)) => Names::new(files)
-            .and_then(|names| names.times())
-            .and_then(|(unit, times)| placed(Positions::NamedTimes, unit, times)),
-        others => others.clone(),
-    };
-    let own = times.and_then(|(_, positions)| {
+    let own = positions.as_ref().and_then(|(kind, positions)| {
         let known: Vec<f64> = positions.iter().copied().filter(|position| !position.is_nan()).collect();
-        spacing::rate_of(spacing::step(&known)?).filter(|rate| RATES.contains(&rate.per_second()))
+        let step = spacing::step(&known).filter(|_| *kind == Positions::NamedTimes)?;
+        spacing::rate_of(step).filter(|rate| RATES.contains(&rate.per_second()))
     });
     let rate = given.or(own).unwrap_or(FrameRate::NOMINAL);
     let mut said = format!("{} frames per second{}", readable(rate), replaced_rate::remark(own, given));
@@ -202,7 +208,9 @@ pub(super) fn rate(files: &[PathBuf], given: Option<FrameRate>) -> (FrameRate, S
 /// by the same step, by a time of day, by a time since 1970, or by seconds and their fraction.
 pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
     if let Some(times) = decimals(files) {
-        return placed(Positions::NamedTimes, NS_PER_MS, times.into_iter().map(Some).collect());
+        // Times of day, such as 104158.520, unless seconds go on above 59.
+        let clock: Option<Vec<_>> = times.iter().map(|time| of_clock(*time)).collect();
+        return placed(Positions::NamedTimes, NS_PER_MS, clock.unwrap_or_else(|| times.into_iter().map(Some).collect()));
     }
     let names = Names::new(files)?;
     let index = || names.columns().find(|numbers| is_index(numbers));
@@ -212,9 +220,10 @@ pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
             Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
             None => placed(Positions::Numbers, 1.0, names.column(at)?),
         },
-        _ => match index() {
-            Some(index) => placed(Positions::Numbers, 1.0, index),
-            None => names.times().and_then(|(unit, times)| placed(Positions::NamedTimes, unit, times)),
+        // A camera that slows down counts on: its times come before its numbers.
+        _ => match names.clear_times().or_else(|| index().is_none().then(|| names.seconds())?) {
+            Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
+            None => placed(Positions::Numbers, 1.0, index()?),
         },
     }
 }
@@ -293,12 +302,15 @@ impl<'a> Names<'a> {
         Some((unit, self.column(at)?)).filter(|(_, times)| rises(times))
     }
 
-    /// Returns the times that names state in some form.
-    fn times(&self) -> Option<Times> {
+    /// Returns the times that names state in a form that nothing else has.
+    fn clear_times(&self) -> Option<Times> {
         let of_units = || self.differing.iter().find_map(|at| self.with_unit(*at));
-        let of_seconds = || self.parsed(self.differing.iter().copied(), seconds);
         let clock = self.clock(date).or_else(|| self.clock(time_of_day));
-        clock.or_else(|| self.since_1970()).or_else(of_units).or_else(of_seconds)
+        clock.or_else(|| self.since_1970()).or_else(of_units)
+    }
+
+    fn seconds(&self) -> Option<Times> {
+        self.parsed(self.differing.iter().copied(), seconds)
     }
 }
 
@@ -390,6 +402,13 @@ fn date(name: &[Part<'_>]) -> Option<i128> {
     let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
     let seconds = ((24 * days + hour) * 60 + minute) * 60 + second;
     Some(seconds * NS_PER_S + nanoseconds(fraction)?)
+}
+
+/// Returns the time of day that a decimal such as 104158.520 means; `None` if it means none.
+fn of_clock(decimal: i128) -> Option<Option<i128>> {
+    let (whole, fraction) = (decimal / NS_PER_S, decimal % NS_PER_S);
+    let [hour, minute, second] = [whole / 10_000, whole / 100 % 100, whole % 100];
+    (hour < 24 && minute < 60 && second < 60).then(|| Some(((hour * 60 + minute) * 60 + second) * NS_PER_S + fraction))
 }
 
 /// Returns the time of day that a name begins with: hours, minutes, seconds and their fraction, in parts of 10⁻⁹.
@@ -548,11 +567,11 @@ mod tests {
         let time = |frame: u64| 1_764_100_001_533 + frame * 100 / 3;
         for (expected, name) in [
             (
-                (Numbers, 1.0, 10, None),
+                (NamedTimes, 33.3, 10, None),
                 &(|frame, _| format!("frame{frame:05}_{}.{:03}.png", time(frame) / 1000, time(frame) % 1000))
                     as &dyn Fn(u64, u64) -> String,
             ),
-            ((Numbers, 1.0, 10, None), &|frame, ms| format!("{frame:05}_{ms}ms.png")),
+            ((NamedTimes, 33.3, 10, None), &|frame, ms| format!("{frame:05}_{ms}ms.png")),
             ((NamedTimes, 33.3, 10, None), &|_, ms| format!("2025-11-25_12-{}.png", at(ms))),
             ((NamedTimes, 33.3, 10, None), &|_, ms| format!("2025112512{}.png", at(ms).replace('-', ""))),
             ((NamedTimes, 33.3, 10, None), &|frame, _| {
@@ -590,7 +609,7 @@ mod tests {
 
     #[test]
     fn times_of_day_go_on_over_a_minute() {
-        for between in ["-", ":", "_"] {
+        for between in ["-", ":", "_", ""] {
             let name = |n: u64| {
                 let ms = 41 * 60_000 + 58_520 + n * 100 / 3;
                 let [minute, second, ms] = [ms / 60_000, ms / 1000 % 60, ms % 1000];
@@ -673,8 +692,10 @@ mod tests {
         );
         assert!(of(&|n| [format!("{}_cam0.png", at(n, 0)), format!("{}_cam1.png", at(n, 16))]).is_some());
         assert_eq!(of(&|n| [format!("{}.png", at(2 * n, 0)), format!("{}.png", at(2 * n + 1, 0))]), None);
-        // One series: names with hours, minutes and seconds, and names without an order.
+        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and names without an order.
         assert_eq!(of(&|n| [0, 500].map(|ms| format!("12_{:02}_{:02}_{ms:03}.png", n / 60, n % 60))), None);
+        assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{n:05}_{}.png", at(n, 0)))), None);
+        assert_eq!(of(&|n| [0_u64, 1].map(|take| format!("{take}_{}.png", ms(n, take * 9000)))), None);
         assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{:x}.png", n * 2_654_435))), None);
         assert_eq!(several(&paths(&["a.png", "b.png"])), None);
     }

@@ -69,6 +69,8 @@ pub(super) struct Log {
     /// The first error, the last one, and those that wait to be reported.
     first: Option<String>,
     last: Option<String>,
+    /// The last line that says none of this: what a program says that does not start.
+    other: Option<String>,
     faults: VecDeque<String>,
 }
 
@@ -232,6 +234,7 @@ impl Program {
         self.log.note(&String::from_utf8_lossy(&rest));
         let (first, last) = (self.log.first.take(), self.log.last.take());
         let last = last.filter(|last| first.as_ref() != Some(last));
+        let first = first.or_else(|| self.log.other.take());
         let why: Vec<_> = first.into_iter().chain(last).collect();
         let why = if why.is_empty() { "it reports no error".to_owned() } else { why.join("; ") };
         Error::new(ErrorKind::Device, &self.subject, format_args!("{} has ended ({status}): {why}", self.name))
@@ -331,6 +334,8 @@ impl Log {
             }
             self.first.get_or_insert_with(|| error.clone());
             self.last = Some(error);
+        } else if !line.is_empty() && !line.contains(" INFO ") && !line.contains(" WARN ") {
+            self.other = Some(line.to_owned());
         }
     }
 }

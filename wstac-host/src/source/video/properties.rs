@@ -19,8 +19,9 @@ const RGB: [&str; 13] =
 const GRAY: [&str; 4] = ["gray", "mono", "ya16", "ya8"];
 /// The formats of ffmpeg that are streams without times: ffmpeg makes up 25 frames per second, unless the stream states
 /// another rate.
-const WITHOUT_TIMES: [&str; 10] =
-    ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "mpjpeg", "obu", "vc1"];
+const WITHOUT_TIMES: [&str; 9] = ["cavsvideo", "dirac", "h263", "h264", "hevc", "m4v", "mjpeg", "obu", "vc1"];
+/// A format of which it makes up as much, whatever is asked for.
+const PARTS: &str = "mpjpeg";
 const MADE_UP: (u32, u32) = (25, 1);
 /// Another rate for ffmpeg to make up. A rate that is 25 with it, too, is stated by the stream.
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
@@ -86,7 +87,7 @@ impl Stated {
         let (pixels, stated) = (pixels, mean.or(base));
         let codec = value("codec_name").to_owned();
         let format = value("format_name");
-        if format.ends_with("_pipe") || WITHOUT_TIMES.contains(&format) {
+        if format.ends_with("_pipe") || format == PARTS || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
             let known = Self { pixels, range, matrix, other_matrix, rate, is_turned, row_order, ..Self::default() };
@@ -208,6 +209,9 @@ pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let why = first.map_or_else(
         || "has no picture, expected a video".to_owned(),
         |line| {
+            if line.starts_with("Format not on whitelist") {
+                return "is a list of other files, or none of the formats of videos; expected a video".to_owned();
+            }
             // ffprobe begins with the name of the file.
             let line = line.strip_prefix(&format!("file:{subject}: ")).unwrap_or(line);
             format!("ffmpeg cannot read it: {line}")
@@ -243,6 +247,9 @@ mod tests {
             let stated = Stated::parse(&format!("displaymatrix=\n00000000: 0 1 0\n00000001:  {rows}  0\n\n"));
             assert_eq!((stated.row_order, stated.is_turned), (order, order != RowOrder::Down), "{rows}");
         }
+        let other = |name: &str| Stated::parse(&format!("color_space={name}\n")).other_matrix;
+        assert_eq!([other("bt2020nc").as_deref(), other("bt709").as_deref()], [Some("bt2020nc"), None]);
+        assert_eq!((other("unknown"), other("gbr")), (None, None));
         assert!(Stated::parse("rotation=-90\n").is_turned && !Stated::parse("rotation=0\n").is_turned);
         assert_eq!(stated.rate, FrameRate::new(29_970, 1000).ok());
         assert_eq!(Stated::parse("avg_frame_rate=0/0\nrubbish"), Stated::default());
@@ -269,6 +276,7 @@ mod tests {
         // ffmpeg makes times up.
         assert_eq!(rate_of("jpeg_pipe", "25/1", "25/1", 0.04), (None, false));
         assert_eq!(rate_of("h264", "25/1", "25/1", 0.04), (None, false));
+        assert_eq!(rate_of("mpjpeg", "25/1", "25/1", 0.04), (None, false));
         assert_eq!(rate_of("h264", "30/1", "30/1", 0.04), (Some((30, 1)), false));
     }
 
