@@ -330,7 +330,7 @@ fn frames_without_anything_else_are_recovered() {
     let folder = Folder::new("recording-moved-frames");
     let (bytes, _) = small(&folder, &[]);
     let whole = stream(&folder.0.join("a.mcap"), None).unwrap().frames;
-    for topics in [&["/camera"][..], &["/camera", "/taxels", "/features", "/events"]] {
+    for topics in [&["/camera", "/faults", "/faults/json"][..], &["/camera", "/faults/json", "/taxels", "/features"]] {
         let topic = |topic: &str| topics.contains(&topic).then(|| topic.to_owned());
         let file = folder.file("frames.mcap", rewritten(&bytes, Rewrite { topic: &topic, ..plain(chunked()) }));
         assert!(stream(&file, None).unwrap().frames == whole, "{topics:?}");

@@ -38,7 +38,7 @@ pub(crate) struct RecordingReader {
     moments: u64,
     given: u64,
     /// The time of the last frame of the sensor, which no later one is before.
-    last: u64,
+    last: Option<u64>,
     /// Whether the last error is about the order of messages.
     is_disordered: bool,
     /// The messages in their order, if the file has another one.
@@ -102,7 +102,7 @@ impl RecordingReader {
             spare: Vec::new(),
             moments: 0,
             given: 0,
-            last: 0,
+            last: None,
             is_disordered: false,
             sorted: None,
             has_ended: false,
@@ -172,7 +172,7 @@ impl RecordingReader {
 
     /// Reads the messages of a moment, up to its checksum. Returns false at the end.
     fn read_moment(&mut self) -> Result<bool, Error> {
-        let (mut frames, mut bytes) = (0, 0);
+        let (mut frames, mut bytes, mut time) = (0, 0, None);
         while let Some(span) = self.next_message()? {
             let channel = self.channel_of(span)?;
             let Some((sensor, topic)) = self.own.of(channel) else { continue };
@@ -191,8 +191,8 @@ impl RecordingReader {
             self.tally.add(sensor, topic, data);
             if topic == Topic::Sums && self.stated.is_some() {
                 // A moment has the time of its frame.
-                let is_of_another = |time| frames > 0 && sensor == self.sensor && time != self.last;
-                if MessageBody::parse(&body).is_some_and(|sum| is_of_another(sum.times[0])) && self.sorted.is_none() {
+                let sum_time = MessageBody::parse(&body).map(|message| message.times[0]);
+                if time.is_some() && time != sum_time && self.sorted.is_none() {
                     return Err(self.disordered(self.damaged("has a frame before the checksum of another")));
                 }
                 let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
@@ -204,7 +204,7 @@ impl RecordingReader {
                 return Ok(true);
             }
             if is_given && topic.is_frame() {
-                let time = MessageBody::parse(&body).map_or(0, |message| message.times[0]);
+                time = MessageBody::parse(&body).map(|message| message.times[0]);
                 if time < std::mem::replace(&mut self.last, time) && self.sorted.is_none() {
                     return Err(self.disordered(self.damaged("has a frame after one of a later time")));
                 }
@@ -276,7 +276,7 @@ impl RecordingReader {
         self.channels.clear();
         self.messages.clear();
         self.ready.clear();
-        (self.tally, self.moment, self.moments, self.last) = (Tally::new(self.tally.each.len()), None, 0, 0);
+        (self.tally, self.moment, self.moments, self.last) = (Tally::new(self.tally.each.len()), None, 0, None);
     }
 
     /// Returns the next message; `None` at the end of a file that is whole.
