@@ -2,7 +2,9 @@
 """Checks the C interfaces: every warning is an error, programs run at their edges and on streams, and results equal
 those of `wstac run`.
 
-    check.py WSTAC PREFIX    PREFIX: where ci/build libwstac has installed, and ci/build libwstac-fw for this machine and for a Cortex-M4F of either ABI
+    check.py WSTAC PREFIX           PREFIX: where ci/build libwstac has installed, and ci/build libwstac-fw for this machine and for a Cortex-M4F of
+                                    either ABI
+    check.py WSTAC PREFIX --base    of a Cortex-M4F, only the ABI that passes numbers in floating-point registers
 """
 
 import datetime
@@ -694,8 +696,8 @@ def check_firmware(programs, wstac):
     """
     source = TESTS / "firmware.c"
     plain, sanitized = programs.build_firmware(source)
-    elf, soft = programs.build_board(source), programs.build_board(source, "soft")
-    check_symbols(programs.prefix, elf)
+    elves = [programs.build_board(source, abi) for abi in ("hard", "soft") if abi in ABIS]
+    check_symbols(programs.prefix, elves[0])
     width, height = SIZE
     for number, name in enumerate([*FORMATS, *(f"{name}-linear" for name in LINEAR)]):
         fourcc, _, linear = name.partition("-")
@@ -715,8 +717,8 @@ def check_firmware(programs, wstac):
         arguments = [name, raw, width, height, MODEL, rows, frame_bytes]
         outputs = [programs.run(sanitized, *arguments)]
         if on_board:
-            outputs += [programs.on_board(elf, *arguments), programs.on_board(soft, *arguments)]
-            same(outputs[2], outputs[1], f"{name} on the board without its floating-point unit")
+            outputs += [programs.on_board(elf, *arguments) for elf in elves]
+            same(outputs[-1], outputs[1], f"{name} on the board without its floating-point unit")
         if number == 0:
             outputs.append(programs.run(*VALGRIND, plain, *arguments))
         for output in outputs:
@@ -727,8 +729,8 @@ def check_firmware(programs, wstac):
             for found_motion, motion in zip(found_motions, motions, strict=True) if on_board else ():
                 same_motion(found_motion, motion, name)
     print(
-        f"firmware library: {len(FORMATS) + len(LINEAR)} formats to the bit, with sanitizers; {len(ON_BOARD)} on the board, with and "
-        "without its floating-point unit; GREY in valgrind"
+        f"firmware library: {len(FORMATS) + len(LINEAR)} formats to the bit, with sanitizers; {len(ON_BOARD)} on the board, in {len(elves)} "
+        "programs, of which the second has no floating-point unit; GREY in valgrind"
     )
 
 
@@ -783,9 +785,13 @@ def check_sizes(programs):
 
 
 def main():
-    if len(sys.argv) != 3:
-        sys.exit(__doc__)
-    command, prefix = (Path(argument).resolve() for argument in sys.argv[1:])
+    match sys.argv[1:]:
+        case [command, prefix, *rest] if rest in ([], ["--base"]):
+            command, prefix = Path(command).resolve(), Path(prefix).resolve()
+        case _:
+            sys.exit(__doc__)
+    if rest:
+        del ABIS["softfp"], ABIS["soft"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copy(MODEL_FILE, folder / MODEL)

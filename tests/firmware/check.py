@@ -69,8 +69,10 @@ def by_wave(folder):
     return file
 
 
-def measure(wstac, folder, models, chosen=BOARDS):
-    """Builds and runs the firmware with each of these models on these boards. Returns numbers by core and program."""
+def measure(wstac, folder, models, chosen=BOARDS, debug=True):
+    """Builds and runs the firmware with each of these models on these boards. Returns numbers by core and program. Debug information
+    is for who builds more with it afterwards.
+    """
     file = clip(wstac, folder)
     write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in chosen}
@@ -83,7 +85,7 @@ def measure(wstac, folder, models, chosen=BOARDS):
         # The golden vectors need no model.
         what = ("--bins",) if model is None else ("--bin", "emulated", "--bin", "cost")
         for target in sorted({board.target for board in chosen}):
-            programs = boards.build(target, *what, model=model)
+            programs = boards.build(target, *what, model=model, debug=debug)
             for board in (board for board in chosen if board.target == target):
                 boards.run(board, programs / "emulated", folder, serial="file:serial")
                 stack = int.from_bytes((folder / "stack").read_bytes(), "little")
@@ -156,7 +158,7 @@ def main():
             sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         if base:
-            numbers = measure(wstac, Path(folder), {None: None}, [board for board in BOARDS if board.core in FEW])
+            numbers = measure(wstac, Path(folder), {None: None}, [board for board in BOARDS if board.core in FEW], debug=False)
         else:
             numbers = measure(wstac, Path(folder), MODELS)
             wave(wstac, Path(folder), numbers)

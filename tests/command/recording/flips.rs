@@ -149,7 +149,7 @@ pub(super) fn outcome(folder: &Folder, bytes: &[u8]) -> Outcome {
 /// Flips some of the bits, by chance but always the same ones. `ci/long flips` flips 10,000.
 #[test]
 fn no_flipped_bit_of_a_header_loses_a_frame_in_silence() {
-    let count = std::env::var("WSTAC_LONG_FLIPS").map_or(80, |count| count.parse().unwrap());
+    let count = std::env::var("WSTAC_LONG_FLIPS").map_or(44, |count| count.parse().unwrap());
     let folder = Folder::new("recording-flips");
     let (bytes, recorded) = small(&folder, &[]);
     let headers = header_bytes(&bytes);
@@ -205,7 +205,7 @@ fn damage_anywhere_is_accounted_for() {
     let folder = Folder::new("recording-flips-anywhere");
     let [whole, cut, new] = ["a.mcap", "cut.mcap", "new.mcap"].map(|name| folder.0.join(name));
     let (mut random, mut plain) = (Random::new(7), None);
-    let anywhere = std::env::var("WSTAC_LONG_FLIPS").map_or(16, |count| count.parse::<usize>().unwrap() / 20);
+    let anywhere = std::env::var("WSTAC_LONG_FLIPS").map_or(8, |count| count.parse::<usize>().unwrap() / 20);
     for options in [&[][..], &["--crop=0"], &["--features-only"], &["--compress=zstd"], &["--compress=lz4"]] {
         let (bytes, recorded) = small(&folder, options);
         let (truth, lines) =

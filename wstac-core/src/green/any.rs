@@ -139,7 +139,9 @@ macro_rules! formats {
                 }
             }
 
-            #[inline(always)]
+            // A build for tests compiles both here, where they are optimized: inlined, they are built again, and as slow as
+            // whatever calls them.
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn add_run(&self, sum: &mut [u32; 3], rows: &Rows<'_>, run: Run) {
                 match &self.0 {
                     $(
@@ -149,7 +151,7 @@ macro_rules! formats {
                 }
             }
 
-            #[inline(always)]
+            #[cfg_attr(not(debug_assertions), inline(always))]
             fn add_block(&self, sum: &mut [u32; 3], rows: &Rows<'_>, run: Run, count: u16) {
                 match &self.0 {
                     $(

@@ -273,7 +273,6 @@ fn fit(shape: &[[f64; 4]], times: &[f64]) -> Option<(f64, [f64; 4])> {
 mod tests {
     use super::*;
     use rayon::prelude::*;
-    use std::fmt::Write as _;
     use wstac_core::params::COLUMNS;
     use wstac_core::rate::FrameRate;
     use wstac_scene::rng::Rng;
@@ -282,26 +281,21 @@ mod tests {
     /// Parts of a frame that are simulated one by one.
     const PARTS: usize = 40;
 
-    /// Returns the sums of presses with a readout in parts of a frame from a row of taxels to the next, and the centers.
-    fn pressed(number: u64, presses: usize, delay: usize) -> Vec<Option<[f64; TAXELS]>> {
+    /// Returns the sums of a press for each readout, in parts of a frame from a row of taxels to the next.
+    fn pressed<const N: usize>(number: u64, delays: [usize; N]) -> [Vec<Option<[f64; TAXELS]>>; N] {
         let mut rng = Rng::new(0x7ead, number);
         let mut between = |low: f64, high: f64| low + (high - low) * rng.uniform();
-        let mut text = format!("seed = {number}\n[sensor]\nsize = [400, 400]\n");
         let unit = 1 + (between(0.0, 100.0) as u32);
-        let _ = write!(text, "[light]\nunit = {unit}\n");
-        for _ in 0..presses {
-            let (tilt, direction) = (between(0.0, 2.0), between(0.0, 360.0));
-            let (overlap, approach, hold) = (between(2.2, 3.5), between(20.0, 150.0), between(0.2, 0.6));
-            let _ = write!(
-                text,
-                "[[touch]]\nkind = \"press\"\noverlap = {overlap}\napproach = {approach}\nhold = {hold}\ntilt = {tilt}\n\
-                 direction = {direction}\n"
-            );
-        }
+        let (tilt, direction) = (between(0.0, 2.0), between(0.0, 360.0));
+        let (overlap, approach, hold) = (between(2.2, 3.5), between(20.0, 150.0), between(0.2, 0.6));
+        let text = format!(
+            "seed = {number}\n[sensor]\nsize = [400, 400]\n[light]\nunit = {unit}\n[[touch]]\nkind = \"press\"\noverlap = {overlap}\n\
+             approach = {approach}\nhold = {hold}\ntilt = {tilt}\ndirection = {direction}\n"
+        );
         let script = SceneConfig::from_toml("presses", &text).unwrap();
         let mut fine = script.clone();
         fine.sensor.rate = FrameRate::new(30 * PARTS as u32, 1).unwrap();
-        let (mut scene, mut camera) = (Scene::new(&fine).unwrap(), Scene::camera(&script).unwrap());
+        let mut scene = Scene::new(&fine).unwrap();
         let mut until = vec![[0.0; TAXELS]];
         while let Some((light, _)) = scene.next_light() {
             let before = until[until.len() - 1];
@@ -309,14 +303,17 @@ mod tests {
         }
         let first = number as usize % PARTS;
         let frames = (until.len() - first) / PARTS - 3;
-        let sums = (0..frames).map(|frame| {
-            let light = core::array::from_fn(|taxel| {
-                let start = first + frame * PARTS + taxel / COLUMNS * delay;
-                until[start + PARTS][taxel] - until[start][taxel]
+        delays.map(|delay| {
+            let mut camera = Scene::camera(&script).unwrap();
+            let sums = (0..frames).map(|frame| {
+                let light = core::array::from_fn(|taxel| {
+                    let start = first + frame * PARTS + taxel / COLUMNS * delay;
+                    until[start + PARTS][taxel] - until[start][taxel]
+                });
+                Some(camera.sums(&light).map(f64::from))
             });
-            Some(camera.sums(&light).map(f64::from))
-        });
-        sums.collect()
+            sums.collect()
+        })
     }
 
     const CENTERS: [[f64; 2]; TAXELS] = {
@@ -329,22 +326,17 @@ mod tests {
         centers
     };
 
-    /// Returns the errors in ms of one press each with a readout.
-    fn errors(numbers: u64, delay: usize) -> Vec<f64> {
-        let truth = delay as f64 / PARTS as f64 / 80.0 * 399.0 * 1000.0 / 30.0;
-        let found = (0..numbers).into_par_iter().filter_map(|number| {
-            let found = readout(&pressed(number, 1, delay), &CENTERS, 400, 30.0)?;
-            Some((found.ms - truth).abs())
-        });
-        found.collect()
-    }
-
     /// Prints the table for any number of presses: `PRESSES=1000`. The test is of ten.
     #[test]
     fn a_press_and_its_release_tell_the_readout() {
         let presses = std::env::var("PRESSES").map_or(10, |count| count.parse().unwrap());
-        for delay in [0, 2, 5, 8] {
-            let mut errors = errors(presses, delay);
+        let delays = [0, 2, 5, 8];
+        let read = |number| pressed(number, delays).map(|sums| readout(&sums, &CENTERS, 400, 30.0));
+        let found: Vec<_> = (0..presses).into_par_iter().map(read).collect();
+        for (k, delay) in delays.into_iter().enumerate() {
+            let truth = delay as f64 / PARTS as f64 / 80.0 * 399.0 * 1000.0 / 30.0;
+            let told = found.iter().filter_map(|found| found[k].as_ref());
+            let mut errors: Vec<f64> = told.map(|found| (found.ms - truth).abs()).collect();
             errors.sort_by(f64::total_cmp);
             let within = errors.iter().filter(|error| **error <= 1.0).count();
             let part = |part: f64| errors.get((errors.len() as f64 * part) as usize).copied().unwrap_or(f64::NAN);
@@ -373,7 +365,7 @@ mod tests {
             let text = format!("specimen = \"Fla0\"\nspeed = {speed}\ndirection = {direction}\n");
             assert_eq!(slide(&text), None, "{text}");
         }
-        let press = pressed(3, 1, 5);
+        let [press] = pressed(3, [5]);
         assert!(readout(&press, &CENTERS, 400, 30.0).is_some());
         // The press alone, one with a lost frame, and one that nobody sees.
         assert_eq!(readout(&press[..50], &CENTERS, 400, 30.0), None);

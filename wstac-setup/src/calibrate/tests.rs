@@ -133,7 +133,7 @@ const POSED: &str =
 #[test]
 fn what_is_not_sure_is_refused() {
     let slide = "specimen = \"Fla0\"\nspeed = 200\nlead_in = 27\n";
-    let sized = "[sensor]\nsize = [400, 400]\n";
+    let sized = "[sensor]\nsize = [200, 200]\n";
     for (rest, expected) in [
         // No light: a lens cap, or only noise.
         (format!("[light]\nflash_ms = 0\nrubbing_ms = 0\n{sized}noise = 0\n{POSED}"), "nothing glowed"),
@@ -158,7 +158,7 @@ fn what_is_not_sure_is_refused() {
         // Light beyond the camera's range.
         (format!("[light]\nflash_ms = 4000\n{sized}{POSED}"), "reach full scale"),
         // Spots that merge.
-        (format!("{sized}blur = 40\n{POSED}"), "expected"),
+        (format!("{sized}blur = 20\n{POSED}"), "expected"),
     ] {
         let message = refusal(&format!("{slide}{rest}"));
         println!("{message}");
@@ -189,7 +189,7 @@ fn every_format_and_size_is_calibrated() {
         ("NV12", [642, 480]),
         ("RGBP", [399, 401]),
         ("GB10", [646, 482]),
-        ("RGB3", [1280, 720]),
+        ("RGB3", [800, 600]),
     ];
     for (format, [width, height]) in cases {
         let text = format!(

@@ -23,10 +23,10 @@ static RUNNING: AtomicUsize = AtomicUsize::new(0);
 const ALL: Limit = Limit { settling: 0, seconds: f64::INFINITY, frames: None };
 const OF_A_CAMERA: Limit = Limit { settling: SETTLING, ..ALL };
 
-/// Returns a scene of 150 dark frames, and their measurement.
-fn scene(sensor: &str, leak: f64) -> (StreamInfo, Measured) {
+/// Returns a scene of 150 dark frames with as many rows and columns, and their measurement.
+fn scene(side: u16, sensor: &str, leak: f64) -> (StreamInfo, Measured) {
     let toml = format!(
-        "specimen = \"Fla0\"\nspeed = 200\nlead_in = 150\nseed = 5\nnoise = 1.0\n[light]\nleak = {leak}\n[sensor]\nsize = [400, 400]\n{sensor}"
+        "specimen = \"Fla0\"\nspeed = 200\nlead_in = 150\nseed = 5\nnoise = 1.0\n[light]\nleak = {leak}\n[sensor]\nsize = [{side}, {side}]\n{sensor}"
     );
     let mut source = SceneSource::new(&SceneConfig::from_toml("test", &toml).unwrap()).unwrap();
     let limit = Limit { frames: Some(source.truth()[0].start_frame()), ..ALL };
@@ -62,7 +62,8 @@ fn noise_black_level_and_leak_are_the_scenes() {
         ("RG10", 100.0, 0.02, 255.0 / 1023.0),
         ("RGB3", 100.0, 0.02, 1.0),
     ] {
-        let (info, measured) = scene(&format!("format = \"{format}\"\nblack_level = 6.0\nread_noise = {read:?}"), leak);
+        let (info, measured) =
+            scene(400, &format!("format = \"{format}\"\nblack_level = 6.0\nread_noise = {read:?}"), leak);
         let told = report(&info, &measured, Some(6.0));
         let pixel = ((25_500.0 * leak + read * read) / 1e4 + step * step / 12.0_f64).sqrt();
         let green = if format.starts_with("RG") && format != "RGB3" { 1250.0_f64 } else { 2500.0 };
@@ -84,7 +85,8 @@ fn noise_black_level_and_leak_are_the_scenes() {
 fn color_formats_have_the_same_level() {
     // RGB565 has steps of four levels.
     for (format, tolerance) in [("YUYV", 1.0), ("NV12", 1.0), ("MJPG", 1.0), ("RGBP", 2.1)] {
-        let (info, measured) = scene(&format!("format = \"{format}\"\nblack_level = 16.0\nread_noise = 100.0"), 0.02);
+        let (info, measured) =
+            scene(200, &format!("format = \"{format}\"\nblack_level = 16.0\nread_noise = 100.0"), 0.02);
         let report = report(&info, &measured, Some(16.0));
         assert_near(format, report.levels.mean, 21.1, tolerance);
         assert_near(format, report.levels.saturated.unwrap(), 0.0, 0.0);
@@ -107,7 +109,7 @@ fn taxel_sums_alone_give_noise_and_levels() {
 
 #[test]
 fn saturation_and_clipped_black_are_shares_of_pixels() {
-    let (info, measured) = scene("format = \"GREY\"\nblack_level = 0.0\nread_noise = 0.0", 1.0);
+    let (info, measured) = scene(400, "format = \"GREY\"\nblack_level = 0.0\nread_noise = 0.0", 1.0);
     let full = report(&info, &measured, Some(0.0));
     assert_eq!(
         full.levels.saturated,
@@ -117,7 +119,7 @@ fn saturation_and_clipped_black_are_shares_of_pixels() {
     assert!(
         kinds(&full).contains(&"saturated") && kinds(&full).contains(&"leak") && kinds(&full).contains(&"always_lit")
     );
-    let (info, measured) = scene("format = \"GREY\"\nblack_level = 0.0\nread_noise = 20.0", 0.0);
+    let (info, measured) = scene(400, "format = \"GREY\"\nblack_level = 0.0\nread_noise = 20.0", 0.0);
     let dark = report(&info, &measured, None);
     // A pixel of 0.2 levels of noise passes half a level once in 161 frames: 39 % of the pixels never do in 150.
     assert_near("clipped", dark.levels.clipped.unwrap(), 0.64 + 0.36 * 0.39, 0.03);
@@ -357,13 +359,13 @@ fn mjpeg_is_held_against_the_uncompressed_picture() {
         format!("format = \"{format}\"\nblack_level = 6.0\nread_noise = 60.0\nquality = {quality}")
     };
     let config = Config::default();
-    let (_, raw) = scene(&sensor("GREY", 85), 0.0);
-    let (_, mut good) = scene(&sensor("MJPG", 95), 0.0);
+    let (_, raw) = scene(200, &sensor("GREY", 85), 0.0);
+    let (_, mut good) = scene(200, &sensor("MJPG", 95), 0.0);
     good.lost.insert(LossReason::CorruptJpeg, 3);
     let fine = mjpeg::compare(("GREY", &raw), ("MJPG", &good), &config);
     assert!(fine.worst_taxel_off < 0.5 && fine.corrupt == 3 && fine.error < 0.5 * fine.lit, "{fine:?}");
     assert_near("lit", fine.lit, 2.4225, 1e-4);
-    let (info, bad) = scene(&sensor("MJPG", 5), 0.0);
+    let (info, bad) = scene(200, &sensor("MJPG", 5), 0.0);
     let coarse = mjpeg::compare(("GREY", &raw), ("MJPG", &bad), &config);
     assert!(coarse.worst_taxel_off > 1.5, "{coarse:?}");
     assert!(coarse.jpeg.pixel_noise < coarse.raw.pixel_noise, "what is quantized away is no noise: {coarse:?}");

@@ -104,9 +104,9 @@ fn slides_of_other_groups_calibrate() {
         (random >> 16) as i16 / 40
     };
     let mut slides = Vec::new();
-    for n in 0..1200 {
+    for n in 0..960 {
         let (label, middle) = [("Saw3", 350), ("Fla0", -350)][n % 2];
-        let mut slide = slide(label, &format!("sensor {}", n / 2 % 60), None, 1);
+        let mut slide = slide(label, &format!("sensor {}", n / 2 % 48), None, 1);
         slide.numbers.as_mut().unwrap().iter_mut().for_each(|number| *number = next());
         slide.numbers.as_mut().unwrap()[0] = middle + next() - 400;
         slides.push(slide);
