@@ -5,12 +5,10 @@ scene, and ends without an error.
     start.py WSTAC COMMAND...    the program wstac, and how wstac-node is begun: alone, in a root of its own, or in an emulator
 """
 
-import os
 import sys
 import time
-import traceback
 
-from common import PATIENCE, Listener, Programs, fail, free_port, of_kind, same, until
+from common import PATIENCE, Listener, Programs, fail, free_port, of_kind, run_main, same, until
 
 SOURCE = "scene:Saw3@150,90deg"
 
@@ -42,9 +40,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except BaseException as error:
-        # Sessions that are still open would keep the process.
-        print(error if isinstance(error, SystemExit) else traceback.format_exc(), file=sys.stderr, flush=True)
-        os._exit(1)
+    run_main(main)

@@ -5,9 +5,9 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-# Words as `wc -w` counts them, without the changelog: 50,000, 1,000 for the arithmetic of touches by narrow objects, and
-# 550 for that of their places and widths, 90 for corners and two contacts, 1,500 for the tables of objects in docs/ANSWERS.md.
-MOST = 53_350
+# Words as `wc -w` counts them, without the changelog. The goal is 50,000. The arithmetic and the tables of narrow objects in
+# docs/SPEC.md and docs/ANSWERS.md took 3,140 more, and what docs/C.md repeated of the headers is gone.
+MOST = 52_850
 
 
 class Length(unittest.TestCase):

@@ -17,6 +17,7 @@ from .stored import stored
 
 DARK = 0.006
 BASELINE_FRAMES = 25
+TOTALS = np.full(FEATURES, BASELINE_FRAMES * round(UNIT * math.log(DARK)))
 MOTIONS = (
     [(speed, angle) for speed, angle in zip((12, 17, 25, 40, 60, 90, 130, 180, 250, 350, 450, 600), range(3, 360, 31))]
     + [(100, angle) for angle in (0, 90, 180, 270, 45)]
@@ -87,18 +88,14 @@ def motion_cases() -> list[dict[str, Any]]:
     for name, touches, shake, lines, weak in cases:
         rng = SplitMix64(seed_of(f"motion-{name}", SEED))
         features = sample(rng, touches, shake, lines, weak)
-        totals = np.full(FEATURES, BASELINE_FRAMES * round(UNIT * math.log(DARK)))
-        answer = measure_motion(features, totals, BASELINE_FRAMES)
-        made.append(
-            {
-                "name": name,
-                "totals": totals.tolist(),
-                "frames": BASELINE_FRAMES,
-                "features": features.T.tolist(),
-                "motion": stored(answer),
-            }
-        )
+        answer = measure_motion(features, TOTALS, BASELINE_FRAMES)
+        made.append(case(name, features, motion=stored(answer)))
     return made
+
+
+def case(name: str, features: np.ndarray, **answers: Any) -> dict[str, Any]:
+    """Returns a case as the file has it."""
+    return {"name": name, "totals": TOTALS.tolist(), "frames": BASELINE_FRAMES, "features": features.T.tolist(), **answers}
 
 
 def readout_cases() -> list[dict[str, Any]]:
@@ -110,14 +107,6 @@ def readout_cases() -> list[dict[str, Any]]:
     for name, (row, column) in [*touches, ("press", (0.0, 0.0))]:
         rng = SplitMix64(seed_of(f"readout-{name}", SEED))
         features = sample(rng, ((22.0, row - readouts[0].rows, column),), 20)
-        totals = np.full(FEATURES, BASELINE_FRAMES * round(UNIT * math.log(DARK)))
-        made.append(
-            {
-                "name": name,
-                "totals": totals.tolist(),
-                "frames": BASELINE_FRAMES,
-                "features": features.T.tolist(),
-                "answers": [stored(measure_motion(features, totals, BASELINE_FRAMES, readout=of)) for of in readouts],
-            }
-        )
+        answers = [stored(measure_motion(features, TOTALS, BASELINE_FRAMES, readout=of)) for of in readouts]
+        made.append(case(name, features, answers=answers))
     return made

@@ -138,12 +138,14 @@ fn cell_of(number: f64) -> String {
     Value::from(number).to_string()
 }
 
-/// Returns a column's name: the names along the path, joined; a feature has its own.
+/// Returns a column's name: the names along the path, joined; a feature has its own, and a length those of C and Python.
 fn name(column: &'static str) -> Cow<'static, str> {
     let feature = column.strip_prefix("f/").and_then(|index| FEATURE_NAMES.get(index.parse::<usize>().ok()?));
-    match feature {
-        Some(name) => Cow::Borrowed(*name),
-        None => Cow::Owned(column.replace('/', "_")),
+    match (feature, column.split_once("_mm/")) {
+        (Some(name), _) => Cow::Borrowed(*name),
+        (None, Some((length, "value"))) => Cow::Owned(format!("{length}_mm")),
+        (None, Some((length, field))) => Cow::Owned(format!("{length}_{field}_mm")),
+        (None, None) => Cow::Owned(column.replace('/', "_")),
     }
 }
 
@@ -177,6 +179,12 @@ mod tests {
         for text in ["two\nlines", "a\rb", "\x1b[31mred"] {
             assert!(!quoted(text).contains(char::is_control), "{text:?}");
         }
+    }
+
+    #[test]
+    fn lengths_have_the_names_of_c_and_python() {
+        let head = Table::Events.head(false);
+        assert!(head.contains(",basis,place_mm,place_sd_mm,width_mm,width_sd_mm,contacts,"), "{head}");
     }
 
     #[test]

@@ -268,7 +268,8 @@ Output to a file or as a table:
   CSV has one kind of record: events, or with --features the features,
   or with --motion the motion of every frame. The first line has the
   names of JSON below, with _ between those of a field in a field:
-  speed_mm_s, texture_specimen, why_speed. Features are r1 to r5 and c1
+  speed_mm_s, texture_specimen, why_speed. A length is place_mm with
+  place_sd_mm, as in C and Python. Features are r1 to r5 and c1
   to c5, and every row has time_s. A field that JSON has not, or as
   null, is an empty cell. Faults and the end are notes on standard error.
     wstac run slide.mcap -o slide.csv
