@@ -4,13 +4,16 @@ use std::fmt::Write as _;
 
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
+use wstac_core::params::TAXELS;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_host::statistics::percentile;
-use wstac_scene::{Scene, SimulatedFrame, Slide};
+use wstac_scene::{Rest, Scene, SceneConfig, SimulatedFrame, Slide, Truth};
 
+use crate::objects::scenes::{self, Drawn, Fault, draw};
 use crate::touches::{Kind, each, script};
 use crate::{interval, share};
 
@@ -23,6 +26,12 @@ const SPAN_MM: f64 = 16.0;
 const EVEN_MM: f64 = 20.0;
 /// Readout of a rolling shutter, in ms.
 const READOUT_MS: f64 = 33.0;
+/// Frames after an object has left in which its velocity may be said first: that of a short one is known when it has.
+const LATEST: f64 = 2.0;
+/// Speeds of objects, in mm/s.
+const OBJECT_SPEEDS: [f64; 2] = [30.0, 300.0];
+/// Off by more than this fraction or these degrees is wrong.
+const WRONG: [f64; 2] = [0.1, 10.0];
 /// Frames after the last touch in which a velocity may still be said.
 const AFTER: f64 = 1.0;
 
@@ -51,18 +60,30 @@ struct Followed {
 /// Returns the path in mm and the speed in mm/s at the end of each frame.
 fn path(slide: &Slide, start: f64, frames: usize) -> Vec<[f64; 2]> {
     const STEPS: u32 = 50;
-    let (mut path, mut time) = (0.0, start);
+    let (mut path, mut time, mut rested) = (0.0, start, 0.0);
+    let mut rest = slide.rest.map_or(f64::INFINITY, |rest| rest.first_mm);
     (1..=frames)
         .map(|end| {
             let step = (end as f64 - time) / f64::from(STEPS);
+            let mut speed = slide.speed_at(path);
             if step > 0.0 {
                 for _ in 0..STEPS {
-                    let middle = slide.speed_at(path) * step / 60.0;
+                    speed = slide.speed_at(path);
+                    if path >= rest {
+                        (speed, rested) = (0.0, rested + step / 30.0);
+                        if let Some(Rest { every_mm, rest_s, .. }) = slide.rest
+                            && rested >= rest_s
+                        {
+                            (rest, rested) = (rest + every_mm, 0.0);
+                        }
+                        continue;
+                    }
+                    let middle = speed * step / 60.0;
                     path += slide.speed_at(path + middle) * step / 30.0;
                 }
                 time = end as f64;
             }
-            [path, slide.speed_at(path)]
+            [path, speed]
         })
         .collect()
 }
@@ -75,27 +96,45 @@ fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64, is_even: bool
     Said { delay, errors: [off, degrees], within, is_even }
 }
 
-/// Follows the touch of a number.
-fn follow(kind: Kind, number: u64) -> Followed {
-    let mut script = script(kind, number);
+/// A scene's first touch, the velocity of each feature frame, and its light.
+struct Replayed {
+    velocities: Vec<Option<Velocity>>,
+    truth: Truth,
+    /// The end of the last touch.
+    end_s: f64,
+    shots: Vec<[u32; TAXELS]>,
+}
+
+/// Returns what happens in a scene, as 25 taxels or ten sums tell.
+fn replay(script: &SceneConfig, has_taxels: bool) -> Replayed {
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
-    let mut pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
-    if kind == Kind::Readout {
-        script.sensor.readout_ms = READOUT_MS;
-    }
+    let mut pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build().expect("all parameters are defaults");
     let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32);
     let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
-    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(readout));
-    let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
+    let mut live = LiveWave::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(readout));
+    let mut scene = Scene::new(script).expect("the scene was drawn within its limits");
     let truth = scene.truth()[0];
-    let mut velocities = Vec::new();
+    let end_s = scene.truth().iter().map(|truth| truth.end_s).fold(0.0, f64::max);
+    let (mut velocities, mut shots) = (Vec::new(), Vec::new());
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         pipeline.push_taxels(&sums);
         let (next_frame, recent) = pipeline.recent();
-        let answer = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline));
+        let ring = pipeline.taxel_ring().filter(|_| has_taxels);
+        let answer = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline, ring));
         velocities.push(answer.and_then(|touch| touch.velocity));
+        shots.push(sums);
     }
+    Replayed { velocities, truth, end_s, shots }
+}
+
+/// Follows the touch of a number.
+fn follow(kind: Kind, number: u64, has_taxels: bool) -> Followed {
+    let mut script = script(kind, number);
+    if kind == Kind::Readout {
+        script.sensor.readout_ms = READOUT_MS;
+    }
+    let Replayed { velocities, truth, .. } = replay(&script, has_taxels);
     let end = truth.end_s * 30.0;
     let Some(slide) = truth.touch.slide() else {
         let wrong = velocities.iter().flatten().count();
@@ -119,6 +158,107 @@ fn follow(kind: Kind, number: u64) -> Followed {
         }
     }
     followed
+}
+
+/// Kinds of objects of the table by kind.
+const OBJECTS: [(&str, scenes::Kind); 15] = [
+    ("wide block", scenes::Kind::Wide),
+    ("rod of 3 to 15 mm", scenes::Kind::Rod),
+    ("oblique bare edge or rod", scenes::Kind::Oblique),
+    ("ball of 5 to 20 mm", scenes::Kind::Ball),
+    ("coin of 5 to 20 mm", scenes::Kind::Coin),
+    ("block of 6 to 20 mm", scenes::Kind::Block),
+    ("corner of a box", scenes::Kind::Corner),
+    ("two fingers of one velocity", scenes::Kind::Fingers),
+    ("narrow block skewed by 3 to 30°", scenes::Kind::Skewed),
+    ("oblique edge, texture behind", scenes::Kind::Textured),
+    ("two velocities", scenes::Kind::Two),
+    ("twist", scenes::Kind::Twist),
+    ("speed that changes", scenes::Kind::Changing),
+    ("stop, stick-slip", scenes::Kind::Stick),
+    ("slow turn", scenes::Kind::Turn),
+];
+
+/// The live answers about an object.
+#[derive(Clone, Copy, Default)]
+struct OfObject {
+    /// Frames of the touch.
+    frames: usize,
+    /// Velocities that were said, and those that were wrong.
+    said: usize,
+    wrong: usize,
+    /// Whether the first one was wrong; `None` if there was none.
+    first: Option<bool>,
+    /// Whether the first one came within three frames after the last whisker's light, and by two frames after the touch.
+    in_time: [bool; 2],
+}
+
+/// Returns the frame in which the last whisker that the touch lights exceeds a quarter of its peak.
+fn last_lit(shots: &[[u32; TAXELS]]) -> usize {
+    let base = shots[0];
+    let lights = || (0..TAXELS).map(|taxel| shots.iter().map(move |sums| sums[taxel].saturating_sub(base[taxel])));
+    let peaks: Vec<u32> = lights().map(|light| light.max().unwrap_or(0)).collect();
+    let highest = peaks.iter().copied().max().unwrap_or(0);
+    let lit = lights().zip(&peaks).filter(|(_, peak)| 8 * **peak > highest);
+    lit.filter_map(|(mut light, peak)| light.position(|light| 4 * light > *peak)).max().unwrap_or(0)
+}
+
+/// Follows the touch of an object. A velocity is wrong if it is neither that of the object in this frame, nor across an edge.
+fn follow_object(kind: scenes::Kind, seed: u64, number: u64) -> OfObject {
+    let Drawn { script, truth: drawn } = draw(kind, Fault::None, OBJECT_SPEEDS, seed, number);
+    let Replayed { velocities, truth, end_s, shots } = replay(&script, true);
+    let end = 30.0 * end_s;
+    let mut of = OfObject { frames: (end - truth.start) as usize, ..OfObject::default() };
+    let slide = truth.touch.slide();
+    let path = slide.map_or_else(Vec::new, |slide| path(slide, truth.start, velocities.len()));
+    let last = last_lit(&shots) as f64;
+    for (frame, velocity) in velocities.into_iter().enumerate() {
+        let Some(velocity) = velocity else { continue };
+        let is_right = slide.filter(|_| !drawn.has_none && frame as f64 <= end + LATEST).is_some_and(|slide| {
+            // Whatever turns about a place has the same direction on the sensor all the time.
+            let [_, speed] = path[frame];
+            let motions = drawn.edges.iter().map(|[mm_s, degrees]| [mm_s / slide.speed_mm_s, *degrees]);
+            motions.chain([[1.0, slide.direction_deg]]).any(|[part, degrees]| {
+                let turned = f64::from(velocity.degrees) - degrees;
+                (f64::from(velocity.mm_s) / (part * speed) - 1.0).abs() <= WRONG[0]
+                    && ((turned + 180.0).rem_euclid(360.0) - 180.0).abs() <= WRONG[1]
+            })
+        });
+        of.said += 1;
+        of.wrong += usize::from(!is_right);
+        if of.first.is_none() {
+            of.first = Some(!is_right);
+            of.in_time = [frame as f64 <= last + 3.0, frame as f64 <= end + 2.0];
+        }
+    }
+    of
+}
+
+/// Returns the table of live motion by kind of object.
+pub(crate) fn objects(seed: u64, count: u64) -> String {
+    let mut page = String::from(
+        "| object | first velocity: answered, % of touches | within 3 frames of the last whisker | by 2 frames after the touch \
+         | wrong, % of answered | all velocities: % of frames | wrong, % |\n\
+         | --- | --- | --- | --- | --- | --- | --- |\n",
+    );
+    for (name, kind) in OBJECTS {
+        let all = each(count, |number| follow_object(kind, seed, number));
+        let first: Vec<bool> = all.iter().filter_map(|one| one.first).collect();
+        let sum = |of: &dyn Fn(&OfObject) -> usize| all.iter().map(of).sum::<usize>();
+        let said = sum(&|one| one.said);
+        let in_time = [0, 1].map(|way| all.iter().filter(|one| one.in_time[way]).count());
+        let _ = writeln!(
+            page,
+            "| {name} | {} | {} | {} | {} | {} | {} |",
+            share(first.len(), all.len()),
+            share(in_time[0], all.len()),
+            share(in_time[1], all.len()),
+            share(first.iter().filter(|is_wrong| **is_wrong).count(), first.len()),
+            share(said, sum(&|one| one.frames)),
+            share(sum(&|one| one.wrong), said),
+        );
+    }
+    page
 }
 
 /// The columns that first and all answers share.
@@ -173,7 +313,7 @@ fn all(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
 /// Writes the tables of live motion.
 pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live.txt"));
-    let slides = each(SLIDES, |number| follow(Kind::Slide, number));
+    let slides = each(SLIDES, |number| follow(Kind::Slide, number, false));
     let bounds = [10.0, 15.0, 30.0, 60.0, 100.0, 200.0, 300.0, 400.0, 600.0];
     let within = |low: f64, high: f64| {
         let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
@@ -183,6 +323,10 @@ pub(crate) fn tables(page: &mut String) {
     rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
     first(page, "speed", &rows);
     all(page, "speed", &rows);
+    let by_taxels = each(SLIDES, |number| follow(Kind::Slide, number, true));
+    let rows = [("10 to 600 mm/s".to_owned(), by_taxels.iter().collect())];
+    first(page, "by 25 taxels", &rows);
+    all(page, "by 25 taxels", &rows);
     let conditions = [
         (Kind::Readout, "rows read within 33 ms, known"),
         (Kind::Dim, "a fifth of the light"),
@@ -192,14 +336,17 @@ pub(crate) fn tables(page: &mut String) {
         (Kind::Step, "80, then 200 mm/s after 40 mm"),
         (Kind::Changing, "speed that changes from 8 to 40 mm"),
     ]
-    .map(|(kind, name)| (name.to_owned(), each(OTHERS, |number| follow(kind, number))));
+    .map(|(kind, name)| (name.to_owned(), each(OTHERS, |number| follow(kind, number, false))));
     let rows: Vec<_> = conditions.iter().map(|(name, slides)| (name.clone(), slides.iter().collect())).collect();
     first(page, "condition", &rows);
     let wrong = |touches: &[Followed]| touches.iter().map(|touch| touch.wrong).sum::<usize>();
     let still = [(Kind::Press, "presses"), (Kind::Poke, "pokes"), (Kind::Hold, "holds")].map(|(kind, name)| {
-        let touches = each(OTHERS, |number| follow(kind, number));
+        let touches = each(OTHERS, |number| follow(kind, number, false));
         format!("{} of {} {name}", wrong(&touches), touches.len())
     });
+    page.push_str(include_str!("live_objects.txt"));
+    *page += &objects(scenes::JUDGE, OTHERS);
+    page.push('\n');
     let _ = writeln!(
         page,
         "Frames with a velocity while nothing slides: {}, and {} of {} slides, two frames after their end and later.",

@@ -1,8 +1,8 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
 //! `limits`, `live`, `readout`, `judge` (objects) or `textures` it writes only that section, and with `base` only the table
-//! of the kinds of touch, whose lines are lines of the page. With `objects` and its options it prints a table of objects
-//! for whoever sets limits, by other seeds than those of the page.
+//! of the kinds of touch, whose lines are lines of the page. With `objects` or `live-objects` and their options it prints a
+//! table of objects for whoever sets limits, by other seeds than those of the page.
 
 mod live;
 mod objects;
@@ -239,6 +239,10 @@ fn main() {
     if let Some((part, options)) = arguments.split_first() {
         if part == "objects" {
             return objects::run(options);
+        }
+        if part == "live-objects" {
+            let number = |at: usize, default| options.get(at).map_or(default, |text| text.parse().expect("a number"));
+            return print!("{}", live::objects(number(0, 1), number(1, 300)));
         }
         let mut section = String::new();
         match part.as_str() {

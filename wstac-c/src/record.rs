@@ -382,6 +382,7 @@ impl Given {
             speed_sd_mm_s: rounded(velocity.mm_s_sd),
             direction_deg: angle(velocity.degrees),
             direction_sd_deg: spread(velocity.degrees_sd),
+            basis: self.keep_any(motion.basis.map(Basis::as_str)),
             ..EMPTY.event
         };
         let time_s = motion.time_s.map_or(f64::NAN, seconds);

@@ -387,6 +387,12 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         self.trigger.recent()
     }
 
+    /// Returns the taxels of the last frames, if they are kept, lost ones or not: what live motion takes
+    /// ([`LiveWave::push`](crate::touch::motion::LiveWave::push)).
+    pub fn taxel_ring(&self) -> Option<&TaxelRing> {
+        self.taxels.ring()
+    }
+
     /// Returns the state of the stream; after [`Pipeline::finish`], how it ended.
     pub fn end(&self) -> StreamEnd {
         self.trigger.end()

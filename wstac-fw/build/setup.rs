@@ -253,6 +253,7 @@ fn types((module, kind): (&str, &str), input: Input, config: &Config) -> Result<
         (other, _) => return Err(format!("its sample is {}, expected frames, path or taxel_path", other.name())),
     };
     let taxels = if input == Input::TaxelPath || is_wave(config) { "TaxelRing" } else { "NoTaxels" };
+    let live = if is_wave(config) { "LiveWave" } else { "LiveMotion" };
     Ok(format!(
         "use wstac_core::model::{module}::{kind} as KindOf;
 /// The type of the texture model.
@@ -264,6 +265,8 @@ pub const KIND: wstac_core::wire::ModelKind = wstac_core::wire::ModelKind::{kind
 pub type ModelSample = crate::textures::{sample};
 /// The type of what the pipeline keeps of the taxels: nothing, unless the law or the texture model takes 25 of them.
 pub type Taxels = wstac_core::touch::taxel_ring::{taxels};
+/// The type of what follows whatever slides, frame by frame.
+pub type Live = wstac_core::touch::motion::{live};
 "
     ))
 }

@@ -16,6 +16,7 @@ pub mod h743;
 pub mod learner;
 #[cfg(feature = "node")]
 pub mod link;
+pub mod live;
 #[cfg(test)]
 mod mock_flash;
 #[cfg(any(feature = "models", test))]

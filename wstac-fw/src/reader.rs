@@ -14,7 +14,7 @@ use wstac_core::pipeline::Update;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 #[cfg(feature = "motion")]
-use wstac_core::touch::motion::LiveMotion;
+use wstac_core::touch::motion::LiveContact;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
@@ -23,6 +23,8 @@ use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, R
 use crate::learner::Names;
 #[cfg(any(feature = "learn", feature = "models"))]
 use crate::settings_store::SettingsStore;
+#[cfg(feature = "motion")]
+use crate::live::Live as _;
 use crate::setup;
 use crate::textures::{ModelSample, Textures};
 
@@ -73,7 +75,7 @@ struct Sender {
     wants_motion: bool,
     /// Follows what slides, frame by frame.
     #[cfg(feature = "motion")]
-    live: LiveMotion,
+    live: setup::Live,
     held: Option<Held>,
 }
 
@@ -135,7 +137,7 @@ impl Reader {
                 wants_motion: false,
                 held: None,
                 #[cfg(feature = "motion")]
-                live: LiveMotion::new(motion),
+                live: setup::Live::new(motion),
             },
             size,
             name: env!("CARGO_PKG_NAME"),
@@ -156,7 +158,7 @@ impl Reader {
         (sender.law, sender.motion) = (sender.law.with_readout(readout), sender.motion.with_readout(readout));
         #[cfg(feature = "motion")]
         {
-            sender.live = LiveMotion::new(sender.motion);
+            sender.live = setup::Live::new(sender.motion);
         }
     }
 
@@ -415,11 +417,8 @@ impl Sender {
         if !self.wants_motion {
             return;
         }
-        let (next_frame, recent) = pipeline.recent();
-        if let Some(baseline) = pipeline.baseline()
-            && let Some(velocity) = self.live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity)
-        {
-            out.send(&Message::Motion { frame: next_frame.saturating_sub(1), velocity });
+        if let Some(LiveContact { velocity: Some(velocity), basis, .. }) = self.live.newest(pipeline) {
+            out.send(&Message::Motion { frame: pipeline.recent().0.saturating_sub(1), velocity, basis });
         }
     }
 

@@ -54,6 +54,9 @@ pub enum JsonLine<'a> {
         speed: SpeedField,
         /// The sliding direction.
         direction: DirectionField,
+        /// What both are known by: `edge` or `outline`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        basis: Option<&'static str>,
     },
     /// A tactile event.
     Event(Box<EventLine<'a>>),
@@ -150,7 +153,7 @@ impl<'a> JsonLine<'a> {
                 stamp: StampFields::new(*stamp),
                 f: features.map(real),
             },
-            Output::Motion(MotionReport { frame, time_ns, stamp, time_s, velocity }) => Self::Motion {
+            Output::Motion(MotionReport { frame, time_ns, stamp, time_s, velocity, basis }) => Self::Motion {
                 frame: *frame,
                 time_ns: *time_ns,
                 stamp: StampFields::new(*stamp),
@@ -158,6 +161,7 @@ impl<'a> JsonLine<'a> {
                 contact: Contact::Slide.as_str(),
                 speed: Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd).into(),
                 direction: DirectionField::Arrival { deg: angle(velocity.degrees), sd: spread(velocity.degrees_sd) },
+                basis: basis.map(Basis::as_str),
             },
             Output::Event(event) => Self::Event(Box::new(EventLine::new(event))),
             Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }) => Self::Texture {

@@ -8,6 +8,7 @@ use wstac_core::features::Features;
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, StreamEnd};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::touch::motion::{ReadoutTime, Velocity};
+use wstac_core::touch::wave::Basis;
 
 pub(crate) use self::event::Answering;
 pub use self::event::{Paths, TactileEvent, TouchTime};
@@ -231,13 +232,15 @@ pub struct MotionReport {
     pub time_s: Option<f64>,
     /// Speed and direction with their standard deviations.
     pub velocity: Velocity,
+    /// What the velocity is known by; `None` by ten sums.
+    pub basis: Option<Basis>,
 }
 
 impl MotionReport {
     /// Creates the report of a frame. `clock` is that of the frames, if it is known.
-    pub(crate) fn new(frame: u64, velocity: Velocity, clock: Option<&FrameClock>) -> Self {
+    pub(crate) fn new(frame: u64, velocity: Velocity, basis: Option<Basis>, clock: Option<&FrameClock>) -> Self {
         let RecordTimes { time_ns, stamp, time_s } = RecordTimes::new(frame, clock);
-        Self { frame, time_ns, stamp, time_s, velocity }
+        Self { frame, time_ns, stamp, time_s, velocity, basis }
     }
 }
 

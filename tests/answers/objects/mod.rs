@@ -1,6 +1,6 @@
 //! Objects of any shape: how often their velocity is known and how often it is wrong, by kind and by fault.
 
-mod scenes;
+pub(crate) mod scenes;
 
 use core::result::Result as Found;
 use std::collections::BTreeMap;

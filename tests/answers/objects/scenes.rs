@@ -8,7 +8,7 @@ use wstac_scene::specimen::{Body, Specimen};
 use wstac_scene::{Dead, Held, Rest, SceneConfig, Slide, SpeedProfile, Touch, Twist, WhiskerConfig};
 
 /// Seed of the slides that judge, and the first number of their sensors. Whoever sets limits must not look at them.
-pub(super) const JUDGE: u64 = 0x00B1_EC75;
+pub(crate) const JUDGE: u64 = 0x00B1_EC75;
 const JUDGE_UNITS: [f64; 2] = [90_000.0, 91_000.0];
 /// Sensors of slides with any other seed.
 const OTHER_UNITS: [f64; 2] = [91_000.0, 99_000.0];
@@ -17,7 +17,7 @@ const HALF_MM: f64 = 8.0;
 
 /// A kind of touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     Wide,
     Rod,
     Ball,
@@ -45,7 +45,7 @@ const MIX: [Kind; 8] =
 
 /// What is wrong with the sensor or its camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Fault {
+pub(crate) enum Fault {
     None,
     Dead,
     Gains,
@@ -62,7 +62,7 @@ pub(super) enum Fault {
 
 /// What is true about a touch.
 #[derive(Clone, Debug)]
-pub(super) struct Truth {
+pub(crate) struct Truth {
     pub mm_s: f64,
     pub degrees: f64,
     /// Motions across its straight edges: speed in mm/s and direction in degrees.
@@ -73,7 +73,7 @@ pub(super) struct Truth {
 
 /// A scene, and what is true about its last touch.
 #[derive(Clone, Debug)]
-pub(super) struct Drawn {
+pub(crate) struct Drawn {
     pub script: SceneConfig,
     pub truth: Truth,
 }
@@ -351,7 +351,7 @@ fn mean_mm_s(slide: &Slide) -> f64 {
 }
 
 /// Draws the touch of a number.
-pub(super) fn draw(kind: Kind, fault: Fault, speeds: [f64; 2], seed: u64, number: u64) -> Drawn {
+pub(crate) fn draw(kind: Kind, fault: Fault, speeds: [f64; 2], seed: u64, number: u64) -> Drawn {
     let kind = if kind == Kind::Mix { MIX[number as usize % MIX.len()] } else { kind };
     // A mix has the same touches before every fault.
     let mut draw = Draw { rng: Rng::new(seed, 1 << 48 | (kind as u64) << 32 | number), speeds };

@@ -137,7 +137,7 @@ impl Board<'_> {
             && let Some(velocity) = self.live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity)
             && self.all
         {
-            self.sent.push(&Message::Motion { frame: next_frame - 1, velocity });
+            self.sent.push(&Message::Motion { frame: next_frame - 1, velocity, basis: None });
         }
     }
 

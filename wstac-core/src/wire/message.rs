@@ -106,6 +106,9 @@ pub enum Message<'a> {
         frame: u64,
         /// Speed and direction with their standard deviations.
         velocity: Velocity,
+        /// What they are known by; `None` by ten sums, and from a board before version 0.4.
+        #[serde(deserialize_with = "super::numbers::newest")]
+        basis: Option<Basis>,
     },
     /// The state of the board itself. It is sent after each [`Message::Status`].
     Telemetry(Telemetry),

@@ -112,7 +112,7 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
             telemetry.last_frame.map_or(Ok(()), |last| number(last.frame).and_then(|()| number(last.board_us)))?;
             ensure(telemetry.temperature.is_none_or(|tenths| TEMPERATURES.contains(&tenths)), Quantity::Temperature)
         }
-        Message::Motion { frame, velocity } => number(*frame).and_then(|()| check_velocity(velocity)),
+        Message::Motion { frame, velocity, .. } => number(*frame).and_then(|()| check_velocity(velocity)),
         Message::PicturePart(part) => number(part.frame),
         // The host's own time comes back as it was sent.
         Message::Time { board_us, .. } => number(*board_us),

@@ -136,7 +136,11 @@ fn messages() -> Vec<Message<'static>> {
         }),
         Message::ContactEnd(ContactEnd::new(LAST, LAST)),
         Message::Features { frame: 0, features: [3297; 10] },
-        Message::Motion { frame: LAST, velocity: Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 } },
+        Message::Motion {
+            frame: LAST,
+            velocity: Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 },
+            basis: Some(Basis::Edge),
+        },
         Message::Telemetry(telemetry()),
         Message::Telemetry(Telemetry::default()),
         Message::Time { host_us: u64::MAX, board_us: LAST },
@@ -555,7 +559,7 @@ fn impossible_numbers_are_refused_and_the_last_possible_ones_are_not() {
     let velocity = |change: &dyn Fn(&mut Velocity)| {
         let mut velocity = Velocity { mm_s: 0.5, mm_s_sd: 0.0, degrees: 0.0, degrees_sd: 9.5 };
         change(&mut velocity);
-        refused(&Message::Motion { frame: 1, velocity })
+        refused(&Message::Motion { frame: 1, velocity, basis: None })
     };
     let below = |number: f32| number.next_down();
     for (mm_s, is_refused) in [
@@ -662,7 +666,7 @@ fn impossible_counts_are_refused_and_the_last_possible_ones_are_not() {
             Message::End { stream: StreamEnd::new(0), dropped: frame },
             Message::ContactEnd(ContactEnd::new(frame, 0)),
             Message::ContactEnd(ContactEnd::new(0, frame)),
-            Message::Motion { frame, velocity },
+            Message::Motion { frame, velocity, basis: None },
             Message::Telemetry(Telemetry { uptime_ms: frame, ..telemetry() }),
         ] {
             assert_eq!(refused(&message), Some(Quantity::FrameNumber), "{message:?}");

@@ -20,13 +20,14 @@ use wstac_core::rate::FrameRate;
 use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
-use wstac_core::touch::motion::{self, LiveMotion, MotionConfig};
+use wstac_core::touch::motion::{self, MotionConfig};
 use wstac_core::touch::taxel_ring::{TaxelRing, TaxelStore};
 use wstac_core::touch::wave::by_wave;
 use wstac_core::wire::Answers;
 use wstac_fw::emulated::clock::Clock;
 use wstac_fw::emulated::host::{self, Console, File};
 use wstac_fw::emulated::stack;
+use wstac_fw::live::Live as _;
 use wstac_fw::setup;
 use wstac_fw::textures::{ModelSample, Textures};
 
@@ -35,6 +36,8 @@ const SIDE: usize = 400;
 const ROWS: usize = 8;
 /// One if live motion is measured, else none: neither a model nor stripes of three bytes a pixel leave room for it.
 const LIVE: usize = (setup::MODEL.is_none() && setup::PIXEL_BYTES < 3) as usize;
+/// Instructions of live motion above which a frame asks the wave.
+const OF_EVERY_FRAME: u64 = 60_000;
 /// The bytes of a whole frame.
 #[cfg(not(microbit))]
 const FRAME: usize = SIDE * SIDE * setup::PIXEL_BYTES;
@@ -81,8 +84,8 @@ fn run() -> Result<(), Error> {
     let [mut to_features, mut to_trigger, mut to_speed, mut to_direction, mut to_texture] =
         [const { Cost { times: 0, ticks: 0 } }; 5];
     let [mut to_edges, mut to_motion, mut to_wave] = [const { Cost { times: 0, ticks: 0 } }; 3];
-    let mut live: [LiveMotion; LIVE] = core::array::from_fn(|_| LiveMotion::new(motion));
-    let mut longest_live = 0;
+    let mut live: [setup::Live; LIVE] = core::array::from_fn(|_| setup::Live::new(motion));
+    let mut longest_live = [0; 2];
     let mut stripe = [0; ROWS * SIDE * setup::PIXEL_BYTES];
     let mut frame_ticks = 0;
     while frames.read(&mut stripe) {
@@ -108,9 +111,10 @@ fn run() -> Result<(), Error> {
                 to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
             }
         }
-        if let ([live, ..], Some(baseline)) = (&mut live[..], pipeline.baseline()) {
-            let (next_frame, recent) = pipeline.recent();
-            longest_live = longest_live.max(clock.ticks(|| live.push(next_frame, recent, baseline)).0);
+        if let [live, ..] = &mut live[..] {
+            let ticks = clock.ticks(|| live.newest(pipeline)).0;
+            let asks = usize::from(clock.instructions(ticks.into()) > OF_EVERY_FRAME);
+            longest_live[asks] = longest_live[asks].max(ticks);
         }
     }
     let stack = stack::deepest() - size_of_val(&stripe);
@@ -119,7 +123,7 @@ fn run() -> Result<(), Error> {
     let whole = whole_frames(&clock, FeatureStream::with_floor(camera, setup::FLOOR)?)?;
     let _ = writeln!(
         Console,
-        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"logs\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"wave\":{},\"live\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
+        "{{\"frames\":{},\"events\":{},\"whole\":{whole},\"stripes\":{},\"logs\":{},\"trigger\":{},\"speed\":{},\"direction\":{},\"edges\":{},\"motion\":{},\"wave\":{},\"live\":{},\"live_wave\":{},\"texture\":{},\"answer\":{answer},\"stack\":{}}}",
         to_features.times,
         to_speed.times,
         to_features.mean(&clock),
@@ -130,7 +134,8 @@ fn run() -> Result<(), Error> {
         to_edges.mean(&clock),
         to_motion.mean(&clock),
         to_wave.mean(&clock),
-        clock.instructions(u64::from(longest_live)),
+        clock.instructions(u64::from(longest_live[0])),
+        clock.instructions(u64::from(longest_live[1])),
         to_texture.mean(&clock),
         stack,
     );

@@ -155,9 +155,9 @@ impl BoardState {
                 self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
                 give(Report::Output(Output::Interrupted(InterruptedReport::new(*sample, self.clock.as_ref()))))
             }
-            Message::Motion { frame, velocity } => {
+            Message::Motion { frame, velocity, basis } => {
                 self.reach(frame.saturating_add(1));
-                let record = Output::Motion(MotionReport::new(*frame, *velocity, self.clock.as_ref()));
+                let record = Output::Motion(MotionReport::new(*frame, *velocity, *basis, self.clock.as_ref()));
                 if self.wanted.motion { give(Report::Output(record)) } else { Ok(()) }
             }
             Message::ContactEnd(end) => {

@@ -480,7 +480,7 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
         Message::Event(by_arrival.with_texture(texture)),
         Message::Event(cut_off),
         Message::Texture { frame: 200, frames: 40, texture },
-        Message::Motion { frame: 9, velocity },
+        Message::Motion { frame: 9, velocity, basis: None },
         Message::InterruptedSample(InterruptedSample::new(200, 7)),
         Message::Status { stream, dropped: 3 },
         Message::ContactEnd(ContactEnd::new(240, 200)),

@@ -10,7 +10,7 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::Update;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig};
+use wstac_core::touch::motion::{LiveWave, MotionConfig};
 use wstac_core::touch::taxel_ring::TaxelRing;
 
 use super::stream_config::HostPipeline;
@@ -40,7 +40,7 @@ pub struct Processor {
     readout: ReadoutUsed,
     clock: FrameClock,
     /// Follows motion, if it was asked for.
-    live: Option<LiveMotion>,
+    live: Option<LiveWave>,
     options: OutputOptions,
     dropped: u64,
     dropped_by: LossCounts,
@@ -175,7 +175,7 @@ impl Processor {
             motion,
             readout: ReadoutUsed::of(config.readout(info)),
             clock: FrameClock::new(info.rate, info.clock),
-            live: options.motion.then(|| LiveMotion::new(motion)),
+            live: options.motion.then(|| LiveWave::new(motion)),
             textures: Textures::default(),
             options,
             dropped: 0,
@@ -476,13 +476,14 @@ impl Processor {
     fn motion(&mut self) -> Option<MotionReport> {
         let (live, baseline) = (self.live.as_mut()?, self.pipeline.baseline()?);
         let (next_frame, recent) = self.pipeline.recent();
-        let velocity = live.push(next_frame, recent, baseline)?.velocity?;
-        let first = next_frame.saturating_sub(SAMPLE_FRAMES as u64);
+        let taxels = self.pipeline.taxel_ring().filter(|_| self.law.takes_taxels());
+        let touch = live.push(next_frame, recent, baseline, taxels)?;
+        let (velocity, first) = (touch.velocity?, next_frame.saturating_sub(SAMPLE_FRAMES as u64));
         if self.places.doubt(first, velocity.mm_s, self.motion) {
             return None;
         }
         let frame = next_frame.saturating_sub(1);
-        Some(MotionReport::new(frame, velocity, Some(&self.clock)))
+        Some(MotionReport::new(frame, velocity, touch.basis, Some(&self.clock)))
     }
 
     /// Returns `true` once when the baseline turns out not to be quiet.
@@ -495,7 +496,8 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, fast, missing, places, .. } = self;
+        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, fast, missing, places, .. } =
+            self;
         let (motion, options) = (*motion, *options);
         (pipeline, Answers { textures, law, durations, motion, clock, options, uneven, fast, missing, places })
     }

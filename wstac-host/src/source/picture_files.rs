@@ -210,7 +210,11 @@ pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
     if let Some(times) = decimals(files) {
         // Times of day, such as 104158.520, unless seconds go on above 59.
         let clock: Option<Vec<_>> = times.iter().map(|time| of_clock(*time)).collect();
-        return placed(Positions::NamedTimes, NS_PER_MS, clock.unwrap_or_else(|| times.into_iter().map(Some).collect()));
+        return placed(
+            Positions::NamedTimes,
+            NS_PER_MS,
+            clock.unwrap_or_else(|| times.into_iter().map(Some).collect()),
+        );
     }
     let names = Names::new(files)?;
     let index = || names.columns().find(|numbers| is_index(numbers));
@@ -593,7 +597,10 @@ mod tests {
     #[test]
     fn times_beside_an_index_give_the_rate() {
         for (name, is_known) in [
-            (&(|n: u64| format!("frame{n:05}_{}.png", 1_764_100_001_533 + n * 1000 / 60)) as &dyn Fn(u64) -> String, true),
+            (
+                &(|n: u64| format!("frame{n:05}_{}.png", 1_764_100_001_533 + n * 1000 / 60)) as &dyn Fn(u64) -> String,
+                true,
+            ),
             (&|n| format!("{n:05}-{}.png", 1_764_100_001_533_000 + n * 1_000_000 / 60), true),
             (&|n| format!("{}_{n}.png", 1_764_100_001_533 + n * 1000 / 60), true),
             (&|n| format!("{n}_{}ms.png", n * 1000 / 60), true),

@@ -130,6 +130,15 @@ entries! {
     push_live_motion(live: &mut LiveMotion, frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
         live.push(frame, recent, baseline)
     }
+    push_live_motion_with(
+        live: &mut LiveMotion,
+        frame: u64,
+        recent: Sample<'_>,
+        baseline: &Baseline,
+        ring: &TaxelRing
+    ) -> Option<LiveContact> {
+        live.push_with(frame, recent, baseline, Some(ring))
+    }
 }
 
 entries! {

@@ -23,7 +23,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use axis::Axis;
 pub use contact::Contact;
-pub use live::{LiveContact, LiveMotion};
+pub use live::{LiveContact, LiveMotion, LiveWave};
 pub use readout::{Readout, ReadoutTime, RowOrder};
 pub(crate) use sqrt::sqrt;
 

@@ -272,6 +272,15 @@ impl Slide {
     }
 }
 
+/// Returns the velocity of slownesses of rows and columns, in their own time, that have this variance; `None` unless it is that
+/// of a slide and certain.
+pub(crate) fn velocity_of([of_rows, of_columns]: [f32; 2], variance: f32, config: MotionConfig) -> Option<Velocity> {
+    let [columns_delay, rows_delay] = delays(config);
+    let slide = Slide::new([of_columns + columns_delay, of_rows + rows_delay], config).ok()?;
+    let sd = sqrt(variance) / slide.slowness;
+    slide.velocity([sd, sd], 0, config).ok()
+}
+
 /// The motion of a touch by 25 taxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -184,5 +184,9 @@ pub fn header_of(info: &StreamInfo) -> Result<String, String> {
         (false, _) | (true, QuantizationRange::Full) => "FULL",
     };
     let magic = String::from_utf8_lossy(MAGIC);
-    Ok(format!("{magic} W{width} H{height} F{}:{} Ip A1:1 C{name} XCOLORRANGE={range}\n", rate.numerator(), rate.denominator()))
+    Ok(format!(
+        "{magic} W{width} H{height} F{}:{} Ip A1:1 C{name} XCOLORRANGE={range}\n",
+        rate.numerator(),
+        rate.denominator()
+    ))
 }

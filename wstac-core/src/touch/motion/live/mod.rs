@@ -5,11 +5,14 @@ mod arrival;
 mod level;
 mod light;
 mod track;
+mod whiskers;
 
 use crate::features::Features;
 use crate::paper::baseline::Baseline;
 use crate::paper::sample::Sample;
 use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
+use crate::touch::taxel_ring::TaxelRing;
+use crate::touch::wave::Basis;
 
 use super::edges::LINES;
 use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, degrees, readout};
@@ -18,6 +21,7 @@ use arrival::arrival;
 use level::{Change, Level};
 use light::light;
 use track::{Memory, Track};
+use whiskers::Whiskers;
 
 /// The touch in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +33,14 @@ pub struct LiveContact {
     pub contact: Contact,
     /// Speed and direction; `None` unless it slides and they are known.
     pub velocity: Option<Velocity>,
+    /// What the velocity is known by; `None` by ten sums, which cannot tell.
+    pub basis: Option<Basis>,
+}
+
+impl LiveContact {
+    const fn of(contact: Contact, velocity: Option<Velocity>) -> Self {
+        Self { contact, velocity, basis: None }
+    }
 }
 
 /// Follows speed and direction while something slides.
@@ -195,9 +207,9 @@ impl LiveMotion {
                 Ok(slide) => {
                     let contact = slide.contact(self.config);
                     self.slide = Some(slide);
-                    return is_lit.then_some(LiveContact { contact, velocity: None });
+                    return is_lit.then_some(LiveContact::of(contact, None));
                 }
-                Err(contact) => return is_lit.then_some(LiveContact { contact, velocity: None }),
+                Err(contact) => return is_lit.then_some(LiveContact::of(contact, None)),
             },
         }
         let slide = self.slide.as_ref().filter(|_| is_lit)?;
@@ -226,6 +238,60 @@ impl LiveMotion {
     }
 }
 
+/// Follows speed and direction of anything that slides, by 25 taxels.
+///
+/// A velocity of [`LiveMotion`] counts only if edges of light pass all whiskers as it says. Edges alone tell that of rods. Of
+/// what is narrower than the sensor, [`Wave`](crate::touch::wave::Wave) tells it once, as soon as the touch has ended and
+/// leaves nothing but afterglow; that frame takes as long as an event by a wave, and 12 KiB of stack.
+#[derive(Clone, Debug)]
+pub struct LiveWave {
+    lines: LiveMotion,
+    whiskers: Whiskers,
+}
+
+impl LiveWave {
+    /// Creates a follower that has seen nothing.
+    pub const fn new(config: MotionConfig) -> Self {
+        Self { lines: LiveMotion::new(config), whiskers: Whiskers::EMPTY }
+    }
+
+    /// Forgets the touch.
+    pub fn reset(&mut self) {
+        self.lines.reset();
+    }
+
+    /// Takes the newest frame as [`LiveMotion::push`] does, with its taxels, which are
+    /// [`Pipeline::taxel_ring`](crate::pipeline::Pipeline::taxel_ring) after the same frame. Without them it returns what
+    /// [`LiveMotion::push`] does.
+    pub fn push(
+        &mut self,
+        next_frame: u64,
+        recent: Sample<'_>,
+        baseline: &Baseline,
+        taxels: Option<&TaxelRing>,
+    ) -> Option<LiveContact> {
+        let frames = next_frame.wrapping_sub(self.lines.next_frame);
+        let is_known = self.lines.is_touched && frames <= u64::from(LONGEST_FILLED_GAP) + 1;
+        let lines = self.lines.push(next_frame, recent, baseline);
+        let Some(ring) = taxels else { return lines };
+        if frames == 0 || !self.lines.is_touched {
+            return lines;
+        }
+        if !is_known {
+            self.whiskers.begin(ring);
+        }
+        let config = self.lines.config;
+        if let Some((velocity, basis)) = self.whiskers.follow(ring, frames.min(8) as u8, config) {
+            return Some(LiveContact { contact: Contact::Slide, velocity: Some(velocity), basis: Some(basis) });
+        }
+        let lines = lines?;
+        let tracks = self.lines.slide.as_ref().map(|slide| slide.tracks.each_ref().map(|track| track.slowness));
+        let velocity = self.whiskers.velocity(lines.velocity.zip(tracks), config);
+        let contact = if velocity.is_some() { Contact::Slide } else { lines.contact };
+        Some(LiveContact { contact, velocity, basis: velocity.map(|_| Basis::Edge) })
+    }
+}
+
 impl Slide {
     fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8, readout: Readout) {
         let memory = Memory::of(self.slowness);
@@ -250,7 +316,7 @@ impl Slide {
     fn answer(&self, config: MotionConfig, has_faded: bool) -> LiveContact {
         let contact = self.contact(config);
         let is_sliding = contact == Contact::Slide && !has_faded && self.alike.holds;
-        LiveContact { contact, velocity: if is_sliding { self.velocity(self.slowness, config) } else { None } }
+        LiveContact::of(contact, if is_sliding { self.velocity(self.slowness, config) } else { None })
     }
 
     /// Returns the velocity of a slowness above 0, if it is known well enough.

@@ -199,7 +199,7 @@ fn any_features_have_an_answer_in_range() {
             let from = end - [SAMPLE_FRAMES, 25, 1, 70][random() as usize & 3].min(end);
             let recent = Sample::new((&all[from..usize::midpoint(from, end)], &all[usize::midpoint(from, end)..end]));
             let said = live.push(end as u64, recent, &baseline);
-            if let Some(LiveContact { contact, velocity: Some(velocity) }) = said {
+            if let Some(LiveContact { contact, velocity: Some(velocity), .. }) = said {
                 velocities += 1;
                 let Velocity { mm_s, mm_s_sd, degrees, degrees_sd } = velocity;
                 assert_eq!(contact, Contact::Slide);

@@ -1,0 +1,310 @@
+//! What 25 whiskers tell while something slides. A line is lit as soon as one of its five whiskers is, so that lines alone
+//! take a narrow thing for a wide one.
+
+use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
+use crate::touch::motion::{MotionConfig, Velocity};
+use crate::touch::taxel_ring::TaxelRing;
+use crate::touch::wave::{Basis, Wave, velocity_of};
+
+/// The newest frame of a ring.
+const NEWEST: usize = SAMPLE_FRAMES - 1;
+/// The two frames before a touch that are dark, counted from the newest when its first line is lit.
+const DARK: [usize; 2] = [3, 4];
+/// Frames before a touch that a wave is given.
+const BEFORE: usize = 8;
+/// Parts of a frame in which the age of an edge is kept.
+const PARTS: u16 = 64;
+/// The most that an age may be.
+const OLDEST: u16 = 1000 * PARTS;
+/// An edge is where light exceeds this part of its peak, in 256ths.
+const LEVEL: i32 = 102;
+/// Age of an edge after which only a peak of this many times the light counts: ridges of a texture are none.
+const SETTLED: u16 = 3 * PARTS;
+const HIGHER: u16 = 4;
+/// Frames in which an edge is looked for.
+const STEPS: usize = 7;
+/// A whisker is lit if its peak is above the median over this number; so many must be: one may be dead.
+const LIT: u16 = 4;
+const FEWEST: usize = TAXELS - 1;
+/// Light that fades is afterglow if less than this part is left of each frame's, of all whiskers alike: within these parts
+/// of the brightest whisker and of the highest peak.
+const GLOW: f32 = 0.75;
+const ALIKE: [f32; 2] = [0.03, 0.01];
+/// Frames in which afterglow is continued, and the part of the brightest frame at which it ends.
+const CONTINUED: usize = 16;
+const FADED: f32 = 0.004;
+/// Shifts of the most light of all whiskers: light that grows by more in a frame touches again, and a touch that has less left
+/// has ended earlier.
+const AGAIN: u32 = 6;
+const FAINT: u32 = 4;
+/// Times that a wave is asked in a touch.
+const MOST_TRIES: u8 = 4;
+/// Largest root mean square distance from the plane of edges, as a part of the slowness and 0.3 frames.
+const OFF: [f32; 2] = [0.18, 0.3];
+/// Largest curvatures of the plane over half of the sensor, as parts of the slowness: along less across, where light that grows
+/// along the motion by a fraction counts as half of it; of both mixed; and across less what is curved alike along.
+const CURVED: [f32; 3] = [0.12, 0.13, 0.2];
+/// Largest growth of the light over the sensor, as a fraction.
+const GROWN: f32 = 0.12;
+/// Largest change of the slowness since the frame before, and difference from that of lines, as fractions.
+const STABLE: f32 = 0.04;
+const DIFFERS: f32 = 0.1;
+/// Least slowness in frames per pitch of a velocity by edges, and the age at which the youngest edge tells nothing more.
+const LEAST: f32 = 0.3;
+const OLD: u16 = 6 * PARTS;
+
+/// The first light of a whisker.
+#[derive(Clone, Copy, Debug)]
+struct Whisker {
+    dark: u16,
+    peak: u16,
+    /// Parts of a frame since the edge.
+    age: u16,
+}
+
+/// What is known of all whiskers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Whiskers {
+    each: [Whisker; TAXELS],
+    /// Frames since the touch began.
+    since: u8,
+    /// The most light of all whiskers in a frame.
+    brightest: u32,
+    /// Whether there was nothing but afterglow in the newest frame.
+    is_over: bool,
+    tries: u8,
+    /// Slowness of rows and columns by edges, in the frame before; 0 if they tell none.
+    slowness: [f32; 2],
+    /// Whether edges agreed with lines.
+    agreed: bool,
+}
+
+/// Edges that cross the sensor.
+#[derive(Clone, Copy)]
+struct Front {
+    /// Slowness of rows and columns.
+    slowness: [f32; 2],
+    /// Mean square distance from the plane.
+    variance: f32,
+}
+
+impl Whiskers {
+    pub(super) const EMPTY: Self = Self {
+        each: [Whisker { dark: 0, peak: 0, age: 0 }; TAXELS],
+        since: 0,
+        brightest: 0,
+        is_over: false,
+        tries: 0,
+        slowness: [0.0; 2],
+        agreed: false,
+    };
+
+    /// Begins with a touch whose first line is lit in the newest frame.
+    pub(super) fn begin(&mut self, ring: &TaxelRing) {
+        *self = Self::EMPTY;
+        for (taxel, whisker) in self.each.iter_mut().enumerate() {
+            let [a, b] = DARK.map(|back| ring.light(NEWEST - back, taxel));
+            whisker.dark = a.min(b);
+        }
+    }
+
+    /// Takes the newest frame, `frames` after the last. Returns what is known of a touch that has just ended.
+    #[inline(never)]
+    pub(super) fn follow(&mut self, ring: &TaxelRing, frames: u8, config: MotionConfig) -> Option<(Velocity, Basis)> {
+        self.since = self.since.saturating_add(frames);
+        let (mut sums, mut most, mut peak) = ([0_u32; 2], 0, 0);
+        for (taxel, whisker) in self.each.iter_mut().enumerate() {
+            let light = |back: usize| ring.light(NEWEST.saturating_sub(back), taxel).saturating_sub(whisker.dark);
+            let [now, before] = [light(0), light(1)];
+            let age = whisker.age.saturating_add(u16::from(frames) * PARTS).min(OLDEST);
+            let is_first = now > whisker.peak && (age < SETTLED || now >= whisker.peak.saturating_mul(HIGHER));
+            (whisker.peak, whisker.age) = if is_first { (now, edge(now, light)) } else { (whisker.peak, age) };
+            sums = [sums[0] + u32::from(now), sums[1] + u32::from(before)];
+            (most, peak) = (before.max(most), whisker.peak.max(peak));
+        }
+        self.brightest = self.brightest.max(sums[0]);
+        let left = sums[0] as f32 / sums[1].max(1) as f32;
+        let limit = ALIKE[0] * f32::from(most) + ALIKE[1] * f32::from(peak);
+        let is_over = left < GLOW
+            && self.each.iter().enumerate().all(|(taxel, whisker)| {
+                let [now, before] =
+                    [0, 1].map(|back| f32::from(ring.light(NEWEST - back, taxel)) - f32::from(whisker.dark));
+                (now - left * before).abs() <= limit
+            });
+        // Noise on the last afterglow is no new light.
+        let has_grown = sums[0] > sums[1] + (self.brightest >> AGAIN);
+        let was_over = self.is_over;
+        self.is_over = is_over || (was_over && !has_grown);
+        if !is_over || was_over || sums[1] << FAINT < self.brightest || self.tries >= MOST_TRIES {
+            return None;
+        }
+        self.tries += 1;
+        self.wave(ring, left, sums[0] as f32, config)
+    }
+
+    /// Asks the wave about the touch, whose afterglow is continued: `left` of it in each frame.
+    #[inline(never)]
+    fn wave(&self, ring: &TaxelRing, left: f32, sum: f32, config: MotionConfig) -> Option<(Velocity, Basis)> {
+        let mut glow = [[0; TAXELS]; CONTINUED];
+        let (mut part, mut frames, least) = (left, 0, FADED * self.brightest as f32);
+        for frame in &mut glow {
+            if sum * part <= least * left {
+                break;
+            }
+            for ((taxel, light), whisker) in frame.iter_mut().enumerate().zip(&self.each) {
+                let dark = f32::from(whisker.dark);
+                *light = (dark + part * (f32::from(ring.light(NEWEST, taxel)) - dark) + 0.5) as u16;
+            }
+            (part, frames) = (part * left, frames + 1);
+        }
+        let before = (usize::from(self.since) + BEFORE).min(SAMPLE_FRAMES - frames);
+        let known = ring.frames().count();
+        let samples = ring.frames().skip(known.saturating_sub(before)).chain(glow.iter().take(frames).map(Some));
+        let mut wave = Wave::EMPTY;
+        wave.fit(samples, config).ok()
+    }
+
+    /// Returns the velocity in a frame in which lines tell one or none: that of lines once edges agree with it, or that of
+    /// edges that cross the sensor.
+    ///
+    /// `lines` are slownesses of rows and columns in their own time.
+    #[inline(never)]
+    pub(super) fn velocity(&mut self, lines: Option<(Velocity, [f32; 2])>, config: MotionConfig) -> Option<Velocity> {
+        if self.is_over {
+            return None;
+        }
+        if self.agreed {
+            return lines.map(|(velocity, _)| velocity);
+        }
+        let front = self.front();
+        let before = core::mem::replace(&mut self.slowness, front.map_or([0.0; 2], |front| front.slowness));
+        let Front { slowness, variance } = front?;
+        let size = squares(slowness);
+        let near = |other: [f32; 2], part: f32, size: f32| {
+            squares([other[0] - slowness[0], other[1] - slowness[1]]) < part * part * size
+        };
+        if let Some((velocity, lines)) = lines
+            && near(lines, DIFFERS, squares(lines))
+        {
+            self.agreed = true;
+            return Some(velocity);
+        }
+        let youngest = self.each.iter().map(|whisker| whisker.age).min().unwrap_or(0);
+        if !near(before, STABLE, size) || youngest >= OLD || size < LEAST * LEAST {
+            return None;
+        }
+        velocity_of(slowness, variance * (1.0 / 50.0), config)
+    }
+
+    /// Returns the plane of edges if all whiskers are lit in its order, at an even speed.
+    fn front(&self) -> Option<Front> {
+        let peaks = self.each.map(|whisker| whisker.peak);
+        // The median: a sort of 25 numbers may panic.
+        let upper = peaks.iter().filter(|&one| peaks.iter().filter(|&peak| peak <= one).count() > TAXELS / 2);
+        let least = upper.min().map_or(0, |median| median / LIT);
+        let count = peaks.iter().filter(|peak| **peak > least).count();
+        if count < FEWEST || least == 0 {
+            return None;
+        }
+        let mut times = self.each.map(|whisker| -f32::from(whisker.age) * (1.0 / PARTS as f32));
+        let mut plane = Plane::new(&times);
+        if count < TAXELS {
+            // A dark one is put on the plane of the others: each time, 7 to 15 of 25 parts of what it is off stay.
+            for _ in 0..4 {
+                for ((time, whisker), place) in times.iter_mut().zip(&self.each).zip(places()) {
+                    if whisker.peak <= least {
+                        *time = plane.at(place);
+                    }
+                }
+                plane = Plane::new(&times);
+            }
+        }
+        plane.is_even(&times, &peaks).map(|variance| Front { slowness: plane.slope, variance })
+    }
+}
+
+/// A plane through 25 times, and how these are curved. Polynomials on 5 × 5 places are orthogonal.
+struct Plane {
+    mean: f32,
+    slope: [f32; 2],
+    /// Of the square of the row's number, of the column's, and of their product.
+    curves: [f32; 3],
+}
+
+impl Plane {
+    #[inline(never)]
+    fn new(times: &[f32; TAXELS]) -> Self {
+        let (mut mean, mut slope, mut curves) = (0.0, [0.0; 2], [0.0; 3]);
+        for (time, [row, column]) in times.iter().zip(places()) {
+            mean += time * (1.0 / 25.0);
+            slope = [slope[0] + row * time, slope[1] + column * time];
+            curves[0] += (row * row - 2.0) * time;
+            curves[1] += (column * column - 2.0) * time;
+            curves[2] += row * column * time;
+        }
+        Self {
+            mean,
+            slope: slope.map(|sum| sum * (1.0 / 50.0)),
+            curves: [curves[0] * (1.0 / 70.0), curves[1] * (1.0 / 70.0), curves[2] * (1.0 / 100.0)],
+        }
+    }
+
+    fn at(&self, [row, column]: [f32; 2]) -> f32 {
+        self.mean + self.slope[0] * row + self.slope[1] * column
+    }
+
+    /// Returns the mean square distance from the plane, if all is as of an edge of an even speed.
+    #[inline(never)]
+    fn is_even(&self, times: &[f32; TAXELS], peaks: &[u16; TAXELS]) -> Option<f32> {
+        let slowness = super::root(squares(self.slope));
+        if slowness <= 0.0 {
+            return None;
+        }
+        let [down, right] = self.slope.map(|part| part / slowness);
+        let (mut off, mut light, mut grown) = (0.0, 0.0, 0.0);
+        for ((time, peak), place) in times.iter().zip(peaks).zip(places()) {
+            let late = time - self.at(place);
+            off += late * late * (1.0 / 25.0);
+            light += f32::from(*peak);
+            grown += f32::from(*peak) * (place[0] * down + place[1] * right);
+        }
+        let [rows, columns, mixed] = self.curves.map(|curve| 4.0 * curve / slowness);
+        let along = rows * down * down + columns * right * right + mixed * down * right;
+        let across = rows * right * right + columns * down * down - mixed * down * right;
+        let twisted = 2.0 * (rows - columns) * down * right + mixed * (right * right - down * down);
+        let dome = if along * across > 0.0 { if along.abs() < across.abs() { along } else { across } } else { 0.0 };
+        let grown = 2.0 * grown / light;
+        let most = OFF[0] * (slowness + OFF[1]);
+        let is_even = off < most * most
+            && (along - across - 0.5 * grown).abs() < CURVED[0]
+            && twisted.abs() < CURVED[1]
+            && (across - dome).abs() < CURVED[2]
+            && grown.abs() < GROWN;
+        is_even.then_some(off)
+    }
+}
+
+fn squares([a, b]: [f32; 2]) -> f32 {
+    a * a + b * b
+}
+
+/// Returns the parts of a frame since light exceeded the level of its peak, which is the light of now.
+fn edge(now: u16, light: impl Fn(usize) -> u16) -> u16 {
+    let mut after = i32::from(now);
+    let level = (after * LEVEL) >> 8;
+    for back in 1..STEPS {
+        let before = i32::from(light(back));
+        if before <= level {
+            let share = ((level - before) * i32::from(PARTS)).checked_div(after - before).unwrap_or(0);
+            return (back as u16 * PARTS).saturating_sub(share as u16);
+        }
+        after = before;
+    }
+    (STEPS as u16 - 1) * PARTS
+}
+
+/// Rows and columns of taxels, counted from the middle.
+fn places() -> impl Iterator<Item = [f32; 2]> {
+    let half = COLUMNS as i8 / 2;
+    (-half..=half).flat_map(move |row| (-half..=half).map(move |column| [f32::from(row), f32::from(column)]))
+}
