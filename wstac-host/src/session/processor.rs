@@ -605,7 +605,9 @@ mod tests {
         let doubts = |places: &Places, frame| {
             [10.0, 50.0, 100.0, 300.0].map(|mm_s| places.doubt(frame, mm_s, motion)).iter().filter(|is| **is).count()
         };
-        (0..100).for_each(|frame| places.arrive(frame, 0.0));
+        for frame in 0..100 {
+            places.arrive(frame, 0.0);
+        }
         assert_eq!(doubts(&places, 0), 0);
         // Half a millisecond of 33, as whole milliseconds have, and an eighth and a quarter of a frame.
         for (off, expected) in [(0.015, 0), (0.125, 1), (-0.25, 2), (0.4, 3)] {
@@ -615,9 +617,13 @@ mod tests {
             places = Places::default();
         }
         // Two camera frames of one feature frame, and more than are kept.
-        [0.01, 0.4, 0.01].into_iter().for_each(|off| places.arrive(7, off));
+        for off in [0.01, 0.4, 0.01] {
+            places.arrive(7, off);
+        }
         assert_eq!(doubts(&places, 0), 3);
-        (8..400).for_each(|frame| places.arrive(frame, 0.001));
+        for frame in 8..400 {
+            places.arrive(frame, 0.001);
+        }
         assert_eq!((doubts(&places, 0), places.0.len()), (0, PLACED));
     }
 

@@ -198,17 +198,13 @@ fn at_a_rate(name: &OsStr, source: Box<dyn Source>, options: &OpenOptions) -> Re
     }
     let (least, most) = (RATES.start(), RATES.end());
     let rate = if rate < 1.0 { format!("{rate:.4}") } else { format!("{rate:.0}") };
-    Err(match options.fps {
-        Some(_) => {
-            let message = format_args!("--fps is {rate} frames per second, expected {least} to {most}");
-            Error::new(ErrorKind::Usage, name.display(), message)
-        }
-        None => {
-            let message =
-                format_args!("states {rate} frames per second, expected {least} to {most}; state the rate with --fps");
-            Error::new(ErrorKind::Format, name.display(), message)
-        }
-    })
+    if options.fps.is_some() {
+        let message = format_args!("--fps is {rate} frames per second, expected {least} to {most}");
+        return Err(Error::new(ErrorKind::Usage, name.display(), message));
+    }
+    let message =
+        format_args!("states {rate} frames per second, expected {least} to {most}; state the rate with --fps");
+    Err(Error::new(ErrorKind::Format, name.display(), message))
 }
 
 #[cfg(all(feature = "jpeg", feature = "png"))]

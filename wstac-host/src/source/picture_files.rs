@@ -210,11 +210,8 @@ pub(super) fn positions(files: &[PathBuf]) -> Option<(Positions, Vec<f64>)> {
     if let Some(times) = decimals(files) {
         // Times of day, such as 104158.520, unless seconds go on above 59.
         let clock: Option<Vec<_>> = times.iter().map(|time| of_clock(*time)).collect();
-        return placed(
-            Positions::NamedTimes,
-            NS_PER_MS,
-            clock.unwrap_or_else(|| times.into_iter().map(Some).collect()),
-        );
+        let times = clock.unwrap_or(times).into_iter().map(Some).collect();
+        return placed(Positions::NamedTimes, NS_PER_MS, times);
     }
     let names = Names::new(files)?;
     let index = || names.columns().find(|numbers| is_index(numbers));
@@ -241,7 +238,7 @@ fn placed(kind: Positions, unit: f64, numbers: Vec<Option<i128>>) -> Option<(Pos
 
 /// The parts of pictures' names, nearly all of which differ only by numbers.
 struct Names<'a> {
-    names: Vec<Vec<Part<'a>>>,
+    parts: Vec<Vec<Part<'a>>>,
     fits: Vec<bool>,
     /// The numbers that differ.
     differing: Vec<usize>,
@@ -252,18 +249,18 @@ type Times = (f64, Vec<Option<i128>>);
 
 impl<'a> Names<'a> {
     fn new(files: &'a [PathBuf]) -> Option<Self> {
-        let names: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
-        let usual = usual(&names)?;
-        let fits: Vec<bool> = names.iter().map(|name| is_alike(name, usual)).collect();
-        let differs = |at: &usize| names.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
+        let parts: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
+        let usual = usual(&parts)?;
+        let fits: Vec<bool> = parts.iter().map(|name| is_alike(name, usual)).collect();
+        let differs = |at: &usize| parts.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
         let differing = (0..usual.len()).filter(differs).collect();
-        Some(Self { names, fits, differing })
+        Some(Self { parts, fits, differing })
     }
 
     /// Returns the numbers that names have; `None` if one cannot be read, which is no stray name.
     fn read(&self, number: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Vec<Option<i128>>> {
         let read = |(name, fits): (&Vec<Part<'_>>, &bool)| if *fits { number(name).map(Some) } else { Some(None) };
-        self.names.iter().zip(&self.fits).map(read).collect()
+        self.parts.iter().zip(&self.fits).map(read).collect()
     }
 
     fn column(&self, at: usize) -> Option<Vec<Option<i128>>> {
@@ -278,16 +275,16 @@ impl<'a> Names<'a> {
     /// Returns the times that names have from one of these parts on, in parts of 10⁻⁹ s, if they rise.
     fn parsed(
         &self,
-        mut parts: impl Iterator<Item = usize>,
+        mut starts: impl Iterator<Item = usize>,
         time: impl Fn(&[Part<'_>]) -> Option<i128>,
     ) -> Option<Times> {
-        let times = parts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| rises(times)))?;
+        let times = starts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| rises(times)))?;
         Some((NS_PER_MS, times))
     }
 
     /// Returns the times of a clock, whose first parts may be those of all.
     fn clock(&self, time: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Times> {
-        self.parsed(0..self.names.first()?.len(), time)
+        self.parsed(0..self.parts.first()?.len(), time)
     }
 
     /// Returns times since 1970: whole ones, or seconds and their fraction.
@@ -301,7 +298,7 @@ impl<'a> Names<'a> {
     /// Returns the numbers of a column behind which their unit stands.
     fn with_unit(&self, at: usize) -> Option<Times> {
         let units: [(&[u8], f64); 3] = [(b"ms", 1.0), (b"us", 1e3), (b"ns", NS_PER_MS)];
-        let Some(Part::Text(behind)) = self.names.first()?.get(at + 1) else { return None };
+        let Some(Part::Text(behind)) = self.parts.first()?.get(at + 1) else { return None };
         let (_, unit) = units.into_iter().find(|(unit, _)| behind == unit)?;
         Some((unit, self.column(at)?)).filter(|(_, times)| rises(times))
     }
@@ -409,10 +406,10 @@ fn date(name: &[Part<'_>]) -> Option<i128> {
 }
 
 /// Returns the time of day that a decimal such as 104158.520 means; `None` if it means none.
-fn of_clock(decimal: i128) -> Option<Option<i128>> {
+fn of_clock(decimal: i128) -> Option<i128> {
     let (whole, fraction) = (decimal / NS_PER_S, decimal % NS_PER_S);
     let [hour, minute, second] = [whole / 10_000, whole / 100 % 100, whole % 100];
-    (hour < 24 && minute < 60 && second < 60).then(|| Some(((hour * 60 + minute) * 60 + second) * NS_PER_S + fraction))
+    (hour < 24 && minute < 60 && second < 60).then(|| ((hour * 60 + minute) * 60 + second) * NS_PER_S + fraction)
 }
 
 /// Returns the time of day that a name begins with: hours, minutes, seconds and their fraction, in parts of 10⁻⁹.

@@ -161,7 +161,9 @@ impl Stated {
         match &self.other_matrix {
             _ if !frames.format.is_ycbcr() || self.matrix.is_some() => {}
             // What a file says reaches a terminal escaped.
-            Some(other) => about += &format!("; its matrix is {other}: read as bt601, unless --matrix says bt709"),
+            Some(other) => {
+                about.extend(["; its matrix is ", other, ": read as bt601, unless --matrix says bt709"]);
+            }
             None => about += "; no matrix is stated: bt601, unless --matrix says bt709",
         }
         let mut info = StreamInfo::new(about, frames.size, frames.format, frames.rate);
