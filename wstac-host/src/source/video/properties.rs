@@ -25,6 +25,8 @@ const PARTS: &str = "mpjpeg";
 const MADE_UP: (u32, u32) = (25, 1);
 /// Another rate for ffmpeg to make up. A rate that is 25 with it, too, is stated by the stream.
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
+/// The error of ffmpeg about a format that is not to be read.
+const NOT_LISTED: &str = "Format not on whitelist";
 /// Frames that show how far frames are apart.
 const PROBED: &str = "%+#150";
 /// A rate that a file states is that of its time stamps if it differs by at most this part.
@@ -211,7 +213,7 @@ pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let why = first.map_or_else(
         || "has no picture, expected a video".to_owned(),
         |line| {
-            if line.starts_with("Format not on whitelist") {
+            if line.starts_with(NOT_LISTED) {
                 return "is a list of other files, or none of the formats of videos; expected a video".to_owned();
             }
             // ffprobe begins with the name of the file.
