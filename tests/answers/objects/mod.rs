@@ -112,6 +112,26 @@ const ROWS: [Row; 30] = [
     mix("mix-crosstalk", "mix, cross-talk of 5 %", Fault::Crosstalk),
 ];
 
+/// What is not on the page, for whoever breaks the estimator.
+const BREAKS: [Row; 5] = [
+    row("any-corner", "corner of 30 to 150°", Kind::AnyCorner, PAIR),
+    row("any-fingers", "two round things of any size", Kind::AnyFingers, PAIR),
+    row("turned-fingers", "two round things in a slow turn", Kind::TurnedFingers, refused(0.5)),
+    row("near", "two velocities, 3 to 15 % or ° apart", Kind::Near, refused(0.5)),
+    row("beyond", "two velocities, 15 to 20 % or ° apart", Kind::Beyond, refused(0.5)),
+];
+
+/// What `--fault` calls a fault.
+const FAULTS: [(&str, Fault); 7] = [
+    ("dead", Fault::Dead),
+    ("gains", Fault::Gains),
+    ("noise", Fault::Noise),
+    ("lost", Fault::Lost),
+    ("15", Fault::Rate(15)),
+    ("unknown", Fault::UnknownReadout),
+    ("crosstalk", Fault::Crosstalk),
+];
+
 /// A reliable velocity, or why there is none.
 type Answer = Found<(Velocity, Basis), String>;
 
@@ -370,14 +390,22 @@ struct Options {
     seed: u64,
     kinds: Option<Vec<String>>,
     estimators: Vec<usize>,
+    fault: Option<Fault>,
     speeds: [f64; 2],
     is_list: bool,
 }
 
 impl Options {
     fn new(arguments: &[String]) -> Self {
-        let mut options =
-            Self { count: SLIDES, seed: 1, kinds: None, estimators: vec![LAW], speeds: SPEEDS, is_list: false };
+        let mut options = Self {
+            count: SLIDES,
+            seed: 1,
+            kinds: None,
+            estimators: vec![LAW],
+            fault: None,
+            speeds: SPEEDS,
+            is_list: false,
+        };
         let mut arguments = arguments.iter();
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().expect("an option has a value");
@@ -386,6 +414,11 @@ impl Options {
                 "--seed" => options.seed = value().parse().expect("a seed"),
                 "--judge" => options.seed = JUDGE,
                 "--kind" => options.kinds = Some(value().split(',').map(str::to_owned).collect()),
+                "--fault" => {
+                    let name = value();
+                    let known = FAULTS.iter().find(|(known, _)| known == name);
+                    options.fault = Some(known.expect("a fault of FAULTS").1);
+                }
                 "--speeds" => {
                     let (low, high) = value().split_once('-').expect("two speeds: 30-300");
                     options.speeds = [low, high].map(|speed| speed.parse().expect("a speed in mm/s"));
@@ -398,9 +431,9 @@ impl Options {
                     }
                 }
                 "--list" => options.is_list = true,
-                _ => {
-                    panic!("{argument:?} is unknown, expected --count, --seed, --judge, --kind, --speeds, --by, --list")
-                }
+                _ => panic!(
+                    "{argument:?} is unknown, expected --count, --seed, --judge, --kind, --fault, --speeds, --by, --list"
+                ),
             }
         }
         options
@@ -459,7 +492,8 @@ pub(crate) fn run(arguments: &[String]) {
         println!("| touch | by | {HEAD} --- |");
     }
     let mut reasons = String::new();
-    for row in ROWS.iter().filter(|row| options.has(row)) {
+    for row in ROWS.iter().chain(&BREAKS).filter(|row| options.has(row)) {
+        let row = &Row { fault: options.fault.unwrap_or(row.fault), ..*row };
         let answered = each(options.count, |number| answer(row, options.speeds, options.seed, number));
         let mut page = String::new();
         if options.is_list {

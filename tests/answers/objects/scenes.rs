@@ -4,7 +4,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
-use wstac_scene::specimen::{Body, Specimen};
+use wstac_scene::specimen::{Body, Pattern, Specimen};
 use wstac_scene::{Dead, Held, Rest, SceneConfig, Slide, SpeedProfile, Touch, Twist, WhiskerConfig};
 
 /// Seed of the slides that judge, and the first number of their sensors. Whoever sets limits must not look at them.
@@ -35,6 +35,14 @@ pub(crate) enum Kind {
     Stick,
     Turn,
     Pressed,
+    /// Corners of 30 to 150°.
+    AnyCorner,
+    /// Fingers of other sizes and distances, straight or in a slow turn.
+    AnyFingers,
+    TurnedFingers,
+    /// Two velocities that differ by less than 15 % or 15°, and by 15 to 20 % or °.
+    Near,
+    Beyond,
     /// The kinds of [`MIX`], one after the other.
     Mix,
 }
@@ -180,6 +188,11 @@ impl Draw {
                 let specimen = Specimen { body: Body::Corner { degrees: 90.0 }, ..flat };
                 Slide { skew_deg: self.between(-20.0, 20.0), ..self.slide(specimen, 4.0) }
             }
+            Kind::AnyCorner => {
+                let flat = Specimen { length_mm: self.between(30.0, 100.0), ..Specimen::ALL[0] };
+                let specimen = Specimen { body: Body::Corner { degrees: self.between(30.0, 150.0) }, ..flat };
+                Slide { skew_deg: self.between(-40.0, 40.0), ..self.slide(specimen, 8.0) }
+            }
             Kind::Oblique => {
                 let is_rod = self.one_in(2.0);
                 let flat = Specimen { length_mm: self.between(20.0, 160.0), ..Specimen::ALL[0] };
@@ -188,11 +201,14 @@ impl Draw {
             }
             Kind::Textured => return self.textured(),
             Kind::Fingers => return self.fingers(),
+            Kind::AnyFingers | Kind::TurnedFingers => return self.any_fingers(kind == Kind::TurnedFingers),
+            Kind::Near | Kind::Beyond => return self.near(kind == Kind::Beyond),
             Kind::Two => return self.two(),
             Kind::Twist => return self.twist(),
             Kind::Stop => {
                 let slide = self.any();
-                let first_mm = crossing_mm(&slide) * self.between(0.15, 0.85);
+                let [first, last] = meets_mm(&slide);
+                let first_mm = first + (last - first) * self.between(0.15, 0.85);
                 Slide {
                     rest: Some(Rest { first_mm, every_mm: f64::INFINITY, rest_s: self.between(0.3, 4.0) }),
                     ..slide
@@ -252,6 +268,49 @@ impl Draw {
         (pair.map(Touch::Slide).to_vec(), Truth::of(&pair[0]))
     }
 
+    fn any_pair(&mut self) -> [Slide; 2] {
+        let bodies = [0; 2].map(|_| if self.one_in(2.0) { Body::Ball } else { Body::Coin });
+        let specimens = bodies.map(|body| self.round(body, 4.0, 20.0));
+        let apart = (specimens[0].length_mm + specimens[1].length_mm) / 2.0;
+        let [apart, middle] = [self.between(apart.max(8.0), 26.0), self.between(-4.0, 4.0)];
+        let slide = self.slide(specimens[0], 0.0);
+        let second = Slide { specimen: specimens[1], offset_mm: middle - apart / 2.0, ..slide };
+        let behind = self.between(0.0, 24.0);
+        [
+            Slide { offset_mm: middle + apart / 2.0, ..slide },
+            Slide { after_s: Some(behind / slide.speed_mm_s), ..second },
+        ]
+    }
+
+    fn any_fingers(&mut self, is_turned: bool) -> (Vec<Touch>, Truth) {
+        let pair = self.any_pair();
+        let turn_deg_mm = if is_turned { self.either_sign(0.2, 1.0) } else { 0.0 };
+        (pair.map(|slide| Touch::Slide(Slide { turn_deg_mm, ..slide })).to_vec(), Truth::of(&pair[0]))
+    }
+
+    /// Two velocities that hardly differ. Up to 15 % or 15° their mean is right.
+    fn near(&mut self, is_beyond: bool) -> (Vec<Touch>, Truth) {
+        let [first, second] = self.pair();
+        // Of other sizes, but both on the sensor.
+        let [first, second] =
+            [first, second].map(|slide| Slide { specimen: self.round(Body::Ball, 6.0, 13.0), ..slide });
+        let off = if is_beyond { self.between(15.0, 20.0) } else { self.between(3.0, 15.0) };
+        let off = if self.one_in(2.0) { -off } else { off };
+        let second = if self.one_in(2.0) {
+            Slide { direction_deg: (first.direction_deg + off).rem_euclid(360.0), ..second }
+        } else {
+            Slide { speed_mm_s: (1.0 + off.abs() / 100.0).powf(off.signum()) * first.speed_mm_s, ..second }
+        };
+        let turned = (second.direction_deg - first.direction_deg + 180.0).rem_euclid(360.0) - 180.0;
+        let truth = Truth {
+            mm_s: (first.speed_mm_s + second.speed_mm_s) / 2.0,
+            degrees: first.direction_deg + turned / 2.0,
+            edges: vec![],
+            has_none: is_beyond,
+        };
+        ([first, second].map(Touch::Slide).to_vec(), truth)
+    }
+
     fn two(&mut self) -> (Vec<Touch>, Truth) {
         let [first, second] = self.pair();
         let second = if self.one_in(3.0) {
@@ -303,29 +362,46 @@ fn across(slide: &Slide, angle: f64) -> [f64; 2] {
     [slide.speed_mm_s * angle.to_radians().cos(), slide.direction_deg + angle]
 }
 
-/// Returns the distance in mm along the motion from the first to the last whisker that a slide's object meets.
-fn crossing_mm(slide: &Slide) -> f64 {
+/// Returns the places on a slide's path, in mm, at which its object meets the first and the last whisker. A path begins
+/// where its leading end is beside a whisker, but a round end, and the first crest of a texture, come later.
+fn meets_mm(slide: &Slide) -> [f64; 2] {
     let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
-    let radius = slide.specimen.length_mm / 2.0;
-    let above = radius - WhiskerConfig::default().overlap_mm;
-    let half = match slide.specimen.body {
-        // As wide as it is at its lowest place that a whisker reaches.
-        Body::Ball if above > 0.0 => (radius * radius - above * above).sqrt(),
-        Body::Ball | Body::Coin => radius,
-        _ => slide.specimen.width_mm / 2.0,
+    let specimen = &slide.specimen;
+    let radius = specimen.length_mm / 2.0;
+    let overlap = WhiskerConfig::default().overlap_mm;
+    let above = radius - overlap;
+    let at_lowest = if above > 0.0 { (radius * radius - above * above).sqrt() } else { radius };
+    // Half of the width beside a whisker, and of that which a whisker reaches.
+    let [beside, half] = match specimen.body {
+        Body::Ball => [radius, at_lowest],
+        Body::Coin => [radius; 2],
+        _ => [specimen.width_mm / 2.0; 2],
+    };
+    let rise = (1.0 - overlap / specimen.depth_mm).max(0.0) * specimen.period_mm;
+    let behind = |left: f64| match (specimen.body, specimen.pattern) {
+        (Body::Ball | Body::Coin, _) => radius - (half * half - left * left).sqrt(),
+        (Body::Rod, _) => radius - at_lowest,
+        (_, Pattern::Saw) => rise,
+        (_, Pattern::Tri) => rise / 2.0,
+        // Between small lobes.
+        (_, Pattern::Sinc) => 0.4 * specimen.period_mm,
+        _ => 0.0,
     };
     let places = (0..25).map(|taxel| [taxel % 5, taxel / 5].map(|at| 4.0 * f64::from(at) - HALF_MM));
-    let met = places.filter(|[x, y]| (y * cosine - x * sine - slide.offset_mm).abs() <= half);
-    let [first, last] = met
-        .map(|[x, y]| x * cosine + y * sine)
+    let places = places.map(|[x, y]| [x * cosine + y * sine, y * cosine - x * sine - slide.offset_mm]);
+    let within = |most: f64| places.clone().filter(move |[_, left]| left.abs() <= most);
+    let start = within(beside).map(|[at, _]| at).fold(f64::INFINITY, f64::min);
+    let [first, last] = within(half)
+        .map(|[at, left]| at - start + behind(left))
         .fold([f64::INFINITY, f64::NEG_INFINITY], |ends, at| [ends[0].min(at), ends[1].max(at)]);
-    if first < last { last - first } else { 2.0 * HALF_MM }
+    if first < last { [first, last] } else { [0.0, 2.0 * HALF_MM] }
 }
 
 /// Returns the profile of an even acceleration by which the speed changes by a factor from the first to the last whisker,
 /// and to at most three times and at least a third of what it was.
 fn accelerated(slide: &Slide, factor: f64) -> Option<SpeedProfile> {
-    let crossing = crossing_mm(slide);
+    let [first, last] = meets_mm(slide);
+    let crossing = last - first;
     // Squares of speeds are straight lines over the path.
     let most = if factor > 1.0 { 9.0_f64 } else { 1.0 / 9.0 };
     let rate = (factor * factor - 1.0) / crossing;
@@ -340,13 +416,14 @@ fn accelerated(slide: &Slide, factor: f64) -> Option<SpeedProfile> {
 /// Returns a slide's mean speed from the first to the last whisker, in mm/s.
 fn mean_mm_s(slide: &Slide) -> f64 {
     const PARTS: u32 = 1000;
-    let whole = crossing_mm(slide);
-    let places = (0..PARTS).map(|part| whole * (f64::from(part) + 0.5) / f64::from(PARTS));
+    let [first, last] = meets_mm(slide);
+    let whole = last - first;
+    let places = (0..PARTS).map(|part| first + whole * (f64::from(part) + 0.5) / f64::from(PARTS));
     let moves: f64 = places.map(|place| whole / f64::from(PARTS) / slide.speed_at(place)).sum();
-    let rests = slide
-        .rest
-        .filter(|rest| rest.first_mm < whole && rest.every_mm.is_finite())
-        .map_or(0.0, |rest| (1.0 + ((whole - rest.first_mm) / rest.every_mm).floor()) * rest.rest_s);
+    let rests = slide.rest.filter(|rest| rest.every_mm.is_finite()).map_or(0.0, |rest| {
+        let before = |place: f64| (1.0 + ((place - rest.first_mm) / rest.every_mm).floor()).max(0.0);
+        (before(last) - before(first)) * rest.rest_s
+    });
     whole / (moves + rests)
 }
 

@@ -117,6 +117,7 @@ def touches() -> dict[str, Touch]:
         "faster": replace(ball, outline="coin", faster=0.5),
         "turning": replace(ball, outline="coin", turns=0.5),
         "two-velocities": replace(ball, outline="fingers", second=0.8),
+        "two-near-velocities": replace(ball, outline="fingers", second=0.955, deg=20),
         "one-behind": replace(ball, outline="fingers", behind=1.5, deg=100, mm_s=160.0),
         "one-ahead": replace(ball, outline="fingers", behind=-1.2, deg=235, readout_ms=20.0),
         "one-ahead-unknown": replace(ball, outline="fingers", behind=-1.2, deg=315, mm_s=50.0, is_unknown=True),

@@ -38,17 +38,18 @@ LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
 WEAK = 0.55
 OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
 MOST_EDGE_DARK, LATE_OF_EDGE = 5, 0.04
-MOST_SD, LEAST_SD = (0.04, 0.1), (0.0006, 0.0004)
+MOST_SD, LEAST_SD = (0.04, 0.1), (0.0003, 0.0003)
 """Largest and least deviations: of the speed as a fraction, and of the direction in radians."""
 FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
-FACTORS = ((0.8, 1.1), (0.7, 0.7))
-"""Of deviations along and across the motion, if whiskers are dark and if all are lit."""
+FACTORS = (((0.6, 0.08, 0.01), (1.05, 0.03, 0.0)), ((0.3, 0.3, 0.015), (0.35, 0.22, 0.015)))
+"""Of deviations along and across the motion, if whiskers are dark and if all are lit: the part of the lateness, frames late
+by the root of the energy that is missed, and frames late by the phase between frames."""
 FEWEST_OF_CONTACT = 3
-LATE_OF_CONTACTS, DIFFERENCE = (0.04, 0.08), 0.03
-"""Mean and largest lateness of two contacts, and what their slownesses differ."""
+LATE_OF_CONTACTS, DIFFERENCE, POSSIBLE = (0.04, 0.08), (0.02, 0.05), 0.05
+"""Of two contacts: mean and largest lateness, what each slowness differs along and across the motion, and along with an sd."""
 LATE_OF_CORNER, MOST_COSINE, LEAST_SINE = (0.08, 0.18), 0.26, 0.2
 FEWEST_OF_EDGE, FEWEST_OF_CORNER, CORNER_ROUNDS = 5, 18, 6
 PLANE_FACTORS = (0.85, 0.77)
@@ -281,6 +282,12 @@ def is_crossed(peaks: np.ndarray, right: float, up: float) -> bool:
     return missed <= 1
 
 
+def sine_of(turns: np.ndarray) -> np.ndarray:
+    """Nearly a sine of turns: two parabolas."""
+    part = turns - np.floor(turns + 0.5)
+    return 8 * part * (1 - 2 * np.abs(part))
+
+
 @dataclass(frozen=True)
 class Motion:
     """Frames from a row to the next and from a column to the next; deviations of the speed as a fraction, and in radians."""
@@ -319,14 +326,17 @@ def contacts_of(light: np.ndarray, places: np.ndarray, is_right: np.ndarray, del
     columns, rows = slope + delays
     whole = math.hypot(columns, rows)
     along = np.array([columns, rows]) / whole
-    for side in sides:
-        own = np.linalg.solve(normal(side, 1e-3), (around[side].T * peaks[side]) @ rest[side])
-        if abs(own @ along) > DIFFERENCE * whole:
-            return None
     if len(peaks) <= 4 or is_late(rest, peaks, whole, LATE_OF_CONTACTS):
         return None
-    covariance = inverse * float(peaks @ rest**2) / (len(peaks) - 4)
+    variance = float(peaks @ rest**2) / (len(peaks) - 4)
     across = np.array([-along[1], along[0]])
+    for side in sides:
+        of_side = np.linalg.inv(normal(side, 1e-3))
+        own = of_side @ ((around[side].T * peaks[side]) @ rest[side]) / whole
+        possible = abs(own @ along) + math.sqrt(variance * float(along @ of_side @ along)) / whole
+        if abs(own @ along) > DIFFERENCE[0] or abs(own @ across) > DIFFERENCE[1] or possible > POSSIBLE:
+            return None
+    covariance = inverse * variance
     speed_sd, angle_sd = (math.sqrt(float(way @ covariance @ way)) / whole for way in (along, across))
     return Motion(rows, columns, PLANE_FACTORS[0] * speed_sd, angle_sd)
 
@@ -521,8 +531,13 @@ def answer_of_wave(
     if not is_crossed(peaks, right, up):
         raise Refused("starts on the sensor")
     basis = "outline" if not is_full and outline_sd <= OUTLINE_TELLS else "edge"
-    factors = FACTORS[is_full]
     # Few whiskers cannot tell what is curved.
-    of_slowness = (curve_scale if is_full else scale) / whole
-    deviations = [of_slowness * factor * math.sqrt(inverse[k, k]) for k, factor in enumerate(factors, 1)]
+    left = curve_scale if is_full else scale
+    phases = [places @ wave.slowness + quarter for quarter in (0, 0.25)]
+    shared = [inverse @ ((plane.T * weights) @ sine_of(phase)) for phase in phases]
+    deviations = []
+    for way, (of_late, of_miss, of_phase) in enumerate(FACTORS[is_full], 1):
+        variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way]
+        variance += of_phase**2 * sum(float(each[way]) ** 2 for each in shared) / 2
+        deviations.append(math.sqrt(variance) / whole)
     return velocity_of(Motion(rows, columns, *deviations), of_rows, fps, basis, lost)

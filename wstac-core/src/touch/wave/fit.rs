@@ -38,6 +38,8 @@ pub(super) struct Wave {
     /// Weighted sums of lateness times monomials, in frames, of the whole touch and of its parts.
     pub(super) late: Polynomial,
     pub(super) parts: [Polynomial; PARTS],
+    /// Weighted sums of a sine and a cosine of the time between frames at which each whisker's delay ends.
+    pub(super) locked: [Polynomial; 2],
     /// Weighted sum of the squares of lateness.
     pub(super) squares: f32,
     /// Each lit whisker's place, lateness in 2^-12 frames, and gain in 2^-8.
@@ -181,9 +183,7 @@ impl<'a> Whiskers<'a> {
         let mut slowness = self.start();
         let (mut number, mut late) = (1, [0; TAXELS]);
         loop {
-            let delays =
-                slowness.map(|part| (part.clamp(-MOST_SLOWNESS, MOST_SLOWNESS) * (1 << TIME_BITS) as f32) as i32);
-            let mut sums = Sums::new(self, delays)?;
+            let mut sums = Sums::new(self, slowness.map(turn))?;
             let step = sums.step(self, &mut late)?;
             let size = length(step);
             let whole = length(slowness);
@@ -197,6 +197,32 @@ impl<'a> Whiskers<'a> {
             number += 1;
         }
     }
+}
+
+/// Adds a weighted value times the monomials of a place.
+#[inline(never)]
+fn add(sums: &mut [i64], place: [i32; 2], weight: i32, value: i32) {
+    for (sum, factor) in sums.iter_mut().zip(monomials(place)) {
+        *sum += i64::from(factor * weight) * i64::from(value);
+    }
+}
+
+/// Returns sums of values with [`LATE_BITS`] fraction bits.
+#[inline(never)]
+fn frames(sums: [i64; 6]) -> Polynomial {
+    sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32))
+}
+
+/// Returns frames in units of 2^-16.
+#[inline(never)]
+fn turn(slowness: f32) -> i32 {
+    (slowness.clamp(-MOST_SLOWNESS, MOST_SLOWNESS) * (1 << TIME_BITS) as f32) as i32
+}
+
+/// Returns a sine, within 6 %, of turns in units of 2^-16: two parabolas.
+fn sine(turns: i32) -> i32 {
+    let turns = i32::from(turns as i16);
+    (turns * ((1 << (TIME_BITS - 1)) - turns.abs())) >> (2 * TIME_BITS - 4 - LATE_BITS)
 }
 
 pub(super) fn length([a, b]: [f32; 2]) -> f32 {
@@ -314,9 +340,7 @@ impl Sums {
             let told = (along * unit).clamp(-most, most) as i32;
             *late = (told << GAIN_BITS) / of.gain.max(WEAKEST_GAIN);
             moments.add(of.weight, whisker.place);
-            for (sum, factor) in sums.iter_mut().zip(monomials(whisker.place)) {
-                *sum += i64::from(factor * of.weight) * i64::from(*late);
-            }
+            add(&mut sums, whisker.place, of.weight, *late);
         }
         let sums = sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32));
         Ok(TimePlane::of_sums(moments.plane(), sums).slope(1e-4).map(|along| -along))
@@ -336,19 +360,23 @@ impl Sums {
         }
         let mean = (sum as f32 / (weights as f32).max(1.0)) as i32;
         let (mut of_late, mut of_parts, mut squares) = ([0_i64; 6], [[0.0_f32; 6]; PARTS], 0_i64);
-        let (mut energy, mut explained) = (0.0_f32, 0.0_f32);
+        let (mut energy, mut explained, of_mm) = (0.0_f32, 0.0_f32, 1.0 / (self.mm as f32).max(1.0));
+        let (mut locked, turns) = ([[0_i64; 6]; 2], slowness.map(turn));
         let mut list = [([0; 2], 0, 0); TAXELS];
         for (((whisker, of), &late), place) in all().zip(&mut list) {
             let late = after(whisker, late) - mean;
             *place = (whisker.place, late, of.gain);
             let each = monomials(whisker.place);
-            for (sum, factor) in of_late.iter_mut().zip(each) {
-                *sum += i64::from(factor * of.weight) * i64::from(late);
-            }
+            add(&mut of_late, whisker.place, of.weight, late);
             squares += i64::from(late) * i64::from(late) * i64::from(of.weight);
+            let delay = turns[0] * whisker.place[0] + turns[1] * whisker.place[1];
+            for (sums, quarters) in locked.iter_mut().zip(0..) {
+                add(sums, whisker.place, of.weight, sine(delay + (quarters << (TIME_BITS - 2))));
+            }
             let gain = of.gain as f32 * (1.0 / (1 << GAIN_BITS) as f32);
             energy += of.zz as f32;
-            explained += (gain * gain * self.mm as f32).min(of.zz as f32);
+            // Not by the gain, whose rounding leaves more than the noise does.
+            explained += (of.zm as f32 * of.zm as f32 * of_mm).min(of.zz as f32);
             let by = of.weight as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
             for (((part, zd), md), dd) in of_parts.iter_mut().zip(of.zd).zip(self.md).zip(self.dd) {
                 let late = by * (zd as f32 - gain * md as f32) / (dd as f32).max(1.0);
@@ -361,11 +389,12 @@ impl Sums {
         Wave {
             slowness,
             moments,
-            late: of_late.map(|sum| sum as f32 * unit),
+            late: frames(of_late),
             parts: of_parts,
+            locked: locked.map(frames),
             squares: squares as f32 * unit * unit,
             each: list,
-            miss: if energy > 0.0 { 1.0 - explained / energy } else { 1.0 },
+            miss: if energy > 0.0 { (1.0 - explained / energy).max(0.0) } else { 1.0 },
         }
     }
 }

@@ -82,15 +82,19 @@ const FEWEST_OF_EDGE: u32 = 20;
 const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
-const LEAST_SD: [f32; 2] = [0.0006, 0.0004];
+const LEAST_SD: [f32; 2] = [0.0003, 0.0003];
 /// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it that
 /// is a deviation along the motion: of rods, whose edges are the sharpest.
 const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
 /// Deviation of the slowness along the motion by a frame of the touch that was lost, in frames per pitch. That of more is a
 /// root of their number higher.
 const LOST: f32 = 0.005;
-/// Factors of the deviations along and across the motion, if whiskers are dark and if all are lit. Fitted on slides.
-const FACTORS: [[f32; 2]; 2] = [[0.8, 1.1], [0.7, 0.7]];
+/// What deviations along and across the motion are made of, if whiskers are dark and if all are lit: the part of the lateness;
+/// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
+/// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
+const FACTORS: [[[f32; 3]; 2]; 2] = [[[0.6, 0.08, 0.01], [1.05, 0.03, 0.0]], [[0.3, 0.3, 0.015], [0.35, 0.22, 0.015]]];
+/// The weight of a whisker whose gain is 1.
+const ONE_WEIGHT: f32 = 4096.0;
 
 /// The memory of a wave: about 3,900 bytes.
 #[derive(Clone, Debug)]
@@ -388,10 +392,13 @@ impl Rest {
             change: if is_full && change <= NOISE_OF_CHANGE { 0.0 } else { change * unit },
             faster: [(dome - u).abs() * over, curve.deviation(3) * over],
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
-            sd: [
-                of_plane.deviation_by(1, left) * factors[0] * unit,
-                of_plane.deviation_by(2, left) * factors[1] * unit,
-            ],
+            sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
+                let late = of_late * of_late * left.variance + of_miss * of_miss * ONE_WEIGHT * wave.miss;
+                // By half of the squares of a sine and a cosine.
+                let phases = wave.locked.map(|sums| of_phase * of_plane.of_others(k, &plane, &sums));
+                let squares = 0.5 * (phases[0] * phases[0] + phases[1] * phases[1]);
+                sqrt(of_plane.variance_of(k, late) + squares) * unit
+            }),
         })
     }
 

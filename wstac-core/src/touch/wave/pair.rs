@@ -5,10 +5,11 @@ use super::squares::{ONE_FRAME, Points, TimePlane, above};
 use super::{FEWEST, LATE_FROM};
 use crate::touch::motion::sqrt;
 
-/// Limits of two contacts: of the mean and the largest lateness, by the slowness and [`LATE_FROM`], and of what slownesses
-/// differ.
+/// Limits of two contacts: of the mean and the largest lateness, by the slowness and [`LATE_FROM`]; of what the slowness of
+/// each differs along and across the motion; and of what it may differ along, with a standard deviation.
 const LATE_OF_CONTACTS: [f32; 2] = [0.04, 0.08];
-const MOST_DIFFERENCE: f32 = 0.03;
+const MOST_DIFFERENCE: [f32; 2] = [0.02, 0.05];
+const MOST_POSSIBLE: f32 = 0.05;
 /// Limits of the mean and the largest lateness of a corner.
 const LATE_OF_CORNER: [f32; 2] = [0.08, 0.18];
 /// A corner has an angle of 75 to 105 degrees, and its edges are at 12 degrees or more to the motion. Round things light
@@ -43,16 +44,19 @@ impl Pair {
         let slowness = delayed(slope, delays);
         let whole = length(slowness);
         let unit = slowness.map(|part| part / whole);
+        let ways = [unit, [0.0 - unit[1], unit[0]]];
+        let variance = variance(points, sides[0], &planes, [slope; 2], whole, LATE_OF_CONTACTS, 4)?;
         for plane in &planes {
-            let own = dot(plane.without(slope).slope(RIDGES[1]), unit);
-            if own.abs() > MOST_DIFFERENCE * ONE_FRAME * whole {
+            let own = plane.without(slope).slope(RIDGES[1]);
+            let [along, across] = ways.map(|way| dot(own, way).abs() / (ONE_FRAME * whole));
+            let sd = sqrt(variance * square(plane.inverse(RIDGES[1]), unit)) / (ONE_FRAME * whole);
+            // A contact of whiskers side by side does not tell its speed.
+            if along > MOST_DIFFERENCE[0] || across > MOST_DIFFERENCE[1] || along + sd > MOST_POSSIBLE {
                 return None;
             }
         }
-        let variance = variance(points, sides[0], &planes, [slope; 2], whole, LATE_OF_CONTACTS, 4)?;
         let inverse = both.inverse(RIDGES[0]);
-        let sd =
-            [unit, [0.0 - unit[1], unit[0]]].map(|way| sqrt(variance * square(inverse, way)) / (ONE_FRAME * whole));
+        let sd = ways.map(|way| sqrt(variance * square(inverse, way)) / (ONE_FRAME * whole));
         Some(Self { slowness, sd: [FACTORS[0] * sd[0], sd[1]] })
     }
 
@@ -117,11 +121,13 @@ fn delayed(slope: [f32; 2], delays: [f32; 2]) -> [f32; 2] {
     [slope[0] * (1.0 / ONE_FRAME) + delays[0], slope[1] * (1.0 / ONE_FRAME) + delays[1]]
 }
 
+#[inline(never)]
 fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
     a[0] * b[0] + a[1] * b[1]
 }
 
 /// Returns the product of a symmetric matrix with a vector on either side.
+#[inline(never)]
 fn square([xx, xy, yy]: [f32; 3], [x, y]: [f32; 2]) -> f32 {
     xx * x * x + 2.0 * xy * x * y + yy * y * y
 }

@@ -184,21 +184,22 @@ pub(super) struct Fit {
     pub(super) coefficients: [f32; COLUMNS],
     inverse: Matrix,
     /// The variance of a value of weight 1.
-    variance: f32,
+    pub(super) variance: f32,
 }
 
 impl Fit {
     /// Returns the standard deviation of a coefficient.
     pub(super) fn deviation(&self, k: usize) -> f32 {
-        sqrt(self.variance * at(&self.inverse, k, k).max(0.0))
+        sqrt(self.variance_of(k, self.variance))
     }
 
-    /// Returns the standard deviation of a coefficient, by what another fit leaves over.
-    pub(super) fn deviation_by(&self, k: usize, left: &Self) -> f32 {
-        sqrt(left.variance * at(&self.inverse, k, k).max(0.0))
+    /// Returns the variance of a coefficient, if values of weight 1 have that variance.
+    pub(super) fn variance_of(&self, k: usize, variance: f32) -> f32 {
+        variance * at(&self.inverse, k, k).max(0.0)
     }
 
     /// Returns a coefficient of other values, of these weighted sums.
+    #[inline(never)]
     pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; COLUMNS], sums: &Polynomial) -> f32 {
         self.inverse.get(k).map_or(0.0, |row| dot(row, &columns.map(|column| dot(&column, sums))))
     }

@@ -108,8 +108,8 @@ fn two_contacts_of_one_velocity_have_it() {
             flashes(late, |x, y| (1.0 - (left(x, y).abs() - 1.8).powi(2)).max(0.0))
         };
         check("fingers", &fingers(behind, 1.0, 0.0), mm_s, degrees, Basis::Outline);
-        assert_eq!(fit(&fingers(behind, 0.9, 0.0)), Err(Reason::TwoObjects));
-        assert_eq!(fit(&fingers(behind, 1.0, 0.6)), Err(Reason::TwoObjects));
+        assert_eq!(fit(&fingers(behind, 0.95, 0.0)), Err(Reason::TwoObjects));
+        assert_eq!(fit(&fingers(behind, 1.0, 0.15)), Err(Reason::TwoObjects));
     }
 }
 
