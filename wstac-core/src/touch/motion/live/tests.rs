@@ -279,7 +279,7 @@ fn edges_that_pass_all_whiskers_say_what_lines_say() {
         // The trailing edge has what lines say of it.
         let is_right = |[speed, degrees]: &[f64; 2]| *speed < 0.04 && *degrees < 2.0;
         assert!(of_wave.len() > 5 && of_wave[..6].iter().all(is_right), "{slowness:?}: {of_wave:?}");
-        let basis = |said: &[Option<LiveContact>]| said.iter().flatten().filter_map(|touch| touch.basis).next();
+        let basis = |said: &[Option<LiveContact>]| said.iter().flatten().find_map(|touch| touch.basis);
         assert_eq!([basis(&lines), basis(&wave)], [None, Some(Basis::Edge)]);
     }
 }
