@@ -20,6 +20,7 @@ use crate::{interval, share};
 /// Touches of a table.
 const SLIDES: u64 = 2000;
 const OTHERS: u64 = 1000;
+const OBJECTS_EACH: u64 = 300;
 /// Width of the sensor between its outer whiskers, in mm.
 const SPAN_MM: f64 = 16.0;
 /// Path in mm over which a speed must have been even for an answer to be compared.
@@ -234,6 +235,14 @@ fn follow_object(kind: scenes::Kind, seed: u64, number: u64) -> OfObject {
     of
 }
 
+/// Writes the tables of slides by 25 taxels.
+pub(crate) fn taxels(page: &mut String) {
+    let slides = each(OTHERS, |number| follow(Kind::Slide, number, true));
+    let rows = [("10 to 600 mm/s".to_owned(), slides.iter().collect())];
+    first(page, "by 25 taxels", &rows);
+    all(page, "by 25 taxels", &rows);
+}
+
 /// Returns the table of live motion by kind of object.
 pub(crate) fn objects(seed: u64, count: u64) -> String {
     let mut page = String::from(
@@ -323,10 +332,6 @@ pub(crate) fn tables(page: &mut String) {
     rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
     first(page, "speed", &rows);
     all(page, "speed", &rows);
-    let by_taxels = each(SLIDES, |number| follow(Kind::Slide, number, true));
-    let rows = [("10 to 600 mm/s".to_owned(), by_taxels.iter().collect())];
-    first(page, "by 25 taxels", &rows);
-    all(page, "by 25 taxels", &rows);
     let conditions = [
         (Kind::Readout, "rows read within 33 ms, known"),
         (Kind::Dim, "a fifth of the light"),
@@ -345,7 +350,8 @@ pub(crate) fn tables(page: &mut String) {
         format!("{} of {} {name}", wrong(&touches), touches.len())
     });
     page.push_str(include_str!("live_objects.txt"));
-    *page += &objects(scenes::JUDGE, OTHERS);
+    taxels(page);
+    *page += &objects(scenes::JUDGE, OBJECTS_EACH);
     page.push('\n');
     let _ = writeln!(
         page,

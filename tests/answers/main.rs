@@ -248,6 +248,7 @@ fn main() {
         match part.as_str() {
             "limits" => limits(&mut section),
             "live" => live::tables(&mut section),
+            "live-taxels" => live::taxels(&mut section),
             "readout" => readout::table(&mut section),
             "judge" => objects::section(&mut section),
             "base" => kinds(&mut section),

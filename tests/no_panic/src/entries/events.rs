@@ -16,7 +16,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, LiveWave, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::PathSample;
 use wstac_core::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
 use wstac_core::touch::wave::{self, Basis, Extent, TaxelMotion, Wave};
@@ -130,14 +130,14 @@ entries! {
     push_live_motion(live: &mut LiveMotion, frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
         live.push(frame, recent, baseline)
     }
-    push_live_motion_with(
-        live: &mut LiveMotion,
+    push_live_wave(
+        live: &mut LiveWave,
         frame: u64,
         recent: Sample<'_>,
         baseline: &Baseline,
         ring: &TaxelRing
     ) -> Option<LiveContact> {
-        live.push_with(frame, recent, baseline, Some(ring))
+        live.push(frame, recent, baseline, Some(ring))
     }
 }
 

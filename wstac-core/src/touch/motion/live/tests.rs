@@ -222,3 +222,85 @@ fn the_root_is_a_root() {
     }
     assert!(root(0.0) < 1e-15);
 }
+
+/// Returns what ten sums and what 25 taxels say in each frame about light that is excited at a time since the middle of the
+/// front has passed a whisker, and at a distance from the middle of the path in pitches.
+fn told([rows, columns]: [f64; 2], excited: impl Fn(f64, f64) -> f64) -> [Vec<Option<LiveContact>>; 2] {
+    let whole = f64::hypot(rows, columns);
+    let mut ring = TaxelRing::new(u32::from(u16::MAX));
+    let mut frames: Vec<Features> = Vec::new();
+    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
+    let (mut lines, mut wave) = (LiveMotion::new(config), LiveWave::new(config));
+    let (baseline, mut said) = (baseline(), [Vec::new(), Vec::new()]);
+    let mut lit = [0.0; 25];
+    for t in 0..200 {
+        let taxels: [f64; 25] = core::array::from_fn(|taxel| {
+            let [row, column] = [taxel / 5, taxel % 5].map(|place| place as f64 - 2.0);
+            let since = f64::from(t) - MIDDLE - rows * row - columns * column;
+            let across = (row * columns - column * rows) / whole;
+            let each = |part| excited(since + f64::from(part) / 8.0, across) / 8.0;
+            lit[taxel] = 0.5 * lit[taxel] + 0.5 * (0..8).map(each).sum::<f64>();
+            (DARK + lit[taxel]) / 5.0
+        });
+        ring.push(&taxels.map(|light| (light * 60_000.0) as u32));
+        let row = |row: usize| taxels[5 * row..5 * row + 5].iter().sum::<f64>();
+        let column = |column: usize| taxels.iter().skip(column).step_by(5).sum::<f64>();
+        frames.push(core::array::from_fn(|line| feature(if line < 5 { row(line) } else { column(line - 5) })));
+        let Some(from) = frames.len().checked_sub(SAMPLE_FRAMES) else { continue };
+        let recent: &[Features; SAMPLE_FRAMES] = frames[from..].try_into().unwrap();
+        let (next_frame, recent) = (frames.len() as u64, Sample::from_frames(recent));
+        said[0].push(lines.push(next_frame, recent, &baseline));
+        said[1].push(wave.push(next_frame, recent, &baseline, Some(&ring)));
+    }
+    said
+}
+
+/// Returns each velocity that was said, with its error: of the speed as a fraction, and of the direction in degrees.
+fn errors(said: &[Option<LiveContact>], [rows, columns]: [f64; 2]) -> Vec<[f64; 2]> {
+    let (mm_s, degrees) = (120.0 / f64::hypot(rows, columns), f64::atan2(-rows, columns).to_degrees());
+    let velocities = said.iter().flatten().filter_map(|touch| touch.velocity);
+    let errors = velocities.map(|velocity| {
+        let turned = f64::from(velocity.degrees) - degrees;
+        [f64::from(velocity.mm_s) / mm_s - 1.0, (turned + 180.0).rem_euclid(360.0) - 180.0]
+    });
+    errors.map(|errors| errors.map(f64::abs)).collect()
+}
+
+#[test]
+fn edges_that_pass_all_whiskers_say_what_lines_say() {
+    for slowness in [[0.0, 0.6], [0.5, 1.4], [-2.0, 2.0], [3.0, 0.5]] {
+        let whole = f64::hypot(slowness[0], slowness[1]);
+        let [lines, wave] = told(slowness, |since, _| surface(since / whole * 4.0, 60.0));
+        let first = wave.iter().position(|touch| touch.is_some_and(|touch| touch.velocity.is_some())).unwrap();
+        // The edge has passed the last whisker.
+        let crossed = MIDDLE + 2.0 * (slowness[0].abs() + slowness[1].abs());
+        assert!(first <= crossed as usize + 4 - SAMPLE_FRAMES, "{slowness:?}: {first}");
+        let of_wave = errors(&wave, slowness);
+        // The trailing edge has what lines say of it.
+        let is_right = |[speed, degrees]: &[f64; 2]| *speed < 0.04 && *degrees < 2.0;
+        assert!(of_wave.len() > 5 && of_wave[..6].iter().all(is_right), "{slowness:?}: {of_wave:?}");
+        let basis = |said: &[Option<LiveContact>]| said.iter().flatten().find_map(|touch| touch.basis);
+        assert_eq!([basis(&lines), basis(&wave)], [None, Some(Basis::Edge)]);
+    }
+}
+
+#[test]
+fn what_is_narrow_has_a_velocity_once_as_soon_as_it_has_left() {
+    for slowness in [[0.0, 0.8], [0.5, 1.4], [-2.0, 2.0], [3.0, 0.5]] {
+        let whole = f64::hypot(slowness[0], slowness[1]);
+        let width = |across: f64| (-across * across / 1.5).exp();
+        let [_, wave] = told(slowness, |since, across| {
+            let along = since / whole;
+            if along.abs() < 1.2 { width(across) * (1.0 - along * along / 1.44) } else { 0.0 }
+        });
+        let of_wave = errors(&wave, slowness);
+        assert!(
+            matches!(of_wave[..], [[speed, degrees]] if speed < 0.03 && degrees < 1.5),
+            "{slowness:?}: {of_wave:?}"
+        );
+        let last =
+            wave.iter().position(|touch| touch.is_some_and(|touch| touch.basis == Some(Basis::Outline))).unwrap();
+        let left = MIDDLE + 2.0 * (slowness[0].abs() + slowness[1].abs()) + 1.2 * whole;
+        assert!(last <= left as usize + 2 + 1 - SAMPLE_FRAMES, "{slowness:?}: {last} {left}");
+    }
+}

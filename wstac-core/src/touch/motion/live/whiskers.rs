@@ -23,9 +23,9 @@ const SETTLED: u16 = 3 * PARTS;
 const HIGHER: u16 = 4;
 /// Frames in which an edge is looked for.
 const STEPS: usize = 7;
-/// A whisker is lit if its peak is above the median over this number; so many must be: one may be dead.
-const LIT: u16 = 4;
-const FEWEST: usize = TAXELS - 1;
+/// A whisker is lit above an eighth of the highest peak; so many may be dark: one may be dead.
+const LIT_SHIFT: u32 = 3;
+const MOST_DARK: usize = 1;
 /// Light that fades is afterglow if less than this part is left of each frame's, of all whiskers alike: within these parts
 /// of the brightest whisker and of the highest peak.
 const GLOW: f32 = 0.75;
@@ -112,13 +112,17 @@ impl Whiskers {
     #[inline(never)]
     pub(super) fn follow(&mut self, ring: &TaxelRing, frames: u8, config: MotionConfig) -> Option<(Velocity, Basis)> {
         self.since = self.since.saturating_add(frames);
+        let [now, before] = [0, 1].map(|back| ring.frame(NEWEST - back));
         let (mut sums, mut most, mut peak) = ([0_u32; 2], 0, 0);
-        for (taxel, whisker) in self.each.iter_mut().enumerate() {
-            let light = |back: usize| ring.light(NEWEST.saturating_sub(back), taxel).saturating_sub(whisker.dark);
-            let [now, before] = [light(0), light(1)];
-            let age = whisker.age.saturating_add(u16::from(frames) * PARTS).min(OLDEST);
-            let is_first = now > whisker.peak && (age < SETTLED || now >= whisker.peak.saturating_mul(HIGHER));
-            (whisker.peak, whisker.age) = if is_first { (now, edge(now, light)) } else { (whisker.peak, age) };
+        let passed = u16::from(frames) * PARTS;
+        for (taxel, ((whisker, now), before)) in self.each.iter_mut().zip(&now).zip(&before).enumerate() {
+            let [now, before] = [now, before].map(|light| light.saturating_sub(whisker.dark));
+            whisker.age = whisker.age.saturating_add(passed).min(OLDEST);
+            if now > whisker.peak && (whisker.age < SETTLED || now >= whisker.peak.saturating_mul(HIGHER)) {
+                let dark = whisker.dark;
+                (whisker.peak, whisker.age) =
+                    (now, edge(now, |back| ring.light(NEWEST - back, taxel).saturating_sub(dark)));
+            }
             sums = [sums[0] + u32::from(now), sums[1] + u32::from(before)];
             (most, peak) = (before.max(most), whisker.peak.max(peak));
         }
@@ -126,9 +130,8 @@ impl Whiskers {
         let left = sums[0] as f32 / sums[1].max(1) as f32;
         let limit = ALIKE[0] * f32::from(most) + ALIKE[1] * f32::from(peak);
         let is_over = left < GLOW
-            && self.each.iter().enumerate().all(|(taxel, whisker)| {
-                let [now, before] =
-                    [0, 1].map(|back| f32::from(ring.light(NEWEST - back, taxel)) - f32::from(whisker.dark));
+            && self.each.iter().zip(&now).zip(&before).all(|((whisker, now), before)| {
+                let [now, before] = [now, before].map(|light| f32::from(*light) - f32::from(whisker.dark));
                 (now - left * before).abs() <= limit
             });
         // Noise on the last afterglow is no new light.
@@ -199,25 +202,22 @@ impl Whiskers {
     /// Returns the plane of edges if all whiskers are lit in its order, at an even speed.
     fn front(&self) -> Option<Front> {
         let peaks = self.each.map(|whisker| whisker.peak);
-        // The median: a sort of 25 numbers may panic.
-        let upper = peaks.iter().filter(|&one| peaks.iter().filter(|&peak| peak <= one).count() > TAXELS / 2);
-        let least = upper.min().map_or(0, |median| median / LIT);
-        let count = peaks.iter().filter(|peak| **peak > least).count();
-        if count < FEWEST || least == 0 {
+        let least = peaks.iter().copied().max().unwrap_or(0) >> LIT_SHIFT;
+        let dark = peaks.iter().filter(|&&peak| peak <= least).count();
+        if dark > MOST_DARK {
             return None;
         }
         let mut times = self.each.map(|whisker| -f32::from(whisker.age) * (1.0 / PARTS as f32));
         let mut plane = Plane::new(&times);
-        if count < TAXELS {
-            // A dark one is put on the plane of the others: each time, 7 to 15 of 25 parts of what it is off stay.
-            for _ in 0..4 {
-                for ((time, whisker), place) in times.iter_mut().zip(&self.each).zip(places()) {
-                    if whisker.peak <= least {
-                        *time = plane.at(place);
-                    }
+        if dark > 0 {
+            // A dark one is put on the plane of the others.
+            for ((time, peak), place) in times.iter_mut().zip(&peaks).zip(PLACES) {
+                if *peak <= least {
+                    let part = 1.0 / 25.0 + squares(place) * (1.0 / 50.0);
+                    *time = (plane.at(place) - part * *time) / (1.0 - part);
                 }
-                plane = Plane::new(&times);
             }
+            plane = Plane::new(&times);
         }
         plane.is_even(&times, &peaks).map(|variance| Front { slowness: plane.slope, variance })
     }
@@ -235,7 +235,7 @@ impl Plane {
     #[inline(never)]
     fn new(times: &[f32; TAXELS]) -> Self {
         let (mut mean, mut slope, mut curves) = (0.0, [0.0; 2], [0.0; 3]);
-        for (time, [row, column]) in times.iter().zip(places()) {
+        for (&time, &[row, column]) in times.iter().zip(&PLACES) {
             mean += time * (1.0 / 25.0);
             slope = [slope[0] + row * time, slope[1] + column * time];
             curves[0] += (row * row - 2.0) * time;
@@ -262,7 +262,7 @@ impl Plane {
         }
         let [down, right] = self.slope.map(|part| part / slowness);
         let (mut off, mut light, mut grown) = (0.0, 0.0, 0.0);
-        for ((time, peak), place) in times.iter().zip(peaks).zip(places()) {
+        for ((time, peak), place) in times.iter().zip(peaks).zip(PLACES) {
             let late = time - self.at(place);
             off += late * late * (1.0 / 25.0);
             light += f32::from(*peak);
@@ -304,7 +304,12 @@ fn edge(now: u16, light: impl Fn(usize) -> u16) -> u16 {
 }
 
 /// Rows and columns of taxels, counted from the middle.
-fn places() -> impl Iterator<Item = [f32; 2]> {
-    let half = COLUMNS as i8 / 2;
-    (-half..=half).flat_map(move |row| (-half..=half).map(move |column| [f32::from(row), f32::from(column)]))
-}
+const PLACES: [[f32; 2]; TAXELS] = {
+    let mut places = [[0.0; 2]; TAXELS];
+    let mut taxel = 0;
+    while taxel < TAXELS {
+        places[taxel] = [(taxel / COLUMNS) as f32 - 2.0, (taxel % COLUMNS) as f32 - 2.0];
+        taxel += 1;
+    }
+    places
+};
