@@ -55,7 +55,7 @@ const OLD: u16 = 6 * PARTS;
 
 /// The first light of a whisker.
 #[derive(Clone, Copy, Debug)]
-struct Whisker {
+struct FirstLight {
     dark: u16,
     peak: u16,
     /// Parts of a frame since the edge.
@@ -65,7 +65,7 @@ struct Whisker {
 /// What is known of all whiskers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whiskers {
-    each: [Whisker; TAXELS],
+    each: [FirstLight; TAXELS],
     /// Frames since the touch began.
     since: u8,
     /// The most light of all whiskers in a frame.
@@ -90,7 +90,7 @@ struct Front {
 
 impl Whiskers {
     pub(super) const EMPTY: Self = Self {
-        each: [Whisker { dark: 0, peak: 0, age: 0 }; TAXELS],
+        each: [FirstLight { dark: 0, peak: 0, age: 0 }; TAXELS],
         since: 0,
         brightest: 0,
         is_over: false,
@@ -208,7 +208,7 @@ impl Whiskers {
             return None;
         }
         let mut times = self.each.map(|whisker| -f32::from(whisker.age) * (1.0 / PARTS as f32));
-        let mut plane = Plane::new(&times);
+        let mut plane = EdgePlane::new(&times);
         if dark > 0 {
             // A dark one is put on the plane of the others.
             for ((time, peak), place) in times.iter_mut().zip(&peaks).zip(PLACES) {
@@ -217,21 +217,21 @@ impl Whiskers {
                     *time = (plane.at(place) - part * *time) / (1.0 - part);
                 }
             }
-            plane = Plane::new(&times);
+            plane = EdgePlane::new(&times);
         }
         plane.is_even(&times, &peaks).map(|variance| Front { slowness: plane.slope, variance })
     }
 }
 
 /// A plane through 25 times, and how these are curved. Polynomials on 5 × 5 places are orthogonal.
-struct Plane {
+struct EdgePlane {
     mean: f32,
     slope: [f32; 2],
     /// Of the square of the row's number, of the column's, and of their product.
     curves: [f32; 3],
 }
 
-impl Plane {
+impl EdgePlane {
     #[inline(never)]
     fn new(times: &[f32; TAXELS]) -> Self {
         let (mut mean, mut slope, mut curves) = (0.0, [0.0; 2], [0.0; 3]);
