@@ -296,7 +296,8 @@ impl<'py> Classes<'py> {
         let degrees = angle(velocity.degrees).into_bound_py_any(self.0.py())?;
         let direction = self.make("Direction", (degrees, Some(spread(velocity.degrees_sd)), None::<f64>))?;
         let time_s = report.time_s.map(seconds);
-        self.make("Motion", (report.frame, time_s, speed, direction, moment.0, moment.1, moment.2))
+        let basis = report.basis.map(Basis::as_str);
+        self.make("Motion", (report.frame, time_s, speed, direction, moment.0, moment.1, moment.2, basis))
     }
 
     fn measured(&self, measured: Option<Measured>) -> PyResult<Bound<'py, PyAny>> {

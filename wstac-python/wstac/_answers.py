@@ -346,6 +346,8 @@ class Motion:
     """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
     """The most by which the stamp may be wrong, in ms."""
+    basis: Optional[str] = field(default=None, repr=False)
+    """What both are known by, `edge` or `outline`; None unless 25 taxels tell them."""
 
     def to_dict(self) -> dict[str, Any]:
         """Returns it as one flat row, such as `pandas.DataFrame` takes; units are in the names."""
@@ -359,6 +361,7 @@ class Motion:
             "speed_sd_mm_s": self.speed.sd,
             "direction_deg": self.direction.deg,
             "direction_sd_deg": self.direction.sd,
+            "basis": self.basis,
         }
 
     @property
@@ -367,6 +370,7 @@ class Motion:
         found = _stamped({"kind": "motion", "contact": "slide", **asdict(self)})
         for answer in ("speed", "direction"):
             _leave_out(found[answer], "sd", "extrapolated", "confidence")
+        _leave_out(found, "basis")
         return found
 
 

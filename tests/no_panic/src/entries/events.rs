@@ -130,6 +130,10 @@ entries! {
     push_live_motion(live: &mut LiveMotion, frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
         live.push(frame, recent, baseline)
     }
+}
+
+entries! {
+    live_wave:
     push_live_wave(
         live: &mut LiveWave,
         frame: u64,

@@ -242,7 +242,7 @@ impl LiveMotion {
 ///
 /// A velocity of [`LiveMotion`] counts only if edges of light pass all whiskers as it says. Edges alone tell that of rods. Of
 /// what is narrower than the sensor, [`Wave`](crate::touch::wave::Wave) tells it once, as soon as the touch has ended and
-/// leaves nothing but afterglow; that frame takes as long as an event by a wave, and 12 KiB of stack.
+/// leaves nothing but afterglow; that frame takes as long as an event by a wave, and 13 KiB of stack.
 #[derive(Clone, Debug)]
 pub struct LiveWave {
     lines: LiveMotion,
