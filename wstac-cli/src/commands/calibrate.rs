@@ -84,8 +84,7 @@ The readout of a rolling shutter:
   for half a second, and let go; do so three times. A press and its
   release tell the time from the first to the last row of the picture,
   which is written as [sensor] readout_ms. It is left out if presses are
-  too fast, too weak or disagree by more than 1 ms. A slide does not tell
-  it.
+  too fast, too weak or differ by more than 1 ms. Slides do not tell it.
 
 Boards:
   A board sends a picture in parts while it goes on finding events. One
