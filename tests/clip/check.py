@@ -260,7 +260,7 @@ class Clips:
         self.says("frames per second, expected 0.5 to 1000; state the rate with --fps", absurd)
         ffmpeg("-f", "lavfi", "-i", "sine=duration=0.1", sound)
         listed = self.at / "list.mp4"
-        listed.write_text(f"#EXTM3U\n#EXTINF:1,\n{absurd}\n")
+        listed.write_text(f"ffconcat version 1.0\nfile {absurd.name}\n")
         self.says(f"{listed}: is a list of other files", listed)
         self.says(f"{sound}: has no picture, expected a video", sound)
         self.says(f"{sound}: a video is decoded by ffmpeg, which is not installed", sound, self.at)
