@@ -21,10 +21,10 @@ use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, R
 
 #[cfg(feature = "learn")]
 use crate::learner::Names;
-#[cfg(any(feature = "learn", feature = "models"))]
-use crate::settings_store::SettingsStore;
 #[cfg(feature = "motion")]
 use crate::live::Live as _;
+#[cfg(any(feature = "learn", feature = "models"))]
+use crate::settings_store::SettingsStore;
 use crate::setup;
 use crate::textures::{ModelSample, Textures};
 

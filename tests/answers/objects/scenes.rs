@@ -271,7 +271,7 @@ impl Draw {
     fn any_pair(&mut self) -> [Slide; 2] {
         let bodies = [0; 2].map(|_| if self.one_in(2.0) { Body::Ball } else { Body::Coin });
         let specimens = bodies.map(|body| self.round(body, 4.0, 20.0));
-        let apart = (specimens[0].length_mm + specimens[1].length_mm) / 2.0;
+        let apart = f64::midpoint(specimens[0].length_mm, specimens[1].length_mm);
         let [apart, middle] = [self.between(apart.max(8.0), 26.0), self.between(-4.0, 4.0)];
         let slide = self.slide(specimens[0], 0.0);
         let second = Slide { specimen: specimens[1], offset_mm: middle - apart / 2.0, ..slide };
@@ -303,7 +303,7 @@ impl Draw {
         };
         let turned = (second.direction_deg - first.direction_deg + 180.0).rem_euclid(360.0) - 180.0;
         let truth = Truth {
-            mm_s: (first.speed_mm_s + second.speed_mm_s) / 2.0,
+            mm_s: f64::midpoint(first.speed_mm_s, second.speed_mm_s),
             degrees: first.direction_deg + turned / 2.0,
             edges: vec![],
             has_none: is_beyond,
