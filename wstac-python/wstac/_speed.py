@@ -125,8 +125,9 @@ def fit_speed(data: Union[DataSet, Sequence[DataSet]], *, fps: Optional[float] =
     >>> [abs(event.speed.mm_s - 150) < 15 for event in stream]
     [True]
     """
-    sets = [data] if isinstance(data, (str, os.PathLike, Mapping)) else list(data)
-    speeds, frames, rates = [], [], []
+    sets: list[DataSet] = [data] if isinstance(data, (str, bytes, os.PathLike, Mapping)) else list(data)
+    speeds, frames = [], []
+    rates: list[float] = []
     left_out = {"no_speed": 0, "no_duration": 0, "unreliable": 0}
     names = ", ".join(_name(one) for one in sets) or "data"
     for one in sets:
