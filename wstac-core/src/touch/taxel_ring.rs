@@ -182,8 +182,14 @@ impl TaxelRing {
         peaks.iter().all(|&peak| 8 * peak > highest)
     }
 
-    fn is_lost(&self, number: usize) -> bool {
+    /// Returns whether a frame was lost, in whole or in part, by its age: 0 is the oldest, 69 the last one.
+    pub(crate) fn is_lost(&self, number: usize) -> bool {
         self.lost >> ((SAMPLE_FRAMES - 1).saturating_sub(number) & 127) & 1 == 1
+    }
+
+    /// Returns whether each of the last frames was lost, in whole or in part: a bit each, that of the newest the lowest.
+    pub(crate) const fn lost_lately(&self) -> u8 {
+        self.lost as u8
     }
 
     /// Returns a taxel's light in a frame by its age: 0 is the oldest, 69 the last one; 0 beyond them.

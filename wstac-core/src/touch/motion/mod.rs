@@ -211,8 +211,12 @@ pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
 
 // Small code counts here: it runs once per event.
 #[inline(never)]
-fn length(a: f32, b: f32) -> f32 {
-    sqrt(a * a + b * b)
+pub(crate) fn length(of: [f32; 2]) -> f32 {
+    sqrt(squares(of))
+}
+
+fn squares([a, b]: [f32; 2]) -> f32 {
+    a * a + b * b
 }
 
 /// Returns the factor at a slowness: on straight lines between the points, and even beyond them.
@@ -259,7 +263,7 @@ fn motion(
     rows.slowness += of_rows;
     columns.slowness += of_columns;
     let each = [rows.slowness, columns.slowness];
-    let slowness = length(rows.slowness, columns.slowness);
+    let slowness = length([rows.slowness, columns.slowness]);
     // An event per touch says whether the light has left.
     let is_over = event.touch_frame.is_none() || event.end_frame.is_some();
     let contact = if rows.lit.max(columns.lit) < 3 {
@@ -285,7 +289,7 @@ fn motion(
         return Motion { contact, velocity: None, coherence, reliable: false, doubt };
     }
     // Each filled frame repeats the one before it, which moves edges.
-    let least = length(deviations.least, FILLED * sqrt(f32::from(event.touch_filled)));
+    let least = length([deviations.least, FILLED * sqrt(f32::from(event.touch_filled))]);
     let (velocity, reach) = velocity(rows, columns, slowness, config, &Deviations { least, ..*deviations });
     let of_slide = if !is_steady(rows, columns, slowness) {
         Some(Reason::SpeedChanges)
@@ -339,14 +343,14 @@ fn velocity(
     // A difference, because the negative of 0 would give an angle of -0.
     let (right, up) = (columns.slowness / slowness, 0.0 - rows.slowness / slowness);
     let factor = between(deviations.factors, slowness);
-    let sd = |axis: Axis| length(factor * length(axis.scatter, 2.0 * axis.sd), deviations.least) / slowness;
+    let sd = |axis: Axis| length([factor * length([axis.scatter, 2.0 * axis.sd]), deviations.least]) / slowness;
     let (right_sd, up_sd) = (sd(columns), sd(rows));
     let mm_s = config.pitch_per_frame / slowness;
     let reach = config.readout.reach(slowness, right, up);
-    let across = length(up * right_sd, right * up_sd) * between(deviations.across, slowness);
+    let across = length([up * right_sd, right * up_sd]) * between(deviations.across, slowness);
     let velocity = Velocity {
         mm_s,
-        mm_s_sd: mm_s * readout::widened(length(right * right_sd, up * up_sd), reach[0]),
+        mm_s_sd: mm_s * readout::widened(length([right * right_sd, up * up_sd]), reach[0]),
         degrees: degrees(right, up),
         degrees_sd: readout::widened(across, reach[1]) * (180.0 / core::f32::consts::PI),
     };

@@ -131,7 +131,7 @@ impl Readout {
         let square = a * a + b * b;
         let nearest = (along / square).clamp(-1.0, 1.0);
         let far = if along < 0.0 { -1.0 } else { 1.0 };
-        [-nearest, far].map(|part| super::length(rows + part * a, columns + part * b))
+        [-nearest, far].map(|part| super::length([rows + part * a, columns + part * b]))
     }
 
     /// Returns how far the speed may be off as a fraction, and the direction in radians, if the slowness is this one with

@@ -4,7 +4,7 @@ use super::light::{LONGEST, Lines, PAD};
 use super::squares::{Moments, ONE_FRAME, Point, Points, Polynomial, TIME_SHIFT, TimePlane, monomials};
 use crate::params::{COLUMNS, TAXELS};
 use crate::reason::Reason;
-use crate::touch::motion::sqrt;
+use crate::touch::motion::{length, sqrt};
 
 /// Fewest and most steps of a shape.
 const FEWEST_STEPS: usize = 8;
@@ -223,10 +223,6 @@ fn turn(slowness: f32) -> i32 {
 fn sine(turns: i32) -> i32 {
     let turns = i32::from(turns as i16);
     (turns * ((1 << (TIME_BITS - 1)) - turns.abs())) >> (2 * TIME_BITS - 4 - LATE_BITS)
-}
-
-pub(super) fn length([a, b]: [f32; 2]) -> f32 {
-    sqrt(a * a + b * b)
 }
 
 /// Sums of a whisker's products with the shape.

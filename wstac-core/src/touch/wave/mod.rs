@@ -20,10 +20,12 @@ mod squares;
 use crate::paper::trigger::Event;
 use crate::params::TAXELS;
 use crate::reason::Reason;
-use crate::touch::motion::{Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, readout, sqrt};
+use crate::touch::motion::{
+    Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, length, readout, sqrt,
+};
 use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
-use fit::{Wave as Fitted, Whisker, Whiskers, length};
+use fit::{Wave as Fitted, Whisker, Whiskers};
 use light::{Lines, Samples};
 use outline::{Outline, has_valley, is_crossed, valley};
 use pair::Pair;
@@ -285,6 +287,11 @@ pub(crate) fn velocity_of([of_rows, of_columns]: [f32; 2], variance: f32, config
     slide.velocity([sd, sd], 0, config).ok()
 }
 
+/// Returns what is curved alike along and across: the smaller curvature, if both have one sign.
+pub(crate) fn dome(along: f32, across: f32) -> f32 {
+    if along * across > 0.0 { if along.abs() < across.abs() { along } else { across } } else { 0.0 }
+}
+
 /// The motion of a touch by 25 taxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -374,8 +381,7 @@ impl Rest {
         let curve = fit(products, &[one, along, across, along_2, across_2], late, squares, count, 1e-3)?;
         let twist = fit(products, &[one, along, across, both, NONE], late, squares, count, 1e-3)?;
         let [_, _, _, u, v] = curve.coefficients;
-        // What is curved alike along and across is a dome.
-        let dome = if u * v > 0.0 { if v > 0.0 { u.min(v) } else { u.max(v) } } else { 0.0 };
+        let dome = dome(u, v);
         let mut change = 0.0_f32;
         for part in &wave.parts {
             change = change.max(of_plane.of_others(1, &plane, part).abs());

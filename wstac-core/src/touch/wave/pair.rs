@@ -1,9 +1,9 @@
 //! Motions by two planes through whiskers' times: of two contacts that have one velocity, and of a corner's two edges.
 
-use super::fit::{Whisker, Whiskers, length};
+use super::fit::{Whisker, Whiskers};
 use super::squares::{ONE_FRAME, Points, TimePlane, above};
 use super::{FEWEST, LATE_FROM};
-use crate::touch::motion::sqrt;
+use crate::touch::motion::{length, sqrt};
 
 /// Limits of two contacts: of the mean and the largest lateness, by the slowness and [`LATE_FROM`]; of what the slowness of
 /// each differs along and across the motion; and of what it may differ along, with a standard deviation.

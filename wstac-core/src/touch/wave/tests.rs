@@ -6,7 +6,7 @@ use super::{Basis, Wave};
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::rate::FrameRate;
 use crate::reason::Reason;
-use crate::touch::motion::{Contact, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use crate::touch::motion::{Contact, MotionConfig, Readout, Velocity};
 
 type Frame = [u16; TAXELS];
 
@@ -15,12 +15,8 @@ fn config() -> MotionConfig {
 }
 
 fn fit(frames: &[Frame]) -> Result<(Velocity, Basis), Reason> {
-    fit_with(frames, config())
-}
-
-fn fit_with(frames: &[Frame], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
     let mut wave = Wave::EMPTY;
-    wave.fit(frames.iter().map(Some), config)
+    wave.fit(frames.iter().map(Some), config())
 }
 
 /// Light of a flash that rises in a frame and fades in three.
@@ -55,21 +51,6 @@ fn check(name: &str, frames: &[Frame], mm_s: f64, degrees: f64, basis: Basis) {
 }
 
 #[test]
-fn narrow_and_wide_things_have_their_velocity() {
-    for (mm_s, degrees) in [(25.0, 15.0), (60.0, 100.0), (120.0, 0.0), (200.0, 225.0), (300.0, 310.0_f64)] {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        let slowness = [120.0 / mm_s * cosine, -120.0 / mm_s * sine];
-        let narrow = slide(slowness, |x, y| (-(y * cosine - x * sine).powi(2) / 1.5).exp());
-        check("narrow", &narrow, mm_s, degrees, Basis::Outline);
-        check("wide", &slide(slowness, |_, _| 1.0), mm_s, degrees, Basis::Edge);
-        // A dead whisker, and gains that differ by a half.
-        let gain = |x: f64, y: f64| 0.8 + 0.1 * (7.0 * x + 3.0 * y).rem_euclid(5.0);
-        let dead = slide(slowness, |x, y| if (x, y) == (1.0, 0.0) { 0.0 } else { gain(x, y) });
-        check("dead", &dead, mm_s, degrees, Basis::Edge);
-    }
-}
-
-#[test]
 fn what_no_wave_explains_is_refused() {
     let press = slide([0.0, 0.0], |_, _| 1.0);
     assert_eq!(fit(&press), Err(Reason::NoSlide(Contact::Press)));
@@ -92,46 +73,6 @@ fn what_no_wave_explains_is_refused() {
     let (above, below) = (slide(slow, |_, y| f64::from(y > 1.5)), slide(fast, |_, y| f64::from(y < -1.5)));
     let both: Vec<Frame> = above.iter().zip(&below).map(|(a, b)| core::array::from_fn(|k| a[k].max(b[k]))).collect();
     assert_eq!(fit(&both), Err(Reason::TwoObjects));
-}
-
-#[test]
-fn two_contacts_of_one_velocity_have_it() {
-    for (mm_s, degrees, behind) in [(40.0, 20.0_f64, 1.5_f64), (90.0, 135.0, 0.0), (160.0, 250.0, -1.0)] {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        let left = |x: f64, y: f64| -> f64 { y * cosine - x * sine };
-        let fingers = |at: f64, second: f64, turn: f64| {
-            let late = |x: f64, y: f64| {
-                let along = x * cosine + y * sine;
-                let of_second = second * along + turn * left(x, y) + at;
-                18.0 + 120.0 / mm_s * (3.0 + if left(x, y) < 0.0 { of_second } else { along })
-            };
-            flashes(late, |x, y| (1.0 - (left(x, y).abs() - 1.8).powi(2)).max(0.0))
-        };
-        check("fingers", &fingers(behind, 1.0, 0.0), mm_s, degrees, Basis::Outline);
-        assert_eq!(fit(&fingers(behind, 0.95, 0.0)), Err(Reason::TwoObjects));
-        assert_eq!(fit(&fingers(behind, 1.0, 0.15)), Err(Reason::TwoObjects));
-    }
-}
-
-#[test]
-fn a_corner_has_the_velocity_of_both_edges() {
-    for (mm_s, degrees, skew) in [(40.0, 20.0_f64, 0.0_f64), (90.0, 135.0, 18.0), (200.0, 250.0, -12.0)] {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        let corner = |half: f64, points: f64, faster: f64| {
-            let [left, right] = [1.0, -1.0].map(|side| (skew + side * half).to_radians().tan());
-            let late = move |x: f64, y: f64| {
-                let (along, beside) = (x * cosine + y * sine, y * cosine - x * sine - 0.3);
-                let way = along + points * (left * beside).max(right * beside);
-                22.0 + 120.0 / mm_s * (4.0 + way - faster * way * way)
-            };
-            flashes(late, |_, _| 1.0)
-        };
-        check("corner", &corner(45.0, 1.0, 0.0), mm_s, degrees, Basis::Outline);
-        // Nearly a straight edge, a corner that opens forward, and one that accelerates.
-        assert!(fit(&corner(20.0, 1.0, 0.0)).is_err());
-        assert!(fit(&corner(45.0, -1.0, 0.0)).is_err());
-        assert_eq!(fit(&corner(45.0, 1.0, 0.06)), Err(Reason::SpeedChanges));
-    }
 }
 
 #[test]
@@ -183,51 +124,6 @@ fn a_ring_has_the_frames_of_a_wave() {
     assert!(ring.frames().take(2).eq([Some(&[8; TAXELS]), None]));
     ring.skip(u64::MAX);
     assert_eq!(ring.frames().count(), 0);
-}
-
-#[test]
-fn few_frames_leave_the_speed_uncertain() {
-    // A flash without a sharp edge: with one, the speed seems to change.
-    let of = |mm_s: f32| {
-        let frame = |t: usize| {
-            core::array::from_fn(|taxel| {
-                let (x, y) = ((taxel % 5) as f64 - 2.0, (taxel / 5) as f64 - 2.0);
-                let late = t as f64 - 14.0 - x * 120.0 / f64::from(mm_s);
-                (300.0 + 9000.0 * (-y * y / 1.5 - late * late / 4.0).exp() + (t * 7 + taxel * 3) as f64 % 3.0) as u16
-            })
-        };
-        fit(&(0..SAMPLE_FRAMES).map(frame).collect::<Vec<Frame>>())
-    };
-    for (mm_s, least) in [(420.0, 0.004), (480.0, 0.019), (530.0, 0.03)] {
-        let velocity = of(mm_s).unwrap().0;
-        assert!((velocity.mm_s - mm_s).abs() < 2.0 * velocity.mm_s_sd, "{mm_s}: {velocity:?}");
-        assert!(velocity.mm_s_sd > least * mm_s, "{mm_s}: {velocity:?}");
-    }
-    for mm_s in [580.0, 640.0, 690.0] {
-        assert_eq!(of(mm_s), Err(Reason::Uncertain), "{mm_s}");
-    }
-}
-
-/// Checks a rolling shutter: a wave has its own velocity whatever the time in which rows are read.
-#[test]
-fn rows_have_their_times() {
-    for degrees in [0.0, 90.0, 215.0_f64] {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        let frames = slide([2.0 * cosine, -2.0 * sine - 0.15], |_, _| 1.0);
-        let layout = crate::layout::Layout::paper(crate::layout::FrameSize::new(400, 400).unwrap()).unwrap();
-        let of = |ms: Option<f32>| {
-            Readout::of_layout(ms.and_then(ReadoutTime::from_ms), RowOrder::Down, &layout, FrameRate::NOMINAL)
-        };
-        // 0.15 frames per pitch.
-        let known = fit_with(&frames, config().with_readout(of(Some(25.0)))).unwrap().0;
-        let turned = (f64::from(known.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
-        assert!((known.mm_s / 60.0 - 1.0).abs() < 0.01 && turned.abs() < 1.0, "{degrees}: {known:?}");
-        let unknown = fit_with(&frames, config().with_readout(of(None))).unwrap().0;
-        assert!(unknown.mm_s_sd > known.mm_s_sd || unknown.degrees_sd > known.degrees_sd, "{unknown:?}");
-    }
-    let unknown = config().with_readout(Readout::unknown(FrameRate::NOMINAL));
-    let fast = slide([0.0, 0.5], |_, _| 1.0);
-    assert_eq!(fit_with(&fast, unknown), Err(Reason::ReadoutUnknown));
 }
 
 /// Checks extremes: refused, or right.

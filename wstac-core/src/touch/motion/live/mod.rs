@@ -15,7 +15,7 @@ use crate::touch::taxel_ring::TaxelRing;
 use crate::touch::wave::Basis;
 
 use super::edges::LINES;
-use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, degrees, readout};
+use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, degrees, readout, squares};
 use alike::Alike;
 use arrival::arrival;
 use level::{Change, Level};
@@ -273,10 +273,7 @@ impl LiveWave {
         let frames = next_frame.wrapping_sub(self.lines.next_frame);
         let is_known = self.lines.is_touched && frames <= u64::from(LONGEST_FILLED_GAP) + 1;
         let lines = self.lines.push(next_frame, recent, baseline);
-        let Some(ring) = taxels else { return lines };
-        if frames == 0 || !self.lines.is_touched {
-            return lines;
-        }
+        let Some(ring) = taxels.filter(|_| frames > 0 && self.lines.is_touched) else { return lines };
         if !is_known {
             self.whiskers.begin(ring);
         }
@@ -382,8 +379,7 @@ fn of_light([rows, columns]: &[Track; 2], readout: Readout) -> [f32; 2] {
 
 /// Returns that of both together.
 fn slowness(tracks: &[Track; 2], readout: Readout) -> f32 {
-    let [rows, columns] = of_light(tracks, readout);
-    root(rows * rows + columns * columns)
+    root(squares(of_light(tracks, readout)))
 }
 
 #[cfg(test)]

@@ -86,28 +86,6 @@ fn a_slide_is_followed_from_its_first_frames_to_its_end() {
     }
 }
 
-/// Checks that a speed follows the light of all lines. No line brings anything new.
-#[test]
-fn more_light_of_all_lines_is_more_speed() {
-    for factor in [0.6_f64, 0.8, 1.25, 1.5] {
-        let mut frames = frames(0.0, 1.5, [1.0; 5], 300.0);
-        for (t, frame) in frames.iter_mut().enumerate() {
-            for value in frame.iter_mut() {
-                // Without the texture, and with a step.
-                let lit = f64::from(*value) / 2048.0 > DARK.ln() + 3.0;
-                let step = if t >= 120 { factor } else { 1.0 };
-                *value = if lit && t < 150 { feature(DARK + 0.4 * step) } else { *value };
-            }
-        }
-        let said = said(&frames);
-        let velocity = |t: usize| said[t - SAMPLE_FRAMES].unwrap().velocity;
-        let before = f64::from(velocity(118).unwrap().mm_s);
-        let after = f64::from(velocity(130).unwrap().mm_s);
-        assert!((before / 80.0 - 1.0).abs() < 0.05, "{before}");
-        assert!((after / (80.0 * factor) - 1.0).abs() < 0.07, "{factor}: {after}");
-    }
-}
-
 #[test]
 fn touches_that_do_not_slide_have_no_velocity() {
     let fading = |t: usize| 0.3 * (-(t as f64 - 100.0).max(0.0) / 1.3).exp();
@@ -129,19 +107,6 @@ fn touches_that_do_not_slide_have_no_velocity() {
         assert_eq!(said.last(), Some(&None));
     }
     assert!(of(0..0, 1).iter().all(Option::is_none));
-}
-
-/// Checks touches of things that are narrower than the sensor: they leave some lines darker.
-#[test]
-fn what_does_not_light_all_lines_alike_has_no_velocity() {
-    for gains in [[0.3, 1.0, 1.0, 1.0, 0.35], [1.0, 1.0, 1.0, 0.8, 0.6], [0.8, 0.5, 1.0, 0.9, 0.8]] {
-        for (rows, columns) in [(-1.5, 0.7), (0.3, 0.3), (3.0, 4.0)] {
-            let said = said(&frames(rows, columns, gains, 60.0));
-            let slides: Vec<_> = said.iter().flatten().filter(|one| one.contact == Contact::Slide).collect();
-            assert!(slides.len() > 3, "{gains:?} {rows} {columns}: {slides:?}");
-            assert!(slides.iter().all(|one| one.velocity.is_none()), "{gains:?} {rows} {columns}: {slides:?}");
-        }
-    }
 }
 
 #[test]
@@ -221,86 +186,4 @@ fn the_root_is_a_root() {
         assert!(off.abs() < 1e-6, "{x}: {off}");
     }
     assert!(root(0.0) < 1e-15);
-}
-
-/// Returns what ten sums and what 25 taxels say in each frame about light that is excited at a time since the middle of the
-/// front has passed a whisker, and at a distance from the middle of the path in pitches.
-fn told([rows, columns]: [f64; 2], excited: impl Fn(f64, f64) -> f64) -> [Vec<Option<LiveContact>>; 2] {
-    let whole = f64::hypot(rows, columns);
-    let mut ring = TaxelRing::new(u32::from(u16::MAX));
-    let mut frames: Vec<Features> = Vec::new();
-    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
-    let (mut lines, mut wave) = (LiveMotion::new(config), LiveWave::new(config));
-    let (baseline, mut said) = (baseline(), [Vec::new(), Vec::new()]);
-    let mut lit = [0.0; 25];
-    for t in 0..200 {
-        let taxels: [f64; 25] = core::array::from_fn(|taxel| {
-            let [row, column] = [taxel / 5, taxel % 5].map(|place| place as f64 - 2.0);
-            let since = f64::from(t) - MIDDLE - rows * row - columns * column;
-            let across = (row * columns - column * rows) / whole;
-            let each = |part| excited(since + f64::from(part) / 8.0, across) / 8.0;
-            lit[taxel] = 0.5 * lit[taxel] + 0.5 * (0..8).map(each).sum::<f64>();
-            (DARK + lit[taxel]) / 5.0
-        });
-        ring.push(&taxels.map(|light| (light * 60_000.0) as u32));
-        let row = |row: usize| taxels[5 * row..5 * row + 5].iter().sum::<f64>();
-        let column = |column: usize| taxels.iter().skip(column).step_by(5).sum::<f64>();
-        frames.push(core::array::from_fn(|line| feature(if line < 5 { row(line) } else { column(line - 5) })));
-        let Some(from) = frames.len().checked_sub(SAMPLE_FRAMES) else { continue };
-        let recent: &[Features; SAMPLE_FRAMES] = frames[from..].try_into().unwrap();
-        let (next_frame, recent) = (frames.len() as u64, Sample::from_frames(recent));
-        said[0].push(lines.push(next_frame, recent, &baseline));
-        said[1].push(wave.push(next_frame, recent, &baseline, Some(&ring)));
-    }
-    said
-}
-
-/// Returns each velocity that was said, with its error: of the speed as a fraction, and of the direction in degrees.
-fn errors(said: &[Option<LiveContact>], [rows, columns]: [f64; 2]) -> Vec<[f64; 2]> {
-    let (mm_s, degrees) = (120.0 / f64::hypot(rows, columns), f64::atan2(-rows, columns).to_degrees());
-    let velocities = said.iter().flatten().filter_map(|touch| touch.velocity);
-    let errors = velocities.map(|velocity| {
-        let turned = f64::from(velocity.degrees) - degrees;
-        [f64::from(velocity.mm_s) / mm_s - 1.0, (turned + 180.0).rem_euclid(360.0) - 180.0]
-    });
-    errors.map(|errors| errors.map(f64::abs)).collect()
-}
-
-#[test]
-fn edges_that_pass_all_whiskers_say_what_lines_say() {
-    for slowness in [[0.0, 0.6], [0.5, 1.4], [-2.0, 2.0], [3.0, 0.5]] {
-        let whole = f64::hypot(slowness[0], slowness[1]);
-        let [lines, wave] = told(slowness, |since, _| surface(since / whole * 4.0, 60.0));
-        let first = wave.iter().position(|touch| touch.is_some_and(|touch| touch.velocity.is_some())).unwrap();
-        // The edge has passed the last whisker.
-        let crossed = MIDDLE + 2.0 * (slowness[0].abs() + slowness[1].abs());
-        assert!(first <= crossed as usize + 4 - SAMPLE_FRAMES, "{slowness:?}: {first}");
-        let of_wave = errors(&wave, slowness);
-        // The trailing edge has what lines say of it.
-        let is_right = |[speed, degrees]: &[f64; 2]| *speed < 0.04 && *degrees < 2.0;
-        assert!(of_wave.len() > 5 && of_wave[..6].iter().all(is_right), "{slowness:?}: {of_wave:?}");
-        let basis = |said: &[Option<LiveContact>]| said.iter().flatten().find_map(|touch| touch.basis);
-        assert_eq!([basis(&lines), basis(&wave)], [None, Some(Basis::Edge)]);
-    }
-}
-
-#[test]
-fn what_is_narrow_has_a_velocity_once_as_soon_as_it_has_left() {
-    for slowness in [[0.0, 0.8], [0.5, 1.4], [-2.0, 2.0], [3.0, 0.5]] {
-        let whole = f64::hypot(slowness[0], slowness[1]);
-        let width = |across: f64| (-across * across / 1.5).exp();
-        let [_, wave] = told(slowness, |since, across| {
-            let along = since / whole;
-            if along.abs() < 1.2 { width(across) * (1.0 - along * along / 1.44) } else { 0.0 }
-        });
-        let of_wave = errors(&wave, slowness);
-        assert!(
-            matches!(of_wave[..], [[speed, degrees]] if speed < 0.03 && degrees < 1.5),
-            "{slowness:?}: {of_wave:?}"
-        );
-        let last =
-            wave.iter().position(|touch| touch.is_some_and(|touch| touch.basis == Some(Basis::Outline))).unwrap();
-        let left = MIDDLE + 2.0 * (slowness[0].abs() + slowness[1].abs()) + 1.2 * whole;
-        assert!(last <= left as usize + 2 + 1 - SAMPLE_FRAMES, "{slowness:?}: {last} {left}");
-    }
 }

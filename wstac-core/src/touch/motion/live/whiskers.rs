@@ -2,14 +2,14 @@
 //! take a narrow thing for a wide one.
 
 use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
-use crate::touch::motion::{MotionConfig, Velocity};
+use crate::touch::motion::{MotionConfig, Velocity, squares};
 use crate::touch::taxel_ring::TaxelRing;
-use crate::touch::wave::{Basis, Wave, velocity_of};
+use crate::touch::wave::{Basis, Wave, dome, velocity_of};
 
 /// The newest frame of a ring.
 const NEWEST: usize = SAMPLE_FRAMES - 1;
-/// The two frames before a touch that are dark, counted from the newest when its first line is lit.
-const DARK: [usize; 2] = [3, 4];
+/// Frames from the newest, when the first line of a touch is lit, to the last one that is dark.
+const DARK: usize = 3;
 /// Frames before a touch that a wave is given.
 const BEFORE: usize = 8;
 /// Parts of a frame in which the age of an edge is kept.
@@ -66,45 +66,39 @@ struct FirstLight {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whiskers {
     each: [FirstLight; TAXELS],
-    /// Frames since the touch began.
+    /// Frames since the touch began, and since one arrived as a whole.
     since: u8,
+    missed: u8,
     /// The most light of all whiskers in a frame.
     brightest: u32,
     /// Whether there was nothing but afterglow in the newest frame.
     is_over: bool,
     tries: u8,
-    /// Slowness of rows and columns by edges, in the frame before; 0 if they tell none.
-    slowness: [f32; 2],
+    /// Slowness of rows and columns by edges, in the frame before.
+    slowness: Option<[f32; 2]>,
     /// Whether edges agreed with lines.
     agreed: bool,
-}
-
-/// Edges that cross the sensor.
-#[derive(Clone, Copy)]
-struct Front {
-    /// Slowness of rows and columns.
-    slowness: [f32; 2],
-    /// Mean square distance from the plane.
-    variance: f32,
 }
 
 impl Whiskers {
     pub(super) const EMPTY: Self = Self {
         each: [FirstLight { dark: 0, peak: 0, age: 0 }; TAXELS],
         since: 0,
+        missed: 0,
         brightest: 0,
         is_over: false,
         tries: 0,
-        slowness: [0.0; 2],
+        slowness: None,
         agreed: false,
     };
 
     /// Begins with a touch whose first line is lit in the newest frame.
     pub(super) fn begin(&mut self, ring: &TaxelRing) {
         *self = Self::EMPTY;
-        for (taxel, whisker) in self.each.iter_mut().enumerate() {
-            let [a, b] = DARK.map(|back| ring.light(NEWEST - back, taxel));
-            whisker.dark = a.min(b);
+        let mut dark = (0..=NEWEST - DARK).rev().filter(|&frame| !ring.is_lost(frame));
+        let dark = [(); 2].map(|()| ring.frame(dark.next().unwrap_or(NEWEST - DARK)));
+        for (whisker, (a, b)) in self.each.iter_mut().zip(dark[0].iter().zip(&dark[1])) {
+            whisker.dark = *a.min(b);
         }
     }
 
@@ -112,7 +106,12 @@ impl Whiskers {
     #[inline(never)]
     pub(super) fn follow(&mut self, ring: &TaxelRing, frames: u8, config: MotionConfig) -> Option<(Velocity, Basis)> {
         self.since = self.since.saturating_add(frames);
-        let [now, before] = [0, 1].map(|back| ring.frame(NEWEST - back));
+        let (frames, lost) = (self.missed.saturating_add(frames), ring.lost_lately());
+        self.missed = if lost & 1 == 1 { frames } else { 0 };
+        if self.missed > 0 {
+            return None;
+        }
+        let [now, before] = [0, frames.into()].map(|back| ring.frame(NEWEST.saturating_sub(back)));
         let (mut sums, mut most, mut peak) = ([0_u32; 2], 0, 0);
         let passed = u16::from(frames) * PARTS;
         for (taxel, ((whisker, now), before)) in self.each.iter_mut().zip(&now).zip(&before).enumerate() {
@@ -120,19 +119,21 @@ impl Whiskers {
             whisker.age = whisker.age.saturating_add(passed).min(OLDEST);
             if now > whisker.peak && (whisker.age < SETTLED || now >= whisker.peak.saturating_mul(HIGHER)) {
                 let dark = whisker.dark;
-                (whisker.peak, whisker.age) =
-                    (now, edge(now, |back| ring.light(NEWEST - back, taxel).saturating_sub(dark)));
+                let age = edge(now, lost, |back| ring.light(NEWEST - back, taxel).saturating_sub(dark));
+                (whisker.peak, whisker.age) = (now, age);
             }
             sums = [sums[0] + u32::from(now), sums[1] + u32::from(before)];
             (most, peak) = (before.max(most), whisker.peak.max(peak));
         }
         self.brightest = self.brightest.max(sums[0]);
-        let left = sums[0] as f32 / sums[1].max(1) as f32;
+        let part = sums[0] as f32 / sums[1].max(1) as f32;
+        let left = if frames == 1 { part } else { super::root(part) };
         let limit = ALIKE[0] * f32::from(most) + ALIKE[1] * f32::from(peak);
-        let is_over = left < GLOW
+        let is_over = frames <= 2
+            && left < GLOW
             && self.each.iter().zip(&now).zip(&before).all(|((whisker, now), before)| {
                 let [now, before] = [now, before].map(|light| f32::from(*light) - f32::from(whisker.dark));
-                (now - left * before).abs() <= limit
+                (now - part * before).abs() <= limit
             });
         // Noise on the last afterglow is no new light.
         let has_grown = sums[0] > sums[1] + (self.brightest >> AGAIN);
@@ -179,9 +180,12 @@ impl Whiskers {
         if self.agreed {
             return lines.map(|(velocity, _)| velocity);
         }
+        if self.missed > 0 {
+            return None;
+        }
         let front = self.front();
-        let before = core::mem::replace(&mut self.slowness, front.map_or([0.0; 2], |front| front.slowness));
-        let Front { slowness, variance } = front?;
+        let before = core::mem::replace(&mut self.slowness, front.map(|(slowness, _)| slowness));
+        let (slowness, variance) = front?;
         let size = squares(slowness);
         let near = |other: [f32; 2], part: f32, size: f32| {
             squares([other[0] - slowness[0], other[1] - slowness[1]]) < part * part * size
@@ -193,14 +197,15 @@ impl Whiskers {
             return Some(velocity);
         }
         let youngest = self.each.iter().map(|whisker| whisker.age).min().unwrap_or(0);
-        if !near(before, STABLE, size) || youngest >= OLD || size < LEAST * LEAST {
+        if !before.is_some_and(|before| near(before, STABLE, size)) || youngest >= OLD || size < LEAST * LEAST {
             return None;
         }
         velocity_of(slowness, variance * (1.0 / 50.0), config)
     }
 
-    /// Returns the plane of edges if all whiskers are lit in its order, at an even speed.
-    fn front(&self) -> Option<Front> {
+    /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, and their mean square distance
+    /// from a plane.
+    fn front(&self) -> Option<([f32; 2], f32)> {
         let peaks = self.each.map(|whisker| whisker.peak);
         let least = peaks.iter().copied().max().unwrap_or(0) >> LIT_SHIFT;
         let dark = peaks.iter().filter(|&&peak| peak <= least).count();
@@ -219,7 +224,7 @@ impl Whiskers {
             }
             plane = EdgePlane::new(&times);
         }
-        plane.is_even(&times, &peaks).map(|variance| Front { slowness: plane.slope, variance })
+        plane.is_even(&times, &peaks).map(|variance| (plane.slope, variance))
     }
 }
 
@@ -272,33 +277,30 @@ impl EdgePlane {
         let along = rows * down * down + columns * right * right + mixed * down * right;
         let across = rows * right * right + columns * down * down - mixed * down * right;
         let twisted = 2.0 * (rows - columns) * down * right + mixed * (right * right - down * down);
-        let dome = if along * across > 0.0 { if along.abs() < across.abs() { along } else { across } } else { 0.0 };
         let grown = 2.0 * grown / light;
         let most = OFF[0] * (slowness + OFF[1]);
         let is_even = off < most * most
             && (along - across - 0.5 * grown).abs() < CURVED[0]
             && twisted.abs() < CURVED[1]
-            && (across - dome).abs() < CURVED[2]
+            && (across - dome(along, across)).abs() < CURVED[2]
             && grown.abs() < GROWN;
         is_even.then_some(off)
     }
 }
 
-fn squares([a, b]: [f32; 2]) -> f32 {
-    a * a + b * b
-}
-
-/// Returns the parts of a frame since light exceeded the level of its peak, which is the light of now.
-fn edge(now: u16, light: impl Fn(usize) -> u16) -> u16 {
-    let mut after = i32::from(now);
+/// Returns the parts of a frame since light exceeded the level of its peak, which is the light of now. It is on straight lines
+/// between frames that were not `lost`.
+fn edge(now: u16, lost: u8, light: impl Fn(usize) -> u16) -> u16 {
+    let (mut after, mut at) = (i32::from(now), 0);
     let level = (after * LEVEL) >> 8;
-    for back in 1..STEPS {
+    for back in (1..STEPS).filter(|back| lost >> back & 1 == 0) {
         let before = i32::from(light(back));
         if before <= level {
-            let share = ((level - before) * i32::from(PARTS)).checked_div(after - before).unwrap_or(0);
+            let parts = i32::from(PARTS) * (back as i32 - at);
+            let share = ((level - before) * parts).checked_div(after - before).unwrap_or(0);
             return (back as u16 * PARTS).saturating_sub(share as u16);
         }
-        after = before;
+        (after, at) = (before, back as i32);
     }
     (STEPS as u16 - 1) * PARTS
 }
