@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from wstac_reference.constants import NOMINAL_FPS, TAXELS
+from wstac_reference.constants import NOMINAL_FPS, SAMPLE_FRAMES, TAXELS, UNIT
+from wstac_reference.features import Features, row_and_column_sums
+from wstac_reference.live_taxels import LiveTaxels
 from wstac_reference.rng import SplitMix64, seed_of
 from wstac_reference.wave import COLUMN, ROW, measure_wave
 
@@ -18,6 +20,8 @@ from .stored import stored
 
 DARK = 300
 FULL = 9000
+PIXELS = 256
+"""Pixels of a taxel."""
 FRAMES = 56
 
 
@@ -37,6 +41,8 @@ class Touch:
     weak: tuple[int, ...] = ()
     gain: float = 1.0
     lost: tuple[int, ...] = ()
+    fade: float | None = None
+    """Frames in which the light of a single flash fades; None is three flashes."""
     begins: float = 14.0
     faster: float = 0.0
     """How the slowness changes along the sensor, as a fraction."""
@@ -66,7 +72,7 @@ def outline_of(name: str, across: np.ndarray) -> np.ndarray:
 
 def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
     """The frames of a touch; None is a lost one."""
-    shape = flashes(rng)
+    shape = flashes(rng) if touch.fade is None else [(0.0, 0.8, touch.fade)]
     gains = (800 + rng.below(400, TAXELS)) / 1000
     shake = rng.below(2 * touch.noise + 1, (TAXELS, FRAMES)) - touch.noise
     right, up = math.cos(math.radians(touch.deg)), math.sin(math.radians(touch.deg))
@@ -104,7 +110,28 @@ def touches() -> dict[str, Touch]:
             *(("ball", 440, 160, 0), ("coin", 520, 290, 1), ("edge", 460, 25, 0)),
         ]
     }
+    once = replace(ball, fade=1.4)
+    edge = replace(once, outline="edge")
     return made | {
+        "once-ball": replace(once, deg=12, mm_s=40.0),
+        "once-coin": replace(once, outline="coin", deg=205, mm_s=160.0),
+        "once-block": replace(once, outline="block", deg=90, mm_s=60.0),
+        "once-fingers": replace(once, outline="fingers", deg=20),
+        "once-corner": replace(corner, fade=1.2, deg=70),
+        "once-lost": replace(once, deg=300, mm_s=60.0, lost=(3, 19, 20)),
+        "once-rolling": replace(once, deg=140, readout_ms=25.0),
+        "once-40-fps": replace(once, deg=140, fps=40.0),
+        "edge-once": replace(edge, deg=33, mm_s=60.0),
+        "edge-once-slow": replace(edge, deg=260, mm_s=30.0),
+        "edge-once-fast": replace(edge, deg=185, mm_s=220.0),
+        "edge-once-dead": replace(edge, deg=100, weak=(3,)),
+        "edge-once-lost": replace(edge, deg=350, mm_s=45.0, lost=(2, 12, 18, 19, 24)),
+        "edge-once-gap": replace(edge, deg=130, mm_s=45.0, lost=tuple(range(16, 25))),
+        "edge-once-15-fps": replace(edge, deg=215, mm_s=40.0, fps=15.0, fade=0.7),
+        "edge-once-40-fps": replace(edge, deg=10, mm_s=150.0, fps=40.0),
+        "edge-once-rolling": replace(edge, deg=70, readout_ms=25.0),
+        "edge-once-unknown": replace(edge, deg=45, mm_s=50.0, readout_ms=15.0, is_unknown=True),
+        "edge-once-faster": replace(edge, faster=0.5, deg=10),
         "slow": replace(ball, mm_s=10.0),
         "fast": replace(ball, mm_s=600.0),
         "press": replace(ball, mm_s=0.0, outline="edge"),
@@ -142,6 +169,23 @@ def touches() -> dict[str, Touch]:
     }
 
 
+def live_of(sums: list[list[int] | None], fps: float, readout_ms: float | None) -> list[Any]:
+    """Each frame that has a velocity, with what that is known by. All frames before are dark."""
+    features = Features(255, PIXELS)
+    dark = features.of(row_and_column_sums([DARK] * TAXELS))
+    live = LiveTaxels(np.array(dark), 1, fps, readout_ms)
+    live.history = [np.array(dark) / UNIT] * SAMPLE_FRAMES
+    made = []
+    for number, frame in enumerate(sums):
+        if frame is None:
+            live.lose()
+            continue
+        answer, basis = live.take(np.array(features.of(row_and_column_sums(frame))), frame)
+        if answer is not None and answer.mm_s is not None:
+            made.append([number, stored(answer), basis])
+    return made
+
+
 def wave_cases() -> list[dict[str, Any]]:
     """Every case with its frames and the answer."""
     made = []
@@ -149,5 +193,5 @@ def wave_cases() -> list[dict[str, Any]]:
         sums = sums_of(touch, SplitMix64(seed_of(f"wave-{name}", SEED)))
         stated = None if touch.is_unknown else touch.readout_ms
         answer = stored(measure_wave(sums, touch.fps, stated))
-        made.append({"name": name, "fps": touch.fps, "readout_ms": stated, "sums": sums, "wave": answer})
+        made.append({"name": name, "fps": touch.fps, "readout_ms": stated, "sums": sums, "wave": answer, "live": live_of(sums, touch.fps, stated)})
     return made

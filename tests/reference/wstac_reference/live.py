@@ -62,11 +62,12 @@ def alike(light: np.ndarray) -> bool:
 class Live:
     """Follows one stream. `totals` are the baseline's sums over `frames` frames."""
 
-    def __init__(self, totals: np.ndarray, frames: int, readout: Readout = GLOBAL) -> None:
-        self.readout = readout
+    def __init__(self, totals: np.ndarray, frames: int, readout: Readout = GLOBAL, fps: float = NOMINAL_FPS) -> None:
+        self.readout, self.fps = readout, fps
         self.means = np.floor(totals / frames) / UNIT
         self.base = np.exp(self.means)
         self.history: list[np.ndarray] = []
+        self.lost = 0
         self.reset()
 
     def reset(self) -> None:
@@ -74,6 +75,15 @@ class Live:
         self.dark = 0
         self.faded = 0.0
         self.axes: list[Axis] | None = None
+
+    @property
+    def is_touched(self) -> bool:
+        return any(onset is not None for onset in self.onset)
+
+    def lose(self) -> None:
+        """Fills a lost frame."""
+        self.history.append(self.history[-1])
+        self.lost += 1
 
     def light(self, frame: int, line: int) -> float:
         return math.exp(self.history[frame][line]) - self.base[line]
@@ -90,15 +100,18 @@ class Live:
     def push(self, features: np.ndarray) -> LiveAnswer | None:
         """Takes the ten features of the next frame, in units of 2^-11."""
         self.history.append(features / UNIT)
+        frames, self.lost = self.lost + 1, 0
+        if frames > 8:
+            self.reset()
         now = len(self.history) - 1
         newest = self.history[now]
         lit = newest > self.means + LIT
-        if not lit.any() and all(onset is None for onset in self.onset):
+        if not lit.any() and not self.is_touched:
             return None
         for line in np.flatnonzero(lit):
             if self.onset[line] is None:
                 self.onset[line] = now
-        self.dark = 0 if lit.any() else self.dark + 1
+        self.dark = 0 if lit.any() else self.dark + frames
         if self.dark > 2 + (math.floor(2 * min(self.whole, 13)) if self.axes else 0):
             self.reset()
             return None
@@ -108,7 +121,7 @@ class Live:
         if self.axes is None:
             answer = LiveAnswer(self.arrive(now))
         else:
-            self.follow(now)
+            self.follow(now, frames)
             if not any(axis.is_behind for axis in self.axes):
                 self.look(now, 1)
             answer = self.answer()
@@ -133,7 +146,7 @@ class Live:
         self.axes = axes
         self.excess = max(max(offs) - (0.3 * self.whole + 0.1), 0.0)
         self.level_from = max(math.floor(4 * min(abs(axis.slowness) for axis in axes)), 2) + now
-        self.settled_from = self.level_from + max(math.ceil(0.5 * self.whole) - 1, 0)
+        self.settles = max(math.ceil(0.5 * self.whole) - 1, 0)
         self.changing = 0
         self.off = 0.0
         self.peaks = np.full(FEATURES, -16.0)
@@ -165,10 +178,10 @@ class Live:
                 return onset + t - 1 + min(max(level - before, 0.0) / (here - before), 1.0)
         raise AssertionError("a peak is above 30 % of itself")
 
-    def follow(self, now: int) -> None:
+    def follow(self, now: int, frames: int) -> None:
         whole = self.whole
         length, usual = 3 + 1.5 * whole, 0.0065 + 0.017 * min(whole, 2)
-        change = self.level(now, whole)
+        change = self.level(now, whole, frames)
         for first, axis, delay in zip((0, 5), self.axes, (self.readout.rows, self.readout.columns)):
             if change:
                 light = (axis.slowness + delay) * math.exp(-change)
@@ -177,20 +190,20 @@ class Live:
                 axis.__init__(slowness, min(sd * sd, 1.0), now + 1 + math.floor(2 * abs(slowness)))
             self.compare(axis, first, now, length, usual)
 
-    def level(self, now: int, whole: float) -> float:
+    def level(self, now: int, whole: float, frames: int) -> float:
         """The natural logarithm of the factor by which all lines have grown, if they tell another speed."""
         self.off = 0.0
         if now < self.level_from:
             return 0.0
         newest = self.history[now]
-        if now == self.level_from:
-            self.smoothed = newest.copy()
+        if now - frames < self.level_from:
+            self.smoothed, self.settled_from = newest.copy(), now + self.settles
         else:
             self.smoothed = self.smoothed + (newest - self.smoothed) / (1 + whole)
-        if now <= self.settled_from:
+        if now - frames < self.settled_from or now - frames < self.level_from:
             self.reference = self.smoothed
             return 0.0
-        self.changing = max(self.changing - 1, 0)
+        self.changing = max(self.changing - frames, 0)
         changes = self.smoothed - self.reference
         mean = float(changes.mean())
         if not (changes.min() > mean / 2 if mean > 0 else changes.max() < mean / 2):
@@ -256,7 +269,7 @@ class Live:
         is_behind = whole < 0.6 and any(axis.is_behind for axis in self.axes)
         if sd > 0.06 or is_behind or self.readout.moves_too_far(rows, columns):
             return LiveAnswer(kind)
-        mm_s = PITCH_MM * NOMINAL_FPS / whole
+        mm_s = PITCH_MM * self.fps / whole
         turned = math.hypot(row * column_sd, column * row_sd)
         off = [of / math.sqrt(3) for of in self.readout.off(rows, columns)]
         direction = math.degrees(math.atan2(-row, column)) % 360

@@ -31,7 +31,7 @@ struct LiveCase {
 }
 
 /// Light has 16 bits in the core and 53 in the reference, which moves a speed by less than a hundredth.
-const MOST: Tolerance =
+pub(super) const MOST: Tolerance =
     Tolerance { speed: 0.01, grows: false, degrees: 0.5, deviation: 0.1, of_speed: 2e-3, of_degrees: 0.1 };
 
 /// Checks every frame of every case.

@@ -1,14 +1,21 @@
-//! Tests the motion by a wave of the reference's touches: velocities, deviations, what they are known by, and refusals.
+//! Tests the motion by a wave of the reference's touches: velocities, deviations, what they are known by, and refusals; and
+//! what live motion by 25 taxels says of them frame by frame.
 
 use serde::Deserialize;
+use wstac_core::green::gray::Gray;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::params::TAXELS;
+use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
-use wstac_core::touch::motion::{Contact, MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::motion::{Contact, LiveContact, LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Wave};
 
 use super::case::{directory, read};
+use super::live::MOST;
+use super::motion_of::MotionOf;
 
 #[derive(Deserialize)]
 struct Cases {
@@ -23,6 +30,8 @@ struct WaveCase {
     readout_ms: Option<f32>,
     sums: Vec<Option<[u16; TAXELS]>>,
     wave: WaveOf,
+    /// Each frame with a live velocity, and what that is known by.
+    live: Vec<(usize, MotionOf, String)>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -56,24 +65,81 @@ fn word(reason: Reason) -> &'static str {
     }
 }
 
+/// Sums of a taxel before a case's frames, and frames until the baseline is known.
+const DARK: u32 = 300;
+const BEFORE: usize = 70;
+
+impl WaveCase {
+    fn config(&self, layout: &Layout) -> MotionConfig {
+        let rate = FrameRate::new(self.fps as u32, 1).unwrap();
+        let time = self.readout_ms.and_then(ReadoutTime::from_ms);
+        MotionConfig::published(rate).with_readout(Readout::of_layout(time, RowOrder::Down, layout, rate))
+    }
+
+    /// Returns each frame with a live velocity.
+    fn live(&self, layout: Layout) -> Vec<(usize, LiveContact)> {
+        let config = self.config(&layout);
+        let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
+        let mut pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build().unwrap();
+        let (mut live, mut said) = (LiveWave::new(config), Vec::new());
+        let dark = [Some([DARK as u16; TAXELS]); BEFORE];
+        for (frame, sums) in dark.iter().chain(&self.sums).enumerate() {
+            let Some(sums) = sums else {
+                pipeline.push_lost(1);
+                continue;
+            };
+            pipeline.push_taxels(&sums.map(u32::from));
+            let (next_frame, recent) = pipeline.recent();
+            let Some(baseline) = pipeline.baseline() else { continue };
+            let answer = live.push(next_frame, recent, baseline, pipeline.taxel_ring());
+            said.extend(answer.filter(|touch| touch.velocity.is_some()).map(|touch| (frame - BEFORE, touch)));
+        }
+        said
+    }
+}
+
+/// Returns a layout whose taxels have 256 pixels.
+fn layout() -> Layout {
+    let corners = core::array::from_fn(|taxel| [16 * (taxel % 5) as u16, 16 * (taxel / 5) as u16]);
+    Layout::new(FrameSize::new(80, 80).unwrap(), [16, 16], corners).unwrap()
+}
+
+#[test]
+fn every_live_velocity_is_that_of_the_reference() {
+    let Cases { cases } = read(&directory().join("wave.json"));
+    let (mut velocities, mut worst) = (0, 0.0_f64);
+    for case in &cases {
+        let found = case.live(layout());
+        let frames = |said: &[usize]| format!("{}: {said:?}", case.name);
+        let [here, there] =
+            [found.iter().map(|said| said.0).collect::<Vec<_>>(), case.live.iter().map(|said| said.0).collect()];
+        assert_eq!(frames(&here), frames(&there));
+        for ((_, touch), (frame, expected, basis)) in found.iter().zip(&case.live) {
+            let at = format!("{}, frame {frame}", case.name);
+            assert_eq!(touch.basis.map(Basis::as_str), Some(&basis[..]), "{at}");
+            worst = worst.max(expected.check(&at, touch.contact, touch.velocity, &MOST).unwrap());
+            velocities += 1;
+        }
+    }
+    assert!(velocities >= 60, "{velocities} velocities");
+    println!("{velocities} live velocities, speeds off by at most {:.3} %", 100.0 * worst);
+}
+
 /// Lines have 12 bits, slopes and gains 8 to 12: SPEC §9 has these bounds.
 #[test]
 fn every_wave_is_that_of_the_reference() {
     let Cases { cases } = read(&directory().join("wave.json"));
     assert!(cases.len() >= 30, "{} cases", cases.len());
-    let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
+    let layout = layout();
     let (mut wave, mut worst) = (Wave::EMPTY, [0.0_f64; 2]);
-    for WaveCase { name, fps, readout_ms, sums, wave: expected } in &cases {
-        let rate = FrameRate::new(*fps as u32, 1).unwrap();
-        let readout = Readout::of_layout(readout_ms.and_then(ReadoutTime::from_ms), RowOrder::Down, &layout, rate);
-        let config = MotionConfig::published(rate).with_readout(readout);
-        let found = wave.fit(sums.iter().map(Option::as_ref), config);
+    for case in &cases {
+        let WaveCase { name, sums, wave: expected, .. } = case;
+        let found = wave.fit(sums.iter().map(Option::as_ref), case.config(&layout));
         let (Ok((velocity, basis)), Some(mm_s)) = (found, expected.mm_s) else {
             assert_eq!(found.err().map(word), expected.why.as_deref(), "{name}: {found:?}, expected {expected:?}");
             continue;
         };
-        let word = if basis == Basis::Edge { "edge" } else { "outline" };
-        assert_eq!(Some(word), expected.basis.as_deref(), "{name}: {found:?}");
+        assert_eq!(Some(basis.as_str()), expected.basis.as_deref(), "{name}: {found:?}");
         let off = (f64::from(velocity.mm_s) / mm_s - 1.0).abs();
         let turned = (f64::from(velocity.degrees) - expected.deg.unwrap() + 180.0).rem_euclid(360.0) - 180.0;
         worst = [worst[0].max(off), worst[1].max(turned.abs())];
