@@ -6,11 +6,11 @@ use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::Pipeline;
-use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_host::statistics::percentile;
+use wstac_scene::rng::Rng;
 use wstac_scene::{Rest, Scene, SceneConfig, SimulatedFrame, Slide, Truth};
 
 use crate::objects::scenes::{self, Drawn, Fault, draw};
@@ -21,6 +21,7 @@ use crate::{interval, share};
 const SLIDES: u64 = 2000;
 const OTHERS: u64 = 1000;
 const OBJECTS_EACH: u64 = 300;
+pub(crate) const OF_CONDITION: u64 = 96;
 /// Width of the sensor between its outer whiskers, in mm.
 const SPAN_MM: f64 = 16.0;
 /// Path in mm over which a speed must have been even for an answer to be compared.
@@ -33,6 +34,8 @@ const LATEST: f64 = 2.0;
 const OBJECT_SPEEDS: [f64; 2] = [30.0, 300.0];
 /// Off by more than this fraction or these degrees is wrong.
 const WRONG: [f64; 2] = [0.1, 10.0];
+/// Fraction of lost frames.
+const LOST: f64 = 0.05;
 /// Frames after the last touch in which a velocity may still be said.
 const AFTER: f64 = 1.0;
 
@@ -59,7 +62,7 @@ struct Followed {
 }
 
 /// Returns the path in mm and the speed in mm/s at the end of each frame.
-fn path(slide: &Slide, start: f64, frames: usize) -> Vec<[f64; 2]> {
+fn path(slide: &Slide, start: f64, frames: usize, fps: f64) -> Vec<[f64; 2]> {
     const STEPS: u32 = 50;
     let (mut path, mut time, mut rested) = (0.0, start, 0.0);
     let mut rest = slide.rest.map_or(f64::INFINITY, |rest| rest.first_mm);
@@ -71,7 +74,7 @@ fn path(slide: &Slide, start: f64, frames: usize) -> Vec<[f64; 2]> {
                 for _ in 0..STEPS {
                     speed = slide.speed_at(path);
                     if path >= rest {
-                        (speed, rested) = (0.0, rested + step / 30.0);
+                        (speed, rested) = (0.0, rested + step / fps);
                         if let Some(Rest { every_mm, rest_s, .. }) = slide.rest
                             && rested >= rest_s
                         {
@@ -79,8 +82,8 @@ fn path(slide: &Slide, start: f64, frames: usize) -> Vec<[f64; 2]> {
                         }
                         continue;
                     }
-                    let middle = speed * step / 60.0;
-                    path += slide.speed_at(path + middle) * step / 30.0;
+                    let middle = speed * step / 2.0 / fps;
+                    path += slide.speed_at(path + middle) * step / fps;
                 }
                 time = end as f64;
             }
@@ -97,36 +100,67 @@ fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64, is_even: bool
     Said { delay, errors: [off, degrees], within, is_even }
 }
 
-/// A scene's first touch, the velocity of each feature frame, and its light.
+/// Frames that are lost by chance, one by one or in runs.
+struct Losses {
+    rng: Rng,
+    /// 0 if none is lost.
+    longest: f64,
+    left: u32,
+}
+
+impl Losses {
+    /// Returns whether the next frame is lost.
+    fn next(&mut self) -> bool {
+        if self.left == 0 && 0.5 * (1.0 + self.longest) * self.rng.uniform() < LOST {
+            self.left = (1.0 + self.longest * self.rng.uniform()).min(self.longest) as u32;
+        }
+        let is_lost = self.left > 0;
+        self.left = self.left.saturating_sub(1);
+        is_lost
+    }
+}
+
+/// A scene's first touch, the velocity of each frame, and its light.
 struct Replayed {
     velocities: Vec<Option<Velocity>>,
     truth: Truth,
     /// The end of the last touch.
     end_s: f64,
     shots: Vec<[u32; TAXELS]>,
+    /// Whether each frame completed a feature frame of which none was lost.
+    whole: Vec<bool>,
 }
 
 /// Returns what happens in a scene, as 25 taxels or ten sums tell.
-fn replay(script: &SceneConfig, has_taxels: bool) -> Replayed {
+fn replay(script: &SceneConfig, has_taxels: bool, condition: Condition) -> Replayed {
+    let rate = script.sensor.rate;
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
-    let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
+    let geometry = FrameGeometry::new(Gray, layout, rate).expect("sums fit 32 bits");
     let mut pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build().expect("all parameters are defaults");
-    let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32);
-    let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
-    let mut live = LiveWave::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(readout));
+    let time =
+        ReadoutTime::from_ms(script.sensor.readout_ms as f32).filter(|_| condition.fault != Fault::UnknownReadout);
+    let readout = Readout::of_layout(time, RowOrder::Down, &layout, rate);
+    let mut live = LiveWave::new(MotionConfig::published(rate).with_readout(readout));
     let mut scene = Scene::new(script).expect("the scene was drawn within its limits");
     let truth = scene.truth()[0];
     let end_s = scene.truth().iter().map(|truth| truth.end_s).fold(0.0, f64::max);
-    let (mut velocities, mut shots) = (Vec::new(), Vec::new());
+    let (mut velocities, mut shots, mut whole) = (Vec::new(), Vec::new(), Vec::new());
+    let mut losses = Losses { rng: Rng::new(script.seed, 2 << 48), longest: condition.longest, left: 0 };
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
-        pipeline.push_taxels(&sums);
+        shots.push(sums);
+        let is_lost = losses.next();
+        let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
+        whole.push(update.frame().is_some_and(|frame| !frame.has_missing_frames));
+        if is_lost {
+            velocities.push(None);
+            continue;
+        }
         let (next_frame, recent) = pipeline.recent();
         let ring = pipeline.taxel_ring().filter(|_| has_taxels);
         let answer = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline, ring));
         velocities.push(answer.and_then(|touch| touch.velocity));
-        shots.push(sums);
     }
-    Replayed { velocities, truth, end_s, shots }
+    Replayed { velocities, truth, end_s, shots, whole }
 }
 
 /// Follows the touch of a number.
@@ -135,13 +169,13 @@ fn follow(kind: Kind, number: u64, has_taxels: bool) -> Followed {
     if kind == Kind::Readout {
         script.sensor.readout_ms = READOUT_MS;
     }
-    let Replayed { velocities, truth, .. } = replay(&script, has_taxels);
+    let Replayed { velocities, truth, .. } = replay(&script, has_taxels, PLAIN);
     let end = truth.end_s * 30.0;
     let Some(slide) = truth.touch.slide() else {
         let wrong = velocities.iter().flatten().count();
         return Followed { speed_mm_s: 0.0, said: Vec::new(), frames: 0, wrong };
     };
-    let path = path(slide, truth.start, velocities.len());
+    let path = path(slide, truth.start, velocities.len(), 30.0);
     let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
     let crossed = path.iter().position(|[path, _]| *path >= SPAN_MM * (sine.abs() + cosine.abs()));
     let crossed = crossed.unwrap_or(path.len());
@@ -180,6 +214,38 @@ const OBJECTS: [(&str, scenes::Kind); 15] = [
     ("slow turn", scenes::Kind::Turn),
 ];
 
+/// What objects of the table by condition are before.
+#[derive(Clone, Copy)]
+struct Condition {
+    name: &'static str,
+    fault: Fault,
+    /// Longest run of lost frames.
+    longest: f64,
+    /// Readout of the rows, if it is not that of the fault.
+    readout_ms: Option<f64>,
+}
+
+const fn condition(name: &'static str, fault: Fault, longest: f64, readout_ms: Option<f64>) -> Condition {
+    Condition { name, fault, longest, readout_ms }
+}
+
+const PLAIN: Condition = condition("no fault", Fault::None, 0.0, None);
+const CONDITIONS: [Condition; 13] = [
+    PLAIN,
+    condition("5 % of the frames lost", Fault::None, 1.0, None),
+    condition("the same in runs of up to 6", Fault::None, 6.0, None),
+    condition("15 frames per second", Fault::Rate(15), 0.0, None),
+    condition("60 frames per second", Fault::Rate(60), 0.0, None),
+    condition("120 frames per second", Fault::Rate(120), 0.0, None),
+    condition("60 frames per second, 5 % lost", Fault::Rate(60), 1.0, None),
+    condition("120 frames per second, in runs", Fault::Rate(120), 6.0, None),
+    condition("rows read within 20 ms, known", Fault::KnownReadout, 0.0, Some(20.0)),
+    condition("33 ms, known", Fault::KnownReadout, 0.0, Some(33.0)),
+    condition("20 ms, unknown", Fault::UnknownReadout, 0.0, Some(20.0)),
+    condition("33 ms, unknown", Fault::UnknownReadout, 0.0, Some(33.0)),
+    condition("one dead whisker", Fault::Dead, 0.0, None),
+];
+
 /// The live answers about an object.
 #[derive(Clone, Copy, Default)]
 struct OfObject {
@@ -205,17 +271,23 @@ fn last_lit(shots: &[[u32; TAXELS]]) -> usize {
 }
 
 /// Follows the touch of an object. A velocity is wrong if it is neither that of the object in this frame, nor across an edge.
-fn follow_object(kind: scenes::Kind, seed: u64, number: u64) -> OfObject {
-    let Drawn { script, truth: drawn } = draw(kind, Fault::None, OBJECT_SPEEDS, seed, number);
-    let Replayed { velocities, truth, end_s, shots } = replay(&script, true);
-    let end = 30.0 * end_s;
+fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u64) -> OfObject {
+    let Drawn { mut script, truth: drawn } = draw(kind, condition.fault, OBJECT_SPEEDS, seed, number);
+    script.sensor.readout_ms = condition.readout_ms.unwrap_or(script.sensor.readout_ms);
+    let Replayed { velocities, truth, end_s, shots, whole } = replay(&script, true, condition);
+    let rate = script.sensor.rate;
+    let (fps, added) = (rate.per_second(), f64::from(rate.frames_added()));
+    let end = fps * end_s;
     let mut of = OfObject { frames: (end - truth.start) as usize, ..OfObject::default() };
     let slide = truth.touch.slide();
-    let path = slide.map_or_else(Vec::new, |slide| path(slide, truth.start, velocities.len()));
+    let path = slide.map_or_else(Vec::new, |slide| path(slide, truth.start, velocities.len(), fps));
     let last = last_lit(&shots) as f64;
-    for (frame, velocity) in velocities.into_iter().enumerate() {
+    let mut after = 0.0;
+    for (frame, (velocity, is_whole)) in velocities.into_iter().zip(whole).enumerate() {
+        // A frame that was lost says nothing.
+        after += f64::from(is_whole && frame as f64 + 1.0 - added > end);
         let Some(velocity) = velocity else { continue };
-        let is_right = slide.filter(|_| !drawn.has_none && frame as f64 <= end + LATEST).is_some_and(|slide| {
+        let is_right = slide.filter(|_| !drawn.has_none && after <= LATEST).is_some_and(|slide| {
             // Whatever turns about a place has the same direction on the sensor all the time.
             let [_, speed] = path[frame];
             let motions = drawn.edges.iter().map(|[mm_s, degrees]| [mm_s / slide.speed_mm_s, *degrees]);
@@ -229,7 +301,7 @@ fn follow_object(kind: scenes::Kind, seed: u64, number: u64) -> OfObject {
         of.wrong += usize::from(!is_right);
         if of.first.is_none() {
             of.first = Some(!is_right);
-            of.in_time = [frame as f64 <= last + 3.0, frame as f64 <= end + 2.0];
+            of.in_time = [frame as f64 <= last + 3.0 * added, after <= LATEST];
         }
     }
     of
@@ -251,7 +323,7 @@ pub(crate) fn objects(seed: u64, count: u64) -> String {
          | --- | --- | --- | --- | --- | --- | --- |\n",
     );
     for (name, kind) in OBJECTS {
-        let all = each(count, |number| follow_object(kind, seed, number));
+        let all = each(count, |number| follow_object(kind, PLAIN, seed, number));
         let first: Vec<bool> = all.iter().filter_map(|one| one.first).collect();
         let sum = |of: &dyn Fn(&OfObject) -> usize| all.iter().map(of).sum::<usize>();
         let said = sum(&|one| one.said);
@@ -266,6 +338,23 @@ pub(crate) fn objects(seed: u64, count: u64) -> String {
             share(said, sum(&|one| one.frames)),
             share(sum(&|one| one.wrong), said),
         );
+    }
+    page
+}
+
+/// Returns the table of live motion by what the camera does to a mix of objects.
+pub(crate) fn cameras(seed: u64, count: u64) -> String {
+    let mut page = String::from(
+        "| mix of objects | first velocity: answered, % of touches | wrong, % of answered | all velocities: wrong, % |\n\
+         | --- | --- | --- | --- |\n",
+    );
+    for condition in CONDITIONS {
+        let all = each(count, |number| follow_object(scenes::Kind::Mix, condition, seed, number));
+        let first: Vec<bool> = all.iter().filter_map(|one| one.first).collect();
+        let wrong = first.iter().filter(|is_wrong| **is_wrong).count();
+        let [said, of_them] = [all.iter().map(|one| one.said).sum(), all.iter().map(|one| one.wrong).sum()];
+        let [first, wrong] = [share(first.len(), all.len()), share(wrong, first.len())];
+        let _ = writeln!(page, "| {} | {first} | {wrong} | {} |", condition.name, share(of_them, said));
     }
     page
 }
@@ -352,6 +441,8 @@ pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live_objects.txt"));
     taxels(page);
     *page += &objects(scenes::JUDGE, OBJECTS_EACH);
+    page.push('\n');
+    *page += &cameras(scenes::JUDGE, OF_CONDITION);
     page.push('\n');
     let _ = writeln!(
         page,

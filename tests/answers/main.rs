@@ -1,8 +1,8 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `limits`, `live`, `readout`, `judge` (objects) or `textures` it writes only that section, and with `base` only the table
-//! of the kinds of touch, whose lines are lines of the page. With `objects` or `live-objects` and their options it prints a
-//! table of objects for whoever sets limits, by other seeds than those of the page.
+//! `limits`, `live`, `readout`, `judge` (objects) or `textures` it writes only that section, and with `base` only the tables
+//! of the kinds of touch and of cameras, whose lines are lines of the page. With `objects` or `live-objects` and their
+//! options it prints a table of objects for whoever sets limits, by other seeds than those of the page.
 
 mod live;
 mod objects;
@@ -242,7 +242,8 @@ fn main() {
         }
         if part == "live-objects" {
             let number = |at: usize, default| options.get(at).map_or(default, |text| text.parse().expect("a number"));
-            return print!("{}", live::objects(number(0, 1), number(1, 300)));
+            let (seed, count) = (number(0, 1), number(1, 300));
+            return print!("{}", live::objects(seed, count) + &live::cameras(seed, count));
         }
         let mut section = String::new();
         match part.as_str() {
@@ -251,7 +252,10 @@ fn main() {
             "live-taxels" => live::taxels(&mut section),
             "readout" => readout::table(&mut section),
             "judge" => objects::section(&mut section),
-            "base" => kinds(&mut section),
+            "base" => {
+                kinds(&mut section);
+                section += &live::cameras(objects::scenes::JUDGE, live::OF_CONDITION);
+            }
             _ => section = textures::section(),
         }
         print!("{section}");

@@ -115,11 +115,14 @@ def wave(wstac, folder, numbers, chosen=WITH_TAXELS):
     folder.mkdir()
     file, config = clip(wstac, folder, "balls.toml"), by_wave(folder)
     events = host(wstac, "run", file, "--readout", "0", "--json", "--config", config)
+    live = host(wstac, "run", file, "--readout", "0", "--json", "--config", config, "--features", "--motion")
     found = [(line["basis"], line["reliable"]) for line in map(json.loads, events) if line["kind"] == "event"]
     if sorted(found) != [("edge", True), ("outline", True), ("outline", True)]:
         sys.exit(f"the host's answers about balls are {found}, which says little about a board")
     for board in chosen:
         features = "mps2" if board.core == "M0" else "emulated"
+        programs = boards.build(board.target, "--bin", "emulated", config=config, features=f"{features},motion")
+        print(f"{board.core}, by a wave, {link.check(board, programs / 'emulated', folder, wstac, live, '--motion')}", flush=True)
         programs = boards.build(board.target, "--bin", "emulated", "--bin", "cost", config=config, features=features)
         boards.run(board, programs / "emulated", folder, serial="file:serial")
         stack = int.from_bytes((folder / "stack").read_bytes(), "little")

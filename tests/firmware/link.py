@@ -21,7 +21,7 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def monitored(board, elf, folder, wstac):
+def monitored(board, elf, folder, wstac, what):
     """Runs the board with `wstac monitor` at the other end of its UART. Returns the finished command."""
     port = free_port()
     # The board starts when the host is there.
@@ -29,7 +29,7 @@ def monitored(board, elf, folder, wstac):
     qemu = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         for _ in range(100):
-            asked = [wstac, "monitor", f"tcp:127.0.0.1:{port}", "--json", "--features", "--samples"]
+            asked = [wstac, "monitor", f"tcp:127.0.0.1:{port}", "--json", "--features", what]
             done = subprocess.run(asked, capture_output=True, text=True, timeout=300, check=False)
             if done.stdout or qemu.poll() is not None:
                 break
@@ -51,11 +51,11 @@ def timeless(line):
     return {name: value for name, value in json.loads(line).items() if name not in TIMES}
 
 
-def check(board, elf, folder, wstac, expected):
-    """Compares the output with the lines of `wstac run --json --features --samples` on the same frames."""
+def check(board, elf, folder, wstac, expected, what="--samples"):
+    """Compares the output with the lines of `wstac run --json --features` on the same frames, with samples or with motion."""
     # The emulated board is faster than a real one. On a busy machine the requests may reach it behind the first event.
     for _ in range(5):
-        done = monitored(board, elf, folder, wstac)
+        done = monitored(board, elf, folder, wstac, what)
         if done.returncode:
             sys.exit(f"{board.core}: wstac monitor failed ({done.returncode}): {done.stderr.strip()}")
         got = done.stdout.splitlines()
@@ -74,4 +74,4 @@ def check(board, elf, folder, wstac, expected):
     want_features = [record for record in expected if record["kind"] == "features"]
     if not got_features or got_features != want_features[-len(got_features) :]:
         sys.exit(f"{board.core}: features over the live link are not the host's: {len(got_features)} of them")
-    return f"over its UART live: {len(got) - len(got_features)} records with samples, features of {len(got_features)} frames"
+    return f"over its UART live: {len(got) - len(got_features)} records with {what[2:]}, features of {len(got_features)} frames"
