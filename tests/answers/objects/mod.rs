@@ -113,16 +113,18 @@ const ROWS: [Row; 30] = [
 ];
 
 /// What is not on the page, for whoever breaks the estimator.
-const BREAKS: [Row; 5] = [
+const BREAKS: [Row; 7] = [
     row("any-corner", "corner of 30 to 150°", Kind::AnyCorner, PAIR),
     row("any-fingers", "two round things of any size", Kind::AnyFingers, PAIR),
     row("turned-fingers", "two round things in a slow turn", Kind::TurnedFingers, refused(0.5)),
     row("near", "two velocities, 3 to 15 % or ° apart", Kind::Near, refused(0.5)),
     row("beyond", "two velocities, 15 to 20 % or ° apart", Kind::Beyond, refused(0.5)),
+    row("skewed-rod", "rod of 8 to 24 mm skewed by 3 to 35°", Kind::SkewedRod, PAIR),
+    row("locked", "along an axis by a pitch per frame", Kind::Locked, PAIR),
 ];
 
 /// What `--fault` calls a fault.
-const FAULTS: [(&str, Fault); 7] = [
+const FAULTS: [(&str, Fault); 8] = [
     ("dead", Fault::Dead),
     ("gains", Fault::Gains),
     ("noise", Fault::Noise),
@@ -130,6 +132,7 @@ const FAULTS: [(&str, Fault); 7] = [
     ("15", Fault::Rate(15)),
     ("unknown", Fault::UnknownReadout),
     ("crosstalk", Fault::Crosstalk),
+    ("flash", Fault::Flash),
 ];
 
 /// A reliable velocity, or why there is none.

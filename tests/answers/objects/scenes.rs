@@ -43,6 +43,10 @@ pub(crate) enum Kind {
     /// Two velocities that differ by less than 15 % or 15°, and by 15 to 20 % or °.
     Near,
     Beyond,
+    /// Rods of 8 to 24 mm that move at an angle to their axis.
+    SkewedRod,
+    /// Anything along an axis of the sensor, by about a pitch per frame at 30 frames per second.
+    Locked,
     /// The kinds of [`MIX`], one after the other.
     Mix,
 }
@@ -66,6 +70,8 @@ pub(crate) enum Fault {
     Decay,
     Drift,
     Crosstalk,
+    /// Light that goes out within less than a frame.
+    Flash,
 }
 
 /// What is true about a touch.
@@ -183,6 +189,10 @@ impl Draw {
                 let specimen = self.block(15.0, 60.0);
                 Slide { skew_deg: self.either_sign(3.0, 30.0), ..self.slide(specimen, 4.0) }
             }
+            Kind::SkewedRod => {
+                let specimen = self.rod(false);
+                Slide { skew_deg: self.either_sign(3.0, 35.0), ..self.slide(specimen, 4.0) }
+            }
             Kind::Corner => {
                 let flat = Specimen { length_mm: self.between(30.0, 100.0), ..Specimen::ALL[0] };
                 let specimen = Specimen { body: Body::Corner { degrees: 90.0 }, ..flat };
@@ -198,6 +208,11 @@ impl Draw {
                 let flat = Specimen { length_mm: self.between(20.0, 160.0), ..Specimen::ALL[0] };
                 let specimen = if is_rod { self.rod(true) } else { flat };
                 Slide { skew_deg: self.either_sign(5.0, 45.0), ..self.slide(specimen, 0.0) }
+            }
+            Kind::Locked => {
+                let (axis, off) = (90.0 * self.between(0.0, 4.0).floor(), self.between(-2.0, 2.0));
+                let speed_mm_s = self.between(100.0, 140.0);
+                Slide { speed_mm_s, direction_deg: (axis + off).rem_euclid(360.0), ..self.any() }
             }
             Kind::Textured => return self.textured(),
             Kind::Fingers => return self.fingers(),
@@ -462,6 +477,7 @@ pub(crate) fn draw(kind: Kind, fault: Fault, speeds: [f64; 2], seed: u64, number
             script.light.leak_per_minute = draw.between(0.03, 0.12);
         }
         Fault::Crosstalk => script.light.crosstalk = 0.05,
+        Fault::Flash => script.light.afterglow_ms = draw.between(0.0, 30.0),
     }
     Drawn { script, truth }
 }

@@ -37,7 +37,7 @@ ANGLES = 36
 LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
 WEAK = 0.55
 OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
-MOST_EDGE_DARK, LATE_OF_EDGE = 5, 0.04
+MOST_EDGE_DARK, LATE_OF_EDGE = 6, 0.04
 MOST_SD, LEAST_SD = (0.04, 0.1), (0.0003, 0.0003)
 """Largest and least deviations: of the speed as a fraction, and of the direction in radians."""
 FEW_FRAMES = (0.3, 0.1)
@@ -47,6 +47,8 @@ LOST = 0.005
 FACTORS = (((0.6, 0.08, 0.01), (1.05, 0.03, 0.0)), ((0.3, 0.3, 0.015), (0.35, 0.22, 0.015)))
 """Of deviations along and across the motion, if whiskers are dark and if all are lit: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
+OF_FLASH = 1.2
+"""Frames late by that phase times the square of what the frame beside the brightest lacks to half of its light."""
 FEWEST_OF_CONTACT = 3
 LATE_OF_CONTACTS, DIFFERENCE, POSSIBLE = (0.04, 0.08), (0.02, 0.05), 0.05
 """Of two contacts: mean and largest lateness, what each slowness differs along and across the motion, and along with an sd."""
@@ -173,6 +175,7 @@ class Wave:
     gains: np.ndarray
     miss: float
     parts: list[np.ndarray]
+    lacks: float
 
 
 def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut: bool) -> Wave:
@@ -217,7 +220,11 @@ def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut:
         rest = (d[part] @ z[part] - gains * (m[part] @ d[part])) / np.maximum(gains, WEAKEST_GAIN)
         parts.append(rest / max(float(d[part] @ d[part]), 1e-9))
     left = np.maximum((z * z).sum(axis=0) - gains * gains * mm, 0).sum()
-    return Wave(slowness, weights, late, gains, float(left / (z * z).sum()), parts)
+    dark = np.zeros((1, len(peak)))
+    around_each = np.concatenate([dark, light, dark])
+    at, each = light.argmax(axis=0), np.arange(len(peak))
+    beside = np.maximum(around_each[at, each], around_each[at + 2, each]).sum() / peak.sum()
+    return Wave(slowness, weights, late, gains, float(left / (z * z).sum()), parts, max(0.5 - beside, 0.0))
 
 
 def outline_of(peaks: np.ndarray) -> tuple[float, float]:
@@ -520,17 +527,18 @@ def answer_of_wave(
     deg = math.degrees(math.atan2(up, right)) % 360
     outline, outline_sd = of_outline
     apart = abs((outline - deg + 90) % 180 - 90)
+    is_wide = lit_count >= TAXELS - MOST_EDGE_DARK
+    is_edge = is_full or (is_wide and farthest <= LATE_OF_EDGE) or outline_sd > OUTLINE_TELLS
     if is_full:
         agrees = outline_sd >= OUTLINE_MUTE or apart <= 6.5 * outline_sd + 6
-    elif outline_sd > OUTLINE_TELLS:
-        agrees = (outline_sd > OUTLINE_MUTE or farthest <= LATE_OF_EDGE) and lit_count >= TAXELS - MOST_EDGE_DARK
+    elif is_edge:
+        agrees = is_wide and (outline_sd > OUTLINE_MUTE or farthest <= LATE_OF_EDGE)
     else:
         agrees = apart <= min(11.0, 3.2 * outline_sd + 3)
     if not agrees:
         raise Refused("not alike")
     if not is_crossed(peaks, right, up):
         raise Refused("starts on the sensor")
-    basis = "outline" if not is_full and outline_sd <= OUTLINE_TELLS else "edge"
     # Few whiskers cannot tell what is curved.
     left = curve_scale if is_full else scale
     phases = [places @ wave.slowness + quarter for quarter in (0, 0.25)]
@@ -538,6 +546,6 @@ def answer_of_wave(
     deviations = []
     for way, (of_late, of_miss, of_phase) in enumerate(FACTORS[is_full], 1):
         variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way]
-        variance += of_phase**2 * sum(float(each[way]) ** 2 for each in shared) / 2
+        variance += (of_phase + OF_FLASH * wave.lacks**2) ** 2 * sum(float(each[way]) ** 2 for each in shared) / 2
         deviations.append(math.sqrt(variance) / whole)
-    return velocity_of(Motion(rows, columns, *deviations), of_rows, fps, basis, lost)
+    return velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)

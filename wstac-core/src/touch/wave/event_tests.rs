@@ -81,7 +81,7 @@ fn slide(mm_s: f64, degrees: f64, cut: impl Fn(f64) -> f64) -> impl Fn(f64, f64,
 }
 
 fn rod(left: f64) -> f64 {
-    (-left.powi(2) / 1.5).exp()
+    (-left.powi(2) / 0.8).exp()
 }
 
 fn check(answer: &Answer, mm_s: f64, degrees: f64, basis: Basis) {

@@ -46,6 +46,8 @@ pub(super) struct Wave {
     each: [([i32; 2], i32, i32); TAXELS],
     /// The part of the energy that the wave leaves over.
     pub(super) miss: f32,
+    /// How much less than half of its brightest frame's light a whisker has in the brighter frame beside that: at least 0.
+    pub(super) lacks: f32,
 }
 
 impl Wave {
@@ -88,6 +90,17 @@ impl Whisker<'_> {
     /// Returns each frame up to the last bright one, with its light.
     fn light(&self) -> impl Iterator<Item = (i32, i32)> {
         (0..=self.last).zip(self.line.iter().skip(PAD).map(|&light| i32::from(light)))
+    }
+
+    /// Returns the light in the brightest frame, and in the brighter one beside it.
+    fn brightest(&self) -> [i32; 2] {
+        let (mut most, mut beside) = (0, 0);
+        for &[before, light, after] in self.line.get(PAD - 1..).unwrap_or_default().array_windows() {
+            if light > most {
+                (most, beside) = (light, before.max(after));
+            }
+        }
+        [most, beside].map(i32::from)
     }
 
     /// Returns the time of the rising edge, where the line first exceeds 40 % of its peak.
@@ -382,6 +395,10 @@ impl Sums {
             }
         }
         let unit = 1.0 / (1 << LATE_BITS) as f32;
+        let mut peaks = [0_i32; 2];
+        for [most, beside] in whiskers.iter().map(Whisker::brightest) {
+            peaks = [peaks[0] + most, peaks[1] + beside];
+        }
         Wave {
             slowness,
             moments,
@@ -391,6 +408,7 @@ impl Sums {
             squares: squares as f32 * unit * unit,
             each: list,
             miss: if energy > 0.0 { (1.0 - explained / energy).max(0.0) } else { 1.0 },
+            lacks: (0.5 - peaks[1] as f32 / peaks[0].max(1) as f32).max(0.0),
         }
     }
 }

@@ -79,7 +79,7 @@ const TWIST: [f32; 2] = [0.12, 2.2];
 /// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does not.
 const OUTLINE: [f32; 2] = [8.0, 25.0];
 /// Fewest whiskers that an edge lights, if its outline tells nothing.
-const FEWEST_OF_EDGE: u32 = 20;
+const FEWEST_OF_EDGE: u32 = 19;
 /// Largest lateness of such an edge, if its outline tells little.
 const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
@@ -95,6 +95,9 @@ const LOST: f32 = 0.005;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] = [[[0.6, 0.08, 0.01], [1.05, 0.03, 0.0]], [[0.3, 0.3, 0.015], [0.35, 0.22, 0.015]]];
+/// Frames by which a flash is late that is all in one frame: by a quarter of this, about the sine in a sawtooth of half a
+/// frame either way. Light that lasts until the next frame tells where in a frame it began.
+const OF_FLASH: f32 = 1.2;
 /// The weight of a whisker whose gain is 1.
 const ONE_WEIGHT: f32 = 4096.0;
 
@@ -401,6 +404,7 @@ impl Rest {
             sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
                 let late = of_late * of_late * left.variance + of_miss * of_miss * ONE_WEIGHT * wave.miss;
                 // By half of the squares of a sine and a cosine.
+                let of_phase = of_phase + OF_FLASH * wave.lacks * wave.lacks;
                 let phases = wave.locked.map(|sums| of_phase * of_plane.of_others(k, &plane, &sums));
                 let squares = 0.5 * (phases[0] * phases[0] + phases[1] * phases[1]);
                 sqrt(of_plane.variance_of(k, late) + squares) * unit
@@ -436,10 +440,13 @@ fn basis(outline: &Outline, count: u32, degrees: f32, [late, _]: [f32; 2]) -> Op
     let off = if off >= 180.0 { off - 180.0 } else { off };
     let apart = off.min(180.0 - off);
     let is_full = count == TAXELS as u32;
-    if is_full {
+    if !is_full && count >= FEWEST_OF_EDGE && late <= LATE_OF_EDGE {
+        // Too few are dark to tell a rod that moves at an angle from one that does not.
+        Some(Basis::Edge)
+    } else if is_full {
         (sd >= OUTLINE[1] || apart <= 6.5 * sd + 6.0).then_some(Basis::Edge)
     } else if sd > OUTLINE[0] {
-        (count >= FEWEST_OF_EDGE && (sd > OUTLINE[1] || late <= LATE_OF_EDGE)).then_some(Basis::Edge)
+        (count >= FEWEST_OF_EDGE && sd > OUTLINE[1]).then_some(Basis::Edge)
     } else {
         (apart <= (3.2 * sd + 3.0).min(11.0)).then_some(Basis::Outline)
     }
