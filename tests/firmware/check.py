@@ -121,8 +121,9 @@ def wave(wstac, folder, numbers, chosen=WITH_TAXELS):
         sys.exit(f"the host's answers about balls are {found}, which says little about a board")
     for board in chosen:
         features = "mps2" if board.core == "M0" else "emulated"
-        programs = boards.build(board.target, "--bin", "emulated", config=config, features=f"{features},motion")
+        programs = boards.build(board.target, "--bin", "emulated", "--bin", "golden", config=config, features=f"{features},motion")
         print(f"{board.core}, by a wave, {link.check(board, programs / 'emulated', folder, wstac, live, '--motion')}", flush=True)
+        print(f"{board.core}: live motion of {golden.check_velocities(board, programs, folder)} touches to the bit", flush=True)
         programs = boards.build(board.target, "--bin", "emulated", "--bin", "cost", config=config, features=features)
         boards.run(board, programs / "emulated", folder, serial="file:serial")
         stack = int.from_bytes((folder / "stack").read_bytes(), "little")

@@ -10,14 +10,17 @@ from pathlib import Path
 import boards
 
 GOLDEN = boards.ROOT / "tests/golden"
-FORMATS = "GREY Y10 Y12 Y16 RGB24 BGR24 RGBX32 XRGB32 RGB565 YUYV UYVY NV12 YU12 YUV422P YUV444P -".split() + [
-    order + bits for bits in ("8", "10", "12") for order in ("RGGB", "GRBG", "GBRG", "BGGR")
-]
+MOSAICS = [order + bits for bits in ("8", "10", "12") for order in ("RGGB", "GRBG", "GBRG", "BGGR")]
+FORMATS = [*"GREY Y10 Y12 Y16 RGB24 BGR24 RGBX32 XRGB32 RGB565".split(), *MOSAICS, *"YUYV UYVY NV12 YU12 YUV422P YUV444P".split()]
 ALIKE = {"BGRX32": "RGBX32", "XBGR32": "XRGB32"}  # formats whose green is in the same place
 HEADER = 80  # words
 FEATURES, EVENT, END, CONTACT_END = 1, 2, 3, 4
 # Every bit of every motion, by coherence and by edges. tests/whole checks that this machine's are the same.
 MOTIONS = Path(__file__).with_name("motions.txt")
+# Every bit of every velocity of live motion by 25 taxels, likewise; and dark frames before each touch.
+VELOCITIES = Path(__file__).with_name("velocities.txt")
+DARK = [300] * 25
+BEFORE = 70
 
 
 def packed(case, every_frame):
@@ -95,13 +98,42 @@ def check_motions(board, names, found):
     return len(lines)
 
 
+def check_velocities(board, programs, folder):
+    """Runs live motion by 25 taxels on a board alone, and compares its bits with those of a host. Returns how many touches."""
+    write_waves(folder / "waves")
+    for name in ("cases", "touches"):
+        (folder / name).write_bytes(b"")
+    boards.run(board, programs / "golden", folder)
+    return same_velocities(board, (folder / "velocities").read_bytes())
+
+
+def write_waves(file):
+    """Writes the touches of waves as the program `golden` reads them."""
+    packed = b""
+    for case in json.loads((GOLDEN / "wave.json").read_text())["cases"]:
+        ms = float("nan") if case["readout_ms"] is None else case["readout_ms"]
+        frames = [DARK] * BEFORE + [[2**32 - 1] * 25 if sums is None else sums for sums in case["sums"]]
+        packed += struct.pack("<IfI", int(case["fps"]), ms, len(frames)) + b"".join(struct.pack("<25I", *sums) for sums in frames)
+    file.write_bytes(packed)
+
+
+def same_velocities(board, found):
+    expected = VELOCITIES.read_text().split()
+    if found.hex() != "".join(expected):
+        sys.exit(f"{board.core}: live velocities {found.hex()}, expected those of {VELOCITIES.name}")
+    return len(expected)
+
+
 def check(board, programs, folder):
     """Runs the cases on a board and compares. Returns how many there were."""
     chosen, every = cases(board)
     frames = memoryview((GOLDEN / "frames.raw").read_bytes())
     (folder / "cases").write_bytes(b"".join(packed(case, frames) for case in chosen))
     names = write_touches(folder / "touches")
+    write_waves(folder / "waves")
     boards.run(board, programs / "golden", folder)
+    # A microbit has no memory for taxels.
+    waves = same_velocities(board, (folder / "velocities").read_bytes()) if board.core != "M0" else 0
     motions = check_motions(board, names, (folder / "motions").read_bytes())
     found = list(results(memoryview((folder / "results").read_bytes()).cast("h").tolist()))
     if len(found) != len(chosen):
@@ -144,4 +176,4 @@ def check(board, programs, folder):
             if abs(event[5] - (-1 if mm_s is None else min(16 * mm_s, most))) > 1:
                 sys.exit(f"{at}: speed {event[5] / 16} mm/s, expected {mm_s}")
         events_seen += len(events)
-    return f"{len(chosen)} of {every} golden cases, {events_seen} events, {ends_seen} ends of contacts; {motions} motions to the bit; {equal} of {numbers} features equal, the others off by 1"
+    return f"{len(chosen)} of {every} golden cases, {events_seen} events, {ends_seen} ends of contacts; {motions} motions and {waves} live touches to the bit; {equal} of {numbers} features equal, the others off by 1"

@@ -9,7 +9,9 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{Contact, LiveContact, LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::motion::{
+    Contact, LiveContact, LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity,
+};
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Wave};
 
@@ -102,6 +104,25 @@ impl WaveCase {
 fn layout() -> Layout {
     let corners = core::array::from_fn(|taxel| [16 * (taxel % 5) as u16, 16 * (taxel / 5) as u16]);
     Layout::new(FrameSize::new(80, 80).unwrap(), [16, 16], corners).unwrap()
+}
+
+/// Checks that every bit is as recorded. Boards are compared with the same record (`ci/firmware`). A change of the record is
+/// a change of answers.
+#[test]
+fn every_processor_says_the_same_live() {
+    let Cases { cases } = read(&directory().join("wave.json"));
+    let mut found = String::new();
+    for case in &cases {
+        for (frame, touch) in case.live(layout()) {
+            let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = touch.velocity.unwrap();
+            let head = [(BEFORE + frame) as u16, u16::from(touch.basis == Some(Basis::Edge))].map(u16::to_le_bytes);
+            let bits = [mm_s, mm_s_sd, degrees, degrees_sd].map(f32::to_le_bytes);
+            found.extend(head.as_flattened().iter().chain(bits.as_flattened()).map(|byte| format!("{byte:02x}")));
+        }
+        found += "ffff\n";
+    }
+    let recorded = std::fs::read_to_string(directory().with_file_name("firmware").join("velocities.txt")).unwrap();
+    assert!(found == recorded, "expected the bits of tests/firmware/velocities.txt, found:\n{found}");
 }
 
 #[test]

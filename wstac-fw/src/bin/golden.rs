@@ -1,8 +1,9 @@
 //! Runs the golden vectors on a board that QEMU emulates (tests/firmware/golden.py).
 //!
 //! The file `cases` has cases of any pixel format, whose answers are by the published algorithm; results go to the file
-//! `results`. The file `touches` has samples whose answers are by arrival times; they go to the file `motions`. Random
-//! sums of GREY come first, because their kernels are this board's own.
+//! `results`. The file `touches` has samples whose answers are by arrival times; they go to the file `motions`. The file
+//! `waves` has sums of touches that live motion by 25 taxels follows; its velocities go to the file `velocities`. Random sums
+//! of GREY come first, because their kernels are this board's own.
 #![no_std]
 #![no_main]
 
@@ -11,7 +12,6 @@ use wstac_core::error::Error;
 use wstac_core::frame::Stride;
 use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::bayer::BayerOrder;
 use wstac_core::green::gray::Gray;
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::{FrameSize, Layout};
@@ -24,7 +24,10 @@ use wstac_core::params::{COLUMNS, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::{Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout};
+use wstac_core::touch::motion::{self, Contact, LiveContact, LiveWave, Motion};
+use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::taxel_ring::TaxelRing;
+use wstac_core::touch::wave::Basis;
 use wstac_fw::emulated::host::{self, File};
 
 /// The size of the largest whole frame. Larger frames come in stripes.
@@ -65,6 +68,10 @@ fn main() -> ! {
         host::fail("sums of GREY by chance cannot be set up\n");
     }
     motions();
+    // A microbit has no memory for taxels.
+    if cfg!(not(microbit)) && velocities().is_err() {
+        host::fail("live motion cannot be set up\n");
+    }
     let mut header = [0; 4 * HEADER];
     while cases.read(&mut header) {
         if run(&cases, &results, &header, frame).is_err() {
@@ -141,13 +148,13 @@ fn motions() {
         }
         let event = Event::new(0, Sample::from_frames(&frames), &baseline);
         for motion in [motion::by_coherence(&event, config), motion::by_edges(&event, config)] {
-            motions.write(&numbers(&motion));
+            write(&motions, &motion);
         }
     }
 }
 
-/// Returns every bit of a motion: its kind, whether it is reliable, and five numbers, the lower half of each first.
-fn numbers(motion: &Motion) -> [i16; 12] {
+/// Writes every bit of a motion: its kind, whether it is reliable, and five numbers, the lower half of each first.
+fn write(motions: &File, motion: &Motion) {
     let kind = match motion.contact {
         Contact::Slide => 0,
         Contact::Press => 1,
@@ -155,14 +162,48 @@ fn numbers(motion: &Motion) -> [i16; 12] {
         _ => 3,
     };
     let velocity = motion.velocity.map(|found| [found.mm_s, found.mm_s_sd, found.degrees, found.degrees_sd]);
-    let [mm_s, mm_s_sd, degrees, degrees_sd] = velocity.unwrap_or_default().map(f32::to_bits);
-    let coherence = motion.coherence.to_bits();
-    let mut numbers = [kind, i16::from(motion.reliable), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-    let halves = [mm_s, mm_s_sd, degrees, degrees_sd, coherence].map(|bits| [bits as i16, (bits >> 16) as i16]);
-    for (number, half) in numbers.iter_mut().skip(2).zip(halves.as_flattened()) {
-        *number = *half;
+    let [mm_s, mm_s_sd, degrees, degrees_sd] = velocity.unwrap_or_default();
+    motions.write(&[kind, i16::from(motion.reliable)]);
+    motions.write(halves([mm_s, mm_s_sd, degrees, degrees_sd, motion.coherence]).as_flattened());
+}
+
+fn halves<const N: usize>(numbers: [f32; N]) -> [[i16; 2]; N] {
+    numbers.map(f32::to_bits).map(|bits| [bits as i16, (bits >> 16) as i16])
+}
+
+/// Writes the velocities of live motion by 25 taxels: the frame, whether an edge tells it, and its bits; −1 behind each touch.
+#[inline(never)]
+fn velocities() -> Result<(), Error> {
+    let (touches, velocities) = (File::open(b"waves\0"), File::create(b"velocities\0"));
+    let corners = core::array::from_fn(|taxel| [16 * (taxel % COLUMNS) as u16, 16 * (taxel / COLUMNS) as u16]);
+    let layout = Layout::new(FrameSize::new(80, 80)?, [16, 16], corners)?;
+    let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL)?;
+    let (mut header, mut bytes) = ([0; 12], [0; 4 * TAXELS]);
+    while touches.read(&mut header) {
+        let mut words = WordReader(&header);
+        let (rate, time) = (FrameRate::new(words.u32(), 1)?, ReadoutTime::from_ms(f32::from_bits(words.u32())));
+        let readout = Readout::of_layout(time, RowOrder::Down, &layout, rate);
+        let mut live = LiveWave::new(MotionConfig::published(rate).with_readout(readout));
+        let mut pipeline = Pipeline::builder(camera).taxels::<TaxelRing>().build()?;
+        for frame in 0..words.u32() {
+            touches.read(&mut bytes);
+            let mut words = WordReader(&bytes);
+            let sums = core::array::from_fn(|_| words.u32());
+            if sums == [u32::MAX; TAXELS] {
+                pipeline.push_lost(1);
+                continue;
+            }
+            pipeline.push_taxels(&sums);
+            let ((next_frame, recent), ring) = (pipeline.recent(), pipeline.taxel_ring());
+            let touch = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline, ring));
+            if let Some(LiveContact { velocity: Some(found), basis, .. }) = touch {
+                velocities.write(&[frame as i16, i16::from(basis == Some(Basis::Edge))]);
+                velocities.write(halves([found.mm_s, found.mm_s_sd, found.degrees, found.degrees_sd]).as_flattened());
+            }
+        }
+        velocities.write(&[-1]);
     }
-    numbers
+    Ok(())
 }
 
 fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Result<(), Error> {
@@ -187,7 +228,8 @@ fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Re
     let trigger = if words.u32() == 0 { trigger } else { trigger.one_event_per_touch() };
     let frames = words.u32();
 
-    let green = Any::new(pixel_format(format), YcbcrEncoding { matrix, range }, method);
+    let format = PixelFormat::all().nth(format as usize).unwrap_or(PixelFormat::Gray);
+    let green = Any::new(format, YcbcrEncoding { matrix, range }, method);
     let camera = FrameGeometry::with_stride(green, layout, rate, stride)?.with_bytes_per_row(bytes_per_row)?;
     let planar = green.chroma_bytes(camera.bytes_per_row(), size.height()).is_some();
     let mut pipeline = Pipeline::builder(camera).floor_levels(floor).trigger(trigger).build()?;
@@ -267,40 +309,4 @@ fn give_event(results: &File, event: Option<&Event<'_>>, config: &SpeedConfig) {
         frame(event.touch_frame),
         frame(event.end_frame),
     ]);
-}
-
-/// Returns the format of this number, in the order of tests/firmware/golden.py.
-fn pixel_format(number: u32) -> PixelFormat {
-    use PixelFormat as F;
-    const FORMATS: [PixelFormat; 14] = [
-        F::Gray,
-        F::Y10,
-        F::Y12,
-        F::Y16,
-        F::Rgb24,
-        F::Bgr24,
-        F::Rgbx32,
-        F::Xrgb32,
-        F::Rgb565,
-        F::Yuyv,
-        F::Uyvy,
-        F::Nv12,
-        F::Yu12,
-        F::Yuv422p,
-    ];
-    if let Some(format) = FORMATS.get(number as usize) {
-        return *format;
-    }
-    let order = |number| match number & 3 {
-        0 => BayerOrder::Rggb,
-        1 => BayerOrder::Grbg,
-        2 => BayerOrder::Gbrg,
-        _ => BayerOrder::Bggr,
-    };
-    match number {
-        16..20 => F::Bayer8(order(number)),
-        20..24 => F::Bayer10(order(number)),
-        24..28 => F::Bayer12(order(number)),
-        _ => F::Yuv444p,
-    }
 }

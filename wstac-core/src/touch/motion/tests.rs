@@ -78,29 +78,6 @@ fn speeds_follow_pitch_and_frame_rate() {
 }
 
 #[test]
-fn touches_that_do_not_slide_have_no_velocity() {
-    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
-    let baseline = baseline();
-    let of = |frames: &[Features; SAMPLE_FRAMES]| {
-        let event = event_of(frames, &baseline);
-        [by_coherence(&event, config), by_edges(&event, config)]
-    };
-    for motion in of(&sample(0.0, 0.0, [1.0, 0.8, 1.1, 0.9, 1.0])) {
-        assert_eq!((motion.contact, motion.velocity, motion.reliable), (Contact::Press, None, false));
-    }
-    for motion in of(&sample(0.0, 0.0, [0.0, 0.0, 1.0, 0.0, 0.0])) {
-        assert_eq!((motion.contact, motion.velocity), (Contact::Poke, None));
-    }
-    // Faster than a slide and slower than a press.
-    for motion in of(&sample(0.0, 0.13, [1.0; 5])) {
-        assert_eq!((motion.contact, motion.velocity), (Contact::Unclear, None));
-    }
-    for motion in of(&[[feature(DARK); FEATURES]; SAMPLE_FRAMES]) {
-        assert_eq!((motion.contact, motion.velocity), (Contact::Unclear, None));
-    }
-}
-
-#[test]
 fn an_event_that_is_not_reliable_has_no_reliable_velocity() {
     let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let (frames, baseline) = (sample(0.0, 1.0, [1.0; 5]), baseline());

@@ -87,29 +87,6 @@ fn a_slide_is_followed_from_its_first_frames_to_its_end() {
 }
 
 #[test]
-fn touches_that_do_not_slide_have_no_velocity() {
-    let fading = |t: usize| 0.3 * (-(t as f64 - 100.0).max(0.0) / 1.3).exp();
-    let of = |lines: core::ops::Range<usize>, step: usize| -> Vec<Option<LiveContact>> {
-        let lit = |t: usize, line: usize| t >= 100 && lines.contains(&line) && line.is_multiple_of(step);
-        let light = |t, line| if lit(t, line) { DARK + fading(t) } else { DARK };
-        said(&(0..240).map(|t| core::array::from_fn(|line| feature(light(t, line)))).collect::<Vec<_>>())
-    };
-    let kinds =
-        |said: &[Option<LiveContact>]| -> Vec<Contact> { said.iter().flatten().map(|one| one.contact).collect() };
-    let press = of(0..10, 1);
-    assert!(kinds(&press).contains(&Contact::Press));
-    let poke = of(2..8, 5);
-    assert!(!kinds(&poke).contains(&Contact::Slide));
-    let poke = of(0..10, 5);
-    assert!(kinds(&poke).contains(&Contact::Poke));
-    for said in [press, poke, of(0..0, 1)] {
-        assert!(said.iter().flatten().all(|one| one.velocity.is_none() && one.contact != Contact::Slide));
-        assert_eq!(said.last(), Some(&None));
-    }
-    assert!(of(0..0, 1).iter().all(Option::is_none));
-}
-
-#[test]
 fn a_short_gap_is_passed_and_a_long_one_begins_anew() {
     let frames = frames(0.0, 4.0, [1.0; 5], 60.0);
     let baseline = baseline();
