@@ -75,6 +75,7 @@ class Live:
         self.dark = 0
         self.faded = 0.0
         self.axes: list[Axis] | None = None
+        self.is_dimmed = False
 
     @property
     def is_touched(self) -> bool:
@@ -182,6 +183,7 @@ class Live:
         whole = self.whole
         length, usual = 3 + 1.5 * whole, 0.0065 + 0.017 * min(whole, 2)
         change = self.level(now, whole, frames)
+        self.is_dimmed |= change < 0
         for first, axis, delay in zip((0, 5), self.axes, (self.readout.rows, self.readout.columns)):
             if change:
                 light = (axis.slowness + delay) * math.exp(-change)

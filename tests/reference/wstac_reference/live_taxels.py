@@ -79,8 +79,10 @@ class LiveTaxels(Live):
             return of_wave
         if lines is None:
             return None, None
-        found = self.velocity(lines)
-        return (replace(lines, mm_s=None, mm_s_sd=None, deg=None, deg_sd=None), None) if found is None else (found, "edge")
+        without = replace(lines, mm_s=None, mm_s_sd=None, deg=None, deg_sd=None)
+        # Afterglow falls as light does when the speed does.
+        found = self.velocity(without if self.is_dimmed else lines)
+        return (without, None) if found is None else (found, "edge")
 
     def begin(self) -> None:
         dark = [np.array(frame) for frame in self.sums[: -DARK] if frame is not None][-2:]
