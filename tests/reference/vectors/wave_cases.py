@@ -42,7 +42,9 @@ class Touch:
     gain: float = 1.0
     lost: tuple[int, ...] = ()
     fade: float | None = None
-    """Frames in which the light of a single flash fades; None is three flashes."""
+    """Frames in which the light of a single flash fades; None is three flashes; 0 is light that is all in a fifth of a frame."""
+    instants: int = 1
+    """How many instants a frame is the mean of; an exposure as long as a frame has many."""
     begins: float = 14.0
     faster: float = 0.0
     """How the slowness changes along the sensor, as a fraction."""
@@ -91,7 +93,10 @@ def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
     middle = touch.begins + 2 * slowness * (abs(right) + abs(up))
     frames: list[list[int] | None] = []
     for t in range(FRAMES):
-        of = [peak * light(shape, (t - middle - each) * NOMINAL_FPS / touch.fps) for peak, each in zip(peaks, late)]
+        at = [t - instant / touch.instants - middle for instant in range(touch.instants)]
+        lit = (lambda since: 4.0 * (0 <= since < 0.2)) if touch.fade == 0 else lambda since: light(shape, since)
+        seen = lambda late: sum(lit((now - late) * NOMINAL_FPS / touch.fps) for now in at) / touch.instants
+        of = [peak * seen(each) for peak, each in zip(peaks, late)]
         frame = [min(DARK + round(FULL * value) + int(noise), 65535) for value, noise in zip(of, shake[:, t])]
         frames.append(None if t in touch.lost else frame)
     return frames
@@ -166,6 +171,9 @@ def touches() -> dict[str, Touch]:
         "rolling": replace(ball, readout_ms=25.0, deg=290),
         "rolling-unknown": replace(ball, readout_ms=25.0, deg=290, is_unknown=True),
         "rolling-slow": replace(ball, readout_ms=15.0, mm_s=40.0, deg=250, is_unknown=True),
+        "flash": replace(edge, deg=2, mm_s=112.0, fade=0.0, instants=16),
+        "flash-oblique": replace(edge, deg=33, mm_s=60.0, fade=0.0, instants=16),
+        "block-diagonal": replace(ball, outline="block", deg=45, mm_s=80.0),
     }
 
 

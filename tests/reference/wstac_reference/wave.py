@@ -47,8 +47,10 @@ LOST = 0.005
 FACTORS = (((0.6, 0.08, 0.01), (1.05, 0.03, 0.0)), ((0.3, 0.3, 0.015), (0.35, 0.22, 0.015)))
 """Of deviations along and across the motion, if whiskers are dark and if all are lit: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
-OF_FLASH = 1.2
-"""Frames late by that phase times the square of what the frame beside the brightest lacks to half of its light."""
+OF_FLASH = 3.3
+"""Frames late by that phase times the square of what the frame beside the brightest lacks to 0.97 of its light."""
+LOCKED = 0.06
+"""The variance of a slowness, in squares of that, if all whiskers have one phase."""
 FEWEST_OF_CONTACT = 3
 LATE_OF_CONTACTS, DIFFERENCE, POSSIBLE = (0.04, 0.08), (0.02, 0.05), 0.05
 """Of two contacts: mean and largest lateness, what each slowness differs along and across the motion, and along with an sd."""
@@ -224,7 +226,7 @@ def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut:
     around_each = np.concatenate([dark, light, dark])
     at, each = light.argmax(axis=0), np.arange(len(peak))
     beside = np.maximum(around_each[at, each], around_each[at + 2, each]).sum() / peak.sum()
-    return Wave(slowness, weights, late, gains, float(left / (z * z).sum()), parts, max(0.5 - beside, 0.0))
+    return Wave(slowness, weights, late, gains, float(left / (z * z).sum()), parts, max(0.97 - beside, 0.0))
 
 
 def outline_of(peaks: np.ndarray) -> tuple[float, float]:
@@ -543,9 +545,12 @@ def answer_of_wave(
     left = curve_scale if is_full else scale
     phases = [places @ wave.slowness + quarter for quarter in (0, 0.25)]
     shared = [inverse @ ((plane.T * weights) @ sine_of(phase)) for phase in phases]
+    flash = OF_FLASH * wave.lacks**2
+    one_phase = sum(float(weights @ sine_of(phase)) ** 2 for phase in phases) / weights.sum() ** 2
     deviations = []
     for way, (of_late, of_miss, of_phase) in enumerate(FACTORS[is_full], 1):
         variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way]
-        variance += (of_phase + OF_FLASH * wave.lacks**2) ** 2 * sum(float(each[way]) ** 2 for each in shared) / 2
+        variance += (of_phase + flash) ** 2 * sum(float(each[way]) ** 2 for each in shared) / 2
+        variance += flash**2 * LOCKED * one_phase
         deviations.append(math.sqrt(variance) / whole)
     return velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)

@@ -95,9 +95,11 @@ const LOST: f32 = 0.005;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] = [[[0.6, 0.08, 0.01], [1.05, 0.03, 0.0]], [[0.3, 0.3, 0.015], [0.35, 0.22, 0.015]]];
-/// Frames by which a flash is late that is all in one frame: by a quarter of this, about the sine in a sawtooth of half a
-/// frame either way. Light that lasts until the next frame tells where in a frame it began.
-const OF_FLASH: f32 = 1.2;
+/// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
+/// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
+const OF_FLASH: f32 = 3.3;
+/// The variance of a slowness, in squares of that per pitch, if all whiskers have one phase: then nothing shows the error.
+const LOCKED: f32 = 0.06;
 /// The weight of a whisker whose gain is 1.
 const ONE_WEIGHT: f32 = 4096.0;
 
@@ -393,6 +395,9 @@ impl Rest {
         let is_full = count == TAXELS;
         let (left, factors) = (if is_full { &curve } else { &of_plane }, FACTORS[usize::from(is_full)]);
         let unit = 1.0 / slowness;
+        let flash = OF_FLASH * wave.lacks * wave.lacks;
+        let [sine, cosine] = wave.locked.map(|[whole, ..]| whole / wave.moments.plane()[0].max(1.0));
+        let shared = flash * flash * LOCKED * (sine * sine + cosine * cosine);
         // Over the sensor's four pitches.
         let over = 8.0 * unit;
         Some(Self {
@@ -404,10 +409,9 @@ impl Rest {
             sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
                 let late = of_late * of_late * left.variance + of_miss * of_miss * ONE_WEIGHT * wave.miss;
                 // By half of the squares of a sine and a cosine.
-                let of_phase = of_phase + OF_FLASH * wave.lacks * wave.lacks;
-                let phases = wave.locked.map(|sums| of_phase * of_plane.of_others(k, &plane, &sums));
+                let phases = wave.locked.map(|sums| (of_phase + flash) * of_plane.of_others(k, &plane, &sums));
                 let squares = 0.5 * (phases[0] * phases[0] + phases[1] * phases[1]);
-                sqrt(of_plane.variance_of(k, late) + squares) * unit
+                sqrt(of_plane.variance_of(k, late) + squares + shared) * unit
             }),
         })
     }
