@@ -200,6 +200,6 @@ def wave_cases() -> list[dict[str, Any]]:
     for name, touch in touches().items():
         sums = sums_of(touch, SplitMix64(seed_of(f"wave-{name}", SEED)))
         stated = None if touch.is_unknown else touch.readout_ms
-        answer = stored(measure_wave(sums, touch.fps, stated))
-        made.append({"name": name, "fps": touch.fps, "readout_ms": stated, "sums": sums, "wave": answer, "live": live_of(sums, touch.fps, stated)})
+        case = {"name": name, "fps": touch.fps, "readout_ms": stated, "sums": sums}
+        made.append(case | {"wave": stored(measure_wave(sums, touch.fps, stated)), "live": live_of(sums, touch.fps, stated)})
     return made

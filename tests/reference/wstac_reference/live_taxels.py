@@ -53,7 +53,8 @@ class LiveTaxels(Live):
 
     def __init__(self, totals: np.ndarray, frames: int, fps: float = NOMINAL_FPS, readout_ms: float | None = 0.0) -> None:
         is_known = readout_ms is not None
-        super().__init__(totals, frames, Readout((readout_ms / 1000 * fps if is_known else 0.5) / 5, is_known=is_known), fps)
+        of_rows = Readout((readout_ms / 1000 * fps if is_known else 0.5) / 5, is_known=is_known)
+        super().__init__(totals, frames, of_rows, fps)
         self.fps, self.readout_ms = fps, readout_ms
         self.sums: list[list[int] | None] = []
         self.is_followed = False
@@ -111,7 +112,8 @@ class LiveTaxels(Live):
         here, before = (np.array(self.sums[t]) - self.dark_sums for t in (now, now - frames))
         light, light_before = np.maximum(here, 0), np.maximum(before, 0)
         for taxel in np.flatnonzero(light > self.brights):
-            if self.rises[taxel] == -math.inf or now - self.rises[taxel] < SETTLED or light[taxel] >= HIGHER * self.brights[taxel]:
+            # One that has never been lit has a peak of 0.
+            if now - self.rises[taxel] < SETTLED or light[taxel] >= HIGHER * self.brights[taxel]:
                 self.brights[taxel], self.rises[taxel] = light[taxel], self.rising(taxel)
         total, total_before = light.sum(), light_before.sum()
         self.brightest = max(self.brightest, total)
