@@ -530,7 +530,8 @@ impl Recovery<'_> {
         if sound.is_empty() {
             return Ok(());
         }
-        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || !self.is_own()));
+        let is_counted = |of: &&Waiting| of.is_frame() || (of.own.is_none() && !self.is_own());
+        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown).filter(is_counted);
         self.found.unchecked += unchecked.count() as u64;
         if self.has_sums || !self.is_own() {
             return self.copy(&sound);
@@ -598,7 +599,7 @@ impl Recovery<'_> {
             let body = std::mem::take(&mut self.body);
             if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
             {
-                match own.map(|(_, topic)| topic) {
+                match message.own.map(|(_, topic)| topic) {
                     Some(topic) if topic.is_frame() => {
                         self.time = log_time;
                         self.found.frames += 1;

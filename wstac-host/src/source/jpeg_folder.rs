@@ -17,6 +17,7 @@ use super::spacing::Positions;
 use super::{Frame, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::{Decoder, picture_facts};
 use crate::error::{Error, ErrorKind};
+use crate::plural::counted;
 
 /// Most bytes of a file.
 const MOST_BYTES: u64 = 1 << 28;
@@ -59,7 +60,7 @@ impl JpegFolder {
         }
         let (rate, said) = rate(&files, fps);
         let (width, height) = (size.width(), size.height());
-        let about = format!("{}: {} JPEG files, {width}x{height}, {said}", path.display(), files.len());
+        let about = format!("{}: {}, {width}x{height}, {said}", path.display(), counted(files.len(), "JPEG file"));
         let row_order = orientation.row_order();
         let info = StreamInfo { row_order, ..StreamInfo::new(about, size, PixelFormat::Rgb24, rate) };
         Ok(Self { info, decoder, pictures: Pictures::new(files, &first), bytes, turned: Vec::new() })

@@ -662,7 +662,7 @@ mod tests {
         // Numbers of that size that are no times.
         assert_eq!(rate_of(&|frame| format!("{}.png", 1_764_100_001_533_u64 + u64::from(frame))), 300);
         let (rate, said) = rate(&paths(&["1.00.png", "1.04.png", "1.08.png"]), Some(FrameRate::NOMINAL));
-        assert_eq!((rate, &*said), (FrameRate::NOMINAL, "30:1 frames per second as --fps says; the file says 25:1"));
+        assert_eq!((rate, &*said), (FrameRate::NOMINAL, "30:1 frames per second as --fps says; without it, 25:1"));
     }
 
     #[test]

@@ -15,6 +15,7 @@ use super::picture_files::{PNG, Pictures, list, rate, without_pictures};
 use super::spacing::Positions;
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
+use crate::plural::counted;
 
 /// The pictures of a folder.
 pub struct PngFolder {
@@ -44,7 +45,7 @@ impl PngFolder {
         }
         let (first, shape, orientation) = first_picture(path, &files)?;
         let (rate, said) = rate(&files, fps);
-        let about = format!("{}: {} PNG files, {shape}, {said}", path.display(), files.len());
+        let about = format!("{}: {}, {shape}, {said}", path.display(), counted(files.len(), "PNG file"));
         let info = StreamInfo {
             bytes_per_row: shape.bytes_per_row(),
             row_order: orientation.row_order(),
