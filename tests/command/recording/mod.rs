@@ -134,6 +134,7 @@ fn a_recovery_without_a_description_is_said() {
         assert!(said(&done).contains("new.mcap: 10 frames, 0 events"), "{}", said(&done));
     }
     // A damaged frame is the reason why the baseline is not complete.
+    bytes[places[0] + 9] ^= 1;
     let middle = bytes.len() / 2;
     bytes[middle..middle + 9].fill(0x55);
     fs::write(&file, &bytes).unwrap();

@@ -12,8 +12,8 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::orientation::Orientation;
-use super::picture_files::{JPEG, Pictures, list, rate, without_pictures};
-use super::spacing::Positions;
+use super::picture_files::{JPEG, Pictures, list};
+use super::picture_names::rate;
 use super::{Frame, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::{Decoder, picture_facts};
 use crate::error::{Error, ErrorKind};
@@ -28,7 +28,7 @@ const BYTES_PER_PIXEL: usize = 3 + 3 * 2;
 pub struct JpegFolder {
     info: StreamInfo,
     decoder: Decoder,
-    pictures: Pictures,
+    pub(super) pictures: Pictures,
     /// The bytes of a file.
     bytes: Vec<u8>,
     /// A picture that is turned.
@@ -44,10 +44,7 @@ impl JpegFolder {
     /// # Errors
     /// The folder cannot be listed or holds no picture, or the size of its first picture is not supported.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
-        let files = list(path, JPEG)?;
-        if files.is_empty() {
-            return Err(without_pictures(path));
-        }
+        let (files, places) = list(path, JPEG)?;
         let mut bytes = Vec::new();
         let (first, size, orientation) = first_picture(path, &files, &mut bytes)?;
         let decoder = Decoder::new(size);
@@ -58,17 +55,12 @@ impl JpegFolder {
                 format_args!("is {}x{}, and there is no memory to decode it: {error}", size.width(), size.height());
             return Err(Error::new(ErrorKind::Io, first.display(), message));
         }
-        let (rate, said) = rate(&files, fps);
+        let (rate, said) = rate(places.as_ref(), fps);
         let (width, height) = (size.width(), size.height());
         let about = format!("{}: {}, {width}x{height}, {said}", path.display(), counted(files.len(), "JPEG file"));
         let row_order = orientation.row_order();
         let info = StreamInfo { row_order, ..StreamInfo::new(about, size, PixelFormat::Rgb24, rate) };
-        Ok(Self { info, decoder, pictures: Pictures::new(files, &first), bytes, turned: Vec::new() })
-    }
-
-    /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
-    pub(super) fn positions(&self) -> Option<(Positions, Vec<f64>)> {
-        self.pictures.positions()
+        Ok(Self { info, decoder, pictures: Pictures::new((files, places), &first), bytes, turned: Vec::new() })
     }
 
     /// Returns the orientation of the picture that was read, and prepares the decoder. It finds damaged headers itself.
