@@ -15,7 +15,7 @@ use super::orientation::Orientation;
 use super::picture_files::{JPEG, Pictures, list};
 use super::picture_names::rate;
 use super::{Frame, Source, SourceEvent, StreamInfo};
-use crate::camera::mjpeg::{Decoder, picture_facts};
+use crate::camera::mjpeg::{Decoder, Refusal, picture_facts};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
@@ -23,6 +23,8 @@ use crate::plural::counted;
 const MOST_BYTES: u64 = 1 << 28;
 /// Bytes of memory per pixel that decoding may take: three colors, and the numbers of a progressive picture.
 const BYTES_PER_PIXEL: usize = 3 + 3 * 2;
+
+const HELP: &str = "; help: mogrify -path NEW -format png *.jpg makes PNG files of them in the folder NEW";
 
 /// The JPEG pictures of a folder.
 pub struct JpegFolder {
@@ -102,7 +104,7 @@ impl Source for JpegFolder {
                 // A recording has the pixels: its pictures are not turned.
                 None => SourceEvent::Frame(Frame::new(turn.pixels(rgb, width, 3, &mut self.turned))),
             },
-            Err(why) => self.pictures.lost(&file, why, why.reason()),
+            Err(why) => self.pictures.lost(&file, in_words(why), why.reason()),
         })
     }
 }
@@ -118,6 +120,12 @@ fn read(file: &Path, bytes: &mut Vec<u8>) -> Result<(), Error> {
     }
     open.take(MOST_BYTES).read_to_end(bytes).map_err(unread)?;
     Ok(())
+}
+
+/// Returns why a picture is refused, and what helps if other programs decode it.
+fn in_words(why: Refusal) -> String {
+    let help = matches!(why, Refusal::Unsupported(_)).then_some(HELP);
+    format!("{why}{}", help.unwrap_or_default())
 }
 
 /// Returns the first picture whose headers can be read, its size as it is stored, and its orientation. Others before it
@@ -139,7 +147,8 @@ fn first_picture(
             Err(why) => first = first.or(Some((file, why))),
         }
     }
-    let why = first.map(|(file, why)| format!("; {}: {why}", file.file_name().unwrap_or_default().display()));
+    let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
+    let why = first.map(|(file, why)| format!("; {}: {}", name(file), in_words(why)));
     let message = format_args!("no JPEG file of {} can be read{}", files.len(), why.unwrap_or_default());
     Err(Error::new(ErrorKind::Format, folder.display(), message))
 }
