@@ -138,13 +138,12 @@ pub fn open(
     }
     let (least, most) = (RATES.start(), RATES.end());
     let rate = if rate < 1.0 { format!("{rate:.4}") } else { format!("{rate:.0}") };
-    if options.fps.is_some() {
-        let message = format_args!("--fps is {rate} frames per second, expected {least} to {most}");
-        return Err(Error::new(ErrorKind::Usage, name.display(), message));
-    }
-    let message =
-        format_args!("states {rate} frames per second, expected {least} to {most}; state the rate with --fps");
-    Err(Error::new(ErrorKind::Format, name.display(), message))
+    let (kind, found, help) = match options.fps {
+        Some(_) => (ErrorKind::Usage, "--fps is", ""),
+        None => (ErrorKind::Format, "states", "; state the rate with --fps"),
+    };
+    let message = format_args!("{found} {rate} frames per second, expected {least} to {most}{help}");
+    Err(Error::new(kind, name.display(), message))
 }
 
 /// Opens a file, a folder or standard input, whatever its rate is.
@@ -154,23 +153,17 @@ fn open_file(name: &OsStr, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> 
         of_a_file(name.display(), options)?;
         return Ok(Box::new(Y4m::standard_input(options.fps)?));
     }
+    let refused =
+        |kind, message: &str| Error::new(kind, format_args!("SOURCE is {:?}", name.to_string_lossy()), message);
     let none_of_these = |kind, why: &str| {
         let names = kinds.iter().map(|kind| kind.expected()).filter(|names| !names.is_empty());
-        let expected = names.chain([FILES]).collect::<Vec<_>>().join(", ");
-        Error::new(
-            kind,
-            format_args!("SOURCE is {:?}", name.to_string_lossy()),
-            format_args!("{why}expected {expected}"),
-        )
+        refused(kind, &format!("{why}expected {}", names.chain([FILES]).collect::<Vec<_>>().join(", ")))
     };
-    let is_missing = |start: &str| starts(name, start) && !kinds.iter().any(|kind| kind.expected().starts_with(start));
-    if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| is_missing(start)) {
-        let message = format_args!("this program opens no such source: it must pass the kind {kind} to open");
-        return Err(Error::new(
-            ErrorKind::Unsupported,
-            format_args!("SOURCE is {:?}", name.to_string_lossy()),
-            message,
-        ));
+    let is_missing = |start: &str| !kinds.iter().any(|kind| kind.expected().starts_with(start));
+    let starts = |start: &str| name.as_encoded_bytes().starts_with(start.as_bytes());
+    if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| starts(start) && is_missing(start)) {
+        let message = format!("this program opens no such source: it must pass the kind {kind} to open");
+        return Err(refused(ErrorKind::Unsupported, &message));
     }
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
@@ -284,15 +277,9 @@ fn is_named_mcap(path: &Path) -> bool {
 
 /// Refuses options that a file does not have.
 fn of_a_file(spec: impl fmt::Display, options: &OpenOptions) -> Result<(), Error> {
-    if let Some((width, height)) = options.size {
-        return Err(Error::new(ErrorKind::Usage, spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
-    }
-    if let Some(format) = options.format {
-        return Err(Error::new(
-            ErrorKind::Usage,
-            spec,
-            format_args!("format is {}, {OF_A_CAMERA}", format.escape_ascii()),
-        ));
+    let size = options.size.map(|(width, height)| format!("size is {width}x{height}"));
+    if let Some(stated) = size.or(options.format.map(|format| format!("format is {}", format.escape_ascii()))) {
+        return Err(Error::new(ErrorKind::Usage, spec, format_args!("{stated}, {OF_A_CAMERA}")));
     }
     without_controls(spec, options)
 }
@@ -306,10 +293,6 @@ pub fn without_controls(spec: impl fmt::Display, options: &OpenOptions) -> Resul
         Error::new(ErrorKind::Usage, &spec, format_args!("control {name}={value} is set, expected only with a camera"))
     };
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
-}
-
-fn starts(name: &OsStr, start: &str) -> bool {
-    name.as_encoded_bytes().starts_with(start.as_bytes())
 }
 
 fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {

@@ -110,15 +110,13 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<(Vec<PathBuf>, Pla
         return Err(without_pictures(folder));
     }
     let (files, places) = in_order(files);
-    match several(&files, places.as_ref()) {
-        Some(series) => {
-            let message = format_args!(
-                "has several series of pictures ({series}); help: put the pictures of each camera into a folder of its own"
-            );
-            Err(Error::new(ErrorKind::Data, folder.display(), message))
-        }
-        None => Ok((files, places)),
+    if let Some(series) = several(&files, places.as_ref()) {
+        let message = format_args!(
+            "has several series of pictures ({series}); help: put the pictures of each camera into a folder of its own"
+        );
+        return Err(Error::new(ErrorKind::Data, folder.display(), message));
     }
+    Ok((files, places))
 }
 
 /// Returns whether the pictures of a folder are JPEG rather than PNG.
