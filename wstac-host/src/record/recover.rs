@@ -76,6 +76,8 @@ pub struct Recovered {
     pub bytes: u64,
     /// The bytes that could not be read.
     pub unread: Option<Unread>,
+    /// Attachments and records of unknown kinds, which were left out.
+    pub left_out: u64,
     /// Messages of channels that only a damaged part describes. They may have a wrong name.
     pub doubtful: u64,
     /// Why the new file may lack frames, or cannot be read as a recording; `None` if all frames are accounted for.
@@ -372,6 +374,7 @@ impl Recovery<'_> {
                     }
                     self.found.whole = whole || self.walk.is_finished()?;
                     self.found.unread = self.walk.unread();
+                    self.found.left_out += self.walk.others;
                     break;
                 }
             }
@@ -447,10 +450,6 @@ impl Recovery<'_> {
         self.about.is_some()
     }
 
-    fn channel_of(&mut self, span: Span) -> io::Result<u16> {
-        Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
-    }
-
     /// Reads a message's body.
     fn read(&mut self, message: &Waiting) -> io::Result<()> {
         match &message.body {
@@ -478,7 +477,7 @@ impl Recovery<'_> {
     }
 
     fn message(&mut self, span: Span) -> Result<(), RecoverFailure> {
-        let channel = self.channel_of(span)?;
+        let channel = self.walk.channel_of(span)?;
         let own = self.own(channel);
         let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
         if let (Some((sensor, topic)), Some(message)) = (own, MessageBody::parse(start)) {
